@@ -1,0 +1,43 @@
+# Every target does its own set-up. `make help` lists them.
+VENV := .venv
+PYTHON ?= python3
+BIN := $(VENV)/bin
+.DEFAULT_GOAL := help
+.PHONY: help setup setup-dev check test test-slow demo docs clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 20
+
+$(VENV)/core: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/dev: $(VENV)/core
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
+	@touch $@
+
+setup: $(VENV)/core  ## install AID-SR into .venv
+
+setup-dev: $(VENV)/dev  ## the same with the development tools
+
+check: $(VENV)/dev  ## format, lint, types, layer contracts
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: $(VENV)/dev  ## run the tests
+	$(BIN)/python -m pytest -m "not slow"
+
+test-slow: $(VENV)/dev  ## run the tests that take minutes
+	$(BIN)/python -m pytest -m slow
+
+demo: $(VENV)/core  ## design three robots for button_pushing with the built-in rules; no key needed
+	$(BIN)/aidsr design --task button_pushing --model builtin --seed 1
+
+docs: $(VENV)/dev  ## rewrite the generated pages of docs/
+	$(BIN)/python -m aidsr.docs
+
+clean:  ## remove the virtual environment and caches
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache

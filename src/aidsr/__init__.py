@@ -1,0 +1,31 @@
+"""AID-SR: design tendon-driven continuum robots from words.
+
+The public names are resolved when they are first used, so that `import aidsr` loads neither the simulator nor a
+language model's client.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from aidsr.pipeline import design
+    from aidsr.tasks import load_task
+    from aidsr.validation import validate
+
+__all__ = ["__version__", "design", "load_task", "validate"]
+
+__version__ = "0.1.0"
+
+_HOMES = {"design": "aidsr.pipeline", "load_task": "aidsr.tasks", "validate": "aidsr.validation"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'aidsr' has no attribute {name!r}; it offers {', '.join(__all__)}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

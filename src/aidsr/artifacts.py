@@ -1,0 +1,357 @@
+"""What flows through AID-SR, in the order it flows. Read this file first.
+
+    Brief -> Concept -> Robot -> ValidationReport -> Placement -> Scene -> ValidationReport -> Critique -> Decision
+
+Every artifact is an immutable value that can be written to a run folder as JSON and read back equal. Nothing in this
+file computes anything about robots: rooms above it make these values and pass them on.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+__all__ = [
+    "ActuatorGroup",
+    "Artifact",
+    "Base",
+    "BodySummary",
+    "Brief",
+    "CallRecord",
+    "Concept",
+    "Critique",
+    "CritiqueIssue",
+    "Decision",
+    "EnvironmentSummary",
+    "FailedAttempt",
+    "Fault",
+    "Finish",
+    "GeomSummary",
+    "Layer",
+    "Message",
+    "MountSummary",
+    "Outcome",
+    "Placement",
+    "Question",
+    "Robot",
+    "Role",
+    "Scene",
+    "SiteSummary",
+    "Usage",
+    "ValidationReport",
+    "Vec3",
+]
+
+Vec3 = tuple[float, float, float]
+Role = Literal["designer", "coder", "integrator", "judge"]
+Base = Literal["fixed", "free", "moving", "any"]
+Layer = Literal["load", "structure", "simulate", "realizability"]
+
+
+class Artifact(BaseModel):
+    """An immutable value; unknown fields are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+# --- what is asked ---------------------------------------------------------------------------------------------------
+
+
+class GeomSummary(Artifact):
+    """One collision or visual shape of the environment."""
+
+    name: str
+    shape: str
+    size_m: tuple[float, ...]
+    """MuJoCo's size numbers for this shape: radii and half lengths [m]."""
+    position_m: Vec3
+    """Centre in world coordinates at the start of an episode [m]."""
+
+
+class BodySummary(Artifact):
+    """One body of the environment; the world itself is listed when it carries geoms."""
+
+    name: str
+    parent: str
+    position_m: Vec3
+    mass_kg: float
+    joints: tuple[str, ...]
+    """Each joint in words, for example "button_slide: slide along 0 0 1, 0 to 0.008 m"."""
+    geoms: tuple[GeomSummary, ...]
+
+
+class SiteSummary(Artifact):
+    """A named point of the environment."""
+
+    name: str
+    body: str
+    position_m: Vec3
+
+
+class MountSummary(Artifact):
+    """A site where a robot may be attached: any site whose name is "mount" or begins with "mount_"."""
+
+    name: str
+    position_m: Vec3
+    z_axis: Vec3
+    """Direction the robot's own +z takes when it is placed there without rotation, in world coordinates."""
+    x_axis: Vec3
+    moved_by: tuple[str, ...]
+    """Environment joints that move this mount; empty for one that stands still."""
+
+
+class EnvironmentSummary(Artifact):
+    """The environment as facts, so that nobody has to read or retype its MJCF."""
+
+    gravity_m_s2: Vec3
+    timestep_s: float
+    mounts: tuple[MountSummary, ...]
+    bodies: tuple[BodySummary, ...]
+    sites: tuple[SiteSummary, ...]
+    sensors: tuple[str, ...]
+    actuators: tuple[str, ...]
+
+
+class Brief(Artifact):
+    """The job given to a team: objective and environment."""
+
+    objective: str
+    task: str = ""
+    """Name of the benchmark task, empty for an objective in the user's own words."""
+    environment: str
+    """MJCF of the environment, without a robot."""
+    summary: EnvironmentSummary
+    base: Base = "any"
+    """What the task does with the robot's root: "fixed" to a mount, "free" on the ground, "moving" with a mount that
+    the environment drives, or "any" when the Scene Integrator may choose."""
+    needs_contact: bool = False
+    """Whether the job can only be done by touching something."""
+    starting_robot: str = ""
+    """MJCF of a robot the user brought along to start from, empty otherwise."""
+
+
+# --- what the team makes ---------------------------------------------------------------------------------------------
+
+
+class ActuatorGroup(Artifact):
+    """Actuators that act together as one action of a policy, as mirrored fingers do."""
+
+    name: str
+    actuators: Annotated[tuple[str, ...], Field(min_length=1)]
+
+
+class Concept(Artifact):
+    """One idea of the Designer."""
+
+    name: str
+    interpretation: str
+    """What the task demands of a body, before any robot is thought of."""
+    morphology: str
+    actuation: str
+    functional_part: str
+    """Which part does the work, in words or as the name it should get in the MJCF."""
+    family: str
+    """Short label of the morphology, for example "arm" or "three-finger gripper"; concepts of a run should differ."""
+    parameters: dict[str, float] = Field(default_factory=dict)
+    """Numbers the idea fixes, SI units in their names: {"length_m": 0.3, "segments": 12}."""
+    actuator_groups: tuple[ActuatorGroup, ...] = ()
+    rationale: str = ""
+
+
+class Robot(Artifact):
+    """The MJCF of a robot alone, and what its author says about it."""
+
+    mjcf: str
+    functional_part: str
+    """Name of the body or site that does the work."""
+    actuator_groups: tuple[ActuatorGroup, ...] = ()
+    notes: str = ""
+
+
+class Placement(Artifact):
+    """Where and how a robot stands in an environment. Decided by the Scene Integrator, carried out by code."""
+
+    mount: str
+    """Name of a mount site of the environment, or "world" for the origin."""
+    base: Literal["fixed", "free"]
+    """Whether the robot's root is held by the mount or moves freely; assembly adds or removes the free joint."""
+    position_m: Vec3 = (0.0, 0.0, 0.0)
+    """Offset of the robot's root in the mount's frame [m]."""
+    rotation_deg: Vec3 = (0.0, 0.0, 0.0)
+    """Rotation about the mount's x, then the new y, then the new z axis [deg]."""
+    scale: Annotated[float, Field(ge=0.5, le=2.0)] = 1.0
+    """Factor on the robot's lengths; the environment is never scaled."""
+    functional_part: str = ""
+    """Body or site of the robot that does the work; empty keeps the Coder's choice."""
+    intended_contacts: tuple[str, ...] = ()
+    """Environment bodies the robot is meant to touch."""
+    reason: str = ""
+
+
+class Scene(Artifact):
+    """MJCF of a robot placed in an environment. The robot's names all begin with "robot/"."""
+
+    mjcf: str
+    placement: Placement
+    notes: tuple[str, ...] = ()
+    """What assembly changed, one sentence each: scaled, floor removed, free joint added."""
+
+
+# --- what is found ---------------------------------------------------------------------------------------------------
+
+
+class Fault(Artifact):
+    """One diagnosed physical problem: what, where, how much, and what usually cures it."""
+
+    code: str
+    layer: Layer
+    severity: Literal["error", "warning"]
+    names: tuple[str, ...] = ()
+    """Bodies, joints, tendons, actuators or sensors concerned."""
+    measured: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    message: str
+    """What was measured or read, without guessing why."""
+    likely_cause: str = ""
+    cure: str = ""
+    first_time_s: float | None = None
+    """When it first showed in the test [s of simulation], where that is known."""
+    line: int | None = None
+    """Line of the MJCF text, where that is known."""
+
+
+class ValidationReport(Artifact):
+    """All faults of one model and the measurements behind them."""
+
+    stable: bool
+    faults: tuple[Fault, ...] = ()
+    measurements: dict[str, Any] = Field(default_factory=dict)
+    versions: dict[str, str] = Field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    """What was put aside before looking, for example Markdown fences around the document."""
+
+    @property
+    def errors(self) -> tuple[Fault, ...]:
+        """The faults of severity "error"."""
+        return tuple(fault for fault in self.faults if fault.severity == "error")
+
+    @property
+    def warnings(self) -> tuple[Fault, ...]:
+        """The faults of severity "warning"."""
+        return tuple(fault for fault in self.faults if fault.severity == "warning")
+
+
+class CritiqueIssue(Artifact):
+    """One reason why the Judge does not pass a scene."""
+
+    blame: Literal["designer", "coder", "integrator"]
+    component: str
+    problem: str
+    suggestion: str = ""
+
+
+class Critique(Artifact):
+    """The Judge's verdict on a stable scene."""
+
+    passed: bool
+    summary: str = ""
+    issues: tuple[CritiqueIssue, ...] = ()
+
+    @model_validator(mode="after")
+    def _reasons_with_a_fail(self) -> Self:
+        if self.passed == bool(self.issues):
+            raise ValueError("a passing critique has no issues and a failing one at least one")
+        return self
+
+
+class Decision(Artifact):
+    """The person's answer to a judged scene."""
+
+    verdict: Literal["approve", "refine", "quit"]
+    text: str = ""
+
+    @model_validator(mode="after")
+    def _refine_says_what(self) -> Self:
+        if self.verdict == "refine" and not self.text.strip():
+            raise ValueError('a "refine" decision needs a text that says what to change')
+        return self
+
+
+class Outcome(Artifact):
+    """How a design ended."""
+
+    outcome: Literal["approved", "invalid", "quit", "out_of_budget"]
+    reason: str
+    iteration: int | None = None
+    """Folder number of the iteration that was approved or given up."""
+
+
+# --- what it cost ----------------------------------------------------------------------------------------------------
+
+Finish = Literal["stop", "length", "refusal", "other"]
+
+
+class Message(Artifact):
+    """One turn of a conversation with a language model."""
+
+    role: Literal["system", "user", "assistant"]
+    text: str
+
+
+class Question(Artifact):
+    """Everything that is sent to a language model in one call."""
+
+    role: Role
+    """Which of the four roles is asking."""
+    messages: tuple[Message, ...]
+    max_output_tokens: int = 20_000
+
+
+class Usage(Artifact):
+    """Tokens, money and time of one call or of many."""
+
+    calls: int = 0
+    input_tokens: int = 0
+    cached_input_tokens: int = 0
+    output_tokens: int = 0
+    """Reasoning included."""
+    cost_usd: float | None = 0.0
+    """None when a price is unknown; unknown is never counted as free."""
+    latency_s: float = 0.0
+    retries: int = 0
+
+    def __add__(self, other: Usage) -> Usage:
+        """Return the sum; one unknown price makes the sum unknown."""
+        known = self.cost_usd is not None and other.cost_usd is not None
+        return Usage(
+            calls=self.calls + other.calls,
+            input_tokens=self.input_tokens + other.input_tokens,
+            cached_input_tokens=self.cached_input_tokens + other.cached_input_tokens,
+            output_tokens=self.output_tokens + other.output_tokens,
+            cost_usd=(self.cost_usd or 0.0) + (other.cost_usd or 0.0) if known else None,
+            latency_s=self.latency_s + other.latency_s,
+            retries=self.retries + other.retries,
+        )
+
+
+class FailedAttempt(Artifact):
+    """One attempt at a call that brought no reply and was tried again."""
+
+    error: str
+    waited_s: float
+    """Pause before the next attempt [s]."""
+
+
+class CallRecord(Artifact):
+    """One answered call, whole: enough to answer the same question again without asking."""
+
+    question: Question
+    model: str
+    reply: str
+    finish: Finish
+    usage: Usage
+    started: str
+    """Time of the first attempt, ISO 8601 with zone."""
+    failed_attempts: tuple[FailedAttempt, ...] = ()
