@@ -1,0 +1,87 @@
+"""What a task measures about a robot it has never seen: named sensors that scene assembly adds.
+
+What concerns the environment alone is a sensor written in the environment's own MJCF. What involves the robot cannot be
+written there, because its parts are unknown; a task asks for it with a `TaskSensor` and reads it by that name.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from aidsr.artifacts import Artifact
+
+__all__ = ["CONTACT_SLOT_WIDTH", "Part", "Quantity", "TaskSensor"]
+
+Quantity = Literal[
+    "position",
+    "quaternion",
+    "linear_velocity",
+    "angular_velocity",
+    "center_of_mass",
+    "center_of_mass_velocity",
+    "contact_force",
+    "contacts",
+    "distance",
+]
+Part = Literal["functional_part", "robot"]
+
+CONTACT_SLOT_WIDTH = 10
+"""Numbers in one slot of a "contacts" sensor: found 1, force 3 [N], position 3 [m], normal 3."""
+
+_WHOLE_ROBOT = frozenset({"center_of_mass", "center_of_mass_velocity"})
+_WITH_TARGET = frozenset({"contact_force", "contacts", "distance"})
+
+
+class TaskSensor(Artifact):
+    """One sensor of the scene that involves the robot.
+
+    The point measured is the functional part's site; where the functional part is a body, that is its distal tip.
+
+    | quantity                | size       | unit  | measured                                                         |
+    |-------------------------|------------|-------|------------------------------------------------------------------|
+    | position                | 3          | m     | functional part, in world axes or in the frame of `target`       |
+    | quaternion              | 4          |       | its orientation (w x y z), likewise                              |
+    | linear_velocity         | 3          | m/s   | its velocity, likewise; relative to `target` when one is named   |
+    | angular_velocity        | 3          | rad/s | likewise                                                         |
+    | center_of_mass          | 3          | m     | whole robot, world axes                                          |
+    | center_of_mass_velocity | 3          | m/s   | whole robot, world axes                                          |
+    | contact_force           | 3          | N     | net force on the body `target` by `part`, world axes             |
+    | contacts                | slots x 10 |       | the strongest contacts of `part` with the body `target`          |
+    | distance                | 1          | m     | smallest gap between the functional part's body and `target`     |
+
+    A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found (how
+    many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative), position
+    and normal (from the robot into the target) in world axes; the strongest comes first.
+
+    Source: MuJoCo XML reference, sensors framepos, framequat, framelinvel, frameangvel, subtreecom, subtreelinvel,
+    contact (netforce, maxforce) and distance.
+    """
+
+    name: Annotated[str, Field(min_length=1, pattern=r"^[^/]*$")]
+    """Name of the sensor in the scene, as given here; it must differ from the environment's own sensors."""
+    quantity: Quantity
+    target: str = ""
+    """Body of the environment (of "world": its own geoms), or for positions and velocities also a site."""
+    part: Part = "robot"
+    """For contacts: any part of the robot, or the functional part's body with everything it carries."""
+    slots: Annotated[int, Field(ge=1, le=64)] = 1
+    """For "contacts": how many are reported."""
+    max_distance_m: Annotated[float, Field(gt=0)] = 1.0
+    """For "distance": a larger gap reads as this one [m]. MuJoCo looks no further than it."""
+
+    @model_validator(mode="after")
+    def _target_where_it_means_something(self) -> Self:
+        if self.quantity in _WITH_TARGET and not self.target:
+            raise ValueError(f'sensor "{self.name}": {self.quantity} needs a target body of the environment')
+        if self.quantity in _WHOLE_ROBOT and self.target:
+            raise ValueError(f'sensor "{self.name}": {self.quantity} is measured in world axes and takes no target')
+        return self
+
+    @property
+    def size(self) -> int:
+        """How many numbers the sensor gives."""
+        if self.quantity == "contacts":
+            return self.slots * CONTACT_SLOT_WIDTH
+        return {"quaternion": 4, "distance": 1}.get(self.quantity, 3)
