@@ -36,8 +36,8 @@ test-slow: $(VENV)/dev  ## run the tests that take minutes
 demo: $(VENV)/core  ## design three robots for button_pushing with the built-in rules; no key needed
 	$(BIN)/aidsr design --task button_pushing --model builtin --seed 1
 
-docs: $(VENV)/dev  ## rewrite the generated pages of docs/
-	$(BIN)/python -m aidsr.docs
+docs: $(VENV)/dev  ## build the documentation into build/site
+	$(BIN)/mkdocs build --strict --quiet
 
 clean:  ## remove the virtual environment and caches
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache
