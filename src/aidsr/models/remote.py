@@ -1,0 +1,144 @@
+"""A model behind an HTTP service."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from aidsr.artifacts import CallRecord, FailedAttempt, Finish, Message, Question, Usage
+from aidsr.models import background
+from aidsr.models.access import Access
+from aidsr.models.failures import explain
+from aidsr.models.retrying import Clock, Patience, persist
+
+if TYPE_CHECKING:
+    from pydantic_ai.messages import ModelMessage, ModelResponse
+    from pydantic_ai.models import Model as Client
+    from pydantic_ai.settings import ModelSettings
+
+__all__ = ["RemoteModel", "cost_usd"]
+
+_FINISHES: dict[str | None, Finish] = {"stop": "stop", "length": "length", "content_filter": "refusal"}
+
+
+@dataclass(frozen=True)
+class RemoteModel:
+    """Asks a provider through pydantic-ai; made by `connect`.
+
+    Attributes:
+        name: Name the person gave.
+        client: pydantic-ai's model, which knows the wire format.
+        priced: Whether the provider's list prices apply.
+        key_variable: Environment variable that holds the key, for error sentences.
+        access: Where the keys are, to wipe them out of error texts.
+        patience: Retries and time limits.
+        clock: Time as the retries see it.
+    """
+
+    name: str
+    client: Client = field(repr=False)
+    priced: bool
+    key_variable: str
+    access: Access = field(repr=False)
+    patience: Patience
+    clock: Clock = field(repr=False)
+
+    def ask(self, question: Question) -> CallRecord:
+        """Return the reply to a question together with what it cost.
+
+        Raises:
+            UserError: The key was refused, the model does not exist or the account is empty.
+            ModelError: No reply after every retry, or a request the provider will never accept.
+            ValueError: The question has a system message after the first place, which strict servers refuse.
+        """
+        messages = _wire_messages(question.messages)
+        started = datetime.now(UTC)
+        begin = self.clock.now()
+        response, failed = persist(
+            self.name, lambda limit_s: self._attempt(question, messages, limit_s), self.patience, self.clock
+        )
+        return CallRecord(
+            question=question,
+            model=self.name,
+            reply=response.text or (response.provider_details or {}).get("refusal", ""),
+            finish=_FINISHES.get(response.finish_reason, "other"),
+            usage=self._usage(response, self.clock.now() - begin, failed),
+            started=started.isoformat(timespec="milliseconds"),
+            failed_attempts=failed,
+        )
+
+    def _attempt(self, question: Question, messages: list[ModelMessage], limit_s: float) -> ModelResponse:
+        """Send the question once.
+
+        The exception is raised outside the handler, so that what the provider's library put into its own exception,
+        which may echo a key, does not travel along as the context.
+        """
+        try:
+            return background.run(self._request(messages, question.max_output_tokens, limit_s))
+        except Exception as error:
+            failure = explain(error, self.name, self.key_variable, self.access.keys())
+        raise failure
+
+    async def _request(self, messages: list[ModelMessage], max_output_tokens: int, limit_s: float) -> ModelResponse:
+        from pydantic_ai.direct import model_request
+
+        settings: ModelSettings = {
+            "max_tokens": max_output_tokens,
+            "timeout": limit_s,
+            "request_timeout": limit_s,
+            "max_retries": 0,
+            "framing_announcement": "never",
+            "cache": True,
+        }
+        async with self.client:
+            return await model_request(self.client, messages, model_settings=settings)
+
+    def _usage(self, response: ModelResponse, latency_s: float, failed: tuple[FailedAttempt, ...]) -> Usage:
+        return Usage(
+            calls=1,
+            input_tokens=response.usage.input_tokens,
+            cached_input_tokens=response.usage.cache_read_tokens,
+            output_tokens=response.usage.output_tokens,
+            cost_usd=cost_usd(response, self.priced),
+            latency_s=latency_s,
+            retries=len(failed),
+        )
+
+
+def cost_usd(response: ModelResponse, priced: bool) -> float | None:
+    """Return what a response cost [USD]: as its server reports it, else by list price, None when unknown.
+
+    Args:
+        response: The response.
+        priced: Whether the provider's list prices apply.
+
+    Source: list prices of the genai-prices package, matched by provider and model name.
+    """
+    reported: float | None = (response.provider_details or {}).get("cost")
+    if reported is not None:
+        return reported
+    if not priced or not response.model_name:
+        return None
+    try:
+        return float(response.cost().total_price)
+    except (LookupError, ValueError):
+        return None
+
+
+def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:
+    """Return the conversation in pydantic-ai's terms, word for word."""
+    from pydantic_ai.messages import ModelRequest, ModelResponse, SystemPromptPart, TextPart, UserPromptPart
+
+    wire: list[ModelMessage] = []
+    for place, message in enumerate(messages):
+        match message.role:
+            case "system" if place == 0:
+                wire.append(ModelRequest(parts=[SystemPromptPart(message.text)]))
+            case "system":
+                raise ValueError("a system message may only come first")
+            case "user":
+                wire.append(ModelRequest(parts=[UserPromptPart(message.text)]))
+            case "assistant":
+                wire.append(ModelResponse(parts=[TextPart(message.text)]))
+    return wire

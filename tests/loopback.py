@@ -1,0 +1,235 @@
+"""A language model provider on this machine, scripted: what it answers, and every way it can fail.
+
+It speaks the wire formats of OpenAI (Chat Completions and Responses), Anthropic (Messages) and Google
+(generateContent), whichever a request's path asks for, and keeps every request as it arrived.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Say:
+    """A reply in words."""
+
+    text: str
+    finish: str = "stop"
+    input_tokens: int = 100
+    output_tokens: int = 20
+    cached_tokens: int = 0
+    cost_usd: float | None = None
+    """What a router reports; providers themselves report no cost."""
+
+
+@dataclass(frozen=True)
+class Fail:
+    """An HTTP error."""
+
+    status: int
+    message: str = "no luck"
+    headers: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A reply with any bytes for a body."""
+
+    body: bytes
+    content_type: str = "application/json"
+
+
+class Hang:
+    """No reply until the server closes."""
+
+
+class Drop:
+    """The connection closes without a reply."""
+
+
+Act = Say | Fail | Raw | Hang | Drop
+
+
+@dataclass(frozen=True)
+class Received:
+    """A request as it arrived."""
+
+    path: str
+    headers: dict[str, str]
+    body: dict[str, Any]
+
+
+class Loopback:
+    """The server; a context manager.
+
+    Args:
+        script: What to do with each request, in order; or a function of the request, called in several threads.
+    """
+
+    def __init__(self, script: Iterable[Act] | Callable[[Received], Act]) -> None:
+        self.requests: list[Received] = []
+        self._answer = script if callable(script) else _in_order(list(script))
+        self._closing = threading.Event()
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self))
+        self._server.daemon_threads = True
+        self.url = f"http://127.0.0.1:{self._server.server_port}"
+
+    def __enter__(self) -> Loopback:
+        threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closing.set()
+        self._server.shutdown()
+        self._server.server_close()
+
+    def act(self, received: Received) -> Act:
+        self.requests.append(received)
+        return self._answer(received)
+
+    def wait_for_closing(self) -> None:
+        self._closing.wait()
+
+
+def _in_order(acts: list[Act]) -> Callable[[Received], Act]:
+    def next_act(_: Received) -> Act:
+        return acts.pop(0) if acts else Fail(418, "the script has no further reply")
+
+    return next_act
+
+
+def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            act = loopback.act(Received(self.path, {k.lower(): v for k, v in self.headers.items()}, body))
+            match act:
+                case Say():
+                    self._send(200, json.dumps(_shape(self.path, act)).encode())
+                case Fail():
+                    self._send(act.status, json.dumps({"error": {"message": act.message}}).encode(), act.headers)
+                case Raw():
+                    self._send(200, act.body, {"Content-Type": act.content_type})
+                case Hang():
+                    loopback.wait_for_closing()
+                case Drop():
+                    self.close_connection = True
+
+        def _send(self, status: int, body: bytes, headers: dict[str, str] | None = None) -> None:
+            self.send_response(status)
+            for key, value in ({"Content-Type": "application/json"} | (headers or {})).items():
+                self.send_header(key, value)
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    return Handler
+
+
+def _shape(path: str, say: Say) -> dict[str, Any]:
+    """Return a reply in the wire format that belongs to a path."""
+    if path.endswith("/chat/completions"):
+        return _chat_completion(say)
+    if path.endswith("/responses"):
+        return _response(say)
+    if path.split("?", maxsplit=1)[0].endswith("/messages"):
+        return _anthropic_message(say)
+    return _generated_content(say)
+
+
+def _chat_completion(say: Say) -> dict[str, Any]:
+    message = {"role": "assistant", "content": say.text}
+    finish = say.finish
+    if finish == "refusal":
+        message, finish = {"role": "assistant", "content": None, "refusal": say.text}, "stop"
+    return {
+        "id": "chatcmpl-1",
+        "object": "chat.completion",
+        "created": 1,
+        "model": "loop-1",
+        "provider": "Loopback",
+        "choices": [{"index": 0, "message": message, "finish_reason": finish, "native_finish_reason": finish}],
+        "usage": {
+            "prompt_tokens": say.input_tokens,
+            "completion_tokens": say.output_tokens,
+            "total_tokens": say.input_tokens + say.output_tokens,
+            "prompt_tokens_details": {"cached_tokens": say.cached_tokens},
+            **({"cost": say.cost_usd} if say.cost_usd is not None else {}),
+        },
+    }
+
+
+def _response(say: Say) -> dict[str, Any]:
+    content: dict[str, Any] = {"type": "output_text", "text": say.text, "annotations": []}
+    if say.finish == "refusal":
+        content = {"type": "refusal", "refusal": say.text}
+    cut = say.finish == "length"
+    return {
+        "id": "resp_1",
+        "object": "response",
+        "created_at": 1,
+        "model": "loop-1",
+        "status": "incomplete" if cut else "completed",
+        "incomplete_details": {"reason": "max_output_tokens"} if cut else None,
+        "output": [
+            {"id": "msg_1", "type": "message", "role": "assistant", "status": "completed", "content": [content]}
+        ],
+        "parallel_tool_calls": True,
+        "tool_choice": "auto",
+        "tools": [],
+        "usage": {
+            "input_tokens": say.input_tokens,
+            "input_tokens_details": {"cached_tokens": say.cached_tokens},
+            "output_tokens": say.output_tokens,
+            "output_tokens_details": {"reasoning_tokens": 0},
+            "total_tokens": say.input_tokens + say.output_tokens,
+        },
+    }
+
+
+def _anthropic_message(say: Say) -> dict[str, Any]:
+    reasons = {"stop": "end_turn", "length": "max_tokens", "refusal": "refusal"}
+    return {
+        "id": "msg_1",
+        "type": "message",
+        "role": "assistant",
+        "model": "loop-1",
+        "content": [{"type": "text", "text": say.text}] if say.text else [],
+        "stop_reason": reasons[say.finish],
+        "stop_sequence": None,
+        "usage": {
+            "input_tokens": say.input_tokens - say.cached_tokens,
+            "cache_read_input_tokens": say.cached_tokens,
+            "cache_creation_input_tokens": 0,
+            "output_tokens": say.output_tokens,
+        },
+    }
+
+
+def _generated_content(say: Say) -> dict[str, Any]:
+    reasons = {"stop": "STOP", "length": "MAX_TOKENS", "refusal": "SAFETY"}
+    return {
+        "responseId": "r1",
+        "modelVersion": "loop-1",
+        "candidates": [
+            {
+                "index": 0,
+                "content": {"role": "model", "parts": [{"text": say.text}]},
+                "finishReason": reasons[say.finish],
+            }
+        ],
+        "usageMetadata": {
+            "promptTokenCount": say.input_tokens,
+            "candidatesTokenCount": say.output_tokens,
+            "cachedContentTokenCount": say.cached_tokens,
+            "totalTokenCount": say.input_tokens + say.output_tokens,
+        },
+    }
