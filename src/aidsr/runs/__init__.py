@@ -1,1 +1,25 @@
-"""Room under construction."""
+"""Where state lives: the folder of a run, its write-once files, its event logs, and its status computed from them."""
+
+from aidsr.runs.events import EventLog, read_events
+from aidsr.runs.folders import LAYOUT, DesignFolder, IterationFolder, Run, new_run
+from aidsr.runs.record import RunConfig, RunRecord
+from aidsr.runs.recording import RecordedModel
+from aidsr.runs.status import DesignStatus, RunStatus, read_status
+from aidsr.runs.summary import write_summary
+
+__all__ = [
+    "LAYOUT",
+    "DesignFolder",
+    "DesignStatus",
+    "EventLog",
+    "IterationFolder",
+    "RecordedModel",
+    "Run",
+    "RunConfig",
+    "RunRecord",
+    "RunStatus",
+    "new_run",
+    "read_events",
+    "read_status",
+    "write_summary",
+]

@@ -1,0 +1,67 @@
+"""The parts the loop is made of. It never asks which kind it was given: an ablation is another part, not a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+from aidsr.artifacts import Decision, Placement, Robot, Scene, ValidationReport
+from aidsr.roles import Team
+from aidsr.runs import EventLog, IterationFolder
+
+__all__ = ["Assemble", "Halt", "Mount", "Parts", "Person", "Picture", "TeamFor", "Validate"]
+
+Mount = Literal["auto", "fixed", "free"]
+"""How a robot alone is held while it is validated."""
+
+TeamFor = Callable[[Path], Team]
+"""Makes the team that works in one folder, where it may keep what its answers cost."""
+
+Picture = Callable[[str], bytes | None]
+"""Draws MJCF as a PNG; None where nothing can be drawn."""
+
+Halt = Callable[[], bool]
+"""Whether work should stop as soon as it can."""
+
+
+class Validate(Protocol):
+    """Finds all faults of a robot or a scene."""
+
+    def __call__(
+        self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
+    ) -> ValidationReport:
+        """Return the report; `environment` is the MJCF whose options a robot alone is tested with."""
+        ...
+
+
+class Assemble(Protocol):
+    """Places a robot in an environment."""
+
+    def __call__(self, robot: Robot, environment: str, placement: Placement) -> Scene:
+        """Return the scene.
+
+        Raises:
+            MjcfError: The two cannot become one model.
+        """
+        ...
+
+
+class Person(Protocol):
+    """Decides about a scene that the Judge passed."""
+
+    def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
+        """Return the decision, however long that takes."""
+        ...
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Everything the loop calls that is not a file."""
+
+    team_for: TeamFor
+    validate: Validate
+    assemble: Assemble
+    picture: Picture
+    person: Person

@@ -1,0 +1,82 @@
+"""Who has to change what: faults of a scene and issues of the Judge, sent to the role that can cure them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aidsr.artifacts import Critique, Fault, ValidationReport
+from aidsr.roles import Feedback
+
+__all__ = ["Change", "after_critique", "after_scene_faults"]
+
+_CURED_BY_PLACING = frozenset({"free_fall", "base_not_attached"})
+"""Faults that a robot which is stable alone can only have because of where and how it was put. Our choice."""
+
+_ROBOT = "robot/"
+
+
+@dataclass(frozen=True)
+class Change:
+    """What an iteration is asked to change. Where nothing is asked, only what is missing is made."""
+
+    concept: str = ""
+    """What the Designer is asked to change; the robot and the placement are then made anew."""
+    robot: Feedback | None = None
+    """What the Coder is asked to repair."""
+    placement: Feedback | None = None
+    """What the Scene Integrator is asked to adjust."""
+
+    @property
+    def reason(self) -> str:
+        """The problems in one or a few sentences, for a person."""
+        for feedback in (self.robot, self.placement):
+            if isinstance(feedback, ValidationReport):
+                return "; ".join(fault.message.rstrip(".") for fault in feedback.errors)
+            if isinstance(feedback, Critique):
+                return _issues(feedback)
+        return self.concept
+
+
+def after_scene_faults(report: ValidationReport, asked: Change) -> Change:
+    """Return who repairs an unstable scene whose robot is stable alone.
+
+    The Scene Integrator, when a fault is one of placing; the Coder otherwise, and also when the Scene Integrator was
+    just asked about the same faults and they are still there.
+
+    Args:
+        report: The scene's report.
+        asked: What the iteration that made the scene was asked to change.
+    """
+    placing = any(_is_of_placing(fault) for fault in report.errors)
+    before = asked.placement
+    still_there = isinstance(before, ValidationReport) and _codes(before) == _codes(report)
+    return Change(placement=report) if placing and not still_there else Change(robot=report)
+
+
+def after_critique(critique: Critique) -> Change:
+    """Return who acts on a failing critique: each role on the issues blamed on it, the Designer on all of them."""
+    if any(issue.blame == "designer" for issue in critique.issues):
+        return Change(concept=_issues(critique))
+    return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
+
+
+def _is_of_placing(fault: Fault) -> bool:
+    """Whether the fault names something of the environment, could not be assembled, or comes from where it stands."""
+    touches_environment = any(not name.startswith(_ROBOT) for name in fault.names)
+    return fault.code in _CURED_BY_PLACING or touches_environment
+
+
+def _codes(report: ValidationReport) -> frozenset[str]:
+    return frozenset(fault.code for fault in report.errors)
+
+
+def _blamed(critique: Critique, role: str) -> Critique | None:
+    issues = tuple(issue for issue in critique.issues if issue.blame == role)
+    return critique.model_copy(update={"issues": issues}) if issues else None
+
+
+def _issues(critique: Critique) -> str:
+    return "\n".join(
+        f"{issue.component}: {issue.problem.rstrip('.')}." + (f" {issue.suggestion}" if issue.suggestion else "")
+        for issue in critique.issues
+    )

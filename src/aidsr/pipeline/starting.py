@@ -1,0 +1,196 @@
+"""From what a person asks for to a run folder, and from a run folder to the parts that work on it."""
+
+from __future__ import annotations
+
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aidsr.artifacts import Brief
+from aidsr.errors import MjcfError, UserError
+from aidsr.pipeline.parts import Parts, TeamFor
+from aidsr.pipeline.person import DecisionFile, approve_at_once
+from aidsr.pipeline.working import Listen, work
+from aidsr.runs import RecordedModel, Run, RunConfig, RunRecord, new_run
+
+if TYPE_CHECKING:
+    from aidsr.tasks import Level
+
+__all__ = ["BUILTIN", "brief_for", "design", "parts_of", "resume", "start"]
+
+BUILTIN = "builtin"
+"""Model name of the rules. They are no language model, need no key and cost nothing."""
+
+_VERSIONS_OF = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim")
+
+
+def design(
+    objective: str = "",
+    *,
+    task: str = "",
+    level: Level = "standard",
+    environment: str | Path = "",
+    robot: str | Path = "",
+    model: str = BUILTIN,
+    concepts: int = 3,
+    iterations: int = 8,
+    max_output_tokens: int = 20_000,
+    seed: int = 0,
+    human: bool = False,
+    runs: str | Path = "runs",
+    listen: Listen = lambda _design, _event: None,
+) -> Run:
+    """Design robots for a task, or for an objective in words, and return the finished run.
+
+        run = aidsr.design(task="button_pushing", seed=1)
+        print(run.summary)                              # the page to open
+        scene = run.design(1).final_scene.read()        # MJCF, None if design 1 was not approved
+
+    Args:
+        objective: What the robot should do, in plain words; needs `environment`.
+        task: Name of a benchmark task instead; it brings objective and environment.
+        level: Level of the task.
+        environment: The environment without a robot: a path, or the MJCF itself.
+        robot: A robot to start from: a path, or the MJCF itself.
+        model: "builtin" for the rules, or a language model's name, for example "openai:gpt-5" (see docs/models.md).
+        concepts: How many designs to grow.
+        iterations: Repairs allowed after the first attempt, per concept and round.
+        max_output_tokens: Cap on the output of one call to a language model.
+        seed: Seed of the built-in rules.
+        human: Wait for a person's decision.json after each scene the Judge passed.
+        runs: Folder in which the run's folder is made.
+        listen: Told of every event as it happens: number of the design (0 for the run), event.
+
+    Raises:
+        UserError: Something asked for does not exist or does not fit together.
+        ModelError: The language model could not be reached before there were concepts.
+    """
+    config = RunConfig(
+        model=model,
+        concepts=concepts,
+        iterations=iterations,
+        max_output_tokens=max_output_tokens,
+        seed=seed,
+        human=human,
+    )
+    brief = brief_for(objective, task=task, level=level, environment=environment, robot=robot)
+    run = start(brief, config, level=level if task else "", runs=runs)
+    return work(run, parts_of(run), listen)
+
+
+def resume(run: str | Path, listen: Listen = lambda _design, _event: None) -> Run:
+    """Go on with a run that was stopped or killed, and return it. No answered call is asked again.
+
+    Raises:
+        UserError: The folder is not a run, or another process is at work on it.
+        ModelError: The language model could not be reached before there were concepts.
+    """
+    found = Run(Path(run))
+    return work(found, parts_of(found), listen)
+
+
+def brief_for(
+    objective: str = "",
+    *,
+    task: str = "",
+    level: Level = "standard",
+    environment: str | Path = "",
+    robot: str | Path = "",
+) -> Brief:
+    """Return the job to be given to a team; the arguments are those of `design`.
+
+    Raises:
+        UserError: Something asked for does not exist or does not fit together.
+    """
+    from aidsr.sim.summary import summarize_environment
+    from aidsr.tasks import load_task
+
+    starting_robot = _mjcf(robot, "robot") if robot else ""
+    if task:
+        if objective or environment:
+            raise UserError(f'the task "{task}" brings its own objective and environment; give either it or yours')
+        return load_task(task, level).brief().model_copy(update={"starting_robot": starting_robot})
+    if not objective.strip():
+        raise UserError("a task or an objective in words was expected; name one of `aidsr tasks`, or say what to do")
+    if not environment:
+        raise UserError(
+            "an objective in words needs the place where it is to be done; give the MJCF of an environment without a robot"
+        )
+    mjcf = _mjcf(environment, "environment")
+    try:
+        summary = summarize_environment(mjcf)
+    except MjcfError as error:
+        raise UserError(f"the environment cannot be loaded: {error}") from None
+    return Brief(objective=objective.strip(), environment=mjcf, summary=summary, starting_robot=starting_robot)
+
+
+def start(brief: Brief, config: RunConfig, *, level: str = "", runs: str | Path = "runs") -> Run:
+    """Make the folder of a new run; `work` then does it.
+
+    Raises:
+        UserError: The model's name is not understood or lacks its key, or the folder cannot be made.
+    """
+    _team_for(config)
+    record = RunRecord(
+        objective=brief.objective,
+        task=brief.task,
+        level=level,
+        config=config,
+        started=datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
+        versions={"python": platform.python_version(), **{name: _version(name) for name in _VERSIONS_OF}},
+    )
+    return new_run(Path(runs), record, brief)
+
+
+def parts_of(run: Run) -> Parts:
+    """Return the real parts for a run, as its run.json asks for them.
+
+    Raises:
+        UserError: The folder is not a run, or its model lacks its key.
+    """
+    from aidsr.sim.assembly import assemble
+    from aidsr.sim.rendering import picture
+    from aidsr.tasks import load_task
+    from aidsr.validation import validate
+
+    record = run.asked()
+    sensors = load_task(record.task, record.level).sensors if record.task else ()
+    return Parts(
+        team_for=_team_for(record.config),
+        validate=validate,
+        assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
+        picture=picture,
+        person=DecisionFile() if record.config.human else approve_at_once,
+    )
+
+
+def _team_for(config: RunConfig) -> TeamFor:
+    if config.model == BUILTIN:
+        from aidsr import builtin
+
+        return lambda _folder: builtin.team(config.seed)
+    from aidsr import agents, models
+
+    model = models.connect(config.model)
+    return lambda folder: agents.team(RecordedModel(model, folder), max_output_tokens=config.max_output_tokens)
+
+
+def _mjcf(source: str | Path, what: str) -> str:
+    """Return the MJCF that `source` is or names."""
+    if isinstance(source, str) and source.lstrip().startswith("<"):
+        return source
+    try:
+        return Path(source).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise UserError(f"the {what} {source} does not exist; give the path of an MJCF file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"the {what} {source} cannot be read as text ({error}); give an MJCF file") from None
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,52 @@
+"""One step of the method: a value that is made once and kept in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from aidsr.pipeline.parts import Halt
+from aidsr.runs import EventLog
+from aidsr.runs.events import Begun, Done, Step
+from aidsr.runs.files import Stored
+
+__all__ = ["HaltedError", "Steps"]
+
+Value = TypeVar("Value")
+
+
+class HaltedError(Exception):
+    """Work was asked to stop; everything finished so far is on disk."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Takes the steps that are not taken yet. This is all there is to resuming: the code that starts also goes on."""
+
+    log: EventLog
+    halt: Halt
+    iteration: int | None = None
+
+    def take(
+        self,
+        step: Step,
+        file: Stored[Value],
+        compute: Callable[[], Value],
+        summarize: Callable[[Value], str] = lambda _value: "",
+    ) -> Value:
+        """Return what the file of the step holds; compute and write it first if it is not there.
+
+        Raises:
+            HaltedError: Work was asked to stop before the step began.
+        """
+        value = file.read()
+        if value is not None:
+            return value
+        if self.halt():
+            raise HaltedError
+        self.log.write(Begun(step=step, iteration=self.iteration))
+        value = compute()
+        file.write(value)
+        self.log.write(Done(step=step, iteration=self.iteration, summary=summarize(value)))
+        return value

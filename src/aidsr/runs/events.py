@@ -1,0 +1,240 @@
+"""Events: order, time and errors, one JSON line each in an append-only events.jsonl. Content lives in files instead.
+
+Each log has one writer at a time: the run has one log, and each design has its own.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, TypeAdapter, ValidationError
+
+from aidsr.artifacts import Artifact, Outcome
+from aidsr.errors import UserError
+
+__all__ = [
+    "Begun",
+    "Decided",
+    "DecisionUnreadable",
+    "Done",
+    "Event",
+    "EventLog",
+    "Finished",
+    "NoPicture",
+    "Started",
+    "Step",
+    "Stopped",
+    "Waiting",
+    "read_events",
+    "without_secrets",
+    "working_time_s",
+]
+
+Step = Literal[
+    "concepts", "concept", "robot", "robot_report", "placement", "scene", "scene_report", "preview", "critique"
+]
+"""A step is named after the file it writes."""
+
+
+class _Event(Artifact):
+    time: str = ""
+    """ISO 8601 with zone; set by the log."""
+
+
+class Started(_Event):
+    """A process took up the work, for the first time or again."""
+
+    kind: Literal["started"] = "started"
+
+
+class Begun(_Event):
+    """A step whose file is not there yet began."""
+
+    kind: Literal["begun"] = "begun"
+    step: Step
+    iteration: int | None = None
+
+
+class Done(_Event):
+    """The file of a step is written."""
+
+    kind: Literal["done"] = "done"
+    step: Step
+    iteration: int | None = None
+    summary: str = ""
+    """What came out, in a few words: "stable", "2 faults: chatter, underdamped", "passed"."""
+
+
+class NoPicture(_Event):
+    """An iteration has no preview, and why."""
+
+    kind: Literal["no_picture"] = "no_picture"
+    iteration: int
+    reason: str
+
+
+class Waiting(_Event):
+    """A person is asked; the answer is expected in the iteration's decision.json."""
+
+    kind: Literal["waiting"] = "waiting"
+    iteration: int
+
+
+class DecisionUnreadable(_Event):
+    """There is a decision.json that does not say what it must; waiting goes on."""
+
+    kind: Literal["decision_unreadable"] = "decision_unreadable"
+    iteration: int
+    reason: str
+
+
+class Decided(_Event):
+    """The person answered."""
+
+    kind: Literal["decided"] = "decided"
+    iteration: int
+    verdict: Literal["approve", "refine", "quit"]
+
+
+class Stopped(_Event):
+    """Work ended before its outcome; resuming the run takes it up again."""
+
+    kind: Literal["stopped"] = "stopped"
+    cause: Literal["error", "bug", "interrupted"]
+    """"error" is one of `aidsr.errors`, said in a sentence; a "bug" of ours keeps its traceback."""
+    message: str
+    traceback: str = ""
+
+
+class Finished(_Event):
+    """The outcome of a design is written; in the log of a run, all outcomes are."""
+
+    kind: Literal["finished"] = "finished"
+    outcome: Outcome | None = None
+
+
+Event = Annotated[
+    Started | Begun | Done | NoPicture | Waiting | DecisionUnreadable | Decided | Stopped | Finished,
+    Field(discriminator="kind"),
+]
+_ADAPTER: TypeAdapter[Event] = TypeAdapter(Event)
+
+_SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
+_SHORTEST_SECRET = 8
+"""Shorter values are words like "1" or "true"; our choice, so that ordinary text stays readable."""
+
+
+def without_secrets(text: str) -> str:
+    """Return `text` with the value of every secret-looking environment variable replaced by its name."""
+    for name, value in os.environ.items():
+        if _SECRET_NAME.search(name) and len(value) >= _SHORTEST_SECRET:
+            text = text.replace(value, f"[{name}]")
+    return text
+
+
+def _utc_now() -> datetime:
+    return datetime.now(UTC)
+
+
+class EventLog:
+    """The one writer of an events.jsonl. A second writer, in this or another process, is refused while it is open.
+
+    Args:
+        path: The events.jsonl; made if absent. A line that a killed writer left unfinished is cut off.
+        listen: Called with each event after it is written.
+        now: The clock.
+
+    Raises:
+        UserError: Another process is at work here.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        listen: Callable[[Event], None] = lambda _event: None,
+        now: Callable[[], datetime] = _utc_now,
+    ) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._listen = listen
+        self._now = now
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        try:
+            _lock(self._file, path)
+            content = path.read_bytes()
+            if content and not content.endswith(b"\n"):
+                os.ftruncate(self._file, content.rfind(b"\n") + 1)
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def write(self, event: Event) -> None:
+        """Append one event with the present time, then tell the listener."""
+        timed = event.model_copy(update={"time": self._now().isoformat(timespec="milliseconds")})
+        os.write(self._file, timed.model_dump_json(exclude_none=True).encode() + b"\n")
+        self._listen(timed)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        os.close(self._file)
+
+
+def _lock(file: int, path: Path) -> None:
+    """Take the log for this process until it is closed; the system gives it back when the process dies."""
+    try:
+        import fcntl
+    except ImportError:  # Windows has no flock: there, nothing keeps two processes from one run
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise UserError(f"another process is at work on {path.parent}; wait for it or end it, then try again") from None
+
+
+def read_events(path: Path) -> tuple[Event, ...]:
+    """Return the events in order; none if the file is absent. An unfinished last line is left out.
+
+    Raises:
+        UserError: A finished line is not an event.
+    """
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return ()
+    events = []
+    for number, line in enumerate(content.split(b"\n")[:-1], start=1):
+        try:
+            events.append(_ADAPTER.validate_json(line))
+        except ValidationError:
+            raise UserError(f"line {number} of {path} is not an event of AID-SR; remove or restore that line") from None
+    return tuple(events)
+
+
+def working_time_s(events: Sequence[Event], until: datetime | None = None) -> float:
+    """Return how long a process worked [s]: without the time nobody did, and without waiting for a person.
+
+    Args:
+        events: One log, in order.
+        until: Also count from the last event to this time, for work that goes on.
+    """
+    total_s = 0.0
+    for before, after in itertools.pairwise(events):
+        if not isinstance(before, Waiting | DecisionUnreadable) and not isinstance(after, Started):
+            total_s += (_time(after) - _time(before)).total_seconds()
+    if until is not None and events and not isinstance(events[-1], Waiting | DecisionUnreadable | Stopped | Finished):
+        total_s += max(0.0, (until - _time(events[-1])).total_seconds())
+    return total_s
+
+
+def _time(event: Event) -> datetime:
+    return datetime.fromisoformat(event.time)

@@ -1,0 +1,151 @@
+"""Files that are written once.
+
+A file of a run is either absent or whole: its bytes go to a temporary file in the same folder, reach the disk, and are
+then renamed. Killing the process at any instant leaves at most a temporary file behind, which no reader looks at.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from aidsr.artifacts import Robot, Scene
+from aidsr.errors import UserError
+
+__all__ = ["BytesFile", "JsonFile", "MjcfFile", "Stored", "WrittenTwiceError", "replace_file", "write_once"]
+
+Value = TypeVar("Value")
+Drawn = TypeVar("Drawn", Robot, Scene)
+
+
+class WrittenTwiceError(RuntimeError):
+    """Something tried to change a file of a run: two processes at work on one run, or a step that is not repeatable."""
+
+
+def write_once(path: Path, content: bytes) -> None:
+    """Write a file that never changes afterwards; the same content again is allowed and does nothing.
+
+    Raises:
+        WrittenTwiceError: The file exists with other content.
+    """
+    if path.exists():
+        if path.read_bytes() == content:
+            return
+        raise WrittenTwiceError(f"{path} is written once and already holds something else")
+    replace_file(path, content)
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Put `content` at `path` in one step, whatever was there; only for files computed from others, as summary.html."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            Path(temporary).unlink()
+        raise
+
+
+class Stored(Protocol[Value]):
+    """A value that lives in a run folder."""
+
+    def read(self) -> Value | None:
+        """Return the value, or None while it is not written."""
+        ...
+
+    def write(self, value: Value) -> None:
+        """Write the value; see `write_once`."""
+        ...
+
+
+@dataclass(frozen=True)
+class BytesFile:
+    """A file without structure, as a picture or an MJCF text is."""
+
+    path: Path
+
+    def read(self) -> bytes | None:
+        """Return the bytes, or None while the file is not written."""
+        try:
+            return self.path.read_bytes()
+        except FileNotFoundError:
+            return None
+
+    def write(self, value: bytes) -> None:
+        """Write the bytes; see `write_once`."""
+        write_once(self.path, value)
+
+
+@dataclass(frozen=True)
+class JsonFile(Generic[Value]):
+    """One artifact, or a tuple of them, as indented JSON."""
+
+    path: Path
+    kind: type[Value]
+
+    def read(self) -> Value | None:
+        """Return the artifact, or None while the file is not written.
+
+        Raises:
+            UserError: The file is there and does not hold such an artifact.
+        """
+        try:
+            content = self.path.read_bytes()
+        except FileNotFoundError:
+            return None
+        try:
+            return TypeAdapter(self.kind).validate_json(content)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"]) or "the whole file"
+            raise UserError(f"{self.path} cannot be read ({place}: {first['msg']}); restore or remove it") from None
+
+    def write(self, value: Value) -> None:
+        """Write the artifact; see `write_once`."""
+        write_once(self.path, TypeAdapter(self.kind).dump_json(value, indent=2) + b"\n")
+
+
+@dataclass(frozen=True)
+class MjcfFile(Generic[Drawn]):
+    """A robot or a scene: its MJCF as `stem`.xml and everything else about it as `stem`.json.
+
+    The XML is written last, so that a robot or scene exists exactly when its XML does.
+    """
+
+    folder: Path
+    stem: str
+    kind: type[Drawn]
+
+    @property
+    def xml(self) -> BytesFile:
+        """The MJCF text."""
+        return BytesFile(self.folder / f"{self.stem}.xml")
+
+    @property
+    def json(self) -> JsonFile[dict[str, Any]]:
+        """What its author says about it: the artifact without its MJCF."""
+        return JsonFile(self.folder / f"{self.stem}.json", dict[str, Any])
+
+    def read(self) -> Drawn | None:
+        """Return the robot or scene, or None while it is not written."""
+        mjcf = self.xml.read()
+        if mjcf is None:
+            return None
+        return self.kind.model_validate({**(self.json.read() or {}), "mjcf": mjcf.decode()})
+
+    def write(self, value: Drawn) -> None:
+        """Write both files; see `write_once`."""
+        self.json.write(value.model_dump(mode="json", exclude={"mjcf"}))
+        self.xml.write(value.mjcf.encode())

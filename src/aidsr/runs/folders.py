@@ -1,0 +1,274 @@
+"""The folders of a run, and which file holds what.
+
+    Run -> DesignFolder -> IterationFolder
+
+`LAYOUT` names every file others may rely on; docs/runs.md and `aidsr show --layout` print it.
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from aidsr.artifacts import (
+    Brief,
+    CallRecord,
+    Concept,
+    Critique,
+    Decision,
+    Outcome,
+    Placement,
+    Robot,
+    Scene,
+    ValidationReport,
+)
+from aidsr.errors import UserError
+from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
+from aidsr.runs.record import RunRecord
+
+__all__ = ["LAYOUT", "DesignFolder", "IterationFolder", "Run", "calls_in", "new_run"]
+
+LAYOUT: tuple[tuple[str, str], ...] = (
+    ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
+    ("brief.json", "what the team is told: the objective and the environment as facts"),
+    ("environment.xml", "the environment, without a robot"),
+    ("starting_robot.xml", "the robot to start from, where one was given"),
+    ("events.jsonl", "what happened to the run, in order, with times and errors"),
+    ("calls/NNNN_ROLE.json", "the Designer's calls to a language model: question, reply, tokens, price"),
+    ("concepts.json", "the concepts as the Designer proposed them"),
+    ("summary.html", "the page to open first; computed from the other files, the only one ever rewritten"),
+    ("designs/N/events.jsonl", "what happened to design N"),
+    ("designs/N/II/concept.json", "the concept; in iteration 01 and wherever it changed"),
+    ("designs/N/II/robot.xml", "the robot's MJCF; wherever it changed"),
+    ("designs/N/II/robot.json", "functional part, actuator groups and notes of that robot"),
+    ("designs/N/II/robot_report.json", "the validator's report on that robot"),
+    ("designs/N/II/placement.json", "where the robot stands; wherever it changed"),
+    ("designs/N/II/scene.xml", "the MJCF of the robot placed in the environment"),
+    ("designs/N/II/scene.json", "placement used and notes of the assembly"),
+    ("designs/N/II/scene_report.json", "the validator's report on that scene"),
+    ("designs/N/II/preview.png", "a picture of the scene, or of the robot where there is no scene"),
+    ("designs/N/II/critique.json", "the Judge's verdict on a stable scene"),
+    ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),
+    ("designs/N/II/calls/NNNN_ROLE.json", "the calls of this iteration"),
+    ("designs/N/outcome.json", "approved, invalid, quit or out_of_budget, with the reason"),
+    ("designs/N/final.xml", "the approved scene"),
+    ("designs/N/final_robot.xml", "the approved robot alone"),
+)
+"""Path pattern and content. N counts from 1, II from 01, NNNN from 0001; ROLE is one of the four roles."""
+
+
+@dataclass(frozen=True)
+class IterationFolder:
+    """One attempt at a design: what changed in it, and what was found."""
+
+    path: Path
+
+    @property
+    def number(self) -> int:
+        """Counts from 1 within the design, over all rounds."""
+        return int(self.path.name)
+
+    @property
+    def concept(self) -> JsonFile[Concept]:
+        """In iteration 1 and wherever the Designer revised it."""
+        return JsonFile(self.path / "concept.json", Concept)
+
+    @property
+    def robot(self) -> MjcfFile[Robot]:
+        """Wherever the Coder wrote or repaired it."""
+        return MjcfFile(self.path, "robot", Robot)
+
+    @property
+    def robot_report(self) -> JsonFile[ValidationReport]:
+        """What the validator found in the robot alone."""
+        return JsonFile(self.path / "robot_report.json", ValidationReport)
+
+    @property
+    def placement(self) -> JsonFile[Placement]:
+        """Wherever the Scene Integrator decided it."""
+        return JsonFile(self.path / "placement.json", Placement)
+
+    @property
+    def scene(self) -> MjcfFile[Scene]:
+        """The robot in the environment; absent when they could not be assembled."""
+        return MjcfFile(self.path, "scene", Scene)
+
+    @property
+    def scene_report(self) -> JsonFile[ValidationReport]:
+        """What assembly or the validator found in the scene."""
+        return JsonFile(self.path / "scene_report.json", ValidationReport)
+
+    @property
+    def preview(self) -> BytesFile:
+        """A PNG."""
+        return BytesFile(self.path / "preview.png")
+
+    @property
+    def critique(self) -> JsonFile[Critique]:
+        """The Judge's verdict."""
+        return JsonFile(self.path / "critique.json", Critique)
+
+    @property
+    def decision(self) -> JsonFile[Decision]:
+        """The person's answer."""
+        return JsonFile(self.path / "decision.json", Decision)
+
+    @property
+    def calls(self) -> tuple[CallRecord, ...]:
+        """All answered calls of this iteration."""
+        return calls_in(self.path)
+
+
+@dataclass(frozen=True)
+class DesignFolder:
+    """Everything grown from one concept."""
+
+    path: Path
+
+    @property
+    def number(self) -> int:
+        """Counts from 1 within the run."""
+        return int(self.path.name)
+
+    @property
+    def events(self) -> Path:
+        """The design's event log."""
+        return self.path / "events.jsonl"
+
+    @property
+    def outcome(self) -> JsonFile[Outcome]:
+        """How the design ended; written last."""
+        return JsonFile(self.path / "outcome.json", Outcome)
+
+    @property
+    def final_scene(self) -> BytesFile:
+        """MJCF of the approved scene."""
+        return BytesFile(self.path / "final.xml")
+
+    @property
+    def final_robot(self) -> BytesFile:
+        """MJCF of the approved robot alone."""
+        return BytesFile(self.path / "final_robot.xml")
+
+    def iteration(self, number: int) -> IterationFolder:
+        """Return the folder of one iteration, existing or not."""
+        return IterationFolder(self.path / f"{number:02d}")
+
+    @property
+    def iterations(self) -> tuple[IterationFolder, ...]:
+        """The iterations so far, in order."""
+        return tuple(IterationFolder(path) for path in _numbered(self.path))
+
+
+@dataclass(frozen=True)
+class Run:
+    """All designs from one objective: a folder, and views on it."""
+
+    path: Path
+
+    @property
+    def record(self) -> JsonFile[RunRecord]:
+        """What was asked."""
+        return JsonFile(self.path / "run.json", RunRecord)
+
+    @property
+    def events(self) -> Path:
+        """The run's event log."""
+        return self.path / "events.jsonl"
+
+    @property
+    def concepts(self) -> JsonFile[tuple[Concept, ...]]:
+        """The concepts as proposed."""
+        return JsonFile(self.path / "concepts.json", tuple[Concept, ...])
+
+    @property
+    def summary(self) -> Path:
+        """The page a person opens first."""
+        return self.path / "summary.html"
+
+    @property
+    def calls(self) -> tuple[CallRecord, ...]:
+        """The Designer's answered calls."""
+        return calls_in(self.path)
+
+    def design(self, number: int) -> DesignFolder:
+        """Return the folder of one design, existing or not."""
+        return DesignFolder(self.path / "designs" / str(number))
+
+    @property
+    def designs(self) -> tuple[DesignFolder, ...]:
+        """The designs so far, in order."""
+        return tuple(DesignFolder(path) for path in _numbered(self.path / "designs"))
+
+    def asked(self) -> RunRecord:
+        """Return what was asked of the run.
+
+        Raises:
+            UserError: The folder is not a run, or its run.json is damaged.
+        """
+        record = self.record.read()
+        if record is None:
+            raise UserError(f"the folder of a run was expected, with a run.json in it; {self.path} has none")
+        return record
+
+    def brief(self) -> Brief:
+        """Return the brief given to the team.
+
+        Raises:
+            UserError: A file of the run is missing.
+        """
+        facts = JsonFile(self.path / "brief.json", dict[str, Any]).read()
+        environment = BytesFile(self.path / "environment.xml").read()
+        if facts is None or environment is None:
+            raise UserError(f"{self.path} lacks brief.json or environment.xml; start the design again")
+        robot = BytesFile(self.path / "starting_robot.xml").read() or b""
+        return Brief.model_validate({**facts, "environment": environment.decode(), "starting_robot": robot.decode()})
+
+
+def new_run(runs: Path, record: RunRecord, brief: Brief) -> Run:
+    """Make the folder of a new run under `runs`; run.json is written last and makes it one.
+
+    Raises:
+        UserError: The folder cannot be made.
+    """
+    moment = datetime.fromisoformat(record.started).strftime("%Y-%m-%d_%H%M")
+    path = runs / f"{moment}_{_slug(record.task or record.objective)}_{secrets.token_hex(2)}"
+    try:
+        path.mkdir(parents=True)
+    except OSError as error:
+        raise UserError(
+            f"no run folder can be made at {path} ({error.strerror}); name another place to write"
+        ) from None
+    run = Run(path)
+    BytesFile(path / "environment.xml").write(brief.environment.encode())
+    if brief.starting_robot:
+        BytesFile(path / "starting_robot.xml").write(brief.starting_robot.encode())
+    facts = brief.model_dump(mode="json", exclude={"environment", "starting_robot"})
+    JsonFile(path / "brief.json", dict[str, Any]).write(facts)
+    run.record.write(record)
+    return run
+
+
+def calls_in(folder: Path) -> tuple[CallRecord, ...]:
+    """Return the answered calls kept in `folder`/calls, in order."""
+    records = (JsonFile(path, CallRecord).read() for path in sorted((folder / "calls").glob("[0-9]*_*.json")))
+    return tuple(record for record in records if record is not None)
+
+
+def _numbered(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        return []
+    return sorted(
+        (path for path in folder.iterdir() if path.name.isdigit() and path.is_dir()), key=lambda p: int(p.name)
+    )
+
+
+_SLUG_LENGTH = 40
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", text.lower())[:_SLUG_LENGTH].strip("_") or "run"

@@ -1,0 +1,43 @@
+"""What was asked of a run: the content of run.json, written before anything else happens and never changed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from aidsr.artifacts import Artifact
+
+__all__ = ["RunConfig", "RunRecord"]
+
+
+class RunConfig(Artifact):
+    """Everything that steers the loop. The defaults are the paper's values where the paper names one."""
+
+    model: str = "builtin"
+    """Who plays the four roles: "builtin" for the rules, or the name of a language model. Never holds a key."""
+    concepts: Annotated[int, Field(ge=1, le=20)] = 3
+    """How many concepts the Designer proposes; each grows into one design. Source: AID-SR, three concepts."""
+    iterations: Annotated[int, Field(ge=0, le=100)] = 8
+    """Repairs allowed after the first attempt, per concept and round. Source: AID-SR, eight iterations."""
+    max_output_tokens: Annotated[int, Field(ge=256)] = 20_000
+    """Cap on the output of one call, reasoning included. Source: AID-SR, 20,000 tokens."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    """Seed of the built-in rules; the same seed gives the same MJCF."""
+    human: bool = False
+    """Whether a person answers each judged scene before it counts as approved."""
+
+
+class RunRecord(Artifact):
+    """The identity of a run."""
+
+    objective: str
+    task: str = ""
+    """Name of the benchmark task; empty for an objective in the user's own words."""
+    level: str = ""
+    """Level of the task; empty without one."""
+    config: RunConfig
+    started: str
+    """ISO 8601 with zone."""
+    versions: dict[str, str]
+    """Versions of AID-SR, Python and the libraries that shape a result."""

@@ -1,0 +1,44 @@
+"""A language model whose answers are kept in a folder, so that no answered question is ever paid for twice."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aidsr.artifacts import CallRecord, Question
+from aidsr.runs.files import JsonFile
+from aidsr.runs.folders import calls_in
+
+if TYPE_CHECKING:
+    from aidsr.models import Model
+
+__all__ = ["RecordedModel"]
+
+
+class RecordedModel:
+    """Asks `model`, and writes each answer to `folder`/calls before anyone sees it.
+
+    A question that was answered there before gets that answer again. When the very same question was answered several
+    times, the answers come in their order.
+    """
+
+    def __init__(self, model: Model, folder: Path) -> None:
+        self.name = model.name
+        self._model = model
+        self._calls = folder / "calls"
+        self._unused = list(calls_in(folder))
+        self._count = len(self._unused)
+        self._lock = threading.Lock()
+
+    def ask(self, question: Question) -> CallRecord:
+        """Return the recorded answer to exactly this question, or ask and record."""
+        with self._lock:
+            for index, record in enumerate(self._unused):
+                if record.question == question:
+                    return self._unused.pop(index)
+        record = self._model.ask(question)
+        with self._lock:
+            self._count += 1
+            JsonFile(self._calls / f"{self._count:04d}_{question.role}.json", CallRecord).write(record)
+        return record

@@ -1,0 +1,160 @@
+"""The page a person opens first: one HTML file that needs nothing else, computed from the files of the run."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aidsr.artifacts import Concept, Fault, Placement, Usage
+from aidsr.runs.files import replace_file
+from aidsr.runs.folders import DesignFolder, IterationFolder, Run
+from aidsr.runs.status import DesignStatus, read_status
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+__all__ = ["cost_in_words", "duration_in_words", "write_summary"]
+
+
+def write_summary(run: Run) -> Path:
+    """Write summary.html anew from the present state of the run, and return its path."""
+    status = read_status(run)
+    brief = run.brief()
+    page = _template().render(
+        run=run,
+        record=status.record,
+        status=status,
+        brief=brief,
+        designs=[_card(folder, design) for folder, design in zip(run.designs, status.designs, strict=True)],
+        cost=cost_in_words(status.usage),
+        duration=duration_in_words(status.latency_s),
+    )
+    replace_file(run.summary, page.encode())
+    return run.summary
+
+
+def cost_in_words(usage: Usage) -> str:
+    """Return the money spent; an unknown price is said to be unknown."""
+    if usage.calls == 0:
+        return "nothing"
+    return "unknown" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
+
+
+def duration_in_words(seconds: float) -> str:
+    """Return a duration as a person would say it."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One iteration, as the page tells it."""
+
+    number: int
+    made: str
+    robot: str
+    scene: str
+    judge: str
+    faults: tuple[Fault, ...]
+    issues: tuple[str, ...]
+    decision: str
+    picture: str
+
+
+@dataclass(frozen=True)
+class _Card:
+    """One design, as the page shows it."""
+
+    status: DesignStatus
+    concept: Concept | None
+    placement: Placement | None
+    picture: str
+    """Newest picture as a data address; empty where there is none."""
+    rows: tuple[_Row, ...]
+    faults_found: int
+    files: tuple[tuple[str, str], ...]
+    """Label and path relative to the page."""
+    cost: str
+    duration: str
+
+
+def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
+    newest_first = tuple(reversed(folder.iterations))
+    rows = tuple(_row(iteration) for iteration in folder.iterations)
+    return _Card(
+        status=status,
+        concept=next((found for it in newest_first if (found := it.concept.read())), None),
+        placement=next((found for it in newest_first if (found := it.placement.read())), None),
+        picture=next((row.picture for row in reversed(rows) if row.picture), ""),
+        rows=rows,
+        faults_found=sum(len(row.faults) for row in rows),
+        files=tuple(_files(folder)),
+        cost=cost_in_words(status.usage),
+        duration=duration_in_words(status.latency_s),
+    )
+
+
+def _row(iteration: IterationFolder) -> _Row:
+    robot, scene = iteration.robot_report.read(), iteration.scene_report.read()
+    critique = iteration.critique.read()
+    made = {"concept": iteration.concept.path, "robot": iteration.robot.xml.path, "placement": iteration.placement.path}
+    return _Row(
+        number=iteration.number,
+        made=", ".join(name for name, path in made.items() if path.exists()),
+        robot=_verdict(robot.stable, len(robot.errors)) if robot else "",
+        scene=_verdict(scene.stable, len(scene.errors)) if scene else "",
+        judge=("passed" if critique.passed else "not passed") if critique else "",
+        faults=tuple(fault for report in (robot, scene) if report for fault in report.errors),
+        issues=tuple(f"{issue.component}: {issue.problem}" for issue in critique.issues) if critique else (),
+        decision=_decision(iteration),
+        picture=_data_address(iteration.preview.read()),
+    )
+
+
+def _verdict(stable: bool, errors: int) -> str:
+    return "stable" if stable else f"{errors} {'fault' if errors == 1 else 'faults'}"
+
+
+def _decision(iteration: IterationFolder) -> str:
+    """The decision as it stands in the file, which a person wrote and which may not be readable yet."""
+    if not iteration.decision.path.exists():
+        return ""
+    return iteration.decision.path.read_text(encoding="utf-8", errors="replace")
+
+
+def _files(folder: DesignFolder) -> list[tuple[str, str]]:
+    newest = folder.iterations[-1] if folder.iterations else None
+    candidates = [("final scene", folder.final_scene.path), ("final robot", folder.final_robot.path)]
+    if newest is not None:
+        candidates += [
+            ("scene report", newest.scene_report.path),
+            ("robot report", newest.robot_report.path),
+            ("critique", newest.critique.path),
+        ]
+    candidates.append(("events", folder.events))
+    root = folder.path.parent.parent
+    return [(label, path.relative_to(root).as_posix()) for label, path in candidates if path.exists()]
+
+
+def _data_address(png: bytes | None) -> str:
+    return f"data:image/png;base64,{base64.b64encode(png).decode()}" if png else ""
+
+
+@cache
+def _template() -> Template:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("summary.html.j2")
