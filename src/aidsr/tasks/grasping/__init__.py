@@ -1,1 +1,1 @@
-"""Room under construction."""
+"""Tasks of grasping: an object is taken hold of and kept."""

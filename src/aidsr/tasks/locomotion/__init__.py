@@ -1,1 +1,1 @@
-"""Room under construction."""
+"""Tasks of locomotion: the whole robot gets somewhere."""

@@ -1,0 +1,93 @@
+"""What the tasks share that lift an object from a table: the carriage's schedule, what is seen, how far it is done."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.readings import FloatArray, Readings
+from aidsr.tasks.shaping import closeness, share
+from aidsr.tasks.task import Memory, Task
+
+__all__ = ["LIFTED_S", "RAISED_M", "TABLE_M", "Lifting", "raised_m", "slip_m"]
+
+TABLE_M = 0.4
+"""Height of the table's top over the floor."""
+RAISED_M = 0.10
+"""How high the object has to be raised."""
+LIFT_OFF_M = 0.01
+"""An object higher than this over its start has left the table."""
+
+LIFTED_S = 4.5
+"""When the lift has ended."""
+_TIMES_S = (0.0, 1.0, 3.0, LIFTED_S)
+_HEIGHTS_M = (0.0, -0.10, -0.10, 0.05)
+"""Down and up at 0.1 m/s, with two seconds between to close."""
+
+
+@dataclass(frozen=True)
+class Lifting(Task, ABC):
+    """A carriage lowers the robot, waits and lifts it; the object on the table must come along."""
+
+    base: ClassVar = "moving"
+    sensors: ClassVar = (
+        TaskSensor(name="tip_position", quantity="position"),
+        TaskSensor(name="grip", quantity="contacts", target="object", slots=8),
+    )
+
+    def script(self, readings: Readings) -> Mapping[str, FloatArray]:
+        """The carriage's height over where it starts."""
+        return {"carriage_lift": np.interp(readings.time_s, _TIMES_S, _HEIGHTS_M)}
+
+    def features(self, readings: Readings, memory: Memory) -> FloatArray:
+        """See the table of the task."""
+        del memory
+        grip = readings.contacts("grip")
+        return np.column_stack(
+            [
+                readings["object_position"] - readings["tip_position"],
+                readings["object_velocity"],
+                readings["object_position"] - readings["mount_position"],
+                readings["carriage_height"],
+                readings.time_s / LIFTED_S,
+                grip.force_n.max(axis=1) / 5.0,
+                grip.opposition(),
+            ]
+        )
+
+    def begin(self, readings: Readings) -> Memory:
+        """Where the object stands, and where the functional part sees it."""
+        return {"start": readings["object_position"], "lifted": np.zeros(readings.n), "held": _held(readings)}
+
+    def remember(self, readings: Readings, memory: Memory) -> Memory:
+        """Where the object sat in the grip when it left the table."""
+        before = memory["lifted"] > 0
+        lifted = before | (raised_m(readings, memory) > LIFT_OFF_M)
+        held = np.where(before[:, None], memory["held"], _held(readings))
+        return {"start": memory["start"], "lifted": lifted.astype(np.float64), "held": held}
+
+    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
+        """Three tenths for coming near, three for holding it from opposite sides, four for its height."""
+        near = closeness(np.linalg.norm(_held(readings), axis=1), within=0.05, margin=0.2)
+        raised = share(raised_m(readings, memory), RAISED_M)
+        return 0.3 * near + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+
+
+def raised_m(readings: Readings, memory: Memory) -> FloatArray:
+    """Return how high the object is over where it stood, (n,) [m]."""
+    return np.asarray(readings["object_position"][:, 2] - memory["start"][:, 2])
+
+
+def slip_m(readings: Readings, memory: Memory) -> FloatArray:
+    """Return how far the object has moved against the functional part since it left the table, (n,) [m]."""
+    return np.asarray(np.linalg.norm(_held(readings) - memory["held"], axis=1))
+
+
+def _held(readings: Readings) -> FloatArray:
+    """Return the way from the functional part to the object, (n, 3) [m]."""
+    return np.asarray(readings["object_position"] - readings["tip_position"])
