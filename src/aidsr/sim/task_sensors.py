@@ -51,9 +51,9 @@ class TaskSensor(Artifact):
     | contacts                | slots x 10 |       | the strongest contacts of `part` with the body `target`          |
     | distance                | 1          | m     | smallest gap between the functional part's body and `target`     |
 
-    A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found (how
-    many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative), position
-    and normal (from the robot into the target) in world axes; the strongest comes first.
+    A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found
+    (how many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative),
+    position and normal (from the robot into the target) in world axes; the strongest comes first.
 
     Source: MuJoCo XML reference, sensors framepos, framequat, framelinvel, frameangvel, subtreecom, subtreelinvel,
     contact (netforce, maxforce) and distance.
