@@ -1,1 +1,31 @@
-"""Room under construction."""
+"""The four roles as language-model agents.
+
+Each role's words are Markdown files beside its .py file: `ROLE.md` is what it always is told, `ROLE_TASK.md` what it is
+told for one job. Change a prompt by editing its file.
+"""
+
+from aidsr.agents.coder import CoderAgent
+from aidsr.agents.designer import DesignerAgent
+from aidsr.agents.integrator import IntegratorAgent
+from aidsr.agents.interview import Interview
+from aidsr.agents.judge import JudgeAgent
+from aidsr.models import Model
+from aidsr.roles import Team
+
+__all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "team"]
+
+
+def team(model: Model, *, reasks: int = 2) -> Team:
+    """Return a team whose four roles are played by one language model.
+
+    Args:
+        model: The model; it is asked from several threads when concepts run side by side.
+        reasks: How often a reply that cannot be used is asked for again before the role gives up.
+    """
+    interview = Interview(model, reasks)
+    return Team(
+        designer=DesignerAgent(interview),
+        coder=CoderAgent(interview),
+        integrator=IntegratorAgent(interview),
+        judge=JudgeAgent(interview),
+    )

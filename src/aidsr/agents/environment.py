@@ -1,0 +1,73 @@
+"""The environment as a page of facts that a model can calculate with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary
+
+__all__ = ["describe_environment"]
+
+_SIZES = {
+    "sphere": ("radius",),
+    "capsule": ("radius", "half length"),
+    "cylinder": ("radius", "half length"),
+    "ellipsoid": ("half axes",),
+    "box": ("half sizes",),
+}
+"""What MuJoCo's size numbers mean. Source: MuJoCo XML reference, geom size."""
+
+
+def describe_environment(summary: EnvironmentSummary) -> str:
+    """Return the environment in words and numbers; lengths in metres, positions in world coordinates at the start."""
+    sections = [
+        f"Gravity {_vector(summary.gravity_m_s2)} m/s2, time step {_number(summary.timestep_s)} s. "
+        "Lengths in metres; positions in world coordinates at the start.",
+        _section("Mounts, where a robot's root can be attached", [_mount(mount) for mount in summary.mounts]),
+        _section("Bodies", [line for body in summary.bodies for line in _body(body)]),
+        _section("Sites", [f"- {s.name} on {s.body}, at {_vector(s.position_m)}" for s in summary.sites]),
+        _section("Sensors", [f"- {sensor}" for sensor in summary.sensors]),
+        _section("Actuators of the environment", [f"- {actuator}" for actuator in summary.actuators]),
+    ]
+    return "\n\n".join(section for section in sections if section)
+
+
+def _section(title: str, lines: Sequence[str]) -> str:
+    return f"{title}:\n" + "\n".join(lines) if lines else ""
+
+
+def _mount(mount: MountSummary) -> str:
+    moved = f"moved by {', '.join(mount.moved_by)}" if mount.moved_by else "stands still"
+    return (
+        f"- {mount.name}, at {_vector(mount.position_m)}; the robot's +z points along {_vector(mount.z_axis)} "
+        f"and its +x along {_vector(mount.x_axis)}; {moved}"
+    )
+
+
+def _body(body: BodySummary) -> list[str]:
+    if body.name == "world":
+        facts = ["world (does not move)"]
+    else:
+        facts = [f"{body.name} on {body.parent}, at {_vector(body.position_m)}, {_number(body.mass_kg)} kg"]
+        facts += body.joints or ("no joint",)
+    return [f"- {'; '.join(facts)}", *(f"  - {_geom(geom)}" for geom in body.geoms)]
+
+
+def _geom(geom: GeomSummary) -> str:
+    named = f"{geom.name}: {geom.shape}" if geom.name else geom.shape
+    meanings = _SIZES.get(geom.shape, ())
+    if len(meanings) == 1:
+        size = f", {meanings[0]} {_vector(geom.size_m)}"
+    else:
+        size = "".join(f", {word} {_number(value)}" for word, value in zip(meanings, geom.size_m, strict=False))
+    return f"{named}{size}, at {_vector(geom.position_m)}"
+
+
+def _vector(values: Iterable[float]) -> str:
+    return " ".join(_number(value) for value in values)
+
+
+def _number(value: float) -> str:
+    """Return a number to a tenth of a millimetre or four digits, without a negative zero."""
+    rounded = round(value, 4) if abs(value) >= 0.001 else value
+    return f"{rounded if abs(rounded) > 1e-9 else 0.0:.6g}"

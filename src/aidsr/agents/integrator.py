@@ -1,0 +1,89 @@
+"""The Scene Integrator: decides where a robot stands in the environment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aidsr.agents.environment import describe_environment
+from aidsr.agents.feedback import describe_feedback
+from aidsr.agents.interview import Interview
+from aidsr.agents.prompts import as_json, render
+from aidsr.agents.replies import json_in, names_of, read_as
+from aidsr.artifacts import Brief, Concept, Placement, Robot
+from aidsr.errors import ReplyError
+from aidsr.roles import Feedback
+
+__all__ = ["IntegratorAgent"]
+
+
+@dataclass(frozen=True)
+class IntegratorAgent:
+    """A language model as the Scene Integrator."""
+
+    interview: Interview
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return a first placement.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        environment = describe_environment(brief.summary)
+        user = render("integrator_place", brief=brief, environment=environment, concept=concept, robot=robot)
+        return self._placement(user, brief, robot)
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement with the reported problems removed.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        user = render(
+            "integrator_adjust",
+            brief=brief,
+            environment=describe_environment(brief.summary),
+            concept=concept,
+            robot=robot,
+            placement=as_json(placement),
+            feedback=describe_feedback(feedback),
+        )
+        return self._placement(user, brief, robot)
+
+    def _placement(self, user: str, brief: Brief, robot: Robot) -> Placement:
+        def read(reply: str) -> Placement:
+            placement = read_as(Placement, json_in(reply))
+            complaints = _complaints(placement, brief, robot)
+            if complaints:
+                raise ReplyError(" ".join(complaints))
+            return placement
+
+        return self.interview.ask("integrator", render("integrator"), user, read)
+
+
+def _complaints(placement: Placement, brief: Brief, robot: Robot) -> list[str]:
+    """Return what in a placement does not agree with the job, each with what exists."""
+    mounts = {mount.name: mount for mount in brief.summary.mounts}
+    bodies = {body.name for body in brief.summary.bodies}
+    parts = names_of(robot.mjcf, "body", "site")
+    found = []
+    if placement.mount not in {*mounts, "world"}:
+        found.append(f'There is no mount "{placement.mount}"; there is {", ".join([*mounts, "world"])}.')
+    elif brief.base in {"fixed", "moving"} and mounts and placement.mount == "world":
+        found.append(f'The job wants the robot on a mount of the environment, not "world": {", ".join(mounts)}.')
+    elif brief.base == "moving" and mounts and not mounts[placement.mount].moved_by:
+        moved = ", ".join(mount.name for mount in mounts.values() if mount.moved_by)
+        found.append(f'The job wants a mount that the environment moves: {moved}; "{placement.mount}" stands still.')
+    wanted = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": placement.base}[brief.base]
+    if placement.base != wanted:
+        found.append(f'The job wants base "{wanted}", found "{placement.base}".')
+    unknown = [name for name in placement.intended_contacts if name not in bodies]
+    if unknown:
+        found.append(f"intended_contacts names {', '.join(unknown)}; the bodies are {', '.join(sorted(bodies))}.")
+    if placement.functional_part and placement.functional_part not in parts:
+        found.append(
+            f'The robot has no body or site "{placement.functional_part}"; leave functional_part empty to keep '
+            f'"{robot.functional_part}".'
+        )
+    return found

@@ -1,0 +1,83 @@
+"""One role asking one model until the reply can be used, a bounded number of times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from aidsr.agents.prompts import render
+from aidsr.artifacts import CallRecord, Message, Question, Role
+from aidsr.errors import ReplyError
+from aidsr.models import Model
+
+__all__ = ["Interview"]
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Interview:
+    """Asks, reads the reply, and asks again in the same conversation with what was wrong with it.
+
+    Attributes:
+        model: Who is asked.
+        reasks: How often a reply that cannot be used is asked for again.
+    """
+
+    model: Model
+    reasks: int = 2
+
+    def ask(self, role: Role, system: str, user: str, read: Callable[[str], T]) -> T:
+        """Return what `read` makes of the reply.
+
+        Args:
+            role: Which role is asking.
+            system: What the role is always told; the same for all its calls, so that providers can cache it.
+            user: The job.
+            read: Turns a reply into its artifact; raises ReplyError with a sentence for the model.
+
+        Raises:
+            ReplyError: No reply could be used.
+            UserError, ModelError: The model gave no reply.
+        """
+        messages: tuple[Message, ...] = (Message(role="system", text=system), Message(role="user", text=user))
+        for _ in range(1 + self.reasks):
+            record = self.model.ask(Question(role=role, messages=messages))
+            try:
+                return read(_whole(record))
+            except ReplyError as error:
+                complaint = str(error)
+            messages = _asked_again(record, complaint)
+        raise ReplyError(f"No usable reply in {1 + self.reasks} attempts. The last one: {complaint}")
+
+
+def _whole(record: CallRecord) -> str:
+    """Return the reply if it is one.
+
+    Raises:
+        ReplyError: It was refused, cut off or empty.
+    """
+    if record.finish == "refusal":
+        raise ReplyError("The reply was a refusal. The job is an ordinary engineering task in a simulator.")
+    if record.finish == "length":
+        limit = record.question.max_output_tokens
+        raise ReplyError(
+            f"The reply was cut off at its limit of {limit} tokens. Reply more briefly, without repetition."
+        )
+    if not record.reply.strip():
+        raise ReplyError("The reply was empty.")
+    return record.reply
+
+
+def _asked_again(record: CallRecord, complaint: str) -> tuple[Message, ...]:
+    """Return the conversation with the complaint added.
+
+    A reply that was cut off, refused or empty is left out: it would be read again at full price, and an empty turn is
+    refused by some providers. The complaint then follows the last question, which keeps the turns alternating.
+    """
+    text = render("reask", complaint=complaint)
+    asked = record.question.messages
+    if record.finish in {"stop", "other"} and record.reply.strip():
+        return (*asked, Message(role="assistant", text=record.reply), Message(role="user", text=text))
+    return (*asked[:-1], Message(role="user", text=f"{asked[-1].text}\n\n{text}"))

@@ -1,0 +1,38 @@
+"""The Judge: decides whether a stable scene is worth training."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aidsr.agents.environment import describe_environment
+from aidsr.agents.interview import Interview
+from aidsr.agents.prompts import as_json, render
+from aidsr.agents.replies import json_in, read_as
+from aidsr.artifacts import Brief, Concept, Critique, Robot, Scene, ValidationReport
+
+__all__ = ["JudgeAgent"]
+
+
+@dataclass(frozen=True)
+class JudgeAgent:
+    """A language model as the Judge."""
+
+    interview: Interview
+
+    def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
+        """Return a pass, or a fail with issues that each blame a role.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        user = render(
+            "judge_scene",
+            brief=brief,
+            environment=describe_environment(brief.summary),
+            concept=as_json(concept),
+            robot=robot,
+            placement=as_json(scene.placement),
+            notes=scene.notes,
+            report=report.account(),
+        )
+        return self.interview.ask("judge", render("judge"), user, lambda reply: read_as(Critique, json_in(reply)))

@@ -1,0 +1,103 @@
+"""Whole conversations with a scripted server: what is asked again, with which words, and when a role gives up."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from agent_samples import BRIEF, CONCEPT, PLACEMENT, REPORT, ROBOT, SCENE
+
+from aidsr.agents import team
+from aidsr.errors import ReplyError
+from aidsr.models import Access, Clock, connect
+from aidsr.roles import Team
+from loopback import Act, Fail, Loopback, Received, Say
+
+IDEA = {name: f"some {name}" for name in ("name", "family", "morphology", "actuation", "functional_part")}
+PROPOSAL = json.dumps({"interpretation": "reach down", "concepts": [IDEA, IDEA | {"family": "other"}]})
+HEADER = '{"functional_part": "tip"}'
+MJCF = ROBOT.mjcf
+
+
+def team_at(server: Loopback, reasks: int = 2) -> Team:
+    clock = Clock(now=lambda: 0.0, sleep=lambda _: None)
+    return team(connect(f"m@{server.url}/v1", access=Access(), clock=clock), reasks=reasks)
+
+
+def turns(received: Received) -> list[tuple[str, str]]:
+    return [(message["role"], message["content"]) for message in received.body["messages"]]
+
+
+def test_a_whole_design_with_everything_that_can_go_wrong_on_the_way() -> None:
+    script: list[Act] = [
+        Say(f"Here:\n```json\n{PROPOSAL}\n```"),
+        Fail(503),
+        Say(f'{{"functional_part": "hand"}}\n```xml\n{MJCF}```'),
+        Say(HEADER),
+        Say('{"mount": "ceiling", "base": "fixed"}'),
+        Say(PLACEMENT.model_dump_json()),
+        Say('{"passed": true, "summary": "It can work."}'),
+    ]
+    with Loopback(script) as server:
+        roles = team_at(server)
+        concepts = roles.designer.propose(BRIEF, 2)
+        robot = roles.coder.write(BRIEF, concepts[0])
+        placement = roles.integrator.place(BRIEF, concepts[0], robot)
+        critique = roles.judge.judge(BRIEF, concepts[0], robot, SCENE, REPORT)
+    assert len(server.requests) == len(script)
+    assert [concept.family for concept in concepts] == ["some family", "other"]
+    assert (robot.mjcf, robot.functional_part) == (MJCF, "tip")
+    assert placement == PLACEMENT
+    assert critique.passed
+    for received in server.requests:
+        roles_in_turn = [role for role, _ in turns(received)]
+        assert roles_in_turn[0] == "system"
+        assert roles_in_turn[1:] == ["user", "assistant", "user"][: len(roles_in_turn) - 1]
+        assert received.body["max_tokens"] == 20_000
+    header_again, mount_again = turns(server.requests[3]), turns(server.requests[5])
+    assert 'functional_part names "hand"' in header_again[-1][1]
+    assert header_again[-2] == ("assistant", script[2].text)  # type: ignore[union-attr]
+    assert 'There is no mount "ceiling"; there is mount, mount_carriage, world.' in mount_again[-1][1]
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (Say("", finish="stop"), "The reply was empty."),
+        (Say("I cannot help with robots.", finish="refusal"), "The reply was a refusal."),
+        (Say("<mujoco> and so on", finish="length"), "cut off at its limit of 20000 tokens"),
+    ],
+)
+def test_a_reply_that_is_none_is_asked_for_again_without_repeating_it(bad: Say, words: str) -> None:
+    with Loopback([bad, bad, Say(f"{HEADER}\n{MJCF}")]) as server:
+        assert team_at(server).coder.write(BRIEF, CONCEPT).mjcf == MJCF
+    first, second, third = (turns(received) for received in server.requests)
+    assert [role for role, _ in third] == ["system", "user"]
+    assert second[1][1].startswith(first[1][1])
+    assert third[1][1].startswith(second[1][1]), "each question differs, so a recorded one is never mistaken for it"
+    assert words in second[1][1]
+    assert third[1][1].count(words) == 2
+
+
+@pytest.mark.parametrize("reasks", [0, 1, 2])
+def test_a_role_gives_up_after_so_many_replies(reasks: int) -> None:
+    no_use = pytest.raises(ReplyError, match="The last one: It has no JSON object")
+    with Loopback(lambda _: Say("No JSON today.")) as server, no_use:
+        team_at(server, reasks).judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT)
+    assert len(server.requests) == 1 + reasks
+
+
+def test_a_repair_is_told_what_is_wrong_and_what_there_is() -> None:
+    with Loopback([Say(f"{HEADER}\n{MJCF}")]) as server:
+        team_at(server).coder.repair(BRIEF, CONCEPT, ROBOT, REPORT)
+    (_, (_, user)) = turns(server.requests[0])
+    assert ROBOT.mjcf.strip() in user
+    assert REPORT.account() in user
+
+
+def test_a_revision_stays_one_concept() -> None:
+    one = json.dumps({"interpretation": "reach down", "concepts": [IDEA]})
+    with Loopback([Say(PROPOSAL), Say(one)]) as server:
+        revised = team_at(server).designer.revise(BRIEF, CONCEPT, ROBOT, "Thinner.")
+    assert revised.interpretation == "reach down"
+    assert "It has 2 concepts; exactly 1 asked for." in turns(server.requests[1])[-1][1]

@@ -1,0 +1,144 @@
+"""Every text that reaches a model, byte for byte. AIDSR_REWRITE_SNAPSHOTS=1 rewrites the files; read the difference."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from agent_samples import BRIEF, CONCEPT, CRITIQUE, PLACEMENT, REPORT, ROBOT, SCENE, SUMMARY
+
+from aidsr.agents import team
+from aidsr.agents.coder import _Reader
+from aidsr.agents.designer import _read
+from aidsr.agents.environment import describe_environment
+from aidsr.agents.prompts import render
+from aidsr.agents.replies import blocks, json_in, read_as
+from aidsr.artifacts import CallRecord, Critique, EnvironmentSummary, Placement, Question, Usage
+from aidsr.errors import ReplyError
+from aidsr.roles import Team
+
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
+ANY = BRIEF.model_copy(update={"base": "any"})
+MOVING = BRIEF.model_copy(update={"base": "moving"})
+
+
+@dataclass
+class Listener:
+    """A model that keeps what it is asked and says nothing of use."""
+
+    name: str = "listener"
+    heard: list[Question] = field(default_factory=list)
+
+    def ask(self, question: Question) -> CallRecord:
+        self.heard.append(question)
+        return CallRecord(
+            question=question, model=self.name, reply="Hm.", finish="stop", usage=Usage(calls=1), started="2026-01-01"
+        )
+
+
+def heard_from(job: Callable[[Team], object], reasks: int = 0) -> list[Question]:
+    listener = Listener()
+    with pytest.raises(ReplyError):
+        job(team(listener, reasks=reasks))
+    return listener.heard
+
+
+JOBS: dict[str, Callable[[Team], object]] = {
+    "designer_propose": lambda t: t.designer.propose(BRIEF, 3),
+    "designer_propose_one_free_from_own_robot": lambda t: t.designer.propose(FREE, 1),
+    "designer_propose_any_base": lambda t: t.designer.propose(ANY, 2),
+    "designer_revise": lambda t: t.designer.revise(BRIEF, CONCEPT, ROBOT, "Make it thinner.\n"),
+    "designer_revise_before_robot": lambda t: t.designer.revise(BRIEF, CONCEPT, None, "Make it thinner."),
+    "coder_write": lambda t: t.coder.write(BRIEF, CONCEPT),
+    "coder_write_from_own_robot": lambda t: t.coder.write(FREE, CONCEPT),
+    "coder_repair_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, REPORT),
+    "coder_repair_critique": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, CRITIQUE),
+    "integrator_place": lambda t: t.integrator.place(MOVING, CONCEPT, ROBOT),
+    "integrator_adjust_faults": lambda t: t.integrator.adjust(BRIEF, CONCEPT, ROBOT, PLACEMENT, REPORT),
+    "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
+}
+
+
+def agrees(name: str, text: str) -> None:
+    """Compare a text with its snapshot; the validator's account belongs to the validator's own tests."""
+    text = text.replace(REPORT.account(), "<the validator's account>")
+    path = SNAPSHOTS / f"{name}.md"
+    if os.environ.get("AIDSR_REWRITE_SNAPSHOTS") == "1":
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    assert path.exists(), f"no snapshot {path.name}; AIDSR_REWRITE_SNAPSHOTS=1 writes it"
+    assert path.read_bytes() == text.encode(), f"{path.name} differs; if that is wanted, AIDSR_REWRITE_SNAPSHOTS=1"
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_what_a_role_is_told_for_one_job(name: str) -> None:
+    (question,) = heard_from(JOBS[name])
+    assert [message.role for message in question.messages] == ["system", "user"]
+    assert question.role == name.partition("_")[0]
+    assert question.max_output_tokens == 20_000
+    agrees(name, question.messages[1].text)
+
+
+@pytest.mark.parametrize("role", ["designer", "coder", "integrator", "judge"])
+def test_what_a_role_is_always_told(role: str) -> None:
+    agrees(role, render(role))
+    told = {heard_from(job)[0].messages[0].text for name, job in JOBS.items() if name.startswith(role)}
+    assert told == {render(role)}, "a prefix that changes cannot be cached by a provider"
+
+
+def test_what_a_role_is_told_when_its_reply_is_of_no_use() -> None:
+    first, second, third = heard_from(JOBS["judge_scene"], reasks=2)
+    assert second.messages[:2] == first.messages
+    assert third.messages[:4] == second.messages
+    assert [message.role for message in third.messages] == ["system", "user", "assistant", "user", "assistant", "user"]
+    agrees("reask", third.messages[-1].text)
+
+
+def test_no_snapshot_is_left_over() -> None:
+    names = {*JOBS, "designer", "coder", "integrator", "judge", "reask"}
+    assert {path.stem for path in SNAPSHOTS.glob("*.md")} == names
+
+
+def test_no_placeholder_is_left_open() -> None:
+    for path in SNAPSHOTS.glob("*.md"):
+        assert not re.search(r"\{\{|\{%|\bNone\b|Undefined", path.read_text(encoding="utf-8")), path.name
+
+
+def test_the_job_comes_first_so_that_calls_share_it() -> None:
+    write, repair = (heard_from(JOBS[name])[0].messages[1].text for name in ("coder_write", "coder_repair_faults"))
+    job_and_concept = write.partition("# What to reply")[0]
+    assert CONCEPT.rationale in job_and_concept
+    assert repair.startswith(job_and_concept)
+
+
+def test_the_examples_in_the_prompts_are_replies_that_can_be_used() -> None:
+    assert len(_read(render("designer"), 1)) == 1
+    assert read_as(Placement, json_in(render("integrator"))).scale == 0.9
+    assert not read_as(Critique, json_in(render("judge"))).passed
+
+
+def test_the_header_and_the_limb_of_the_guide_make_a_robot() -> None:
+    header = blocks(render("coder"))[0]
+    limb = next(block for block in blocks(render("coder")) if block.language == "xml")
+    robot = _Reader().read(f"```json\n{header.text}```\n```xml\n{limb.text}```")
+    assert robot.functional_part == "fingertip"
+
+
+def test_an_empty_environment_leaves_no_empty_headings() -> None:
+    empty = EnvironmentSummary(
+        gravity_m_s2=(0, 0, 0), timestep_s=0.001, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
+    )
+    assert describe_environment(empty) == (
+        "Gravity 0 0 0 m/s2, time step 0.001 s. Lengths in metres; positions in world coordinates at the start."
+    )
+
+
+def test_numbers_are_short_and_never_minus_zero() -> None:
+    text = describe_environment(SUMMARY)
+    assert "-0 " not in text
+    assert "0.2523," in text
