@@ -242,6 +242,46 @@ class ValidationReport(Artifact):
         """The faults of severity "warning"."""
         return tuple(fault for fault in self.faults if fault.severity == "warning")
 
+    def account(self, max_bytes: int = 1600) -> str:
+        """Return the report as plain text, one line per fault code, errors first.
+
+        Faults of one code share a line. What does not fit is counted by code in the last line; all of it stands in the
+        report itself.
+
+        Args:
+            max_bytes: Bound on the text in UTF-8, at least 200.
+        """
+        if not self.faults:
+            return "stable: no faults found"
+        groups: dict[tuple[bool, str], list[Fault]] = {}
+        for fault in (*self.errors, *self.warnings):
+            groups.setdefault((fault.severity == "warning", fault.code), []).append(fault)
+        lines = [_account_line(group) for group in groups.values()]
+        codes = [code for _, code in groups]
+        for kept in range(len(lines), 0, -1):
+            left_out = [f"{len(lines) - kept} more: {', '.join(codes[kept:])}"] if kept < len(lines) else []
+            text = "\n".join([*lines[:kept], *left_out])
+            if len(text.encode()) <= max_bytes:
+                return text
+        rest = f" …\n{len(lines) - 1} more" if len(lines) > 1 else " …"
+        return lines[0].encode()[: max_bytes - len(rest.encode())].decode(errors="ignore") + rest
+
+
+def _account_line(faults: list[Fault]) -> str:
+    """Return faults of one code as one line: where, what, how much, likely cause, cure."""
+    fault = faults[0]
+    names = list(dict.fromkeys(name for each in faults for name in each.names))
+    shown = ", ".join(names) if len(names) <= 4 else f"{', '.join(names[:3])} … {names[-1]} ({len(names)} in all)"
+    line = "warning " * (fault.severity == "warning") + fault.code + (f" at {shown}" if shown else "")
+    line += (f" (line {fault.line})" if fault.line is not None else "") + f": {fault.message}"
+    if fault.measured is not None:
+        line += f": {fault.measured:.3g} {fault.unit}".rstrip()
+        line += f" (limit {fault.limit:.3g})" if fault.limit is not None else ""
+    if len(faults) > 1:
+        line += f", and {len(faults) - 1} more like it"
+    sentences = [line, f"Likely cause: {fault.likely_cause}" if fault.likely_cause else "", fault.cure]
+    return " ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence)
+
 
 class CritiqueIssue(Artifact):
     """One reason why the Judge does not pass a scene."""

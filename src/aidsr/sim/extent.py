@@ -1,0 +1,119 @@
+"""How long a robot is: the one length that every rule and every task divides by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["bounding_box_m", "characteristic_length_m"]
+
+Vector = NDArray[np.float64]
+
+_SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
+_CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
+_UNBOUNDED = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+
+
+def characteristic_length_m(
+    model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int], moving: Iterable[int]
+) -> float:
+    """Return L: the smaller of the longest kinematic path and the diagonal around everything that moves [m].
+
+    The path runs from the first moving joint through the turning points of a limb to the far end of its last geom. The
+    diagonal keeps a limb that is folded in its reference pose from counting as long as it could become.
+
+    Args:
+        model: Compiled model.
+        data: Its data after `mj_forward`; the pose that is measured.
+        bodies: The robot's bodies, used alone when nothing moves.
+        moving: Those of them that can move against the robot's root, parents first.
+
+    Source: our choice; equals the length of a straight limb and about the body length of a crawler.
+    """
+    moving = tuple(moving)
+    low, high = bounding_box_m(model, data, moving or bodies)
+    diagonal_m = float(np.linalg.norm(high - low))
+    path_m = _longest_path_m(model, data, moving)
+    length_m = min(diagonal_m, path_m) if path_m > 0 else diagonal_m
+    # a model of bare points has no length: one metre keeps ratios finite
+    return length_m if length_m > 0 else 1.0
+
+
+def bounding_box_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> tuple[Vector, Vector]:
+    """Return the lowest and highest world coordinates of the geoms of some bodies, (3,) each [m].
+
+    Bodies without a geom count as their origin; without any body both are the origin of the world.
+    """
+    bodies = tuple(bodies)
+    lows, highs = [], []
+    for geom in _geoms(model, bodies):
+        half = _half_extent_m(model, data, geom)
+        lows.append(data.geom_xpos[geom] - half)
+        highs.append(data.geom_xpos[geom] + half)
+    if not lows:
+        points = data.xpos[list(bodies)] if bodies else np.zeros((1, 3))
+        return points.min(axis=0), points.max(axis=0)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _geoms(model: mujoco.MjModel, bodies: Iterable[int]) -> list[int]:
+    return [
+        geom
+        for body in bodies
+        for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+        if int(model.geom_type[geom]) not in _UNBOUNDED
+    ]
+
+
+def _half_extent_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Vector:
+    """Half size of the geom's box along the world's axes, (3,) [m]."""
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    rotation = data.geom_xmat[geom].reshape(3, 3)
+    if kind == _SPHERE:
+        return np.full(3, size[0])
+    if kind == _CAPSULE:
+        return np.asarray(np.abs(rotation[:, 2]) * size[1] + size[0])
+    box = model.geom_aabb[geom]
+    return np.asarray(np.abs(rotation @ box[:3]) + np.abs(rotation) @ box[3:])
+
+
+def _farthest_m(model: mujoco.MjModel, data: mujoco.MjData, geom: int, point: Vector) -> float:
+    """Distance from a world point to the far side of a geom [m]."""
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    centre, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+    if kind in (_SPHERE, _CAPSULE):
+        along = rotation[:, 2] * (size[1] if kind == _CAPSULE else 0.0)
+        ends = np.stack([centre + along, centre - along])
+        return float(np.linalg.norm(ends - point, axis=1).max() + size[0])
+    box = model.geom_aabb[geom]
+    corners = centre + (box[:3] + _CORNERS * box[3:]) @ rotation.T
+    return float(np.linalg.norm(corners - point, axis=1).max())
+
+
+def _longest_path_m(model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[int, ...]) -> float:
+    """Longest way from a first joint through later joints to the far side of a geom [m]; 0 when nothing moves."""
+    way: dict[int, tuple[float, Vector]] = {}
+    longest_m = 0.0
+    for body in moving:
+        way[body] = _follow(model, data, body, way)
+        travelled_m, anchor = way[body]
+        reach_m = max((_farthest_m(model, data, geom, anchor) for geom in _geoms(model, [body])), default=0.0)
+        longest_m = max(longest_m, travelled_m + reach_m)
+    return longest_m
+
+
+def _follow(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, way: Mapping[int, tuple[float, Vector]]
+) -> tuple[float, Vector]:
+    """Way travelled to a body's last joint [m], and where that joint is."""
+    first = int(model.body_jntadr[body])
+    anchors = [data.xanchor[first + k] for k in range(model.body_jntnum[body])]
+    travelled_m, here = way.get(int(model.body_parentid[body]), (0.0, anchors[0] if anchors else data.xpos[body]))
+    for anchor in anchors:
+        travelled_m += float(np.linalg.norm(anchor - here))
+        here = anchor
+    return travelled_m, np.array(here)

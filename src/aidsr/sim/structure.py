@@ -1,0 +1,302 @@
+"""What a compiled model is made of, seen as a tendon-driven robot: chains, tendons, actuators, one length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.extent import characteristic_length_m
+from aidsr.sim.ownership import (
+    ROBOT_PREFIX,
+    WRAP_JOINT,
+    WRAP_SITE,
+    read_ownership,
+    tendon_bodies,
+    tendon_wraps,
+)
+
+__all__ = ["ROBOT_PREFIX", "Chain", "Structure", "Tendon", "name_of", "names_of", "read_structure"]
+
+Vector = NDArray[np.float64]
+
+_TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
+_FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+_TENDON_TRANSMISSION = int(mujoco.mjtTrn.mjTRN_TENDON)
+
+_SAME_POINT = 1e-3
+"""Joints nearer than this share of L turn about one point: a universal joint written as two hinges. Our choice: a
+hundredth of a segment of a ten-segment limb."""
+
+_OPPOSITE_COSINE = -0.9
+"""Pulls in joint space whose cosine is below this are antagonists. Our choice: 26 deg around opposite, far from the
+cosine of -0.5 between three tendons around a limb."""
+
+_SAME_PULL = 0.05
+"""Pulls in joint space that differ by less than this share are the same motion of two limbs. Our choice: well above
+rounding in written coordinates, well below the difference between neighbouring tendons."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Hinge and ball joints in series, without a branch between them.
+
+    Attributes:
+        bodies: Body ids from the root outwards, one per turning point (the last body of a universal joint).
+        joints: Ids of the hinge and ball joints, in the same order.
+        anchors_m: The turning points in the reference pose, (n_bodies, 3) [m].
+    """
+
+    bodies: tuple[int, ...]
+    joints: tuple[int, ...]
+    anchors_m: Vector
+
+    @property
+    def spacing_m(self) -> float:
+        """Median distance between turning points [m], the length of a segment; 0 with a single one."""
+        if len(self.bodies) < 2:
+            return 0.0
+        return float(np.median(np.linalg.norm(np.diff(self.anchors_m, axis=0), axis=1)))
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """A tendon of the robot and what it runs along.
+
+    Attributes:
+        id: Tendon id.
+        spatial: False for a fixed tendon, which is a weighted sum of joint positions and has no path.
+        sites: Ids of its sites in order; empty for a fixed tendon.
+        bodies: Ids of the bodies it touches in order, neighbours differing.
+        spans: How many parts that can move against each other it touches; for a fixed tendon, its joints + 1.
+        actuators: Ids of the actuators that pull on it.
+    """
+
+    id: int
+    spatial: bool
+    sites: tuple[int, ...]
+    bodies: tuple[int, ...]
+    spans: int
+    actuators: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The robot's part of a compiled model. Everything is an id of the model it was read from.
+
+    Attributes:
+        is_scene: Whether the model is a robot placed in an environment.
+        bodies: All bodies of the robot, parents first.
+        roots: Those whose parent does not belong to the robot.
+        free_roots: Roots with a free joint.
+        moving: Bodies that can move against the root they hang from, and free roots.
+        joints, geoms, sites: All of those bodies.
+        chains: Series of hinge and ball joints, longest first.
+        longest_series: Turning points between a root and a leaf, at most, branches passed through.
+        tendons: Tendons of the robot.
+        actuators: Actuators of the robot.
+        tendon_actuators: Those that pull on a tendon.
+        sensors: Sensors of the robot.
+        characteristic_length_m: L, the length that every rule and task divides by [m].
+        mass_kg: Mass of the moving bodies [kg].
+        opposite_pairs: Actuators whose tendons pull the same joints in opposite directions.
+        symmetric_groups: Actuators that do the same in limbs of the same build, two or more in a group.
+    """
+
+    is_scene: bool
+    bodies: tuple[int, ...]
+    roots: tuple[int, ...]
+    free_roots: tuple[int, ...]
+    moving: tuple[int, ...]
+    joints: tuple[int, ...]
+    geoms: tuple[int, ...]
+    sites: tuple[int, ...]
+    chains: tuple[Chain, ...]
+    longest_series: int
+    tendons: tuple[Tendon, ...]
+    actuators: tuple[int, ...]
+    tendon_actuators: tuple[int, ...]
+    sensors: tuple[int, ...]
+    characteristic_length_m: float
+    mass_kg: float
+    opposite_pairs: tuple[tuple[int, int], ...]
+    symmetric_groups: tuple[tuple[int, ...], ...]
+
+
+def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
+    """Return the name of an element, or its kind and number where it has none."""
+    name: str = mujoco.mj_id2name(model, kind, index) or ""
+    return name or f"{kind.name.removeprefix('mjOBJ_').lower()} {index}"
+
+
+def names_of(model: mujoco.MjModel, kind: mujoco.mjtObj, indices: tuple[int, ...]) -> tuple[str, ...]:
+    """Return the names of several elements of one kind."""
+    return tuple(name_of(model, kind, index) for index in indices)
+
+
+def read_structure(model: mujoco.MjModel) -> Structure:
+    """Return the structure of the robot in a compiled model, seen in its reference pose."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    ours = read_ownership(model)
+    owned = ours.bodies
+    roots = tuple(body for body in owned if model.body_parentid[body] not in owned)
+    moving = _moving_bodies(model, owned)
+    length_m = characteristic_length_m(model, data, owned, moving)
+    actuators = tuple(i for i in range(model.nactuator) if ours.actuator(i))
+    tendon_actuators = tuple(i for i in actuators if int(model.actuator_trntype[i]) == _TENDON_TRANSMISSION)
+    chains, longest_series = _read_chains(model, data, moving, length_m)
+    pulls = {i: _pull(model, data, int(model.actuator_trnid[i, 0])) for i in tendon_actuators}
+    return Structure(
+        is_scene=ours.is_scene,
+        bodies=owned,
+        roots=roots,
+        free_roots=tuple(body for body in roots if _joint_types(model, body)[:1] == [_FREE]),
+        moving=moving,
+        joints=tuple(i for i in range(model.njnt) if model.jnt_bodyid[i] in owned),
+        geoms=tuple(i for i in range(model.ngeom) if model.geom_bodyid[i] in owned),
+        sites=tuple(i for i in range(model.nsite) if model.site_bodyid[i] in owned),
+        chains=chains,
+        longest_series=longest_series,
+        tendons=tuple(_read_tendon(model, i, actuators) for i in range(model.ntendon) if ours.tendon(i)),
+        actuators=actuators,
+        tendon_actuators=tendon_actuators,
+        sensors=tuple(i for i in range(model.nsensor) if ours.sensor(i)),
+        characteristic_length_m=length_m,
+        mass_kg=float(sum(model.body_mass[body] for body in moving)),
+        opposite_pairs=_opposite_pairs(pulls),
+        symmetric_groups=_symmetric_groups(model, chains, pulls),
+    )
+
+
+def _moving_bodies(model: mujoco.MjModel, owned: tuple[int, ...]) -> tuple[int, ...]:
+    moving: list[int] = []
+    for body in owned:
+        if model.body_jntnum[body] or int(model.body_parentid[body]) in moving:
+            moving.append(body)
+    return tuple(moving)
+
+
+def _joint_types(model: mujoco.MjModel, body: int) -> list[int]:
+    first = int(model.body_jntadr[body])
+    return [int(model.jnt_type[first + k]) for k in range(model.body_jntnum[body])]
+
+
+def _read_tendon(model: mujoco.MjModel, index: int, actuators: tuple[int, ...]) -> Tendon:
+    wraps = tendon_wraps(model, index)
+    spatial = not any(kind == WRAP_JOINT for kind, _ in wraps)
+    bodies = tuple(tendon_bodies(model, index))
+    return Tendon(
+        id=index,
+        spatial=spatial,
+        sites=tuple(target for kind, target in wraps if kind == WRAP_SITE),
+        bodies=bodies,
+        spans=len({int(model.body_weldid[body]) for body in bodies}) if spatial else len(wraps) + 1,
+        actuators=tuple(
+            i
+            for i in actuators
+            if int(model.actuator_trntype[i]) == _TENDON_TRANSMISSION and int(model.actuator_trnid[i, 0]) == index
+        ),
+    )
+
+
+def _read_chains(
+    model: mujoco.MjModel, data: mujoco.MjData, moving: tuple[int, ...], length_m: float
+) -> tuple[tuple[Chain, ...], int]:
+    """Chains, longest first, and the largest number of turning points between a root and a leaf."""
+    turning = [body for body in moving if any(kind in _TURNING for kind in _joint_types(model, body))]
+    before = {body: _turning_parent(model, body, turning) for body in turning}
+    after = {body: [child for child in turning if before[child] == body] for body in turning}
+    chains, depth = [], dict.fromkeys([0, *turning], 0)
+    for body in turning:
+        parent = before[body]
+        depth[body] = depth[parent] + (parent == 0 or not _together(data, model, parent, body, length_m))
+        if parent == 0 or len(after[parent]) > 1:
+            series = [body]
+            while len(after[series[-1]]) == 1:
+                series.append(after[series[-1]][0])
+            chains.append(_make_chain(model, data, series, length_m))
+    return tuple(sorted(chains, key=lambda chain: -len(chain.bodies))), max(depth.values())
+
+
+def _turning_parent(model: mujoco.MjModel, body: int, turning: list[int]) -> int:
+    """Nearest body towards the root that turns; 0 where there is none."""
+    parent = int(model.body_parentid[body])
+    while parent and parent not in turning:
+        parent = int(model.body_parentid[parent])
+    return parent
+
+
+def _together(data: mujoco.MjData, model: mujoco.MjModel, parent: int, body: int, length_m: float) -> bool:
+    gap = _anchor_m(model, data, body) - _anchor_m(model, data, parent)
+    return bool(np.linalg.norm(gap) < _SAME_POINT * length_m)
+
+
+def _anchor_m(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Vector:
+    return np.array(data.xanchor[int(model.body_jntadr[body])])
+
+
+def _make_chain(model: mujoco.MjModel, data: mujoco.MjData, series: list[int], length_m: float) -> Chain:
+    bodies: list[int] = []
+    joints: list[int] = []
+    for body in series:
+        if bodies and _together(data, model, bodies[-1], body, length_m):
+            bodies.pop()
+        bodies.append(body)
+        first = int(model.body_jntadr[body])
+        joints += [first + k for k, kind in enumerate(_joint_types(model, body)) if kind in _TURNING]
+    anchors = np.array([_anchor_m(model, data, body) for body in bodies])
+    return Chain(bodies=tuple(bodies), joints=tuple(joints), anchors_m=anchors)
+
+
+def _pull(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
+    """Generalized force of a unit pull on a tendon, (nv,): minus the gradient of its length."""
+    pull = np.zeros(model.nv)
+    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+    columns = model.ten_J_colind[first : first + count]
+    pull[columns] = -data.ten_J.reshape(-1)[first : first + count]
+    return pull
+
+
+def _opposite_pairs(pulls: Mapping[int, Vector]) -> tuple[tuple[int, int], ...]:
+    ids = sorted(pulls)
+    return tuple(
+        (one, other)
+        for k, one in enumerate(ids)
+        for other in ids[k + 1 :]
+        if pulls[one] @ pulls[other] < _OPPOSITE_COSINE * np.linalg.norm(pulls[one]) * np.linalg.norm(pulls[other])
+    )
+
+
+def _symmetric_groups(
+    model: mujoco.MjModel, chains: tuple[Chain, ...], pulls: Mapping[int, Vector]
+) -> tuple[tuple[int, ...], ...]:
+    """Actuators whose pull, written in the joints of the limb they act on, is the same in several limbs."""
+    groups: list[tuple[int, Vector, list[int], set[int]]] = []
+    for actuator, pull in pulls.items():
+        in_limbs = [pull[_dofs(model, chain)] for chain in chains]
+        limb = int(np.argmax([np.linalg.norm(part) for part in in_limbs])) if in_limbs else 0
+        if not in_limbs or not in_limbs[limb].any():
+            continue
+        own = in_limbs[limb]
+        for size, example, members, limbs in groups:
+            alike = size == own.size and np.linalg.norm(own - example) <= _SAME_PULL * np.linalg.norm(example)
+            if alike and limb not in limbs:
+                members.append(actuator)
+                limbs.add(limb)
+                break
+        else:
+            groups.append((own.size, own, [actuator], {limb}))
+    return tuple(tuple(members) for _, _, members, _ in groups if len(members) > 1)
+
+
+def _dofs(model: mujoco.MjModel, chain: Chain) -> list[int]:
+    sizes = {int(mujoco.mjtJoint.mjJNT_BALL): 3}
+    return [
+        int(model.jnt_dofadr[joint]) + k
+        for joint in chain.joints
+        for k in range(sizes.get(int(model.jnt_type[joint]), 1))
+    ]

@@ -1,0 +1,105 @@
+"""What a rule looks at: the compiled robot, how it stands, and what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.artifacts import Fault
+from aidsr.sim.structure import Structure, name_of
+from aidsr.validation.protocol import Evidence, Variant, rerun
+from aidsr.validation.thresholds import Thresholds
+
+__all__ = ["Case", "Rule"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One robot or scene under examination.
+
+    Attributes:
+        model: The model that was driven.
+        structure: What of it is the robot.
+        needs_contact: Whether the task needs touch.
+        evidence: What it did; None while only the structure is being looked at.
+        limits: Thresholds of all rules.
+        causes: Counterfactual reruns made so far, by name: they are made for symptoms only and shared between rules.
+    """
+
+    model: mujoco.MjModel
+    structure: Structure
+    needs_contact: bool = False
+    evidence: Evidence | None = None
+    limits: Thresholds = field(default_factory=Thresholds)
+    causes: dict[str, dict[int, float]] = field(default_factory=dict)
+
+    @property
+    def length_m(self) -> float:
+        """L [m]."""
+        return self.structure.characteristic_length_m
+
+    @property
+    def driven(self) -> Evidence:
+        """The evidence; rules that ask for it run only when there is some."""
+        if self.evidence is None:
+            raise RuntimeError("this rule needs the evidence of the test battery")
+        return self.evidence
+
+    def body(self, index: int) -> str:
+        """Name of a body."""
+        return name_of(self.model, mujoco.mjtObj.mjOBJ_BODY, index)
+
+    def joint(self, index: int) -> str:
+        """Name of a joint; one without a name is called after its body."""
+        unnamed = not mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_JOINT, index)
+        return f"joint of {self.body(int(self.model.jnt_bodyid[index]))}" if unnamed else self._name("JOINT", index)
+
+    def geom(self, index: int) -> str:
+        """Name of a geom; one without a name is called after its body."""
+        unnamed = not mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, index)
+        return f"geom of {self.body(int(self.model.geom_bodyid[index]))}" if unnamed else self._name("GEOM", index)
+
+    def tendon(self, index: int) -> str:
+        """Name of a tendon."""
+        return self._name("TENDON", index)
+
+    def actuator(self, index: int) -> str:
+        """Name of an actuator."""
+        return self._name("ACTUATOR", index)
+
+    def sensor(self, index: int) -> str:
+        """Name of a sensor."""
+        return self._name("SENSOR", index)
+
+    def _name(self, kind: str, index: int) -> str:
+        return name_of(self.model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), index)
+
+    def effect_of(self, drive: int) -> float:
+        """Largest effect / L of one actuator alone, the other tendons slack; 0 if it has no end but neutral."""
+        evidence = self.driven
+        return max((float(evidence.effects[i]) for i in self.single_tests([drive])), default=0.0)
+
+    def single_tests(self, drives: Iterable[int]) -> list[int]:
+        """Rows of the battery in which one of some actuators is driven alone."""
+        wanted = set(drives)
+        return [i for i, test in enumerate(self.driven.tests) if test.kind == "single" and test.drive in wanted]
+
+    def effects_if(self, name: str, variant: Variant, tests: Sequence[int]) -> dict[int, float]:
+        """Effects of some tests in a changed model, by row of the battery; made once under a name."""
+        if name not in self.causes:
+            effects = rerun(self.model, self.structure, self.driven, variant, tests)
+            self.causes[name] = {test: float(effect) for test, effect in zip(tests, effects, strict=True)}
+        return self.causes[name]
+
+    def tail(self, values: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+        """The last quarter of the frames."""
+        count = values.shape[axis]
+        return np.asarray(np.take(values, range(count - count // 4, count), axis=axis))
+
+
+Rule = Callable[[Case], Iterable[Fault]]
+"""Looks for one kind of fault."""

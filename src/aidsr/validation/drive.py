@@ -1,0 +1,133 @@
+"""How each actuator of the robot can be commanded: its ends, the command that does nothing, pulling and letting go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.structure import Structure
+
+__all__ = ["Drive", "neutral_ctrl", "read_drives"]
+
+_FIXED, _AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE)
+_NO_BIAS, _AFFINE_BIAS = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
+_FILTERS = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
+_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+
+_UNLIMITED_END = 1.0
+"""Command tried on an actuator without a control range, which is a fault of its own. Our choice:
+the range that Gymnasium users expect."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The commands of one actuator.
+
+    Attributes:
+        actuator: Actuator id.
+        ctrl: Its place in `ctrl`.
+        on_tendon: Whether it pulls a tendon.
+        low, high: Ends of its control range.
+        neutral: Command with the least force where the robot rests.
+        pull: The end that pulls a tendon hardest; the high end of any other actuator.
+        release: The other end.
+        force_low_n, force_high_n: Force on the tendon or joint at both ends where the robot rests; positive pushes
+            [N, or N m on a turning joint].
+    """
+
+    actuator: int
+    ctrl: int
+    on_tendon: bool
+    low: float
+    high: float
+    neutral: float
+    pull: float
+    release: float
+    force_low_n: float
+    force_high_n: float
+
+
+def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure) -> tuple[Drive, ...]:
+    """Return the commands of the robot's actuators in the state of `data`, which is left as it is."""
+    low, high = _ends(model)
+    forces = [_forces(model, data, ctrl) for ctrl in (low, high)]
+    neutral = neutral_ctrl(model, data)
+    drives = []
+    for actuator in structure.actuators:
+        at = int(model.actuator_ctrladr[actuator])
+        on_tendon = actuator in structure.tendon_actuators
+        force_low, force_high = float(forces[0][actuator]), float(forces[1][actuator])
+        pulls_low = on_tendon and force_low < force_high
+        drives.append(
+            Drive(
+                actuator=actuator,
+                ctrl=at,
+                on_tendon=on_tendon,
+                low=float(low[at]),
+                high=float(high[at]),
+                neutral=float(neutral[at]),
+                pull=float(low[at] if pulls_low else high[at]),
+                release=float(high[at] if pulls_low else low[at]),
+                force_low_n=force_low,
+                force_high_n=force_high,
+            )
+        )
+    return tuple(drives)
+
+
+def neutral_ctrl(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Return the command of every actuator that gives no force in the state of `data`, within its range, (nu,).
+
+    A position servo is told to stay where it is; zero would tell a tendon servo to pull to zero length.
+
+    Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias, affine in the length.
+    """
+    low, high = _ends(model)
+    neutral = np.clip(np.zeros(model.nu), low, high)
+    for actuator in range(model.nactuator):
+        gain_type, bias_type = int(model.actuator_gaintype[actuator]), int(model.actuator_biastype[actuator])
+        if gain_type not in (_FIXED, _AFFINE) or bias_type not in (_NO_BIAS, _AFFINE_BIAS):
+            continue
+        if int(model.actuator_dyntype[actuator]) == _INTEGRATOR:
+            continue
+        length = float(data.actuator_length[actuator])
+        gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
+        slope = gain[0] + (gain[1] * length if gain_type == _AFFINE else 0.0)
+        offset = bias[0] + bias[1] * length if bias_type == _AFFINE_BIAS else 0.0
+        at = int(model.actuator_ctrladr[actuator])
+        if slope != 0:
+            neutral[at] = np.clip(-offset / slope, low[at], high[at])
+    return neutral
+
+
+def set_act(model: mujoco.MjModel, data: mujoco.MjData, ctrl: NDArray[np.float64]) -> None:
+    """Let filtered actuators start at a command instead of running in from zero."""
+    for actuator in range(model.nactuator):
+        if int(model.actuator_dyntype[actuator]) in _FILTERS:
+            data.act[int(model.actuator_actadr[actuator])] = ctrl[int(model.actuator_ctrladr[actuator])]
+
+
+def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lowest and highest command of each control, (nu,) each."""
+    limited = np.asarray(model.actuator_ctrllimited, dtype=bool)
+    ends = np.asarray(model.actuator_ctrlrange)
+    low = np.where(limited, ends[:, 0], -_UNLIMITED_END)
+    high = np.where(limited, ends[:, 1], _UNLIMITED_END)
+    return low, high
+
+
+def _forces(model: mujoco.MjModel, data: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Force times gear of every actuator under a command held for long, (nactuator,)."""
+    probe = mujoco.MjData(model)
+    probe.qpos[:] = data.qpos
+    probe.ctrl[:] = ctrl
+    for actuator in range(model.nactuator):
+        first, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])
+        if count:
+            probe.act[first : first + count] = ctrl[int(model.actuator_ctrladr[actuator])]
+    mujoco.mj_forward(model, probe)
+    outputs = [int(model.actuator_outadr[actuator]) for actuator in range(model.nactuator)]
+    return np.asarray(probe.actuator_force[outputs] * model.actuator_gear[:, 0])

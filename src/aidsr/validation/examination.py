@@ -1,0 +1,100 @@
+"""The validator inside the worker: text in, report out. Never called in the user's process."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.errors import MjcfError
+from aidsr.sim.compiling import compile_mjcf
+from aidsr.sim.mjcf import read_mjcf
+from aidsr.sim.structure import Structure, read_structure
+from aidsr.validation.case import Case, Rule
+from aidsr.validation.causes import without_consequences
+from aidsr.validation.protocol import gather_evidence
+from aidsr.validation.rules import SIMULATE_RULES, STRUCTURE_RULES
+from aidsr.validation.standing import stand
+
+__all__ = ["examine", "examine_text"]
+
+
+def examine(argument: dict[str, Any]) -> dict[str, Any]:
+    """Answer a request of `aidsr.validation.validate`."""
+    return examine_text(**argument).model_dump(mode="json")
+
+
+def examine_text(
+    text: str, mount: Any = "auto", needs_contact: bool = False, environment: str = "", realizable: bool = False
+) -> ValidationReport:
+    """Return the report on an MJCF text; see `aidsr.validation.validate` for the arguments."""
+    document_notes: tuple[str, ...] = ()
+    try:
+        document = read_mjcf(text)
+        document_notes = document.notes
+        written = compile_mjcf(document.text)
+        surroundings = compile_mjcf(environment) if environment else None
+        model, stand_notes = stand(document.text, written, mount, surroundings)
+    except MjcfError as error:
+        return make_report(error.faults, {}, document_notes, realizable)
+    case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
+    faults = apply(STRUCTURE_RULES, case)
+    measurements = describe(case.model, case.structure)
+    if case.structure.moving:
+        case = Case(model, case.structure, needs_contact, gather_evidence(model, case.structure))
+        faults += apply(SIMULATE_RULES, case)
+        measurements |= measure(case)
+    return make_report(without_consequences(faults), measurements, document_notes + stand_notes, realizable)
+
+
+def apply(rules: tuple[Rule, ...], case: Case) -> list[Fault]:
+    """Return what the rules find, in their order."""
+    return [fault for rule in rules for fault in rule(case)]
+
+
+def make_report(
+    faults: tuple[Fault, ...], measurements: dict[str, Any], notes: tuple[str, ...], realizable: bool
+) -> ValidationReport:
+    """Return the report; `stable` says whether an error stands in a layer that is enforced."""
+    enforced = [fault for fault in faults if realizable or fault.layer != "realizability"]
+    return ValidationReport(
+        stable=all(fault.severity != "error" for fault in enforced),
+        faults=tuple(sorted(faults, key=lambda fault: fault.severity != "error")),
+        measurements=measurements,
+        versions={"aidsr": version("aidsr"), "mujoco": mujoco.__version__},
+        notes=notes,
+    )
+
+
+def describe(model: mujoco.MjModel, structure: Structure) -> dict[str, Any]:
+    """Return what the model is made of, as numbers."""
+    return {
+        "characteristic_length_m": structure.characteristic_length_m,
+        "moving_mass_kg": structure.mass_kg,
+        "chains": [len(chain.bodies) for chain in structure.chains],
+        "tendons": len(structure.tendons),
+        "actuators": len(structure.actuators),
+        "sensors": len(structure.sensors),
+        "degrees_of_freedom": model.nv,
+        "timestep_s": float(model.opt.timestep),
+    }
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Return what the tests measured, as numbers."""
+    evidence = case.driven
+    if evidence.battery is None:
+        return {}
+    effects = {
+        case.actuator(drive.actuator): round(case.effect_of(index), 6) for index, drive in enumerate(evidence.drives)
+    }
+    speeds = evidence.battery.speed_m_s[:, :, list(case.structure.bodies)]
+    return {
+        "effect_over_length": effects,
+        "largest_effect_over_length": round(float(evidence.effects.max(initial=0.0)), 6),
+        "fastest_body_m_s": round(float(np.max(speeds, initial=0.0)), 6),
+        "simulated_s": round(evidence.battery.frame_s * evidence.battery.speed_m_s.shape[1] * len(evidence.tests), 6),
+    }

@@ -1,0 +1,316 @@
+"""The test protocol: let the robot settle, then drive it in every way a policy could, all in one batch.
+
+Source: the order of tests and their durations are our choice, calibrated on robots that were known to be good or bad;
+all times are counted in the pendulum time sqrt(L / g), so that a robot twice as large is tested in the same way.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.rollout import Recording, Simulation, integration_state, simulate
+from aidsr.sim.structure import Structure
+from aidsr.validation.drive import Drive, neutral_ctrl, read_drives, set_act
+
+__all__ = ["BatteryTest", "Evidence", "Protocol", "Variant", "gather_evidence", "rerun"]
+
+Array = NDArray[np.float64]
+Variant = Callable[[mujoco.MjModel], None]
+"""Changes a copy of the model for a counterfactual: what if there were no gravity?"""
+
+STANDARD_GRAVITY_M_S2 = 9.81
+_FIELDS = ("xipos", "site_xpos", "xpos", "xquat", "qpos", "qvel", "sensordata", "energy")
+_SLACK_GROUP, _DRIVEN_GROUP = 30, 0
+_BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """Durations and amplitudes of the tests. Times are multiples of sqrt(L / g)."""
+
+    kick_rad: float = 0.02
+    """Push of every hinge and ball before settling: perfect symmetry hides instability."""
+    settle: float = 12.0
+    settle_bounds_s: tuple[float, float] = (1.0, 4.0)
+    test: float = 9.0
+    test_bounds_s: tuple[float, float] = (0.8, 3.0)
+    ramp_share: float = 0.25
+    """Share of a test during which a command grows from neutral."""
+    hold: float = 0.35
+    """How long the random sweep holds each command, as an exploring policy does."""
+    frame: float = 0.05
+    """Time between two looks at the simulation."""
+    seed: int = 0
+    """Of kick and sweep."""
+
+    def frame_steps(self, model: mujoco.MjModel, length_m: float) -> int:
+        """Time steps between two looks; three are needed for an acceleration."""
+        return max(3, int(round(self.frame * pendulum_time_s(length_m) / model.opt.timestep)))
+
+    def frames(self, multiple: float, bounds_s: tuple[float, float], length_m: float, frame_s: float) -> int:
+        """Frames of a phase, its bounds [s] observed."""
+        duration_s = min(max(multiple * pendulum_time_s(length_m), bounds_s[0]), bounds_s[1])
+        return max(8, math.ceil(duration_s / frame_s))
+
+
+def pendulum_time_s(length_m: float) -> float:
+    """Return sqrt(L / g) [s]."""
+    return math.sqrt(length_m / STANDARD_GRAVITY_M_S2)
+
+
+@dataclass(frozen=True)
+class BatteryTest:
+    """One row of the battery.
+
+    Attributes:
+        kind: "reference" tendons slack, joint servos holding; "rest" everything commanded to do nothing; "single" one
+            actuator to one end, the other tendons slack; "released" one actuator pulling, the others let go by command;
+            "all" everything to its pulling end; "sweep" random ends.
+        drive: Index of the actuator in `Evidence.drives`, -1 where none is singled out.
+        command: What that actuator is told at the end of the ramp.
+    """
+
+    kind: Literal["reference", "rest", "single", "released", "all", "sweep"]
+    drive: int = -1
+    command: float = 0.0
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the robot did.
+
+    Attributes:
+        protocol: How it was tested.
+        frame_steps: Time steps in a frame.
+        start: Data in the reference pose.
+        settle: Passive phase; simulation 0 as it is, simulation 1 without gravity.
+        settled: Data at the end of simulation 0.
+        drives: Commands of the robot's actuators there.
+        tests: What the rows of `battery` are.
+        battery: The driven phase, or None when the robot did not survive settling.
+        effects: Largest displacement by each test against the reference / L, (n_tests,).
+    """
+
+    protocol: Protocol
+    frame_steps: int
+    start: mujoco.MjData
+    settle: Recording
+    settled: mujoco.MjData
+    drives: tuple[Drive, ...]
+    tests: tuple[BatteryTest, ...]
+    battery: Recording | None
+    effects: Array
+
+
+def gather_evidence(
+    model: mujoco.MjModel, structure: Structure, protocol: Protocol = Protocol(), threads: int = 2
+) -> Evidence:
+    """Run the whole protocol on a robot or a scene; `model` must have automatic reset off."""
+    length_m = structure.characteristic_length_m
+    frame_steps = protocol.frame_steps(model, length_m)
+    start = mujoco.MjData(model)
+    mujoco.mj_forward(model, start)
+    settle = _settle(model, structure, start, protocol, frame_steps, threads)
+    settled = mujoco.MjData(model)
+    mujoco.mj_setState(model, settled, settle.states[0], mujoco.mjtState.mjSTATE_INTEGRATION)
+    if settle.failed(0):
+        return Evidence(protocol, frame_steps, start, settle, settled, (), (), None, np.zeros(0))
+    mujoco.mj_forward(model, settled)
+    drives = read_drives(model, settled, structure)
+    tests = _list_tests(drives)
+    battery = _run_tests(model, structure, settled, drives, tests, protocol, frame_steps, threads)
+    effects = displacements(battery, structure, model, reference=0).max(axis=(1, 2), initial=0.0) / length_m
+    return Evidence(protocol, frame_steps, start, settle, settled, drives, tests, battery, effects)
+
+
+def rerun(
+    model: mujoco.MjModel,
+    structure: Structure,
+    evidence: Evidence,
+    variant: Variant,
+    tests: Sequence[int],
+    threads: int = 2,
+) -> Array:
+    """Return the effects of some tests in a changed copy of the model, measured against its own reference, (n,)."""
+    changed = copy.copy(model)
+    variant(changed)
+    chosen = (BatteryTest("reference"), *(evidence.tests[index] for index in tests))
+    recording = _run_tests(
+        changed, structure, evidence.settled, evidence.drives, chosen, evidence.protocol, evidence.frame_steps, threads
+    )
+    effects = displacements(recording, structure, model, reference=0).max(axis=(1, 2), initial=0.0)
+    return np.asarray(effects[1:] / structure.characteristic_length_m)
+
+
+def displacements(recording: Recording, structure: Structure, model: mujoco.MjModel, reference: int) -> Array:
+    """Distance of every point of the robot from where it is in the reference simulation.
+
+    Points are centres of mass and sites, seen from the root they hang from, so that neither a drifting base nor a
+    moving mount counts as an effect.
+
+    Returns:
+        (n_sims, n_frames, n_points) [m].
+    """
+    points = seen_from_root(recording, structure, model)
+    return np.asarray(np.linalg.norm(points - points[reference], axis=-1))
+
+
+def seen_from_root(recording: Recording, structure: Structure, model: mujoco.MjModel) -> Array:
+    """Centres of mass and sites of the robot in the frame of their root, (n_sims, n_frames, n_points, 3) [m]."""
+    return _seen_from_root(recording.fields, structure, model)
+
+
+def _seen_from_root(fields: dict[str, Array], structure: Structure, model: mujoco.MjModel) -> Array:
+    bodies, sites = list(structure.bodies), list(structure.sites)
+    root_of = _roots(model, structure)
+    owners = [root_of[body] for body in bodies] + [root_of[int(model.site_bodyid[site])] for site in sites]
+    world = np.concatenate([fields["xipos"][:, :, bodies], fields["site_xpos"][:, :, sites]], axis=2)
+    return _rotate_back(fields["xquat"][:, :, owners], world - fields["xpos"][:, :, owners])
+
+
+def start_seen_from_root(evidence: Evidence, structure: Structure, model: mujoco.MjModel) -> Array:
+    """The same points in the drawn pose, (n_points, 3) [m]."""
+    start = evidence.start
+    drawn = {name: np.asarray(getattr(start, name))[None, None] for name in ("xipos", "site_xpos", "xpos", "xquat")}
+    return np.asarray(_seen_from_root(drawn, structure, model)[0, 0])
+
+
+def _roots(model: mujoco.MjModel, structure: Structure) -> dict[int, int]:
+    root_of: dict[int, int] = {}
+    for body in structure.bodies:
+        root_of[body] = root_of.get(int(model.body_parentid[body]), body)
+    return root_of
+
+
+def _rotate_back(quat: Array, vector: Array) -> Array:
+    """Vectors (..., 3) in the frames whose orientations are unit quaternions (..., 4)."""
+    real, imaginary = quat[..., :1], -quat[..., 1:]
+    turn = 2.0 * np.cross(imaginary, vector)
+    return np.asarray(vector + real * turn + np.cross(imaginary, turn))
+
+
+def _settle(
+    model: mujoco.MjModel,
+    structure: Structure,
+    start: mujoco.MjData,
+    protocol: Protocol,
+    frame_steps: int,
+    threads: int,
+) -> Recording:
+    passive = _with_slack(model, structure.tendon_actuators)
+    weightless = copy.copy(passive)
+    weightless.opt.gravity[:] = 0
+    kicked = _kick(model, structure, start, protocol)
+    ctrl = neutral_ctrl(model, start)
+    set_act(model, kicked, ctrl)
+    frame_s = frame_steps * float(model.opt.timestep)
+    frames = protocol.frames(protocol.settle, protocol.settle_bounds_s, structure.characteristic_length_m, frame_s)
+    state, held = integration_state(model, kicked), np.tile(ctrl, (frames, 1))
+    simulations = [Simulation(variant, state, held) for variant in (passive, weightless)]
+    return simulate(simulations, frame_steps=frame_steps, fields=_FIELDS, threads=threads)
+
+
+def _kick(model: mujoco.MjModel, structure: Structure, start: mujoco.MjData, protocol: Protocol) -> mujoco.MjData:
+    """The reference pose with every hinge and ball of the robot turned a little."""
+    rng = np.random.default_rng(protocol.seed)
+    turn = np.zeros(model.nv)
+    for joint in structure.joints:
+        kind, dof = int(model.jnt_type[joint]), int(model.jnt_dofadr[joint])
+        if kind == _HINGE:
+            turn[dof] = protocol.kick_rad * rng.choice((-1, 1))
+        elif kind == _BALL:
+            turn[dof : dof + 3] = protocol.kick_rad * rng.choice((-1, 1), size=3) / math.sqrt(3)
+    kicked = mujoco.MjData(model)
+    kicked.qpos[:] = start.qpos
+    mujoco.mj_integratePos(model, kicked.qpos, turn, 1.0)
+    return kicked
+
+
+def _with_slack(model: mujoco.MjModel, slack: Sequence[int]) -> mujoco.MjModel:
+    """A copy in which some actuators are switched off: no force at all, which no command of a servo gives."""
+    changed = copy.copy(model)
+    off = [bool(model.opt.disableactuator >> int(group) & 1) for group in model.actuator_group]
+    changed.actuator_group[:] = [_SLACK_GROUP if is_off else _DRIVEN_GROUP for is_off in off]
+    changed.actuator_group[list(slack)] = _SLACK_GROUP
+    changed.opt.disableactuator = 1 << _SLACK_GROUP
+    return changed
+
+
+def _list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
+    tests = [BatteryTest("reference"), BatteryTest("rest")]
+    for index, drive in enumerate(drives):
+        ends = [end for end in (drive.low, drive.high) if not math.isclose(end, drive.neutral, abs_tol=1e-12)]
+        tests += [BatteryTest("single", index, end) for end in ends]
+        if drive.on_tendon and len(drives) > 1:
+            tests.append(BatteryTest("released", index, drive.pull))
+    if drives:
+        tests += [BatteryTest("all"), BatteryTest("sweep")]
+    return tuple(tests)
+
+
+def _run_tests(
+    model: mujoco.MjModel,
+    structure: Structure,
+    settled: mujoco.MjData,
+    drives: Sequence[Drive],
+    tests: Sequence[BatteryTest],
+    protocol: Protocol,
+    frame_steps: int,
+    threads: int,
+) -> Recording:
+    frame_s = frame_steps * float(model.opt.timestep)
+    frames = protocol.frames(protocol.test, protocol.test_bounds_s, structure.characteristic_length_m, frame_s)
+    hold = max(1, round(protocol.hold * pendulum_time_s(structure.characteristic_length_m) / frame_s))
+    ramp = np.minimum(1.0, np.arange(1, frames + 1) / max(1.0, protocol.ramp_share * frames))[:, None]
+    neutral = neutral_ctrl(model, settled)
+    begin = mujoco.MjData(model)
+    mujoco.mj_setState(model, begin, integration_state(model, settled), mujoco.mjtState.mjSTATE_INTEGRATION)
+    set_act(model, begin, neutral)
+    state = integration_state(model, begin)
+    models = {slack: _with_slack(model, slack) for slack in {_slack(test, drives) for test in tests}}
+    simulations = []
+    for test in tests:
+        if test.kind == "sweep":
+            ctrl = _sweep(neutral, drives, frames, hold, protocol.seed)
+        else:
+            ctrl = neutral + ramp * (_target(test, neutral, drives) - neutral)
+        simulations.append(Simulation(models[_slack(test, drives)], state, ctrl))
+    return simulate(simulations, frame_steps=frame_steps, fields=_FIELDS, threads=threads)
+
+
+def _slack(test: BatteryTest, drives: Sequence[Drive]) -> tuple[int, ...]:
+    """Actuators switched off during a test."""
+    if test.kind not in ("reference", "single"):
+        return ()
+    return tuple(drive.actuator for index, drive in enumerate(drives) if drive.on_tendon and index != test.drive)
+
+
+def _target(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) -> Array:
+    """Commands at the end of the ramp, (nu,)."""
+    target = neutral.copy()
+    for index, drive in enumerate(drives):
+        if index == test.drive:
+            target[drive.ctrl] = test.command
+        elif test.kind == "released" and drive.on_tendon:
+            target[drive.ctrl] = drive.release
+        elif test.kind == "all":
+            target[drive.ctrl] = drive.pull
+    return target
+
+
+def _sweep(neutral: Array, drives: Sequence[Drive], frames: int, hold: int, seed: int) -> Array:
+    """Random ends for every actuator, changed together, (n_frames, nu)."""
+    rng = np.random.default_rng(seed)
+    ctrl = np.tile(neutral, (frames, 1))
+    for begin in range(0, frames, hold):
+        for drive in drives:
+            ctrl[begin : begin + hold, drive.ctrl] = rng.choice((drive.low, drive.high))
+    return ctrl

@@ -1,0 +1,59 @@
+"""The rules, one small function per fault or family of faults, in the order they are applied."""
+
+from __future__ import annotations
+
+from aidsr.validation.case import Rule
+from aidsr.validation.rules.blocks import no_actuators, no_sensors, no_tendons, tendons_not_actuated
+from aidsr.validation.rules.effect import (
+    antagonist_lock,
+    no_effect,
+    self_collision_lock,
+    tendon_no_moment,
+    tendon_one_body,
+    zero_gear,
+)
+from aidsr.validation.rules.motion import chatter, limit_overrun, numerical_instability
+from aidsr.validation.rules.passive import drop, energy_growth, gravity_collapse, passive_collapse, underdamped
+from aidsr.validation.rules.ranges import ctrlrange_missing, joint_range_too_small, range_inverted_ignored
+from aidsr.validation.rules.rest import contact_disabled, initial_penetration, tendon_limit_violated
+from aidsr.validation.rules.sensing import sensor_constant
+from aidsr.validation.rules.topology import disconnected, fully_actuated, no_soft_chain, segments_gap
+
+__all__ = ["SIMULATE_RULES", "STRUCTURE_RULES"]
+
+STRUCTURE_RULES: tuple[Rule, ...] = (
+    no_tendons,
+    no_actuators,
+    no_sensors,
+    tendons_not_actuated,
+    ctrlrange_missing,
+    range_inverted_ignored,
+    joint_range_too_small,
+    no_soft_chain,
+    disconnected,
+    segments_gap,
+    fully_actuated,
+)
+"""Rules that read the compiled model alone."""
+
+SIMULATE_RULES: tuple[Rule, ...] = (
+    zero_gear,
+    tendon_one_body,
+    tendon_no_moment,
+    initial_penetration,
+    tendon_limit_violated,
+    contact_disabled,
+    numerical_instability,
+    drop,
+    passive_collapse,
+    gravity_collapse,
+    energy_growth,
+    underdamped,
+    chatter,
+    limit_overrun,
+    self_collision_lock,
+    antagonist_lock,
+    no_effect,
+    sensor_constant,
+)
+"""Rules that look at what the robot did."""

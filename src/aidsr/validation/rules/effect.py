@@ -1,0 +1,319 @@
+"""Does driving the robot do anything, and if not, what holds it: wiring, obstacles, weakness, stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import Fault
+from aidsr.sim.structure import Tendon
+from aidsr.validation.case import Case
+from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
+from aidsr.validation.variants import softer, without_limits, without_outlier_mass, without_self_contact
+
+__all__ = ["antagonist_lock", "no_effect", "self_collision_lock", "tendon_no_moment", "tendon_one_body", "zero_gear"]
+
+_SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
+_NO_BIAS = int(mujoco.mjtBias.mjBIAS_NONE)
+
+
+# --- wiring: seen in the compiled model ------------------------------------------------------------------------------
+
+
+def zero_gear(case: Case) -> Iterator[Fault]:
+    """Gear and gain of an actuator are not zero."""
+    model = case.model
+    dead = [
+        actuator
+        for actuator in case.structure.actuators
+        if not model.actuator_gear[actuator].any()
+        or (
+            int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
+            and not model.actuator_gainprm[actuator].any()
+            and int(model.actuator_biastype[actuator]) == _NO_BIAS
+        )
+        or (
+            int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
+            and not model.actuator_gainprm[actuator].any()
+            and not model.actuator_biasprm[actuator].any()
+        )
+    ]
+    if dead:
+        yield Fault(
+            code="zero_gear",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.actuator(actuator) for actuator in dead),
+            measured=0,
+            unit="N per unit of ctrl",
+            message="gear or gain is zero, so no command has a force",
+            cure='Give the motor gear="-1" (positive commands then pull the tendon), or the servo a kp above 0.',
+        )
+
+
+def tendon_one_body(case: Case) -> Iterator[Fault]:
+    """A driven tendon runs between parts that can move against each other."""
+    stuck = [tendon for tendon in case.structure.tendons if tendon.spatial and tendon.spans < 2 and tendon.actuators]
+    if stuck:
+        yield Fault(
+            code="tendon_one_body",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.tendon(tendon.id) for tendon in stuck),
+            measured=1,
+            limit=2,
+            unit="moving parts spanned",
+            message="all sites of the tendon are on one rigid part, so its length never changes",
+            likely_cause="its sites sit in one <body> instead of one site in each segment",
+            cure="Put one routing site into each segment's <body> and list them from base to tip.",
+        )
+
+
+def tendon_no_moment(case: Case) -> Iterator[Fault]:
+    """A driven tendon has a lever about at least one joint it passes.
+
+    Source: moment arm = change of length per radian, dL/dq, against the distance between tendon and joint.
+    """
+    useless = []
+    largest = 0.0
+    for tendon in case.structure.tendons:
+        if tendon.spatial and tendon.spans > 1 and tendon.actuators:
+            share = _moment_share(case, tendon)
+            if share < case.limits.moment_share:
+                useless.append(tendon)
+                largest = max(largest, share)
+    if useless:
+        yield Fault(
+            code="tendon_no_moment",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.tendon(tendon.id) for tendon in useless),
+            measured=largest,
+            limit=case.limits.moment_share,
+            unit="moment arm / distance from the joints",
+            message="pulling the tendon turns no joint",
+            likely_cause="it runs through the joint axes, or along the axis the joints turn about",
+            cure="Offset its sites from the backbone, at right angles to the joint axes it shall turn.",
+        )
+
+
+def _moment_share(case: Case, tendon: Tendon) -> float:
+    """Largest moment arm of a tendon / how far from the joints it could run; 1 where it moves a slide joint."""
+    model, structure = case.model, case.structure
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos0
+    # a little bent, because a tendon through the axes of straight joints is at an extreme of its length
+    turn = np.zeros(model.nv)
+    inner = [joint for joint in structure.joints if int(model.jnt_type[joint]) in _TURNING]
+    turn[[int(model.jnt_dofadr[joint]) for joint in inner]] = _LOOK_BENT_RAD
+    mujoco.mj_integratePos(model, data.qpos, turn, 1.0)
+    mujoco.mj_forward(model, data)
+    first, count = int(model.ten_J_rowadr[tendon.id]), int(model.ten_J_rownnz[tendon.id])
+    arms = np.abs(data.ten_J.reshape(-1)[first : first + count])
+    dofs = [int(dof) for dof in model.ten_J_colind[first : first + count]]
+    if any(
+        arm > 0 and int(model.jnt_type[int(model.dof_jntid[dof])]) == _SLIDE
+        for arm, dof in zip(arms, dofs, strict=True)
+    ):
+        return 1.0
+    joints = {int(model.dof_jntid[dof]) for dof in dofs} & set(inner)
+    reach_m = max((_reach_m(case, data, tendon, joint) for joint in joints), default=0.0)
+    return float(arms.max(initial=0.0)) / reach_m if reach_m > 0 else 0.0
+
+
+_TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_LOOK_BENT_RAD = 0.02
+
+
+def _reach_m(case: Case, data: mujoco.MjData, tendon: Tendon, joint: int) -> float:
+    """Distance of the tendon's nearest site from a joint, or half the width of the joint's body, what is larger [m]."""
+    model, body = case.model, int(case.model.jnt_bodyid[joint])
+    near_m = min(
+        (float(np.linalg.norm(data.site_xpos[site] - data.xanchor[joint])) for site in tendon.sites), default=0.0
+    )
+    widths = [min(model.geom_aabb[geom][3:]) for geom in case.structure.geoms if int(model.geom_bodyid[geom]) == body]
+    return max(near_m, float(max(widths, default=0.0)))
+
+
+# --- obstacles and weakness: seen while driving ----------------------------------------------------------------------
+
+
+def self_collision_lock(case: Case) -> Iterator[Fault]:
+    """The robot does not hold itself by its own contacts. Looked at only where its parts touch each other."""
+    weak = _hindered(case)
+    if not weak or not _touches_itself(case):
+        return
+    tests = case.single_tests(weak)
+    freed = case.effects_if("without self-contact", without_self_contact(case.structure), tests)
+    locked = _improved(case, weak, freed, 1 / case.limits.lock_share)
+    if locked:
+        yield _effect_fault(
+            case,
+            "self_collision_lock",
+            locked,
+            freed,
+            message="the robot's own contacts hold it",
+            cause="segments overlap or touch before they can bend",
+            cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",
+        )
+
+
+def antagonist_lock(case: Case) -> Iterator[Fault]:
+    """Pulling one tendon bends the robot while the others are told to let go.
+
+    Source: a position servo lets go only if its range reaches beyond the length the tendon needs.
+    """
+    evidence, limits = case.driven, case.limits
+    locked = []
+    for row, test in enumerate(evidence.tests):
+        alone = case.effect_of(test.drive)
+        if test.kind == "released" and alone >= limits.effect and evidence.effects[row] < limits.lock_share * alone:
+            locked.append((row, test.drive, float(evidence.effects[row]) / alone))
+    if locked:
+        yield Fault(
+            code="antagonist_lock",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.actuator(evidence.drives[drive].actuator) for _, drive, _ in locked),
+            measured=min(share for _, _, share in locked),
+            limit=limits.lock_share,
+            unit="of the effect with the others slack",
+            message="the other tendons hold the robot although they are told to let go",
+            likely_cause="no command in their control ranges lets the opposite tendons grow long enough",
+            cure="Let the upper end of each servo's ctrlrange exceed the tendon's rest length by its stroke, or allow "
+            'pulling only with forcerange="-F 0".',
+        )
+
+
+def no_effect(case: Case) -> Iterator[Fault]:
+    """The actuators move the robot. Where they do not, counterfactuals name what is in the way.
+
+    An error where no test moves the robot; a warning where single actuators have no effect.
+    """
+    evidence, limits = case.driven, case.limits
+    if evidence.battery is None or not evidence.drives:
+        return
+    weak = [index for index in range(len(evidence.drives)) if case.effect_of(index) < limits.effect]
+    if not weak:
+        return
+    whole = float(evidence.effects.max(initial=0.0)) < limits.effect
+    tests = case.single_tests(weak)
+    freed = case.effects_if("without limits", without_limits, tests)
+    if held := _improved(case, weak, freed, limits.limit_gain):
+        yield _effect_fault(
+            case,
+            "tendon_against_limit",
+            held,
+            freed,
+            message="joint or tendon limits hold the robot",
+            cause="a limited joint or tendon is already at the end of its range",
+            cure="Widen the ranges of joints and tendons in the direction the tendon pulls.",
+            whole=whole,
+        )
+        return
+    light = case.effects_if("without outlier mass", without_outlier_mass(case.structure), tests)
+    if heavy := _improved(case, weak, light, limits.limit_gain):
+        yield _effect_fault(
+            case,
+            "mass_ratio",
+            heavy,
+            light,
+            message="one body is too heavy to be moved",
+            cause="its mass or density is far above that of the others",
+            cure="Bring the mass of that body near the others'.",
+            whole=whole,
+        )
+        return
+    yield _strength_fault(case, weak, tests, whole)
+
+
+def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) -> Fault:
+    """Too weak, too stiff, or without a cause that a counterfactual shows."""
+    evidence, limits = case.driven, case.limits
+    tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in evidence.drives)
+    weight_n = case.structure.mass_kg * STANDARD_GRAVITY_M_S2
+    if whole and tension_n < limits.weak_share * weight_n:
+        return Fault(
+            code="actuator_too_weak",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.actuator(evidence.drives[index].actuator) for index in weak),
+            measured=tension_n / weight_n,
+            limit=limits.weak_share,
+            unit="of the robot's weight",
+            message=f"greatest actuator force {tension_n:.3g} N, and no test moves the robot",
+            likely_cause="force limits, gain or control range are too small",
+            cure="Raise forcerange, kp or ctrlrange; bending a limb takes about its weight times L / tendon offset.",
+        )
+    soft = case.effects_if("softer", softer(limits.softer), tests)
+    stiff = _improved(case, weak, soft, limits.limit_gain)
+    return _effect_fault(
+        case,
+        "too_stiff" if stiff else "no_effect",
+        stiff or weak,
+        soft,
+        message="the actuators hardly move the robot",
+        cause="joints or tendon springs are too stiff for the forces" if stiff else "",
+        cure="Lower the joint stiffness, raise the tendon force, or move the tendons away from the backbone.",
+        whole=whole,
+    )
+
+
+def _hindered(case: Case) -> list[int]:
+    """Actuators whose effect is small enough that an obstacle might hold them."""
+    return [
+        k for k in range(len(case.driven.drives)) if case.effect_of(k) < case.limits.effect / case.limits.lock_share
+    ]
+
+
+def _touches_itself(case: Case) -> bool:
+    """Whether parts of the robot touch each other after settling or at the end of a test."""
+    evidence, model = case.driven, case.model
+    data, ours = mujoco.MjData(model), set(case.structure.geoms)
+    states = [evidence.settle.states[0], *(evidence.battery.states if evidence.battery is not None else ())]
+    for state in states:
+        mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_forward(model, data)
+        if any(int(contact.geom1) in ours and int(contact.geom2) in ours for contact in data.contact):
+            return True
+    return False
+
+
+def _improved(case: Case, drives: Sequence[int], effects: dict[int, float], factor: float) -> list[int]:
+    """Actuators whose effect becomes visible, and `factor` times as large, in a counterfactual."""
+    return [
+        index
+        for index in drives
+        if (freed := max((effects[test] for test in case.single_tests([index])), default=0.0)) >= case.limits.effect
+        and freed > factor * case.effect_of(index)
+    ]
+
+
+def _effect_fault(
+    case: Case,
+    code: str,
+    drives: Sequence[int],
+    effects: dict[int, float],
+    *,
+    message: str,
+    cause: str,
+    cure: str,
+    whole: bool = True,
+) -> Fault:
+    evidence = case.driven
+    freed = max((effects[test] for test in case.single_tests(drives)), default=0.0)
+    return Fault(
+        code=code,
+        layer="simulate",
+        severity="error" if whole else "warning",
+        names=tuple(case.actuator(evidence.drives[index].actuator) for index in drives),
+        measured=max(case.effect_of(index) for index in drives),
+        limit=case.limits.effect,
+        unit="of the robot's length",
+        message=f"{message}: largest displacement by these actuators, and {freed:.2g} in the counterfactual",
+        likely_cause=cause,
+        cure=cure,
+    )

@@ -1,0 +1,103 @@
+"""Ranges of controls and joints that are missing, dropped silently, or in the wrong unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from aidsr.artifacts import Fault
+from aidsr.sim.structure import Chain
+from aidsr.validation.case import Case
+
+__all__ = ["ctrlrange_missing", "joint_range_too_small", "range_inverted_ignored"]
+
+
+def ctrlrange_missing(case: Case) -> Iterator[Fault]:
+    """Every actuator has a control range, low below high.
+
+    Source: MuJoCo XML reference, compiler/autolimits: a range whose ends are not in order is dropped without a word.
+    """
+    model = case.model
+    missing = [
+        actuator
+        for actuator in case.structure.actuators
+        if not model.actuator_ctrllimited[int(model.actuator_ctrladr[actuator])]
+    ]
+    if missing:
+        written = [model.actuator_ctrlrange[int(model.actuator_ctrladr[actuator])] for actuator in missing]
+        inverted = any(low > high for low, high in written)
+        yield Fault(
+            code="ctrlrange_missing",
+            layer="structure",
+            severity="error",
+            names=tuple(case.actuator(actuator) for actuator in missing),
+            measured=len(missing),
+            limit=0,
+            unit="actuators",
+            message="control range without low < high" if inverted else "no control range",
+            likely_cause="the range is written high to low, and MuJoCo drops it silently" if inverted else "",
+            cure='Give each actuator ctrlrange="low high" in the unit of its command: N for a motor with gear 1, '
+            "m of tendon length for a position servo.",
+        )
+
+
+def range_inverted_ignored(case: Case) -> Iterator[Fault]:
+    """No joint range is written high to low.
+
+    Source: as above, for joints; `jnt_range` keeps what was written.
+    """
+    model = case.model
+    inverted = [
+        joint
+        for joint in case.structure.joints
+        if not model.jnt_limited[joint] and model.jnt_range[joint, 0] > model.jnt_range[joint, 1]
+    ]
+    if inverted:
+        low, high = model.jnt_range[inverted[0]]
+        yield Fault(
+            code="range_inverted_ignored",
+            layer="structure",
+            severity="error",
+            names=tuple(case.joint(joint) for joint in inverted),
+            measured=float(low - high),
+            limit=0,
+            unit="rad",
+            message=f"joint range from {low:.3g} down to {high:.3g}: MuJoCo drops it and the joint has no limit",
+            cure='Write range="low high" with low < high.',
+        )
+
+
+def joint_range_too_small(case: Case) -> Iterator[Fault]:
+    """The limits of a chain let it bend.
+
+    Source: our choice; ranges in radians under the default of degrees are the usual cause.
+    """
+    for chain in case.structure.chains:
+        if len(chain.bodies) < case.limits.series_joints:
+            continue
+        bend_deg = _allowed_bend_deg(case, chain)
+        if bend_deg < case.limits.chain_bend_deg:
+            yield Fault(
+                code="joint_range_too_small",
+                layer="structure",
+                severity="error",
+                names=tuple(case.joint(joint) for joint in chain.joints),
+                measured=bend_deg,
+                limit=case.limits.chain_bend_deg,
+                unit="deg",
+                message="all joint limits of this chain together allow less bending than that",
+                likely_cause="ranges written in radians are read as degrees",
+                cure='Write ranges in degrees, or set <compiler angle="radian"/> for the whole document.',
+            )
+
+
+def _allowed_bend_deg(case: Case, chain: Chain) -> float:
+    """Sum of the bending that each joint's limits allow; a joint without limits allows half a turn."""
+    total = 0.0
+    for joint in chain.joints:
+        if not case.model.jnt_limited[joint]:
+            total += math.pi
+        else:
+            low, high = case.model.jnt_range[joint]
+            total += max(abs(float(low)), abs(float(high)))
+    return math.degrees(total)

@@ -1,0 +1,83 @@
+"""Why a simulation diverges: the numbers that integrators live by."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.structure import Structure
+
+__all__ = ["explain_divergence", "integration_numbers"]
+
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+_STABLE_STEP = 2.0
+"""dt * omega above which an undamped oscillator diverges. Source: stability of the semi-implicit Euler method."""
+_STABLE_RK4_DAMPING = 2.7
+"""dt * c / I above which Runge-Kutta of fourth order diverges. Source: its stability interval,
+2.785 on the real axis."""
+
+
+def integration_numbers(model: mujoco.MjModel) -> tuple[float, float]:
+    """Return dt * omega_max and dt * (damping / inertia)_max in the reference pose.
+
+    omega_max is the largest natural frequency of joint springs, tendon springs and position servos together.
+
+    Source: eigenvalues of M^-1 K and M^-1 C, with tendons and servos as J' k J.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    stiffness, damping = np.zeros_like(mass), np.diag(np.array(model.dof_damping))
+    for joint in range(model.njnt):
+        first = int(model.jnt_dofadr[joint])
+        last = int(model.jnt_dofadr[joint + 1]) if joint + 1 < model.njnt else model.nv
+        for dof in range(first, last):
+            stiffness[dof, dof] += float(np.atleast_1d(model.jnt_stiffness[joint])[0])
+    for tendon in range(model.ntendon):
+        row = _tendon_row(model, data, tendon)
+        stiffness += float(np.atleast_1d(model.tendon_stiffness[tendon])[0]) * np.outer(row, row)
+        damping += float(np.atleast_1d(model.tendon_damping[tendon])[0]) * np.outer(row, row)
+    for actuator in range(model.nactuator):
+        row = _actuator_row(model, data, actuator)
+        stiffness += max(0.0, -float(model.actuator_biasprm[actuator, 1])) * np.outer(row, row)
+        damping += max(0.0, -float(model.actuator_biasprm[actuator, 2])) * np.outer(row, row)
+    timestep_s = float(model.opt.timestep)
+    squared = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max(initial=0.0)
+    rate = np.linalg.eigvals(np.linalg.solve(mass, damping)).real.max(initial=0.0)
+    return timestep_s * float(np.sqrt(max(squared, 0.0))), timestep_s * float(rate)
+
+
+def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
+    """Return the likely cause of a divergence in a sentence, "" when no number points to one."""
+    if not model.nv:
+        return ""
+    step, damping = integration_numbers(model)
+    weakest = min((float(model.dof_damping[dof]) for dof in _inner_dofs(model, structure)), default=0.0)
+    if int(model.opt.integrator) == _RK4 and damping > _STABLE_RK4_DAMPING:
+        return f"RK4 treats damping explicitly: dt x damping / inertia is {damping:.3g}, stable below 2.8"
+    if weakest < 0:
+        return f"negative joint damping ({weakest:.3g})"
+    if step > _STABLE_STEP:
+        return f"too stiff for the time step: dt x omega is {step:.3g}, stable below 2 unless damped"
+    return ""
+
+
+def _inner_dofs(model: mujoco.MjModel, structure: Structure) -> list[int]:
+    return [dof for dof in range(model.nv) if int(model.dof_jntid[dof]) in structure.joints]
+
+
+def _tendon_row(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> NDArray[np.float64]:
+    row = np.zeros(model.nv)
+    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+    row[model.ten_J_colind[first : first + count]] = data.ten_J.reshape(-1)[first : first + count]
+    return row
+
+
+def _actuator_row(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> NDArray[np.float64]:
+    row = np.zeros(model.nv)
+    output = int(model.actuator_outadr[actuator])
+    first, count = int(data.moment_rowadr[output]), int(data.moment_rownnz[output])
+    row[data.moment_colind[first : first + count]] = data.actuator_moment.reshape(-1)[first : first + count]
+    return row

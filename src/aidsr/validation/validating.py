@@ -1,0 +1,82 @@
+"""`validate`: the validator as users call it. Loads no simulator: the work is done in an isolated worker."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Literal
+
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.errors import IsolationError, MjcfError, UserError
+from aidsr.sim.isolation import call
+
+__all__ = ["validate"]
+
+_CURES = {
+    "time": "Use fewer bodies, fewer contacts, or a larger time step.",
+    "memory": "Use fewer bodies and smaller meshes, height fields and <size> entries.",
+    "crash": "Simplify the model until it loads; this is likely a fault of MuJoCo, not only of the model.",
+}
+
+
+def validate(
+    mjcf: str | Path,
+    *,
+    mount: Literal["auto", "fixed", "free"] = "auto",
+    needs_contact: bool = False,
+    environment: str = "",
+    realizable: bool = False,
+) -> ValidationReport:
+    """Drive a robot in simulation and say what is physically wrong with it.
+
+    A robot alone is tested where it would stand; a model in which names begin with "robot/" is a scene and is tested as
+    it is, looking at the robot's parts. A bad design is a report with faults, never an exception.
+
+    Args:
+        mjcf: MJCF text, or the path of a file.
+        mount: "fixed" welds the root to the world, "free" lets it stand on a plane, "auto" does what the model says:
+            free with a free joint at the root, else fixed.
+        needs_contact: Whether the task can only be done by touching something.
+        environment: MJCF of the environment the robot is meant for: its `<option>` and, for a fixed robot, the
+            direction of gravity at its mount hold in the test of the robot alone.
+        realizable: Whether parts that could not be built make the robot unstable; otherwise they are only reported.
+
+    Raises:
+        UserError: The file cannot be read.
+    """
+    text = _read(mjcf) if isinstance(mjcf, Path) else mjcf
+    argument = {
+        "text": text,
+        "mount": mount,
+        "needs_contact": needs_contact,
+        "environment": environment,
+        "realizable": realizable,
+    }
+    try:
+        return ValidationReport.model_validate(call("aidsr.validation.examination:examine", argument))
+    except IsolationError as error:
+        fault = Fault(
+            code="load_error", layer="load", severity="error", message=str(error), cure=_CURES.get(error.kind, "")
+        )
+        return ValidationReport(stable=False, faults=(fault,), versions=_versions())
+    except MjcfError as error:
+        return ValidationReport(stable=False, faults=error.faults, versions=_versions())
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise UserError(f"expected MJCF text in UTF-8, found other bytes in {path}") from error
+    except OSError as error:
+        raise UserError(f"expected a readable MJCF file, found {path}: {error.strerror}") from error
+
+
+def _versions() -> dict[str, str]:
+    versions = {}
+    for package in ("aidsr", "mujoco"):
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "unknown"
+    return versions

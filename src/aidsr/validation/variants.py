@@ -1,0 +1,62 @@
+"""Counterfactuals: the same robot with one thing taken away. They turn a symptom into a cause."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from aidsr.sim.structure import Structure
+from aidsr.validation.protocol import Variant
+
+__all__ = ["softer", "without_limits", "without_outlier_mass", "without_self_contact"]
+
+_ROBOT_TYPE, _ROBOT_AFFINITY = 1 << 30, 1 << 29
+"""Collision bits that users do not reach; a contact needs the type of one geom in the affinity of the other."""
+_NEVER_M = -1e6
+
+
+def without_limits(model: mujoco.MjModel) -> None:
+    """No joint or tendon limits."""
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
+
+
+def softer(factor: float) -> Variant:
+    """Springs of joints and tendons, and their damping, times a factor."""
+
+    def change(model: mujoco.MjModel) -> None:
+        for values in (model.jnt_stiffness, model.tendon_stiffness, model.dof_damping, model.tendon_damping):
+            values[:] *= factor
+
+    return change
+
+
+def without_self_contact(structure: Structure) -> Variant:
+    """The robot's parts pass through each other and still touch everything else."""
+
+    def change(model: mujoco.MjModel) -> None:
+        ours = np.isin(np.arange(model.ngeom), structure.geoms)
+        touching = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        model.geom_contype[ours & touching] = _ROBOT_TYPE
+        model.geom_conaffinity[ours & touching] = _ROBOT_AFFINITY
+        model.geom_contype[~ours & touching] |= _ROBOT_AFFINITY
+        model.geom_conaffinity[~ours & touching] |= _ROBOT_TYPE
+        between = np.isin(model.pair_geom1, structure.geoms) & np.isin(model.pair_geom2, structure.geoms)
+        model.pair_margin[between] = _NEVER_M
+
+    return change
+
+
+def without_outlier_mass(structure: Structure) -> Variant:
+    """Bodies heavier than the median get the median's mass, and inertia in proportion."""
+
+    def change(model: mujoco.MjModel) -> None:
+        moving = list(structure.moving)
+        masses = np.array(model.body_mass[moving])
+        median = float(np.median(masses[masses > 0])) if (masses > 0).any() else 0.0
+        for body, mass in zip(moving, masses, strict=True):
+            if mass > median > 0:
+                model.body_mass[body] = median
+                model.body_inertia[body] *= median / mass
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+
+    return change

@@ -1,0 +1,155 @@
+"""Good robots of several families, written from a few numbers, from which the tests make bad ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True)
+class Limb:
+    """A tapered-free limb of equal segments with tendons evenly around it; SI units."""
+
+    segments: int = 12
+    tendons: int = 4
+    length_m: float = 0.3
+    mass_kg: float = 0.1
+    radius_m: float = 0.011
+    sag: float = 1.0
+    """Weight against bending stiffness, w L^3 / (E I)."""
+    bend_rad: float = 2.5
+    """Bend of the whole limb at full pull."""
+    damping_s: float = 0.05
+    """Joint damping / joint stiffness."""
+
+    @property
+    def pitch_m(self) -> float:
+        return self.length_m / self.segments
+
+    @property
+    def offset_m(self) -> float:
+        return 0.8 * self.radius_m
+
+    @property
+    def bending_stiffness_n_m2(self) -> float:
+        return self.mass_kg * GRAVITY_M_S2 * self.length_m**2 / self.sag
+
+    @property
+    def stiffness_n_m_rad(self) -> float:
+        return self.bending_stiffness_n_m2 / self.pitch_m
+
+    @property
+    def force_n(self) -> float:
+        return self.bend_rad * self.bending_stiffness_n_m2 / (self.offset_m * self.length_m)
+
+
+def _sites(limb: Limb, prefix: str, label: str, heights: tuple[float, ...]) -> str:
+    lines = []
+    for tendon in range(limb.tendons):
+        angle = 2 * math.pi * tendon / limb.tendons
+        x, y = limb.offset_m * math.cos(angle), limb.offset_m * math.sin(angle)
+        lines += [
+            f'<site name="{prefix}t{tendon}_{label}{"abc"[k]}" pos="{x:.6g} {y:.6g} {height:.6g}"/>'
+            for k, height in enumerate(heights)
+        ]
+    return "".join(lines)
+
+
+def limb_bodies(limb: Limb, prefix: str = "", first: str = 'pos="0 0 0"') -> str:
+    """Nested segments; the sites of the base belong to the parent and come from `base_sites`."""
+    pitch, text = limb.pitch_m, ""
+    stiffness = limb.stiffness_n_m_rad
+    for index in reversed(range(limb.segments)):
+        k = stiffness * (2 if index == 0 else 1)
+        place = first if index == 0 else f'pos="0 0 {pitch:.6g}"'
+        tip = f'<site name="{prefix}tip" pos="0 0 {pitch:.6g}"/>' if index == limb.segments - 1 else ""
+        joints = "".join(
+            f'<joint name="{prefix}j{index}{axis}" axis="{vector}" stiffness="{k:.6g}" damping="{k * limb.damping_s:.6g}"'
+            f' range="-45 45" armature="1e-5"/>'
+            for axis, vector in (("x", "1 0 0"), ("y", "0 1 0"))
+        )
+        text = (
+            f'<body name="{prefix}s{index}" {place}>{joints}'
+            f'<geom name="{prefix}g{index}" type="cylinder" size="{limb.radius_m:.6g} {pitch * 0.45:.6g}"'
+            f' pos="0 0 {pitch / 2:.6g}" mass="{limb.mass_kg / limb.segments:.6g}"/>'
+            f"{_sites(limb, prefix, str(index), (0.25 * pitch, 0.75 * pitch))}{tip}{text}</body>"
+        )
+    return text
+
+
+def base_sites(limb: Limb, prefix: str = "") -> str:
+    return _sites(limb, prefix, "base", (0.0,))
+
+
+def tendon_lines(limb: Limb, prefix: str = "") -> str:
+    lines = []
+    for tendon in range(limb.tendons):
+        path = [f"{prefix}t{tendon}_basea"]
+        path += [f"{prefix}t{tendon}_{index}{half}" for index in range(limb.segments) for half in "ab"]
+        sites = "".join(f'<site site="{name}"/>' for name in path)
+        lines.append(f'<spatial name="{prefix}t{tendon}" width="0.001">{sites}</spatial>')
+    return "".join(lines)
+
+
+def motor_lines(limb: Limb, prefix: str = "") -> str:
+    return "".join(
+        f'<motor name="{prefix}m{tendon}" tendon="{prefix}t{tendon}" gear="-1" ctrlrange="0 {limb.force_n:.6g}"/>'
+        for tendon in range(limb.tendons)
+    )
+
+
+def sensor_lines(limb: Limb, prefix: str = "") -> str:
+    tendons = "".join(f'<tendonpos name="{prefix}l{i}" tendon="{prefix}t{i}"/>' for i in range(limb.tendons))
+    return f'{tendons}<framepos name="{prefix}tip_pos" objtype="site" objname="{prefix}tip"/>'
+
+
+def document(world: str, tendons: str, actuators: str, sensors: str, extra: str = "", timestep_s: float = 0.002) -> str:
+    return (
+        f'<mujoco model="robot"><option timestep="{timestep_s:.6g}" integrator="implicitfast"/>'
+        f'<default><joint solreflimit="0.004 1"/><geom solref="0.004 1"/></default>'
+        f"<worldbody>{world}</worldbody><tendon>{tendons}</tendon><actuator>{actuators}</actuator>"
+        f"<sensor>{sensors}</sensor>{extra}</mujoco>"
+    )
+
+
+def arm(limb: Limb = Limb(), timestep_s: float = 0.002) -> str:
+    """A limb standing on its base."""
+    world = (
+        f'<body name="base"><geom name="base" type="cylinder" size="{2 * limb.radius_m:.6g} 0.01" pos="0 0 -0.0105"'
+        f' mass="0.2"/>{base_sites(limb)}{limb_bodies(limb)}</body>'
+    )
+    return document(world, tendon_lines(limb), motor_lines(limb), sensor_lines(limb), timestep_s=timestep_s)
+
+
+def gripper(limb: Limb = Limb(segments=8, tendons=2, length_m=0.12, mass_kg=0.03, radius_m=0.006), fingers: int = 3) -> str:
+    """Fingers around a palm, each with a flexor and an extensor."""
+    palm_m = 0.04
+    bodies = tendons = actuators = sensors = ""
+    for finger in range(fingers):
+        angle, prefix = 360 * finger / fingers, f"f{finger}_"
+        x, y = palm_m * math.cos(math.radians(angle)), palm_m * math.sin(math.radians(angle))
+        mount = f'<body name="{prefix}mount" pos="{x:.6g} {y:.6g} 0.011" euler="0 0 {angle:.6g}">'
+        bodies += f"{mount}{base_sites(limb, prefix)}{limb_bodies(limb, prefix)}</body>"
+        tendons += tendon_lines(limb, prefix)
+        actuators += motor_lines(limb, prefix)
+        sensors += sensor_lines(limb, prefix)
+    palm = '<geom name="palm" type="cylinder" size="0.05 0.01" mass="0.2"/>'
+    return document(f'<body name="palm">{palm}{bodies}</body>', tendons, actuators, sensors)
+
+
+def crawler(limb: Limb = Limb(segments=6, tendons=2, length_m=0.12, mass_kg=0.03, radius_m=0.008), legs: int = 4) -> str:
+    """Legs pointing outwards from a free body on the ground."""
+    bodies = tendons = actuators = sensors = ""
+    for leg in range(legs):
+        angle, prefix = 360 * (leg + 0.5) / legs, f"l{leg}_"
+        x, y = 0.055 * math.cos(math.radians(angle)), 0.055 * math.sin(math.radians(angle))
+        mount = f'<body name="{prefix}mount" pos="{x:.6g} {y:.6g} 0" euler="0 0 {angle:.6g}"><body name="{prefix}out" euler="0 90 0">'
+        bodies += f"{mount}{base_sites(limb, prefix)}{limb_bodies(limb, prefix)}</body></body>"
+        tendons += tendon_lines(limb, prefix)
+        actuators += motor_lines(limb, prefix)
+        sensors += sensor_lines(limb, prefix)
+    trunk = '<geom name="trunk" type="cylinder" size="0.05 0.012" mass="0.2"/>'
+    world = f'<body name="trunk" pos="0 0 0.03"><freejoint name="root"/>{trunk}{bodies}</body>'
+    return document(world, tendons, actuators, sensors + '<framepos name="where" objtype="body" objname="trunk"/>')
