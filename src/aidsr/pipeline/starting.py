@@ -6,7 +6,7 @@ import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from aidsr.artifacts import Brief
 from aidsr.errors import MjcfError, UserError
@@ -116,7 +116,7 @@ def brief_for(
         raise UserError("a task or an objective in words was expected; name one of `aidsr tasks`, or say what to do")
     if not environment:
         raise UserError(
-            "an objective in words needs the place where it is to be done; give the MJCF of an environment without a robot"
+            "an objective in words needs a place; give an environment, the MJCF of everything but the robot"
         )
     mjcf = _mjcf(environment, "environment")
     try:
@@ -126,7 +126,7 @@ def brief_for(
     return Brief(objective=objective.strip(), environment=mjcf, summary=summary, starting_robot=starting_robot)
 
 
-def start(brief: Brief, config: RunConfig, *, level: str = "", runs: str | Path = "runs") -> Run:
+def start(brief: Brief, config: RunConfig, *, level: Level | Literal[""] = "", runs: str | Path = "runs") -> Run:
     """Make the folder of a new run; `work` then does it.
 
     Raises:
@@ -156,7 +156,7 @@ def parts_of(run: Run) -> Parts:
     from aidsr.validation import validate
 
     record = run.asked()
-    sensors = load_task(record.task, record.level).sensors if record.task else ()
+    sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     return Parts(
         team_for=_team_for(record.config),
         validate=validate,

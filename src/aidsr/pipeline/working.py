@@ -22,8 +22,6 @@ __all__ = ["Listen", "work"]
 Listen = Callable[[int, Event], None]
 """Told of every event, in the thread that called `work`: the number of the design, 0 for the run, and the event."""
 
-_LOOK_S = 0.2
-"""How often to see whether the threads are still there [s]."""
 _LAST_STEPS_S = 5.0
 """How long an interrupted run waits for its threads [s]; what they do after that is lost, as in a kill. Our choice."""
 
@@ -47,7 +45,8 @@ class _Work:
     parts: Parts
     listen: Listen
     halted: threading.Event = field(default_factory=threading.Event)
-    news: queue.SimpleQueue[tuple[int, Event]] = field(default_factory=queue.SimpleQueue)
+    news: queue.SimpleQueue[tuple[int, Event | None]] = field(default_factory=queue.SimpleQueue)
+    """Events of the designs, with their numbers; None when a thread ended."""
 
     def run_all(self) -> Run:
         config = self.run.asked().config
@@ -98,13 +97,11 @@ class _Work:
 
     def _follow(self, threads: list[threading.Thread]) -> None:
         """Pass the news on until all threads ended, and keep the summary page up to date meanwhile."""
-        while True:
-            ended = not any(thread.is_alive() for thread in threads)
-            try:
-                number, event = self.news.get(timeout=_LOOK_S)
-            except queue.Empty:
-                if ended:
-                    return
+        at_work = len(threads)
+        while at_work:
+            number, event = self.news.get()
+            if event is None:
+                at_work -= 1
                 continue
             self.listen(number, event)
             if isinstance(event, Waiting) or (isinstance(event, Done) and event.step in ("preview", "critique")):
@@ -113,10 +110,13 @@ class _Work:
     def _grow(self, growth: Growth) -> None:
         """Grow one design in its thread; whatever ends it early stays in its log, and the others go on."""
         number = growth.design.number
-        with EventLog(growth.design.events, lambda event: self.news.put((number, event))) as log:
-            log.write(Started())
-            with suppress(Exception), _recorded(log):
-                log.write(Finished(outcome=growth.run(log, self.halted.is_set)))
+        try:
+            with EventLog(growth.design.events, lambda event: self.news.put((number, event))) as log:
+                log.write(Started())
+                with suppress(Exception), _recorded(log):
+                    log.write(Finished(outcome=growth.run(log, self.halted.is_set)))
+        finally:
+            self.news.put((number, None))
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -34,7 +34,7 @@ class RunRecord(Artifact):
     objective: str
     task: str = ""
     """Name of the benchmark task; empty for an objective in the user's own words."""
-    level: str = ""
+    level: Literal["", "standard", "hard"] = ""
     """Level of the task; empty without one."""
     config: RunConfig
     started: str

@@ -20,7 +20,7 @@ from aidsr.runs.events import (
 from aidsr.runs.folders import DesignFolder, Run
 from aidsr.runs.record import RunRecord
 
-__all__ = ["DesignStatus", "RunStatus", "State", "read_status"]
+__all__ = ["DesignStatus", "RunStatus", "State", "newest", "read_status"]
 
 Value = TypeVar("Value")
 State = Literal["running", "waiting", "stopped", "finished"]
@@ -107,9 +107,9 @@ def read_status(run: Run, now: datetime | None = None) -> RunStatus:
 def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: datetime | None) -> DesignStatus:
     events = read_events(folder.events)
     iterations = folder.iterations
-    concept = _newest(it.concept.read() for it in reversed(iterations))
-    report = _newest(it.scene_report.read() or it.robot_report.read() for it in reversed(iterations))
-    critique = _newest(it.critique.read() for it in reversed(iterations))
+    concept = newest(it.concept.read() for it in reversed(iterations))
+    report = newest(it.scene_report.read() or it.robot_report.read() for it in reversed(iterations))
+    critique = newest(it.critique.read() for it in reversed(iterations))
     outcome = folder.outcome.read()
     return DesignStatus(
         number=folder.number,
@@ -129,7 +129,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
     )
 
 
-def _newest(values: Iterable[Value | None]) -> Value | None:
+def newest(values: Iterable[Value | None]) -> Value | None:
     """The first value that is there, of values listed newest first."""
     return next((value for value in values if value is not None), None)
 

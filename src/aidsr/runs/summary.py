@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from aidsr.artifacts import Concept, Fault, Placement, Usage
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
-from aidsr.runs.status import DesignStatus, read_status
+from aidsr.runs.status import DesignStatus, newest, read_status
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -89,8 +89,8 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
     rows = tuple(_row(iteration) for iteration in folder.iterations)
     return _Card(
         status=status,
-        concept=next((found for it in newest_first if (found := it.concept.read())), None),
-        placement=next((found for it in newest_first if (found := it.placement.read())), None),
+        concept=newest(it.concept.read() for it in newest_first),
+        placement=newest(it.placement.read() for it in newest_first),
         picture=next((row.picture for row in reversed(rows) if row.picture), ""),
         rows=rows,
         faults_found=sum(len(row.faults) for row in rows),

@@ -1,0 +1,145 @@
+"""Status is a pure function of the files, whatever part of them is there."""
+
+import pytest
+
+from aidsr.artifacts import (
+    Brief,
+    CallRecord,
+    Concept,
+    Critique,
+    Decision,
+    EnvironmentSummary,
+    Fault,
+    Message,
+    Outcome,
+    Question,
+    Usage,
+    ValidationReport,
+)
+from aidsr.errors import UserError
+from aidsr.runs import EventLog, RecordedModel, Run, RunConfig, RunRecord, new_run, read_status
+from aidsr.runs.events import Begun, Started, Stopped, Waiting
+
+CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
+SUMMARY = EnvironmentSummary(
+    gravity_m_s2=(0, 0, -9.81), timestep_s=0.002, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
+)
+FAULT = Fault(code="chatter", layer="simulate", severity="error", message="It chatters.")
+
+
+@pytest.fixture
+def run(tmp_path) -> Run:
+    record = RunRecord(
+        objective="Reach the Button!", config=RunConfig(concepts=3), started="2026-01-31T10:02:59+01:00", versions={}
+    )
+    brief = Brief(objective="Reach the Button!", environment="<mujoco/>", summary=SUMMARY, starting_robot="<mujoco />")
+    return new_run(tmp_path, record, brief)
+
+
+def call(number: int, **usage) -> CallRecord:
+    question = Question(role="designer", messages=(Message(role="user", text=str(number)),))
+    return CallRecord(
+        question=question, model="m", reply="r", finish="stop", usage=Usage(calls=1, **usage), started="now"
+    )
+
+
+class Prepared:
+    """A model with one answer."""
+
+    name = "prepared"
+
+    def __init__(self, record: CallRecord) -> None:
+        self.record = record
+
+    def ask(self, question: Question) -> CallRecord:
+        return self.record
+
+
+def with_concepts(run: Run, count: int = 3) -> None:
+    run.concepts.write((CONCEPT,) * count)
+    for number in range(1, count + 1):
+        run.design(number).iteration(1).concept.write(CONCEPT)
+
+
+def test_a_new_run_is_named_after_its_moment_and_objective(run) -> None:
+    assert run.path.name.startswith("2026-01-31_1002_reach_the_button_")
+    assert run.brief().objective == "Reach the Button!"
+    assert run.brief().starting_robot == "<mujoco />"
+
+
+def test_no_designs_yet(run) -> None:
+    status = read_status(run)
+    assert (status.state, status.designs, status.approved) == ("running", (), 0)
+
+
+def test_a_folder_that_is_no_run(tmp_path) -> None:
+    with pytest.raises(UserError, match=r"run\.json"):
+        read_status(Run(tmp_path))
+
+
+def test_designs_not_yet_begun_are_running(run) -> None:
+    with_concepts(run)
+    status = read_status(run)
+    assert [design.state for design in status.designs] == ["running"] * 3
+    assert [design.stable for design in status.designs] == [None] * 3
+    assert status.state == "running"
+
+
+def test_the_newest_report_and_verdict_count(run) -> None:
+    with_concepts(run, 1)
+    design = run.design(1)
+    design.iteration(1).robot_report.write(ValidationReport(stable=True))
+    design.iteration(1).scene_report.write(ValidationReport(stable=False, faults=(FAULT, FAULT)))
+    assert read_status(run).designs[0].stable is False
+    assert read_status(run).designs[0].faults == ("chatter",)
+    design.iteration(2).scene_report.write(ValidationReport(stable=True))
+    design.iteration(2).critique.write(Critique(passed=True))
+    status = read_status(run).designs[0]
+    assert (status.stable, status.judged, status.iteration) == (True, True, 2)
+
+
+def test_states_of_a_run_follow_from_those_of_its_designs(run) -> None:
+    with_concepts(run)
+    for number in (1, 2):
+        run.design(number).outcome.write(Outcome(outcome="approved", reason="good", iteration=1))
+    with EventLog(run.design(3).events) as log:
+        log.write(Started())
+        log.write(Begun(step="critique", iteration=1))
+        assert (read_status(run).state, read_status(run).designs[2].doing) == ("running", "critique")
+        log.write(Waiting(iteration=1))
+        assert read_status(run).state == "waiting"
+        log.write(Stopped(cause="error", message="no network"))
+        assert read_status(run).state == "stopped"
+        assert read_status(run).designs[2].stopped.message == "no network"
+    run.design(3).outcome.write(Outcome(outcome="invalid", reason="never stable"))
+    assert (read_status(run).state, read_status(run).approved) == ("finished", 2)
+
+
+def test_a_refinement_opens_a_round(run) -> None:
+    with_concepts(run, 1)
+    run.design(1).iteration(1).decision.write(Decision(verdict="refine", text="longer"))
+    assert read_status(run).designs[0].round == 1
+    run.design(1).iteration(2).concept.write(CONCEPT)
+    assert read_status(run).designs[0].round == 2
+
+
+def test_the_designers_call_is_split_evenly_and_completely(run) -> None:
+    usage = {"input_tokens": 1001, "output_tokens": 500, "cost_usd": 0.3, "latency_s": 6.0}
+    record = call(0, **usage)
+    RecordedModel(Prepared(record), run.path).ask(record.question)
+    assert read_status(run).usage.input_tokens == 1001
+    with_concepts(run)
+    own = call(1, input_tokens=10, cost_usd=0.5)
+    RecordedModel(Prepared(own), run.design(2).iteration(1).path).ask(own.question)
+    designs = [design.usage for design in read_status(run).designs]
+    assert [design.input_tokens for design in designs] == [334, 334 + 10, 333]
+    assert [design.calls for design in designs] == [1, 1, 0]
+    assert [design.cost_usd for design in designs] == pytest.approx([0.1, 0.6, 0.1])
+    assert read_status(run).usage.input_tokens == 1011
+
+
+def test_an_unknown_price_stays_unknown(run) -> None:
+    record = call(0, cost_usd=None)
+    RecordedModel(Prepared(record), run.path).ask(record.question)
+    with_concepts(run)
+    assert {design.usage.cost_usd for design in read_status(run).designs} == {None}
