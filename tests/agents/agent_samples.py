@@ -67,9 +67,12 @@ SUMMARY = EnvironmentSummary(
             ),
         ),
     ),
-    sites=(SiteSummary(name="button_top", body="button", position_m=(0.08, 0.06, 0.256)),),
-    sensors=("button_travel: jointpos of button_slide",),
-    actuators=("lift: position on carriage_z, -0.1 to 0.1",),
+    sites=(
+        SiteSummary(name="mount", body="world", position_m=(0, 0, 0.5)),
+        SiteSummary(name="button_top", body="button", position_m=(0.08, 0.06, 0.256)),
+    ),
+    sensors=("button_travel", "button_position"),
+    actuators=("lift",),
 )
 
 BRIEF = Brief(

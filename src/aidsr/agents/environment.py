@@ -20,14 +20,16 @@ _SIZES = {
 
 def describe_environment(summary: EnvironmentSummary) -> str:
     """Return the environment in words and numbers; lengths in metres, positions in world coordinates at the start."""
+    mounts = {mount.name for mount in summary.mounts}
+    sites = [f"- {s.name} on {s.body}, at {_vector(s.position_m)}" for s in summary.sites if s.name not in mounts]
     sections = [
         f"Gravity {_vector(summary.gravity_m_s2)} m/s2, time step {_number(summary.timestep_s)} s. "
         "Lengths in metres; positions in world coordinates at the start.",
         _section("Mounts, where a robot's root can be attached", [_mount(mount) for mount in summary.mounts]),
         _section("Bodies", [line for body in summary.bodies for line in _body(body)]),
-        _section("Sites", [f"- {s.name} on {s.body}, at {_vector(s.position_m)}" for s in summary.sites]),
-        _section("Sensors", [f"- {sensor}" for sensor in summary.sensors]),
-        _section("Actuators of the environment", [f"- {actuator}" for actuator in summary.actuators]),
+        _section("Sites", sites),
+        f"Sensors: {', '.join(summary.sensors)}" if summary.sensors else "",
+        f"Actuators of the environment: {', '.join(summary.actuators)}" if summary.actuators else "",
     ]
     return "\n\n".join(section for section in sections if section)
 
