@@ -20,7 +20,8 @@ from aidsr.tasks.grasping.simple_grasping import SimpleGrasping
 from aidsr.tasks.locomotion.flat_ground import FlatGround
 from aidsr.tasks.manipulation.drawer_opening import DrawerOpening
 from aidsr.tasks.reaching.button_pushing import ButtonPushing
-from aidsr.tasks.readings import Contacts, Readings, sensor_columns
+from aidsr.tasks.reader import Reader
+from aidsr.tasks.readings import Contacts, Outline, Readings
 from aidsr.tasks.task import BENCHMARK_VERSION, Level, Task
 from aidsr.tasks.variation import Change, Variation, apply_to_batch, apply_to_simulation
 
@@ -31,13 +32,14 @@ __all__ = [
     "Change",
     "Contacts",
     "Level",
+    "Outline",
+    "Reader",
     "Readings",
     "Task",
     "Variation",
     "apply_to_batch",
     "apply_to_simulation",
     "load_task",
-    "sensor_columns",
     "task_names",
 ]
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.task_sensors import CONTACT_SLOT_WIDTH
 
-__all__ = ["TOUCH_N", "BoolArray", "Contacts", "FloatArray", "Readings", "sensor_columns"]
+__all__ = ["TOUCH_N", "BoolArray", "Contacts", "FloatArray", "Outline", "Readings"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -46,6 +45,18 @@ class Contacts:
 
 
 @dataclass(frozen=True)
+class Outline:
+    """The robot's surface as balls strung along its geoms; n simulations, p balls."""
+
+    center_m: FloatArray
+    """World position, (n, p, 3) [m]."""
+    radius_m: FloatArray
+    """(p,) [m]."""
+    length_share: FloatArray
+    """How much of the body's length each ball stands for; they add up to 1, (p,)."""
+
+
+@dataclass(frozen=True)
 class Readings:
     """Everything a task may read after one control step, for n simulations of one scene."""
 
@@ -59,6 +70,8 @@ class Readings:
     """Time between two samples [s]."""
     parameters: Mapping[str, FloatArray] = field(default_factory=dict)
     """What `Variation.parameters` says of each episode, (n, k)."""
+    outline: Outline | None = None
+    """The robot's own surface, for tasks that set `needs_outline`."""
 
     @property
     def n(self) -> int:
@@ -91,11 +104,30 @@ class Readings:
             mean_over_s: Forces are averaged over blocks of this time first [s], because the force of a single physics
                 step depends on the solver, not on the touch (our choice: 10 ms, shorter than any servo reacts).
         """
-        samples = self.samples(name)
-        block = max(1, min(samples.shape[1], round(mean_over_s / self.sample_dt_s)))
-        kept = samples[:, samples.shape[1] % block :]
-        means = kept.reshape(kept.shape[0], -1, block, kept.shape[2]).mean(axis=2)
+        means = _block_means(self.samples(name), mean_over_s / self.sample_dt_s)
         return np.asarray(np.linalg.norm(means, axis=-1).max(axis=1))
+
+    def peak_contact_n(self, name: str, *, mean_over_s: float = 0.01, together: bool = False) -> FloatArray:
+        """Return the largest force in a "contacts" sensor since the last control step, (n,) [N].
+
+        Args:
+            name: A sensor of contacts.
+            mean_over_s: See `peak_force_n`.
+            together: Add all contacts of a moment up instead of looking at the strongest.
+        """
+        slots = self.samples(name).reshape(
+            self.n, -1, self.samples(name).shape[2] // CONTACT_SLOT_WIDTH, CONTACT_SLOT_WIDTH
+        )
+        force_n = np.where(slots[..., 0] > 0, slots[..., 1], 0.0)
+        at_once = force_n.sum(axis=2) if together else force_n.max(axis=2)
+        return np.asarray(_block_means(at_once[..., None], mean_over_s / self.sample_dt_s)[..., 0].max(axis=1))
+
+    @property
+    def body(self) -> Outline:
+        """The robot's outline, for tasks that set `needs_outline`."""
+        if self.outline is None:
+            raise ValueError("these readings carry no outline; the task must set needs_outline")
+        return self.outline
 
     def contacts(self, name: str) -> Contacts:
         """Return the newest sample of a "contacts" sensor, taken apart."""
@@ -109,14 +141,8 @@ class Readings:
         )
 
 
-def sensor_columns(model: Any) -> dict[str, slice]:
-    """Return where each named sensor of a compiled model lies in `sensordata`.
-
-    Args:
-        model: A `mujoco.MjModel`.
-    """
-    columns = {}
-    for index in range(model.nsensor):
-        start = int(model.sensor_adr[index])
-        columns[model.sensor(index).name] = slice(start, start + int(model.sensor_dim[index]))
-    return columns
+def _block_means(samples: FloatArray, length: float) -> FloatArray:
+    """Return means over blocks of about `length` samples, newest block last: (n, s, k) -> (n, blocks, k)."""
+    block = max(1, min(samples.shape[1], round(length)))
+    kept = samples[:, samples.shape[1] % block :]
+    return np.asarray(kept.reshape(kept.shape[0], -1, block, kept.shape[2]).mean(axis=2))

@@ -55,6 +55,8 @@ class Task(ABC):
     """Bodies, joints, sites, actuators and sensors of the environment that this task cannot do without."""
     sensors: ClassVar[tuple[TaskSensor, ...]]
     """What scene assembly adds to measure the robot."""
+    needs_outline: ClassVar[bool] = False
+    """Whether it looks at all of the robot's surface; see `Readings.outline`."""
     policy_actuators: ClassVar[tuple[str, ...]] = ()
     """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.grasping.lifting import LIFTED_S, RAISED_M, TABLE_M, Lifting, raised_m, slip_m
+from aidsr.tasks.grasping.carriage import RAISED_M, TABLE_M, Lifting, raised_m, slip_m
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
 from aidsr.tasks.task import Memory
@@ -50,8 +50,8 @@ class SimpleGrasping(Lifting):
         """See `Task`."""
         shaken = f" while it is shaken sideways with {self.shake_n:g} N" if self.shake_n else ""
         return (
-            "Pick up a sphere, cylinder or box, 50 to 70 mm across and 50 to 150 g, from a table and keep it raised at "
-            f"least 0.10 m for 2 s{shaken}. The mount comes down to 0.25 m above the table within 1 s, waits for "
+            "Pick up a sphere, cylinder or box, 50 to 70 mm across and 50 to 150 g, from a table and keep it raised "
+            f"at least 0.10 m for 2 s{shaken}. The mount comes down to 0.25 m above the table within 1 s, waits for "
             "2 s and rises by 0.15 m within 1.5 s."
         )
 
@@ -68,8 +68,8 @@ class SimpleGrasping(Lifting):
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
         """The carriage's height, and at the hard level the push on the object once it is up."""
-        time_s = readings.time_s
-        push_n = np.where(time_s >= LIFTED_S, self.shake_n * np.sin(2 * np.pi * SHAKE_HZ * (time_s - LIFTED_S)), 0.0)
+        lifted_for_s = readings.time_s - self.times_s[-1]
+        push_n = np.where(lifted_for_s >= 0.0, self.shake_n * np.sin(2 * np.pi * SHAKE_HZ * lifted_for_s), 0.0)
         return {**super().script(readings), "object_push": push_n}
 
     def violation(self, readings: Readings) -> FloatArray:
@@ -80,5 +80,5 @@ class SimpleGrasping(Lifting):
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """Raised at least 0.10 m and slipped less than 20 mm in the grip; at the hard level while being shaken."""
-        ready = (readings.time_s >= LIFTED_S) | (self.shake_n == 0.0)
+        ready = (readings.time_s >= self.times_s[-1]) | (self.shake_n == 0.0)
         return (raised_m(readings, memory) >= RAISED_M) & ready & (slip_m(readings, memory) < SLIP_M)

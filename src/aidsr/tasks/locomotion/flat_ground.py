@@ -56,8 +56,8 @@ class FlatGround(Task):
     def objective(self) -> str:
         """See `Task`."""
         return (
-            f"Travel {self.goal_m:g} m forward on flat ground within 40 s, or {self.goal_lengths:g} times the robot's "
-            "own length if that is more, and stay within 0.3 m to either side of the lane's middle line."
+            f"Travel {self.goal_m:g} m forward on flat ground within 40 s, or {self.goal_lengths:g} times the "
+            "robot's own length if that is more, and stay within 0.3 m to either side of the lane's middle line."
         )
 
     @property

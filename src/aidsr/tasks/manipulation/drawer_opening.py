@@ -57,10 +57,10 @@ class DrawerOpening(Task):
     def objective(self) -> str:
         """See `Task`."""
         return (
-            "Open three drawers by their bar handles (12 mm thick, 60 mm wide, 25 mm in front), 0.10, 0.20 and 0.30 m "
-            "above the floor, one after the other in a given order: at least 60 mm out, then back to 10 mm or less, "
-            f"against {self.friction_n:g} N of friction. The mount, 0.25 m before them, moves between floor and 0.35 m "
-            "and 0.10 m to and fro."
+            "Open three drawers by their bar handles (12 mm thick, 60 mm wide, 25 mm in front), 0.10, 0.20 and 0.30 "
+            "m above the floor, one after the other in a given order: at least 60 mm out, then back to 10 mm or "
+            f"less, against {self.friction_n:g} N of friction. The mount, 0.25 m before them, moves between floor "
+            "and 0.35 m and 0.10 m to and fro."
         )
 
     @property

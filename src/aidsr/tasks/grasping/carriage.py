@@ -1,4 +1,4 @@
-"""What the tasks share that lift an object from a table: the carriage's schedule, what is seen, how far it is done."""
+"""What the grasping tasks on a carriage share: its timetable, what is seen of the object, and how far it is lifted."""
 
 from __future__ import annotations
 
@@ -14,35 +14,36 @@ from aidsr.tasks.readings import FloatArray, Readings
 from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import Memory, Task
 
-__all__ = ["LIFTED_S", "RAISED_M", "TABLE_M", "Lifting", "raised_m", "slip_m"]
+__all__ = ["RAISED_M", "TABLE_M", "CarriageTask", "Lifting", "approach", "raised_m", "slip_m"]
 
 TABLE_M = 0.4
 """Height of the table's top over the floor."""
 RAISED_M = 0.10
 """How high the object has to be raised."""
-LIFT_OFF_M = 0.01
+_LIFT_OFF_M = 0.01
 """An object higher than this over its start has left the table."""
-
-LIFTED_S = 4.5
-"""When the lift has ended."""
-_TIMES_S = (0.0, 1.0, 3.0, LIFTED_S)
-_HEIGHTS_M = (0.0, -0.10, -0.10, 0.05)
-"""Down and up at 0.1 m/s, with two seconds between to close."""
 
 
 @dataclass(frozen=True)
-class Lifting(Task, ABC):
-    """A carriage lowers the robot, waits and lifts it; the object on the table must come along."""
+class CarriageTask(Task, ABC):
+    """A carriage with the mount below follows a timetable; the policy only closes and opens the robot.
+
+    Features: functional part to object (0-2), object's velocity (3-5), mount to object (6-8), carriage's height (9),
+    time (10), strongest contact (11), how far the contacts face each other (12).
+    """
 
     base: ClassVar = "moving"
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),
         TaskSensor(name="grip", quantity="contacts", target="object", slots=8),
     )
+    times_s: ClassVar[tuple[float, ...]]
+    heights_m: ClassVar[tuple[float, ...]]
+    """The timetable: heights over where the carriage starts, with straight lines between."""
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
-        """The carriage's height over where it starts."""
-        return {"carriage_lift": np.interp(readings.time_s, _TIMES_S, _HEIGHTS_M)}
+        """The carriage's height."""
+        return {"carriage_lift": np.interp(readings.time_s, self.times_s, self.heights_m)}
 
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table of the task."""
@@ -54,11 +55,19 @@ class Lifting(Task, ABC):
                 readings["object_velocity"],
                 readings["object_position"] - readings["mount_position"],
                 readings["carriage_height"],
-                readings.time_s / LIFTED_S,
+                readings.time_s / self.times_s[-1],
                 grip.force_n.max(axis=1) / 5.0,
                 grip.opposition(),
             ]
         )
+
+
+@dataclass(frozen=True)
+class Lifting(CarriageTask, ABC):
+    """The object stands on a table and must come along when the carriage goes up: down and up at 0.1 m/s."""
+
+    times_s: ClassVar = (0.0, 1.0, 3.0, 4.5)
+    heights_m: ClassVar = (0.0, -0.10, -0.10, 0.05)
 
     def begin(self, readings: Readings) -> Memory:
         """Where the object stands, and where the functional part sees it."""
@@ -67,15 +76,19 @@ class Lifting(Task, ABC):
     def remember(self, readings: Readings, memory: Memory) -> Memory:
         """Where the object sat in the grip when it left the table."""
         before = memory["lifted"] > 0
-        lifted = before | (raised_m(readings, memory) > LIFT_OFF_M)
+        lifted = before | (raised_m(readings, memory) > _LIFT_OFF_M)
         held = np.where(before[:, None], memory["held"], _held(readings))
         return {"start": memory["start"], "lifted": lifted.astype(np.float64), "held": held}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Three tenths for coming near, three for holding it from opposite sides, four for its height."""
-        near = closeness(np.linalg.norm(_held(readings), axis=1), within=0.05, margin=0.2)
         raised = share(raised_m(readings, memory), RAISED_M)
-        return 0.3 * near + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+        return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+
+
+def approach(readings: Readings) -> FloatArray:
+    """Return how near the functional part is to the object, 0 to 1, (n,)."""
+    return closeness(np.linalg.norm(_held(readings), axis=1), within=0.05, margin=0.2)
 
 
 def raised_m(readings: Readings, memory: Memory) -> FloatArray:
