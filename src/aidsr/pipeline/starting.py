@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from aidsr.artifacts import Brief
+from aidsr.artifacts import Brief, CallRecord, Question
 from aidsr.errors import MjcfError, UserError
 from aidsr.pipeline.parts import Parts, TeamFor
 from aidsr.pipeline.person import DecisionFile, approve_at_once
@@ -16,6 +16,7 @@ from aidsr.pipeline.working import Listen, work
 from aidsr.runs import RecordedModel, Run, RunConfig, RunRecord, new_run
 
 if TYPE_CHECKING:
+    from aidsr.models import Model
     from aidsr.tasks import Level
 
 __all__ = ["BUILTIN", "brief_for", "design", "parts_of", "resume", "start"]
@@ -174,7 +175,20 @@ def _team_for(config: RunConfig) -> TeamFor:
     from aidsr import agents, models
 
     model = models.connect(config.model)
-    return lambda folder: agents.team(RecordedModel(model, folder), max_output_tokens=config.max_output_tokens)
+    return lambda folder: agents.team(_Capped(RecordedModel(model, folder), config.max_output_tokens))
+
+
+class _Capped:
+    """A model asked for at most so many tokens of output."""
+
+    def __init__(self, model: Model, max_output_tokens: int) -> None:
+        self.name = model.name
+        self._model = model
+        self._max_output_tokens = max_output_tokens
+
+    def ask(self, question: Question) -> CallRecord:
+        """Ask with the cap in the question."""
+        return self._model.ask(question.model_copy(update={"max_output_tokens": self._max_output_tokens}))
 
 
 def _mjcf(source: str | Path, what: str) -> str:

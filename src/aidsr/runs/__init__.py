@@ -1,7 +1,7 @@
 """Where state lives: the folder of a run, its write-once files, its event logs, and its status computed from them."""
 
 from aidsr.runs.events import EventLog, read_events
-from aidsr.runs.folders import LAYOUT, DesignFolder, IterationFolder, Run, new_run
+from aidsr.runs.folders import LAYOUT, DesignFolder, IterationFolder, Run, layout_text, new_run
 from aidsr.runs.record import RunConfig, RunRecord
 from aidsr.runs.recording import RecordedModel
 from aidsr.runs.status import DesignStatus, RunStatus, read_status
@@ -18,6 +18,7 @@ __all__ = [
     "RunConfig",
     "RunRecord",
     "RunStatus",
+    "layout_text",
     "new_run",
     "read_events",
     "read_status",

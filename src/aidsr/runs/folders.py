@@ -30,7 +30,7 @@ from aidsr.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
 from aidsr.runs.record import RunRecord
 
-__all__ = ["LAYOUT", "DesignFolder", "IterationFolder", "Run", "calls_in", "new_run"]
+__all__ = ["LAYOUT", "DesignFolder", "IterationFolder", "Run", "calls_in", "layout_text", "new_run"]
 
 LAYOUT: tuple[tuple[str, str], ...] = (
     ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
@@ -59,6 +59,12 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/final_robot.xml", "the approved robot alone"),
 )
 """Path pattern and content. N counts from 1, II from 01, NNNN from 0001; ROLE is one of the four roles."""
+
+
+def layout_text() -> str:
+    """Return the layout as lines of text, one for each file."""
+    width = max(len(pattern) for pattern, _ in LAYOUT)
+    return "\n".join(f"{pattern:<{width}}  {content}" for pattern, content in LAYOUT)
 
 
 @dataclass(frozen=True)
@@ -236,7 +242,8 @@ def new_run(runs: Path, record: RunRecord, brief: Brief) -> Run:
         UserError: The folder cannot be made.
     """
     moment = datetime.fromisoformat(record.started).strftime("%Y-%m-%d_%H%M")
-    path = runs / f"{moment}_{_slug(record.task or record.objective)}_{secrets.token_hex(2)}"
+    name = _slug(record.task.rpartition("/")[2] or record.objective)
+    path = runs / f"{moment}_{name}_{secrets.token_hex(2)}"
     try:
         path.mkdir(parents=True)
     except OSError as error:

@@ -1,0 +1,83 @@
+"""`aidsr design`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+__all__ = ["design"]
+
+
+def design(
+    objective: str | None = None,
+    /,
+    *,
+    task: str | None = None,
+    level: Literal["standard", "hard"] = "standard",
+    environment: Path | None = None,
+    robot: Path | None = None,
+    model: str = "builtin",
+    concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20))] = 3,
+    iterations: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 8,
+    max_output_tokens: Annotated[int, Parameter(validator=Number(gte=256))] = 20_000,
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    runs: Path = Path("runs"),
+) -> int:
+    """Design robots for a task or for an objective in words.
+
+    Exit code 0 means that at least one design was approved, 1 that none was, 2 a mistake in the command.
+
+        aidsr design --task button_pushing
+
+        aidsr design --task simple_grasping --model openai:gpt-5 --human
+
+        aidsr design "turn the knob by a quarter" --environment knob.xml
+
+    Parameters
+    ----------
+    objective
+        What the robot should do, in plain words; needs --environment.
+    task
+        A benchmark task instead, see `aidsr tasks`; it brings objective and environment.
+    level
+        Level of the task.
+    environment
+        MJCF of the place where it is to be done, without a robot.
+    robot
+        MJCF of a robot to start from.
+    model
+        Who designs: "builtin" for the rules, which need no key, or a language model, for example openai:gpt-5,
+        anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL of a compatible server. Only a model named here is
+        ever paid for.
+    concepts
+        How many designs to grow side by side.
+    iterations
+        Repairs allowed after the first attempt of each.
+    max_output_tokens
+        Cap on the output of one call to a language model, reasoning included.
+    seed
+        Seed of the built-in rules; the same seed gives the same robots.
+    human
+        Ask a person about each scene that the Judge passed: approve, refine or quit.
+    runs
+        Folder in which the folder of the run is made.
+    """
+    from aidsr.cli.following import follow
+    from aidsr.pipeline import brief_for, parts_of, start
+    from aidsr.runs import RunConfig
+
+    config = RunConfig(
+        model=model,
+        concepts=concepts,
+        iterations=iterations,
+        max_output_tokens=max_output_tokens,
+        seed=seed,
+        human=human,
+    )
+    brief = brief_for(objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "")
+    run = start(brief, config, level=level if brief.task else "", runs=runs)
+    return follow(run, parts_of(run))

@@ -1,0 +1,200 @@
+"""The progress of a run in the terminal: one calm line for each design, or plain lines where there is no terminal."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.markup import escape
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
+
+from aidsr.cli.asking import Asker
+from aidsr.cli.reporting import print_introduction, print_result
+from aidsr.pipeline import Parts, work
+from aidsr.runs import Run, read_status
+from aidsr.runs.events import Begun, Decided, DecisionUnreadable, Done, Event, Finished, NoPicture, Stopped, Waiting
+from aidsr.runs.summary import cost_in_words
+
+__all__ = ["Lines", "Panel", "View", "follow", "sentence"]
+
+_DOING = {
+    "concepts": "the Designer thinks of concepts",
+    "concept": "the Designer revises the concept",
+    "robot": "the Coder writes the robot",
+    "robot_report": "the robot is validated",
+    "placement": "the Scene Integrator places the robot",
+    "scene": "robot and environment are put together",
+    "scene_report": "the scene is validated",
+    "preview": "a picture is drawn",
+    "critique": "the Judge looks at the scene",
+}
+_FOUND = {
+    "concepts": "concepts",
+    "concept": "new concept",
+    "robot_report": "robot",
+    "scene_report": "scene",
+    "critique": "Judge",
+}
+"""The steps whose result a person wants to read, and what they looked at."""
+
+
+def follow(run: Run, parts: Parts) -> int:
+    """Work on a run while a person watches; return 0 if a design is approved, 1 if none, 130 if interrupted."""
+    console = Console(highlight=False)
+    print_introduction(console, run)
+    view: View = Panel(console, run) if console.is_terminal else Lines(console)
+    asker = Asker(console, run, view.aside)
+    try:
+        with view, asker:
+
+            def heard(number: int, event: Event) -> None:
+                view.heard(number, event)
+                asker.heard(number, event)
+
+            work(run, parts, heard)
+    except KeyboardInterrupt:
+        console.print(f"\nInterrupted. What is done is kept; go on with [bold]aidsr resume {escape(str(run.path))}[/]")
+        return 130
+    return print_result(console, run)
+
+
+def sentence(event: Event) -> str:
+    """Return what happened in a few words; empty for what a person watching need not read."""
+    match event:
+        case Done(step=step, summary=summary) if step in _FOUND:
+            return f"{_FOUND[step]}: {summary}"
+        case Waiting():
+            return "waiting for your decision"
+        case DecisionUnreadable(reason=reason):
+            return reason
+        case Decided(verdict=verdict):
+            return f"your decision: {verdict}"
+        case NoPicture(reason=reason):
+            return f"no picture: {reason}"
+        case Stopped(message=message):
+            return f"stopped: {message}"
+        case Finished(outcome=outcome) if outcome is not None:
+            return f"{outcome.outcome}: {outcome.reason}"
+        case _:
+            return ""
+
+
+class View(Protocol):
+    """Shows events as they come."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def heard(self, number: int, event: Event) -> None:
+        """Take notice of an event of a design, or of the run as number 0."""
+        ...
+
+    def aside(self) -> contextlib.AbstractContextManager[None]:
+        """Keep the terminal free for a question, as long as the context lasts."""
+        ...
+
+
+class Lines:
+    """One line for each result, as for a log file or a pipe."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pass
+
+    def heard(self, number: int, event: Event) -> None:
+        """Print the event if it says something."""
+        said = sentence(event)
+        iteration = getattr(event, "iteration", None)
+        if said:
+            place = (f"design {number}  " if number else "") + (f"iteration {iteration}  " if iteration else "")
+            self._console.print(escape(place + said), soft_wrap=True)
+
+    def aside(self) -> contextlib.AbstractContextManager[None]:
+        """Change nothing: lines do not disturb a question."""
+        return contextlib.nullcontext()
+
+
+@dataclass
+class _Line:
+    """What the panel knows of one design."""
+
+    concept: str = ""
+    iteration: int | None = None
+    doing: str = ""
+    found: str = ""
+    cost: str = ""
+
+
+class Panel:
+    """One line for each design, rewritten in place."""
+
+    def __init__(self, console: Console, run: Run) -> None:
+        self._run = run
+        self._paid = run.asked().config.model != "builtin"
+        self._lines: dict[int, _Line] = {}
+        self._spinner = Spinner("dots", style="cyan")
+        self._live = Live(self, console=console, refresh_per_second=8, transient=True)
+
+    def __enter__(self) -> Self:
+        self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._live.stop()
+
+    def heard(self, number: int, event: Event) -> None:
+        """Bring the line of the design up to date."""
+        line = self._lines.setdefault(number, _Line())
+        if number and not line.concept:
+            concept = self._run.design(number).iteration(1).concept.read()
+            line.concept = concept.name if concept else ""
+        line.iteration = getattr(event, "iteration", None) or line.iteration
+        line.doing = _DOING[event.step] if isinstance(event, Begun) else ""
+        line.found = sentence(event) or line.found
+        if self._paid and number and isinstance(event, Done):
+            line.cost = cost_in_words(read_status(self._run).designs[number - 1].usage)
+
+    @contextlib.contextmanager
+    def aside(self) -> Iterator[None]:
+        """Take the panel away while a question is asked."""
+        self._live.stop()
+        try:
+            yield
+        finally:
+            self._live.start()
+
+    def __rich__(self) -> RenderableType:
+        """Draw the panel."""
+        designs = {number: line for number, line in sorted(self._lines.items()) if number}
+        if not designs:
+            self._spinner.update(text=Text(_DOING["concepts"], style="dim"))
+            return self._spinner
+        table = Table.grid(padding=(0, 2), expand=True)
+        for ratio, style in ((None, ""), (None, "bold"), (None, "dim"), (2, "cyan"), (3, ""), (None, "dim")):
+            table.add_column(ratio=ratio, style=style, no_wrap=True, overflow="ellipsis")
+        for number, line in designs.items():
+            iteration = f"iteration {line.iteration}" if line.iteration else ""
+            mark = self._spinner.render(self._live.console.get_time()) if line.doing else Text("·", style="dim")
+            table.add_row(
+                Group(mark), f"{number} {line.concept}", iteration, escape(line.doing), escape(line.found), line.cost
+            )
+        return table

@@ -1,0 +1,88 @@
+"""What the terminal says about a run: before it starts, when it ends, and when asked."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from aidsr.pipeline import BUILTIN
+from aidsr.runs import DesignStatus, Run, RunStatus, read_status
+from aidsr.runs.summary import cost_in_words, duration_in_words
+
+__all__ = ["print_files", "print_introduction", "print_result", "print_status"]
+
+_COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "red", "waiting": "yellow"}
+
+
+def print_introduction(console: Console, run: Run) -> None:
+    """Say what is designed, by whom, and where it is kept."""
+    record = run.asked()
+    console.print(f"[bold]{escape(record.objective)}[/]")
+    if record.config.model == BUILTIN:
+        console.print(
+            f"Model: [cyan]builtin[/], seed {record.config.seed}. These are fixed rules, not a language model: "
+            "no key is used and nothing is paid."
+        )
+    else:
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/], paid for by whoever's key is set.")
+    console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
+
+
+def print_status(console: Console, run: Run, status: RunStatus) -> None:
+    """Print one line for each design, what went wrong, and the page to open."""
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+    for title in ("design", "concept", "state", "iterations", "paid", "time"):
+        table.add_column(title, overflow="fold")
+    for design in status.designs:
+        state = design.outcome.outcome if design.outcome else design.state
+        table.add_row(
+            str(design.number),
+            escape(design.concept),
+            f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
+            str(design.iteration),
+            cost_in_words(design.usage),
+            duration_in_words(design.latency_s),
+        )
+    console.print(table)
+    for design in status.designs:
+        _print_reason(console, design)
+    if status.stopped:
+        console.print(f"\nStopped: {escape(status.stopped.message)}", soft_wrap=True)
+    if run.summary.exists():
+        console.print(f"\nOpen [bold]{escape(str(run.summary))}[/]", soft_wrap=True)
+    if status.state in ("stopped", "running"):
+        console.print(f"If nobody is at work on it, go on with [bold]aidsr resume {escape(str(run.path))}[/]")
+
+
+def print_result(console: Console, run: Run) -> int:
+    """Print how the run ended; return 0 if at least one design is approved, else 1."""
+    status = read_status(run)
+    console.print()
+    print_status(console, run, status)
+    return 0 if status.approved else 1
+
+
+def print_files(console: Console, run: Run) -> None:
+    """Print the files of a run as a tree of relative paths."""
+    from rich.tree import Tree
+
+    root = Tree(f"[bold]{escape(str(run.path))}[/]", guide_style="dim")
+    branches = {run.path: root}
+    for path in sorted(run.path.rglob("*")):
+        if not path.name.startswith("."):
+            branches[path] = branches[path.parent].add(escape(path.name))
+    console.print()
+    console.print(root)
+
+
+def _print_reason(console: Console, design: DesignStatus) -> None:
+    """Say why a design is not approved, and give the traceback of a bug."""
+    if design.stopped and not design.outcome:
+        console.print(f"\nDesign {design.number} stopped: {escape(design.stopped.message)}", soft_wrap=True)
+        if design.stopped.traceback:
+            console.print(escape(design.stopped.traceback), style="dim", soft_wrap=True)
+    elif design.outcome and design.outcome.outcome != "approved":
+        console.print(
+            f"\nDesign {design.number}, {design.outcome.outcome}: {escape(design.outcome.reason)}", soft_wrap=True
+        )
