@@ -1,7 +1,236 @@
-"""Scene assembly: the robot placed in the environment, as the Scene Integrator decided."""
+"""Scene assembly: a robot placed in an environment, as the Scene Integrator decided.
+
+The Integrator answers with a `Placement`; this file carries it out. `docs/assembly.md` says what is done to a robot on
+the way and why.
+"""
 
 from __future__ import annotations
 
-from aidsr.sim.task_sensors import TaskSensor
+import copy
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
 
-__all__ = ["TaskSensor"]
+import mujoco
+import numpy as np
+from lxml import etree
+
+from aidsr.artifacts import Fault, Placement, Robot, Scene
+from aidsr.errors import MjcfError
+from aidsr.sim import isolation
+from aidsr.sim.beam import solref
+from aidsr.sim.compiling import compile_mjcf, load_mjcf
+from aidsr.sim.document.place import Element
+from aidsr.sim.functional_part import FunctionalPart, find_functional_part, part_names
+from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose
+from aidsr.sim.scaling import scale_robot
+from aidsr.sim.stripping import settle_inertias, strip_scenery
+from aidsr.sim.task_sensors import TaskSensor, add_task_sensors
+
+__all__ = ["FUNCTIONAL_SITE", "TaskSensor", "assemble", "assemble_in_worker"]
+
+FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
+"""Site of every scene that marks the working point of the robot."""
+_SITE_RADIUS_M = 0.003
+_SITE_GROUP = 4  # MuJoCo draws groups 0 to 2 unless asked for more
+
+_OF_THE_ENVIRONMENT = ("option", "visual", "statistic", "size", "keyframe")
+"""Sections of a robot's file that have one owner in a scene: the environment."""
+
+
+def assemble(robot: Robot, environment: str, placement: Placement, sensors: Sequence[TaskSensor] = ()) -> Scene:
+    """Place a robot in an environment, in an isolated process.
+
+    Args:
+        robot: The robot alone.
+        environment: MJCF of the environment.
+        placement: Where and how the robot stands in it.
+        sensors: What the task measures about the robot.
+
+    Raises:
+        MjcfError: The robot or the environment cannot be loaded, the placement names something that does not exist, or
+            the robot cannot be based as the placement asks.
+        IsolationError: Assembling ran past its limits.
+    """
+    argument = {
+        "robot": robot.model_dump(mode="json"),
+        "environment": environment,
+        "placement": placement.model_dump(mode="json"),
+        "sensors": [sensor.model_dump(mode="json") for sensor in sensors],
+    }
+    return Scene.model_validate(isolation.call("aidsr.sim.assembly:assemble_in_worker", argument))
+
+
+def assemble_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
+    """Do the work of `assemble` on plain values.
+
+    Raises:
+        MjcfError: As `assemble`.
+    """
+    robot = Robot.model_validate(argument["robot"])
+    placement = Placement.model_validate(argument["placement"])
+    sensors = [TaskSensor.model_validate(sensor) for sensor in argument["sensors"]]
+    mjcf, notes = _assemble(robot, argument["environment"], placement, sensors)
+    return Scene(mjcf=mjcf, placement=placement, notes=notes).model_dump(mode="json")
+
+
+def _assemble(
+    robot: Robot, environment: str, placement: Placement, sensors: Sequence[TaskSensor]
+) -> tuple[str, list[str]]:
+    """Return the scene's MJCF and one sentence for each change made on the way."""
+    loaded = load_mjcf(environment)
+    stage, scene = loaded.model, loaded.spec
+    _prepare(scene, loaded.document.root)
+    spec, classes, timestep_s, notes = _read_robot(robot.mjcf, placement.scale)
+    alone = spec.copy().compile()
+    part = _check_names(robot, placement, sensors, stage, alone)
+    mount = mount_pose(stage, placement)
+    _yield_contact_settings(spec, classes, scene)
+    root, changes = attach_robot(scene, spec, alone, placement, mount)
+    scene.option.timestep, slower = _common_timestep(scene.option.timestep, timestep_s, placement.scale)
+    if placement.base == "fixed":
+        exclude_mount_contacts(scene, root, mount.body)
+    part_body = root
+    if part:
+        part_body = ROBOT_PREFIX + part.body
+        site = scene.body(part_body).add_site(name=FUNCTIONAL_SITE, pos=part.position_m, quat=part.quaternion)
+        site.size, site.group = [_SITE_RADIUS_M] * 3, _SITE_GROUP
+    add_task_sensors(scene, sensors, site=FUNCTIONAL_SITE, part_body=part_body, root=root)
+    return _write(scene), [*notes, *changes, *slower]
+
+
+def _prepare(spec: mujoco.MjSpec, document: Element) -> list[Any]:
+    """Make a model ready to be joined with another, in place, and return its default classes."""
+    names = sorted({default.get("class", "main") for default in document.iter("default")} - {"main"})
+    classes = [spec.default, *(spec.find_default(name) for name in names)]
+    if spec.compiler.degree:
+        # Elements hold copies that are converted when compiled; their classes are written as they are.
+        for joint in (default.joint for default in classes if default.joint.type != mujoco.mjtJoint.mjJNT_SLIDE):
+            joint.range, joint.ref, joint.springref = np.deg2rad(joint.range), *np.deg2rad([joint.ref, joint.springref])
+    # Where limits must be switched on explicitly they are, so this changes nothing but what may be left out.
+    spec.compiler.autolimits = True
+    spec.compiler.discardvisual = spec.compiler.fusestatic = False
+    settle_inertias(spec)
+    return classes
+
+
+def _read_robot(text: str, scale: float) -> tuple[mujoco.MjSpec, list[Any], float | None, list[str]]:
+    """Return the robot without scenery at its final size, its classes, the timestep it asks for, and what changed."""
+    document = copy.deepcopy(load_mjcf(text).document.root)
+    timesteps = [option.get("timestep", "") for option in document.findall("option")]
+    put_aside = [element for name in _OF_THE_ENVIRONMENT for element in document.findall(name)]
+    for element in put_aside:
+        document.remove(element)
+    spec = mujoco.MjSpec.from_string(etree.tostring(document, encoding="unicode"))
+    classes = _prepare(spec, document)
+    for default in classes:
+        # Attaching gives assets their prefix, but not where a class names one. Elements name their own.
+        default.geom.material = default.site.material = default.tendon.material = default.mesh.material = ""
+        default.material.textures = [""] * len(default.material.textures)
+    notes = strip_scenery(spec)
+    if put_aside:
+        what = _listed(element.tag for element in put_aside)
+        notes.insert(0, f"The environment's settings hold; put aside the robot's own {what}.")
+    if scale != 1:
+        scale_robot(spec, scale, classes)
+        notes.append(f"Scaled the robot by {scale:g} as the same material.")
+    return spec, classes, next((float(value) for value in reversed(timesteps) if value), None), notes
+
+
+def _check_names(
+    robot: Robot, placement: Placement, sensors: Sequence[TaskSensor], stage: mujoco.MjModel, alone: mujoco.MjModel
+) -> FunctionalPart | None:
+    """Return the functional part, having looked up every name that a placement or a task uses.
+
+    Raises:
+        MjcfError: Some of them do not exist.
+    """
+    faults = []
+    mounts = ("world", *mount_names(stage))
+    if placement.mount not in mounts:
+        faults.append(_missing("mount", placement.mount, "of the environment", mounts))
+    bodies = tuple(stage.body(i).name for i in range(stage.nbody))
+    sites = tuple(stage.site(i).name for i in range(stage.nsite))
+    for name in placement.intended_contacts:
+        if name not in bodies:
+            faults.append(_missing("intended contact", name, "of the environment", bodies))
+    taken = [stage.sensor(i).name for i in range(stage.nsensor)]
+    for sensor in sensors:
+        if sensor.name in taken:
+            faults.append(_duplicate(sensor.name))
+        taken.append(sensor.name)
+        there = bodies + (sites if sensor.may_target_site else ())
+        if sensor.target and sensor.target not in there:
+            faults.append(_missing(f'target of sensor "{sensor.name}"', sensor.target, "of the environment", there))
+    name = (placement.functional_part or robot.functional_part).removeprefix(ROBOT_PREFIX)
+    part = find_functional_part(alone, name) if name else None
+    if part is None and (name or any(sensor.needs_functional_part for sensor in sensors)):
+        faults.append(_missing("functional part", name, "of the robot", part_names(alone)))
+    if faults:
+        raise MjcfError(faults)
+    return part
+
+
+def _missing(what: str, name: str, owner: str, existing: Sequence[str]) -> Fault:
+    return Fault(
+        code="undefined_reference",
+        layer="load",
+        severity="error",
+        names=(name,),
+        message=f'the {what} "{name}" is not a name {owner}',
+        cure=f"use one of: {_listed(existing)}",
+    )
+
+
+def _duplicate(name: str) -> Fault:
+    return Fault(
+        code="duplicate_name",
+        layer="load",
+        severity="error",
+        names=(name,),
+        message=f'the scene would have two sensors named "{name}", one of them asked for by the task',
+        cure="rename one of them",
+    )
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted({name for name in names if name}))
+
+
+def _yield_contact_settings(robot: mujoco.MjSpec, classes: Sequence[Any], environment: mujoco.MjSpec) -> None:
+    """Let the environment decide on contacts with it, and make those among robot parts as stiff as can be."""
+    lowest = min((geom.priority for geom in environment.geoms), default=0)
+    for geom in (*robot.geoms, *(default.geom for default in classes)):
+        geom.priority = min(geom.priority, lowest - 1)
+        geom.solref = solref(environment.option.timestep)
+
+
+def _common_timestep(environment_s: float, robot_s: float | None, scale: float) -> tuple[float, list[str]]:
+    """Return the scene's timestep [s]: the environment's, or a whole fraction of it where the robot needs less.
+
+    Scaled matter moves in scaled time (`aidsr.sim.scaling`), so a smaller robot needs a smaller step to be as stable.
+    The whole number keeps control periods that are multiples of the environment's step what they are.
+    """
+    asked_s = min(environment_s, robot_s or environment_s) * scale
+    parts = max(1, math.ceil(environment_s / asked_s - 1e-9))
+    if parts == 1:
+        return environment_s, []
+    why = "is smaller now" if robot_s is None or robot_s >= environment_s else f"asks for {robot_s:g} s"
+    return environment_s / parts, [f"Divided the timestep of {environment_s:g} s by {parts}: the robot {why}."]
+
+
+def _write(scene: mujoco.MjSpec) -> str:
+    """Return a scene as MJCF that has been loaded once.
+
+    Raises:
+        MjcfError: MuJoCo refuses it.
+    """
+    try:
+        scene.compile()
+    except ValueError as error:
+        fault = Fault(code="load_error", layer="load", severity="error", message=f"the scene does not compile: {error}")
+        raise MjcfError([fault]) from error
+    mjcf = str(scene.to_xml())
+    compile_mjcf(mjcf)
+    return mjcf

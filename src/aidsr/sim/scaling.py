@@ -12,7 +12,7 @@ Source: dimensional analysis; units of the attributes from the MuJoCo XML refere
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import mujoco
@@ -26,6 +26,8 @@ from aidsr.sim.units import Coordinate, Units
 __all__ = ["change_units", "scale_robot"]
 
 _LENGTH_JOINTS = (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE)
+_SITE_LENGTHS = ("pos", "size", "fromto")
+_CAMERA_LENGTHS = ("pos", "ipd", "focal_length", "principal_length", "sensor_size")
 _SHELL = mujoco.mjtGeomInertia.mjINERTIA_SHELL
 _EQ = mujoco.mjtEq
 _SENS = mujoco.mjtSensor
@@ -81,24 +83,30 @@ _Coordinates = Mapping[tuple[str, str], Coordinate]
 """Coordinates by kind ("joint", "tendon", "actuator") and name."""
 
 
-def scale_robot(spec: mujoco.MjSpec, factor: float) -> None:
+def scale_robot(spec: mujoco.MjSpec, factor: float, classes: Iterable[Any] = ()) -> None:
     """Make a robot `factor` times as large out of the same material, in place.
 
     Args:
         spec: The robot, parsed and not attached anywhere.
         factor: New lengths divided by old ones.
+        classes: Its default classes; see `change_units`.
 
     Raises:
         MjcfError: A part of the robot has no scaling rule.
     """
-    change_units(spec, Units.same_material(factor))
+    change_units(spec, Units.same_material(factor), classes)
 
 
-def change_units(spec: mujoco.MjSpec, units: Units) -> None:
+def change_units(spec: mujoco.MjSpec, units: Units, classes: Iterable[Any] = ()) -> None:
     """Multiply every physical attribute of a model by what its unit says, in place.
 
-    Values that stand in default classes are multiplied once, in the elements: a parsed element holds its own copy, and
-    the classes stay as they were written. Gravity, the medium, keyframes and user data are not touched.
+    A parsed element holds its own copy of what its default class says, so each value is multiplied once whether the
+    classes are or not. Gravity, the medium, keyframes and user data are not touched.
+
+    Args:
+        spec: The model, parsed and not attached anywhere.
+        units: Factors on mass, length and time.
+        classes: Default classes to change as well, so that the written model is short and its classes fit its elements.
 
     Raises:
         MjcfError: A part of the model has no scaling rule.
@@ -127,6 +135,17 @@ def change_units(spec: mujoco.MjSpec, units: Units) -> None:
         _scale_pair(pair, units)
     for sensor in spec.sensors:
         _scale_sensor(sensor, coordinates, units)
+    for default in classes:
+        _scale_class(default, units)
+
+
+def _scale_class(default: Any, units: Units) -> None:
+    _scale_geom(default.geom, units)
+    _scale_pair(default.pair, units)
+    _scale_joint(default.joint, Coordinate(units, is_length=default.joint.type in _LENGTH_JOINTS))
+    _scale_tendon(default.tendon, Coordinate(units, is_length=True))
+    _times(default.site, units.length, *_SITE_LENGTHS)
+    _times(default.camera, units.length, *_CAMERA_LENGTHS)
 
 
 def _refuse_what_has_no_rule(spec: mujoco.MjSpec) -> None:
@@ -162,9 +181,9 @@ def _scale_bodies(spec: mujoco.MjSpec, units: Units) -> None:
         _times(body, units.mass, "mass")
         _times(body, units.of(mass=1, length=2), "inertia", "fullinertia")
     for site in spec.sites:
-        _times(site, units.length, "pos", "size", "fromto")
+        _times(site, units.length, *_SITE_LENGTHS)
     for camera in spec.cameras:
-        _times(camera, units.length, "pos", "ipd", "focal_length", "principal_length", "sensor_size")
+        _times(camera, units.length, *_CAMERA_LENGTHS)
     for mesh in spec.meshes:
         _times(mesh, units.length, "scale")
     for hfield in spec.hfields:

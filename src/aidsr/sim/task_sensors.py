@@ -6,13 +6,15 @@ written there, because its parts are unknown; a task asks for it with a `TaskSen
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
+import mujoco
 from pydantic import Field, model_validator
 
 from aidsr.artifacts import Artifact
 
-__all__ = ["CONTACT_SLOT_WIDTH", "Part", "Quantity", "TaskSensor"]
+__all__ = ["CONTACT_SLOT_WIDTH", "Part", "Quantity", "TaskSensor", "add_task_sensors"]
 
 Quantity = Literal[
     "position",
@@ -30,8 +32,37 @@ Part = Literal["functional_part", "robot"]
 CONTACT_SLOT_WIDTH = 10
 """Numbers in one slot of a "contacts" sensor: found 1, force 3 [N], position 3 [m], normal 3."""
 
-_WHOLE_ROBOT = frozenset({"center_of_mass", "center_of_mass_velocity"})
-_WITH_TARGET = frozenset({"contact_force", "contacts", "distance"})
+_SENS = mujoco.mjtSensor
+_OF_THE_ROBOT = {
+    "center_of_mass": _SENS.mjSENS_SUBTREECOM,
+    "center_of_mass_velocity": _SENS.mjSENS_SUBTREELINVEL,
+}
+_OF_THE_SITE = {
+    "position": _SENS.mjSENS_FRAMEPOS,
+    "quaternion": _SENS.mjSENS_FRAMEQUAT,
+    "linear_velocity": _SENS.mjSENS_FRAMELINVEL,
+    "angular_velocity": _SENS.mjSENS_FRAMEANGVEL,
+}
+_BODY = mujoco.mjtObj.mjOBJ_BODY
+_FRAME = mujoco.mjtObj.mjOBJ_XBODY
+"""The frame of a body rather than of its inertia; as the object of a contact sensor, a body with all it carries."""
+_FOUND, _FORCE, _POSITION, _NORMAL = (
+    1 << int(field)
+    for field in (
+        mujoco.mjtConDataField.mjCONDATA_FOUND,
+        mujoco.mjtConDataField.mjCONDATA_FORCE,
+        mujoco.mjtConDataField.mjCONDATA_POS,
+        mujoco.mjtConDataField.mjCONDATA_NORMAL,
+    )
+)
+_MAX_FORCE, _NET_FORCE = 2, 3
+_CONTACT_DATA = {
+    "contact_force": (_FORCE, _NET_FORCE),
+    "contacts": (_FOUND | _FORCE | _POSITION | _NORMAL, _MAX_FORCE),
+}
+"""Fields and reduction as mjsSensor.intprm has them. Source: MuJoCo, sensor/contact: reduce none, mindist, maxforce,
+netforce are 0 to 3."""
+_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance"})
 
 
 class TaskSensor(Artifact):
@@ -73,11 +104,21 @@ class TaskSensor(Artifact):
 
     @model_validator(mode="after")
     def _target_where_it_means_something(self) -> Self:
-        if self.quantity in _WITH_TARGET and not self.target:
+        if self.quantity in _NEEDS_TARGET and not self.target:
             raise ValueError(f'sensor "{self.name}": {self.quantity} needs a target body of the environment')
-        if self.quantity in _WHOLE_ROBOT and self.target:
+        if self.quantity in _OF_THE_ROBOT and self.target:
             raise ValueError(f'sensor "{self.name}": {self.quantity} is measured in world axes and takes no target')
         return self
+
+    @property
+    def needs_functional_part(self) -> bool:
+        """Whether it cannot be read off a robot without a functional part."""
+        return self.quantity in _OF_THE_SITE or self.quantity == "distance" or self.part == "functional_part"
+
+    @property
+    def may_target_site(self) -> bool:
+        """Whether its target may be a site as well as a body."""
+        return self.quantity in _OF_THE_SITE
 
     @property
     def size(self) -> int:
@@ -85,3 +126,35 @@ class TaskSensor(Artifact):
         if self.quantity == "contacts":
             return self.slots * CONTACT_SLOT_WIDTH
         return {"quaternion": 4, "distance": 1}.get(self.quantity, 3)
+
+
+def add_task_sensors(
+    scene: mujoco.MjSpec, sensors: Sequence[TaskSensor], *, site: str, part_body: str, root: str
+) -> None:
+    """Add a task's sensors to a scene, in place, after those it has.
+
+    Args:
+        scene: Environment and robot.
+        sensors: What the task asks for.
+        site: Site at the functional part's working point.
+        part_body: Body the functional part belongs to.
+        root: Body that carries the whole robot.
+    """
+    for sensor in sensors:
+        added = scene.add_sensor(name=sensor.name)
+        if sensor.quantity in _OF_THE_ROBOT:
+            added.type, added.objtype, added.objname = _OF_THE_ROBOT[sensor.quantity], _BODY, root
+        elif sensor.quantity in _OF_THE_SITE:
+            added.type, added.objtype, added.objname = _OF_THE_SITE[sensor.quantity], mujoco.mjtObj.mjOBJ_SITE, site
+            if sensor.target and sensor.target != "world":
+                added.reftype = mujoco.mjtObj.mjOBJ_SITE if scene.site(sensor.target) else _FRAME
+                added.refname = sensor.target
+        else:
+            added.reftype, added.refname = _BODY, sensor.target
+            if sensor.quantity == "distance":
+                added.type, added.objtype, added.objname = mujoco.mjtSensor.mjSENS_GEOMDIST, _BODY, part_body
+                added.cutoff = sensor.max_distance_m
+            else:
+                added.type, added.objtype = mujoco.mjtSensor.mjSENS_CONTACT, _FRAME
+                added.objname = root if sensor.part == "robot" else part_body
+                added.intprm = (*_CONTACT_DATA[sensor.quantity], sensor.slots)

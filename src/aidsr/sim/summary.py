@@ -1,0 +1,130 @@
+"""An environment as facts: what stands where at the start of an episode."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
+from aidsr.sim import isolation
+from aidsr.sim.compiling import compile_mjcf
+from aidsr.sim.placing import mount_names
+
+__all__ = ["summarize_environment", "summarize_in_worker"]
+
+_JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
+_SIZES = {
+    int(_GEOM.mjGEOM_PLANE): 2,
+    int(_GEOM.mjGEOM_SPHERE): 1,
+    int(_GEOM.mjGEOM_CAPSULE): 2,
+    int(_GEOM.mjGEOM_CYLINDER): 2,
+}
+"""How many of a shape's three size numbers mean something, where not all do; a plane's third spaces its drawn grid."""
+_DECIMALS = 6
+"""Micrometres and millionths are the finest a reader needs. Our choice: MuJoCo writes six digits as well."""
+
+
+def summarize_environment(environment: str) -> EnvironmentSummary:
+    """Describe an environment in its initial state, read in an isolated process.
+
+    Args:
+        environment: MJCF of the environment, without a robot.
+
+    Raises:
+        MjcfError: It cannot be loaded.
+        IsolationError: Reading it ran past its limits.
+    """
+    found = isolation.call("aidsr.sim.summary:summarize_in_worker", {"environment": environment})
+    return EnvironmentSummary.model_validate(found)
+
+
+def summarize_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
+    """Do the work of `summarize_environment` on plain values.
+
+    Raises:
+        MjcfError: The environment cannot be loaded.
+    """
+    model = compile_mjcf(argument["environment"])
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    bodies = [body for body in range(model.nbody) if body or model.body_geomnum[0]]
+    summary = EnvironmentSummary(
+        gravity_m_s2=_vector(model.opt.gravity),
+        timestep_s=model.opt.timestep,
+        mounts=tuple(_mount(model, data, name) for name in mount_names(model)),
+        bodies=tuple(_body(model, data, body) for body in bodies),
+        sites=tuple(_site(model, data, site) for site in range(model.nsite)),
+        sensors=tuple(model.sensor(i).name for i in range(model.nsensor)),
+        actuators=tuple(model.actuator(i).name for i in range(model.nu)),
+    )
+    return summary.model_dump(mode="json")
+
+
+def _vector(values: Any) -> Vec3:
+    x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in values)  # + 0.0 turns -0.0 into 0.0
+    return x, y, z
+
+
+def _mount(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> MountSummary:
+    site = model.site(name).id
+    axes = data.site_xmat[site].reshape(3, 3)
+    movers: list[str] = []
+    body = int(model.site_bodyid[site])
+    while body:
+        first = int(model.body_jntadr[body])
+        movers = [model.joint(first + i).name for i in range(model.body_jntnum[body])] + movers
+        body = int(model.body_parentid[body])
+    return MountSummary(
+        name=name,
+        position_m=_vector(data.site_xpos[site]),
+        z_axis=_vector(axes[:, 2]),
+        x_axis=_vector(axes[:, 0]),
+        moved_by=tuple(movers),
+    )
+
+
+def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
+    joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+    geoms = range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+    return BodySummary(
+        name=model.body(body).name,
+        parent=model.body(model.body_parentid[body]).name if body else "",
+        position_m=_vector(data.xpos[body]),
+        mass_kg=round(float(model.body_mass[body]), _DECIMALS),
+        joints=tuple(_joint(model, data, joint) for joint in joints),
+        geoms=tuple(_geom(model, data, geom) for geom in geoms),
+    )
+
+
+def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
+    kind = _JOINT(int(model.jnt_type[joint]))
+    words = f"{model.joint(joint).name or 'joint'}: {kind.name.removeprefix('mjJNT_').lower()}"
+    turns = kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_BALL)
+    if kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
+        axis = " ".join(f"{value:g}" for value in _vector(data.xaxis[joint]))
+        words += f" {'about' if turns else 'along'} {axis}"
+    if model.jnt_limited[joint]:
+        low, high = np.rad2deg(model.jnt_range[joint]) if turns else model.jnt_range[joint]
+        words += f", {low:g} to {high:g} {'deg' if turns else 'm'}"
+    return words
+
+
+def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
+    kind = int(model.geom_type[geom])
+    size = model.geom_size[geom, : _SIZES.get(kind, 3)]
+    return GeomSummary(
+        name=model.geom(geom).name,
+        shape=_GEOM(kind).name.removeprefix("mjGEOM_").lower(),
+        size_m=tuple(round(float(value), _DECIMALS) for value in size),
+        position_m=_vector(data.geom_xpos[geom]),
+    )
+
+
+def _site(model: mujoco.MjModel, data: mujoco.MjData, site: int) -> SiteSummary:
+    return SiteSummary(
+        name=model.site(site).name,
+        body=model.body(model.site_bodyid[site]).name,
+        position_m=_vector(data.site_xpos[site]),
+    )
