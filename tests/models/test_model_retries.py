@@ -119,4 +119,14 @@ def test_the_deadline_bounds_attempts_and_pauses_together(fake_clock: FakeClock)
 
 def test_patience_can_be_set_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("AIDSR_ATTEMPT_TIMEOUT_S", "1800")
-    assert Patience().attempt_timeout_s == 1800
+    monkeypatch.setenv("AIDSR_API_KEY", "another variable with our prefix")
+    assert Patience.from_environment().attempt_timeout_s == 1800
+
+
+@pytest.mark.parametrize(("value", "words"), [("soon", "valid number"), ("0", "greater than 0")])
+def test_a_limit_that_is_no_number_is_said_in_a_sentence(
+    value: str, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AIDSR_DEADLINE_S", value)
+    with pytest.raises(UserError, match=f'AIDSR_DEADLINE_S is wrong: .*{words}.*, found "{value}"'):
+        connect("m@http://localhost:1/v1", access=Access())

@@ -44,7 +44,7 @@ def connect(
         clock: Time as the retries see it.
 
     Raises:
-        UserError: The name is not understood, or the key it needs is not set.
+        UserError: The name is not understood, the key it needs is not set, or a limit in the environment is no number.
     """
     address = parse_address(name)
     access = access or Access()
@@ -58,7 +58,7 @@ def connect(
         priced=_is_priced(address, access),
         key_variable=key_field.upper(),
         access=access,
-        patience=patience or Patience(),
+        patience=patience or Patience.from_environment(),
         clock=clock or Clock(),
     )
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from aidsr.artifacts import FailedAttempt
-from aidsr.errors import ModelError
+from aidsr.errors import ModelError, UserError
 
 __all__ = ["Clock", "Patience", "TransientError", "persist"]
 
@@ -45,6 +45,20 @@ class Patience(BaseSettings):
     """Pause after the first failure; doubled after each further one."""
     longest_wait_s: float = Field(default=30.0, ge=0)
     """Longest pause we choose ourselves; a provider's Retry-After is followed beyond it, up to the deadline."""
+
+    @classmethod
+    def from_environment(cls) -> Patience:
+        """Return the environment's values over our defaults.
+
+        Raises:
+            UserError: A variable holds something else than a number in its range.
+        """
+        try:
+            return cls()
+        except ValidationError as error:
+            problem = error.errors()[0]
+        variable = f"AIDSR_{problem['loc'][0]}".upper()
+        raise UserError(f'The environment variable {variable} is wrong: {problem["msg"]}, found "{problem["input"]}".')
 
 
 @dataclass(frozen=True)
