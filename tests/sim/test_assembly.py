@@ -433,6 +433,33 @@ def test_masses_that_compiler_settings_decide_survive() -> None:
     assert model.body("carriage").mass[0] == pytest.approx(0.1 * 0.1 * 0.02 * 1000, rel=1e-5)
 
 
+def test_settings_that_leave_geoms_out_of_the_mass_leave_them_out() -> None:
+    grouped = CRAWLER.replace("<worldbody>", '<compiler inertiagrouprange="0 1"/><worldbody>', 1)
+    grouped = grouped.replace("</body>", '<body><geom size="0.05" group="3"/></body></body>', 1)
+    _, model = scene(grouped, Placement(mount="mount_floor", base="free"))
+    own = mujoco.MjModel.from_xml_string(grouped)
+    assert model.body("robot/head").subtreemass[0] == pytest.approx(own.body("head").subtreemass[0], rel=1e-5)
+
+
+def test_parts_without_names_can_be_used() -> None:
+    nameless = """<mujoco><worldbody><body mocap="true"><geom size="0.02"/><body pos="0 0 0.02"><joint/>
+      <geom type="capsule" size="0.01" fromto="0 0 0 0 0 0.1"/><site name="end" pos="0 0 0.1"/></body></body>
+      </worldbody></mujoco>"""
+    _, model = scene(nameless, Placement(mount="mount", base="fixed"), part="end")
+    bodies = [model.body(i).name for i in range(model.nbody)]
+    assert sum(name.startswith("robot/") for name in bodies) == 2
+    assert model.nexclude == 2
+    assert model.nmocap == 0
+
+
+def test_what_mujoco_refuses_in_the_scene_is_a_fault() -> None:
+    massless = """<mujoco><worldbody><body name="a"><body name="b"><joint/><geom size="0.1"/></body></body></worldbody>
+      </mujoco>"""
+    with pytest.raises(MjcfError, match="mass") as caught:
+        scene(massless, Placement(mount="mount", base="free"))
+    assert caught.value.faults[0].code == "load_error"
+
+
 def test_the_environment_decides_on_contact_with_it() -> None:
     _, model = scene(ARM, Placement(mount="mount", base="fixed"))
     assert model.geom("robot/seg1").priority[0] < model.geom("floor").priority[0]

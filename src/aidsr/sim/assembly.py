@@ -19,11 +19,11 @@ from aidsr.artifacts import Fault, Placement, Robot, Scene
 from aidsr.errors import MjcfError
 from aidsr.sim import isolation
 from aidsr.sim.beam import solref
-from aidsr.sim.compiling import compile_mjcf, load_mjcf
+from aidsr.sim.compiling import compile_mjcf, load_mjcf, warnings_as_notes
 from aidsr.sim.document.place import Element
 from aidsr.sim.functional_part import FunctionalPart, find_functional_part, part_names
 from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose
+from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose, unused_name
 from aidsr.sim.scaling import scale_robot
 from aidsr.sim.stripping import settle_inertias, strip_scenery
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors
@@ -83,14 +83,14 @@ def _assemble(
     stage, scene = loaded.model, loaded.spec
     _prepare(scene, loaded.document.root)
     spec, classes, timestep_s, notes = _read_robot(robot.mjcf, placement.scale)
-    alone = spec.copy().compile()
+    alone = _compile(spec.copy(), "the robot without its surroundings")
     part = _check_names(robot, placement, sensors, stage, alone)
     mount = mount_pose(stage, placement)
     _yield_contact_settings(spec, classes, scene)
     root, changes = attach_robot(scene, spec, alone, placement, mount)
     scene.option.timestep, slower = _common_timestep(scene.option.timestep, timestep_s, placement.scale)
     if placement.base == "fixed":
-        exclude_mount_contacts(scene, root, mount.body)
+        exclude_mount_contacts(scene, _compile(scene, "the scene"), root, mount.body)
     part_body = root
     if part:
         part_body = ROBOT_PREFIX + part.body
@@ -108,6 +108,8 @@ def _prepare(spec: mujoco.MjSpec, document: Element) -> list[Any]:
         # Elements hold copies that are converted when compiled; their classes are written as they are.
         for joint in (default.joint for default in classes if default.joint.type != mujoco.mjtJoint.mjJNT_SLIDE):
             joint.range, joint.ref, joint.springref = np.deg2rad(joint.range), *np.deg2rad([joint.ref, joint.springref])
+    for index, body in enumerate(spec.bodies):
+        body.name = body.name or unused_name(f"body_{index}", spec.bodies)  # everything below goes by name
     # Where limits must be switched on explicitly they are, so this changes nothing but what may be left out.
     spec.compiler.autolimits = True
     spec.compiler.discardvisual = spec.compiler.fusestatic = False
@@ -221,16 +223,18 @@ def _common_timestep(environment_s: float, robot_s: float | None, scale: float) 
 
 
 def _write(scene: mujoco.MjSpec) -> str:
-    """Return a scene as MJCF that has been loaded once.
-
-    Raises:
-        MjcfError: MuJoCo refuses it.
-    """
-    try:
-        scene.compile()
-    except ValueError as error:
-        fault = Fault(code="load_error", layer="load", severity="error", message=f"the scene does not compile: {error}")
-        raise MjcfError([fault]) from error
+    """Return a scene as MJCF that has been loaded once."""
+    _compile(scene, "the scene")
     mjcf = str(scene.to_xml())
     compile_mjcf(mjcf)
     return mjcf
+
+
+def _compile(spec: mujoco.MjSpec, what: str) -> mujoco.MjModel:
+    try:
+        with warnings_as_notes():
+            return spec.compile()
+    except ValueError as error:
+        message = f"{what} does not compile: {' '.join(str(error).split())}"
+        fault = Fault(code="load_error", layer="load", severity="error", message=message)
+        raise MjcfError([fault]) from error

@@ -15,7 +15,7 @@ from aidsr.errors import MjcfError
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.stripping import delete_dangling, is_free
 
-__all__ = ["Pose", "attach_robot", "exclude_mount_contacts", "mount_names", "mount_pose"]
+__all__ = ["Pose", "attach_robot", "exclude_mount_contacts", "mount_names", "mount_pose", "unused_name"]
 
 Vector = NDArray[np.float64]
 
@@ -99,31 +99,32 @@ def attach_robot(
         found = f"has {len(roots)} separate parts, {len(free)} of them free" if roots else "has no body"
         cure = "make every part of the robot a descendant of one body"
         _refuse("disconnected", tuple(root.name for root in roots), f"the robot {found}", cure, layer="structure")
+    for root in roots:
+        root.mocap = False  # in a scene the mount moves the root, or nothing does
     turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.deg2rad(placement.rotation_deg), "xyz")
     pose = mount.moved(np.array(placement.position_m), turn)
     if len(roots) > 1 or (beside and not free):
-        root, frame = _carry(scene, robot, pose, placement.base)
-        notes = [f'Added the body "{root}" to carry all that the robot fixes to its world.']
+        name, frame = _carry(scene, robot, pose, placement.base)
+        notes = [f'Added the body "{name}" to carry all that the robot fixes to its world.']
     else:
         notes = _set_base(robot, roots[0], placement.base)
-        roots[0].name = roots[0].name or _unused("root", robot.bodies)
-        root = ROBOT_PREFIX + roots[0].name
+        name = ROBOT_PREFIX + roots[0].name
         own = alone.body_pos[1]
         if np.any(own):
             notes.append(f"The placement takes the place of the root's own position {_text(own)} m.")
         pose = pose.moved(-own, _UPRIGHT)
         frame = scene.body(pose.body).add_frame(pos=pose.position_m, quat=pose.quaternion)
     scene.attach(robot, prefix=ROBOT_PREFIX, frame=frame)
-    return root, notes
+    return name, notes
 
 
 def _carry(scene: mujoco.MjSpec, robot: mujoco.MjSpec, pose: Pose, base: str) -> tuple[str, Any]:
     """Add a body to the scene that will carry a whole robot; return its name and the frame to attach the robot to."""
-    name = ROBOT_PREFIX + _unused("root", robot.bodies)
+    name = ROBOT_PREFIX + unused_name("root", robot.bodies)
     body = scene.body(pose.body).add_body(name=name, pos=pose.position_m, quat=pose.quaternion)
     if base == "free":
-        body.add_freejoint(name=ROBOT_PREFIX + _unused("root", robot.joints))
+        body.add_freejoint(name=ROBOT_PREFIX + unused_name("root", robot.joints))
     return name, body.add_frame()
 
 
@@ -142,11 +143,11 @@ def _set_base(robot: mujoco.MjSpec, root: Any, base: str) -> list[str]:
         found = f'the root "{root.name}" cannot be free, because it has joints of its own'
         cure = "give the robot a root with a shape and without joints, or place it with a fixed base"
         _refuse("invalid_joint_placement", names, found, cure)
-    root.add_freejoint(name=_unused("root", robot.joints))
+    root.add_freejoint(name=unused_name("root", robot.joints))
     return [f'Freed the root "{root.name}": added a free joint.']
 
 
-def exclude_mount_contacts(scene: mujoco.MjSpec, root: str, mount_body: str) -> None:
+def exclude_mount_contacts(scene: mujoco.MjSpec, model: mujoco.MjModel, root: str, mount_body: str) -> None:
     """Switch off contact between the first moving bodies of a fixed robot and what they are mounted on, in place.
 
     MuJoCo leaves out contact between a body and its parent, but not where the parent does not move, nor across a body
@@ -155,12 +156,12 @@ def exclude_mount_contacts(scene: mujoco.MjSpec, root: str, mount_body: str) -> 
 
     Args:
         scene: Environment and robot.
+        model: The same, compiled.
         root: Body that carries the whole robot; it does not move against the mount.
         mount_body: Body the mount belongs to.
 
     Source: MuJoCo manual, Computation, collision detection, filterparent; our choice: what is excluded.
     """
-    model = scene.compile()
     held = int(model.body_weldid[model.body(root).id])
     robot = [body for body in range(model.nbody) if _descends(model, body, model.body(root).id)]
     first = [body for body in robot if body in _first_shapes(model, robot, held)]
@@ -170,7 +171,7 @@ def exclude_mount_contacts(scene: mujoco.MjSpec, root: str, mount_body: str) -> 
     pairs |= {(other, body) for other, body in _touching(model, first) if model.body_weldid[other] == held}
     present = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in scene.excludes}
     for other, body in sorted(pairs):
-        names = [_named(scene, model, index) for index in (other, body)]
+        names = (model.body(other).name, model.body(body).name)
         if frozenset(names) not in present:
             scene.add_exclude(bodyname1=names[0], bodyname2=names[1])
 
@@ -205,14 +206,8 @@ def _touching(model: mujoco.MjModel, bodies: list[int]) -> Iterator[tuple[int, i
             yield first, second
 
 
-def _named(scene: mujoco.MjSpec, model: mujoco.MjModel, body: int) -> str:
-    """Return the name of a body, giving it one if it has none: pairs to exclude go by name."""
-    if not model.body(body).name:
-        scene.bodies[body].name = f"{ROBOT_PREFIX}body_{body}"
-    return str(scene.bodies[body].name)
-
-
-def _unused(name: str, elements: Iterable[Any]) -> str:
+def unused_name(name: str, elements: Iterable[Any]) -> str:
+    """Return the name, with underscores behind it as long as one of the elements has it already."""
     taken = {element.name for element in elements}
     while name in taken:
         name += "_"

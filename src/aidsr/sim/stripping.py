@@ -159,8 +159,7 @@ def settle_inertias(spec: mujoco.MjSpec) -> None:
         with warnings_as_notes():
             model = spec.compile()
         for body in spec.bodies[1:]:
-            if model.body_mass[body.id] > 0:
-                _write_inertia(body, model)
+            _write_inertia(body, model)
     compiler.settotalmass = -1.0
     compiler.boundmass = compiler.boundinertia = 0.0
     compiler.balanceinertia = False
@@ -169,6 +168,10 @@ def settle_inertias(spec: mujoco.MjSpec) -> None:
 
 
 def _write_inertia(body: Any, model: mujoco.MjModel) -> None:
+    if model.body_mass[body.id] == 0:
+        for geom in body.geoms:
+            geom.mass = 0.0
+        return
     body.explicitinertial = True
     body.mass = model.body_mass[body.id]
     body.inertia = model.body_inertia[body.id]

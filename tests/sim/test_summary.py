@@ -1,0 +1,94 @@
+"""The summary says what stands where at the start of an episode, in world coordinates."""
+
+import numpy as np
+import pytest
+
+from aidsr.artifacts import EnvironmentSummary
+from aidsr.errors import MjcfError
+from aidsr.sim.summary import summarize_environment, summarize_in_worker
+
+ENVIRONMENT = """
+<mujoco>
+  <compiler angle="degree"/>
+  <option timestep="0.005" gravity="0 0 -1.62"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="2 2 0.1"/>
+    <site name="mount_wall" pos="0.1 0 0.2" zaxis="1 0 0"/>
+    <site name="goal" pos="0 0 1"/>
+    <body name="rail" pos="0 0 0.5" euler="0 0 90">
+      <joint name="slide" type="slide" axis="1 0 0" range="-0.1 0.2"/>
+      <geom name="rail" type="box" size="0.01 0.02 0.03" mass="0.5"/>
+      <body name="wrist" pos="0.1 0 0">
+        <joint name="turn" axis="0 0 1" range="-45 90"/>
+        <geom name="wrist" type="capsule" size="0.01 0.05" mass="0.25"/>
+        <site name="mount" pos="0 0 -0.05" euler="180 0 0"/>
+      </body>
+    </body>
+    <body name="ball" pos="1 0 0.1"><freejoint/><geom type="sphere" size="0.1" mass="1"/></body>
+    <body name="eye" pos="2 0 0">
+      <joint type="ball" range="0 30"/><geom type="ellipsoid" size="0.1 0.2 0.3" mass="1"/>
+    </body>
+  </worldbody>
+  <actuator><position name="slide" joint="slide" kp="1"/></actuator>
+  <sensor><jointpos name="slide_position" joint="slide"/></sensor>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def summary() -> EnvironmentSummary:
+    return EnvironmentSummary.model_validate(summarize_in_worker({"environment": ENVIRONMENT}))
+
+
+def test_it_names_the_world_the_sensors_and_the_actuators(summary: EnvironmentSummary) -> None:
+    assert summary.gravity_m_s2 == (0.0, 0.0, -1.62)
+    assert summary.timestep_s == 0.005
+    assert summary.sensors == ("slide_position",)
+    assert summary.actuators == ("slide",)
+
+
+def test_a_mount_says_where_a_robot_would_point_and_what_moves_it(summary: EnvironmentSummary) -> None:
+    wall, wrist = summary.mounts
+    assert (wall.name, wall.position_m, wall.z_axis, wall.moved_by) == (
+        "mount_wall",
+        (0.1, 0.0, 0.2),
+        (1.0, 0.0, 0.0),
+        (),
+    )
+    assert (wrist.name, wrist.moved_by) == ("mount", ("slide", "turn"))
+    np.testing.assert_allclose(wrist.position_m, (0, 0.1, 0.45), atol=1e-9)
+    np.testing.assert_allclose(wrist.z_axis, (0, 0, -1), atol=1e-9)
+    np.testing.assert_allclose(wrist.x_axis, (0, 1, 0), atol=1e-9)
+
+
+def test_bodies_come_with_joints_in_words_and_shapes_in_the_world(summary: EnvironmentSummary) -> None:
+    bodies = {body.name: body for body in summary.bodies}
+    assert list(bodies) == ["world", "rail", "wrist", "ball", "eye"]
+    assert bodies["rail"].joints == ("slide: slide along 0 1 0, -0.1 to 0.2 m",)
+    assert bodies["wrist"].joints == ("turn: hinge about 0 0 1, -45 to 90 deg",)
+    assert bodies["ball"].joints == ("joint: free",)
+    assert bodies["eye"].joints == ("joint: ball, 0 to 30 deg",)
+    assert (bodies["wrist"].parent, bodies["wrist"].mass_kg) == ("rail", 0.25)
+    floor, capsule = bodies["world"].geoms[0], bodies["wrist"].geoms[0]
+    assert (floor.shape, floor.size_m) == ("plane", (2.0, 2.0))
+    assert (capsule.shape, capsule.size_m, capsule.position_m) == ("capsule", (0.01, 0.05), (0.0, 0.1, 0.5))
+    assert bodies["eye"].geoms[0].size_m == (0.1, 0.2, 0.3)
+
+
+def test_sites_come_with_their_bodies(summary: EnvironmentSummary) -> None:
+    assert {(site.name, site.body) for site in summary.sites} == {
+        ("mount_wall", "world"),
+        ("goal", "world"),
+        ("mount", "wrist"),
+    }
+
+
+def test_a_world_without_shapes_is_not_listed() -> None:
+    found = summarize_in_worker({"environment": '<mujoco><worldbody><site name="mount"/></worldbody></mujoco>'})
+    assert EnvironmentSummary.model_validate(found).bodies == ()
+
+
+def test_it_is_read_in_a_process_of_its_own(summary: EnvironmentSummary) -> None:
+    assert summarize_environment(ENVIRONMENT) == summary
+    with pytest.raises(MjcfError):
+        summarize_environment("<mujoco><worldbody>")
