@@ -186,15 +186,19 @@ class Panel:
         """Draw the panel."""
         designs = {number: line for number, line in sorted(self._lines.items()) if number}
         if not designs:
-            self._spinner.update(text=Text(_DOING["concepts"], style="dim"))
-            return self._spinner
-        table = Table.grid(padding=(0, 2), expand=True)
-        for ratio, style in ((None, ""), (None, "bold"), (None, "dim"), (2, "cyan"), (3, ""), (None, "dim")):
-            table.add_column(ratio=ratio, style=style, no_wrap=True, overflow="ellipsis")
-        for number, line in designs.items():
-            iteration = f"iteration {line.iteration}" if line.iteration else ""
-            mark = self._spinner.render(self._live.console.get_time()) if line.doing else Text("·", style="dim")
-            table.add_row(
-                Group(mark), f"{number} {line.concept}", iteration, escape(line.doing), escape(line.found), line.cost
-            )
-        return table
+            return self._with_mark(Text(_DOING["concepts"], style="cyan"), working=True)
+        return Group(*(self._draw(number, line) for number, line in designs.items()))
+
+    def _draw(self, number: int, line: _Line) -> RenderableType:
+        title = Text.assemble((f"{number}  {line.concept}", "bold"), no_wrap=True, overflow="ellipsis")
+        if line.iteration:
+            title.append(f"   iteration {line.iteration}", "dim")
+        title.append(f"   {line.cost}", "dim")
+        story = Text(no_wrap=True, overflow="ellipsis")
+        story.append(line.doing, "cyan").append("   " if line.doing and line.found else "").append(line.found)
+        return self._with_mark(Group(title, story), working=bool(line.doing))
+
+    def _with_mark(self, content: RenderableType, *, working: bool) -> RenderableType:
+        grid = Table.grid(padding=(0, 1))
+        grid.add_row(self._spinner if working else Text("·", style="dim"), content)
+        return grid

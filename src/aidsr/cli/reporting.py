@@ -25,7 +25,7 @@ def print_introduction(console: Console, run: Run) -> None:
             "no key is used and nothing is paid."
         )
     else:
-        console.print(f"Model: [cyan]{escape(record.config.model)}[/], paid for by whoever's key is set.")
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Every call may cost money.")
     console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
 
 
@@ -51,8 +51,9 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
         console.print(f"\nStopped: {escape(status.stopped.message)}", soft_wrap=True)
     if run.summary.exists():
         console.print(f"\nOpen [bold]{escape(str(run.summary))}[/]", soft_wrap=True)
-    if status.state in ("stopped", "running"):
-        console.print(f"If nobody is at work on it, go on with [bold]aidsr resume {escape(str(run.path))}[/]")
+    if status.state != "finished":
+        when = "Go on" if status.state == "stopped" else "If no process is at work on it, go on"
+        console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
 
 
 def print_result(console: Console, run: Run) -> int:

@@ -12,7 +12,7 @@ __all__ = ["validate"]
 
 
 def validate(
-    file: str,
+    file: Annotated[str, Parameter(allow_leading_hyphen=True)],
     /,
     *,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -41,8 +41,11 @@ def validate(
     needs_contact
         Whether the robot's job can only be done by touching something.
     """
+    from aidsr.errors import UserError
     from aidsr.validation import validate as examine
 
+    if file.startswith("--"):
+        raise UserError(f"a file was expected, and {file} is no option of this command; see aidsr validate --help")
     report = examine(sys.stdin.read() if file == "-" else Path(file), mount=mount, needs_contact=needs_contact)
     sys.stdout.write((report.model_dump_json(indent=2) if json else report.account()).rstrip() + "\n")
     return 0 if report.stable else 1

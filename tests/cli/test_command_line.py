@@ -1,0 +1,117 @@
+"""Commands as a person types them: exit codes, sentences, help."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from aidsr.cli import app, main
+from aidsr.cli.doctor import checks
+from aidsr.errors import ModelError
+from aidsr.pipeline import work
+from aidsr.runs import layout_text
+from scripted import Script, Scripted, new_run, parts
+
+
+def run_main(*words: str) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(list(words))
+    return ended.value.code
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["design"], "a task or an objective in words was expected"),
+        (["design", "press it"], "needs a place"),
+        (["design", "press it", "--environment", "nowhere.xml"], "nowhere.xml does not exist"),
+        (["design", "--task", "no_such_task"], "no_such_task"),
+        (["design", "press it", "--task", "button_pushing"], "brings its own objective"),
+        (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
+        (["show"], "the folder of a run was expected"),
+        (["show", "."], "run.json"),
+        (["resume", "nowhere"], "run.json"),
+        (["validate", "nowhere.xml"], "nowhere.xml"),
+        (["view", "nowhere.xml"], "nowhere.xml"),
+    ],
+)
+def test_mistakes_are_one_sentence_and_exit_2(words, sentence, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_main(*words) == 2
+    told = capsys.readouterr()
+    assert sentence in told.err
+    assert "Traceback" not in told.err
+    assert told.err.count("\n") == 1
+    assert told.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [["nonsense"], ["design", "--concepts", "0"], ["design", "--level", "easy"]])
+def test_what_cannot_be_parsed_exits_2(words, capsys) -> None:
+    assert run_main(*words) == 2
+
+
+def test_a_key_that_is_missing_is_named_before_a_folder_is_made(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
+    assert run_main("design", "--task", "button_pushing", "--model", "openai:gpt-5") == 2
+    assert "OPENAI_API_KEY" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["design", "resume", "show", "tasks", "validate", "view", "doctor"])
+def test_help_says_what_the_command_does_and_how_to_type_it(command, capsys) -> None:
+    app([command, "--help"])
+    said = capsys.readouterr().out
+    assert f"aidsr {command}" in said.split("Usage")[1].split("\n", 1)[1], "an example"
+    app(["--help"])
+    assert command in capsys.readouterr().out
+
+
+def test_show_prints_layout_status_and_files(tmp_path, capsys) -> None:
+    assert run_main("show", "--layout") == 0
+    assert capsys.readouterr().out == layout_text() + "\n"
+    run = new_run(tmp_path, concepts=2)
+    work(run, parts(Scripted([Script(), Script(robots=[ModelError("no answer from x")])])))
+    assert run_main("show", str(run.path)) == 0
+    said = capsys.readouterr().out
+    assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
+    assert run_main("show", str(run.path), "--json") == 0
+    status = json.loads(capsys.readouterr().out)
+    assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]
+
+
+def test_tasks_are_listed_with_their_objectives(capsys) -> None:
+    assert run_main("tasks") == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "button_pushing" in said
+    assert "Press a round push button" in said
+
+
+def test_doctor_names_keys_and_never_says_them(monkeypatch, capsys) -> None:
+    monkeypatch.setenv("ANTHROPIC_API_KEY", "canary-0123456789")
+    assert run_main("doctor") == 0
+    said = capsys.readouterr().out
+    assert "ANTHROPIC_API_KEY" in said
+    assert "canary" not in said
+    assert {"Python", "packages", "graphics", "isolation", "files", "keys"} <= {check.topic for check in checks()}
+
+
+def test_the_command_line_loads_neither_simulator_nor_client() -> None:
+    code = (
+        "import sys, aidsr.cli; print([m for m in ('mujoco', 'torch', 'pydantic_ai', 'pydantic') if m in sys.modules])"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
+
+
+def test_validate_reads_standard_input_and_prints_json() -> None:
+    program = [Path(sys.executable).with_name("aidsr"), "validate", "-", "--json"]
+    told = subprocess.run(program, input="not MJCF", capture_output=True, text=True, check=False, env=os.environ)
+    assert told.returncode == 1
+    report = json.loads(told.stdout)
+    assert report["stable"] is False
+    assert report["faults"]
