@@ -65,9 +65,9 @@ def limb_bodies(limb: Limb, prefix: str = "", first: str = 'pos="0 0 0"') -> str
         k = stiffness * (2 if index == 0 else 1)
         place = first if index == 0 else f'pos="0 0 {pitch:.6g}"'
         tip = f'<site name="{prefix}tip" pos="0 0 {pitch:.6g}"/>' if index == limb.segments - 1 else ""
+        springs = f'stiffness="{k:.6g}" damping="{k * limb.damping_s:.6g}" armature="1e-5"'
         joints = "".join(
-            f'<joint name="{prefix}j{index}{axis}" axis="{vector}" stiffness="{k:.6g}" damping="{k * limb.damping_s:.6g}"'
-            f' range="-45 45" armature="1e-5"/>'
+            f'<joint name="{prefix}j{index}{axis}" axis="{vector}" {springs} range="-45 45"/>'
             for axis, vector in (("x", "1 0 0"), ("y", "0 1 0"))
         )
         text = (
@@ -123,7 +123,9 @@ def arm(limb: Limb = Limb(), timestep_s: float = 0.002) -> str:
     return document(world, tendon_lines(limb), motor_lines(limb), sensor_lines(limb), timestep_s=timestep_s)
 
 
-def gripper(limb: Limb = Limb(segments=8, tendons=2, length_m=0.12, mass_kg=0.03, radius_m=0.006), fingers: int = 3) -> str:
+def gripper(
+    limb: Limb = Limb(segments=8, tendons=2, length_m=0.12, mass_kg=0.03, radius_m=0.006), fingers: int = 3
+) -> str:
     """Fingers around a palm, each with a flexor and an extensor."""
     palm_m = 0.04
     bodies = tendons = actuators = sensors = ""
@@ -139,13 +141,16 @@ def gripper(limb: Limb = Limb(segments=8, tendons=2, length_m=0.12, mass_kg=0.03
     return document(f'<body name="palm">{palm}{bodies}</body>', tendons, actuators, sensors)
 
 
-def crawler(limb: Limb = Limb(segments=6, tendons=2, length_m=0.12, mass_kg=0.03, radius_m=0.008), legs: int = 4) -> str:
+def crawler(
+    limb: Limb = Limb(segments=6, tendons=2, length_m=0.12, mass_kg=0.03, radius_m=0.008), legs: int = 4
+) -> str:
     """Legs pointing outwards from a free body on the ground."""
     bodies = tendons = actuators = sensors = ""
     for leg in range(legs):
         angle, prefix = 360 * (leg + 0.5) / legs, f"l{leg}_"
         x, y = 0.055 * math.cos(math.radians(angle)), 0.055 * math.sin(math.radians(angle))
-        mount = f'<body name="{prefix}mount" pos="{x:.6g} {y:.6g} 0" euler="0 0 {angle:.6g}"><body name="{prefix}out" euler="0 90 0">'
+        outwards = f'<body name="{prefix}out" euler="0 90 0">'
+        mount = f'<body name="{prefix}mount" pos="{x:.6g} {y:.6g} 0" euler="0 0 {angle:.6g}">{outwards}'
         bodies += f"{mount}{base_sites(limb, prefix)}{limb_bodies(limb, prefix)}</body></body>"
         tendons += tendon_lines(limb, prefix)
         actuators += motor_lines(limb, prefix)

@@ -49,6 +49,13 @@ class Case:
             raise RuntimeError("this rule needs the evidence of the test battery")
         return self.evidence
 
+    @property
+    def settled(self) -> bool:
+        """Whether the passive phase can be measured: it neither failed nor became faster than anything real."""
+        settle = self.driven.settle
+        speeds = settle.speed_m_s[0][:, list(self.structure.bodies)]
+        return not settle.failed(0) and float(np.max(speeds, initial=0.0)) <= self.limits.body_speed_m_s
+
     def body(self, index: int) -> str:
         """Name of a body."""
         return name_of(self.model, mujoco.mjtObj.mjOBJ_BODY, index)

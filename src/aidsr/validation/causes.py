@@ -8,58 +8,54 @@ from aidsr.artifacts import Fault
 
 __all__ = ["EXPLAINS", "without_consequences"]
 
-_WIRING = frozenset({"ctrlrange_missing", "zero_gear", "tendon_one_body", "tendon_no_moment", "tendons_not_actuated"})
-_NO_EFFECT = frozenset(
-    {
-        "self_collision_lock",
-        "antagonist_lock",
-        "tendon_against_limit",
-        "mass_ratio",
-        "actuator_too_weak",
-        "too_stiff",
-        "no_effect",
-    }
+_NO_EFFECT = (
+    "self_collision_lock",
+    "antagonist_lock",
+    "tendon_against_limit",
+    "mass_ratio",
+    "actuator_too_weak",
+    "too_stiff",
+    "no_effect",
+    "sensor_constant",
 )
-_SHAPE = frozenset({"gravity_collapse", "passive_collapse"})
-_SHAKING = frozenset({"energy_growth", "underdamped", "chatter"})
-_DROP = frozenset({"free_fall", "base_not_attached"})
-_SENSORS = frozenset({"sensor_constant"})
-_MEASURED = _NO_EFFECT | _SHAPE | _SHAKING | _DROP | _SENSORS | {"limit_overrun"}
+_COLLAPSE = ("passive_collapse", "gravity_collapse")
+_DROP = ("free_fall", "base_not_attached")
+_SHAKING = ("energy_growth", "underdamped", "numerical_instability", "chatter", "limit_overrun")
 
-EXPLAINS: dict[str, frozenset[str]] = {
-    "no_tendons": _NO_EFFECT | _SENSORS | {"tendons_not_actuated", "no_soft_chain"},
-    "no_actuators": _NO_EFFECT | _SENSORS | {"tendons_not_actuated"},
-    "no_sensors": _SENSORS,
-    "tendons_not_actuated": _NO_EFFECT | _SENSORS | {"fully_actuated"},
-    "no_soft_chain": _NO_EFFECT | _SENSORS | {"tendon_one_body", "tendon_no_moment", "fully_actuated"},
-    "disconnected": _NO_EFFECT | _DROP | {"segments_gap", "tendon_no_moment"},
-    "ctrlrange_missing": _NO_EFFECT | _SENSORS,
-    "range_inverted_ignored": frozenset(),
-    "joint_range_too_small": _NO_EFFECT | _SENSORS | {"limit_overrun", "chatter", "gravity_collapse"},
-    "zero_gear": _NO_EFFECT | _SENSORS,
-    "tendon_one_body": _NO_EFFECT | _SENSORS,
-    "tendon_no_moment": _NO_EFFECT | _SENSORS,
-    "self_collision_lock": _NO_EFFECT | _SENSORS,
-    "initial_penetration": _NO_EFFECT | _SHAPE | _SHAKING | {"numerical_instability"},
-    "tendon_limit_violated": _NO_EFFECT | _SHAPE | _SHAKING | _SENSORS | {"numerical_instability"},
+EXPLAINS: dict[str, tuple[str, ...]] = {
+    "no_tendons": ("tendons_not_actuated", *_NO_EFFECT),
+    "no_actuators": ("tendons_not_actuated", *_NO_EFFECT),
+    "no_sensors": ("sensor_constant",),
+    "tendons_not_actuated": ("fully_actuated", *_NO_EFFECT),
+    "ctrlrange_missing": _NO_EFFECT,
+    "joint_range_too_small": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
+    "disconnected": ("no_soft_chain", "segments_gap", "tendon_no_moment", *_DROP, *_NO_EFFECT),
+    "no_soft_chain": ("fully_actuated", "tendon_one_body", "tendon_no_moment", *_NO_EFFECT),
+    "zero_gear": _NO_EFFECT,
+    "tendon_one_body": _NO_EFFECT,
+    "tendon_no_moment": _NO_EFFECT,
+    "initial_penetration": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
+    "tendon_limit_violated": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
     "contact_disabled": _DROP,
-    "free_fall": _SHAPE | _SHAKING | _NO_EFFECT | {"numerical_instability"},
-    "base_not_attached": _SHAPE | _SHAKING,
-    "passive_collapse": _NO_EFFECT | _SHAKING | {"gravity_collapse"},
-    "gravity_collapse": _NO_EFFECT,
-    "numerical_instability": _MEASURED,
-    "energy_growth": frozenset({"underdamped", "chatter"}),
-    "underdamped": frozenset({"chatter", "energy_growth"}),
-    "chatter": frozenset({"limit_overrun"}),
-    "antagonist_lock": frozenset({"tendon_against_limit", "actuator_too_weak", "too_stiff", "no_effect"}),
-    "tendon_against_limit": _SENSORS,
-    "mass_ratio": _SENSORS,
-    "actuator_too_weak": _SENSORS,
-    "too_stiff": _SENSORS,
-    "no_effect": _SENSORS,
+    "free_fall": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
+    "base_not_attached": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
+    "passive_collapse": ("gravity_collapse", *_SHAKING, *_NO_EFFECT),
+    "gravity_collapse": (*_SHAKING, *_NO_EFFECT),
+    "mass_ratio": ("underdamped", "chatter", "limit_overrun", "sensor_constant"),
+    "energy_growth": _SHAKING[1:],
+    "underdamped": ("numerical_instability", "chatter"),
+    "numerical_instability": ("chatter", "limit_overrun", *_NO_EFFECT),
+    "chatter": ("limit_overrun", *_NO_EFFECT),
+    "self_collision_lock": _NO_EFFECT[1:],
+    "antagonist_lock": _NO_EFFECT[2:],
+    "tendon_against_limit": ("sensor_constant",),
+    "actuator_too_weak": ("sensor_constant",),
+    "too_stiff": ("sensor_constant",),
+    "no_effect": ("sensor_constant",),
 }
-"""Codes that a fault explains, directly. Source: our choice; missing blocks before wiring and ranges, then topology,
-lock and overlap, drop, collapse, divergence and chatter, no effect, sensors."""
+"""Codes that an error explains. Where two could explain each other, the first is the cause.
+Source: our choice; missing blocks before wiring and ranges, then topology, lock and overlap, drop, collapse, divergence
+and chatter, no effect, sensors."""
 
 
 def without_consequences(faults: Sequence[Fault]) -> tuple[Fault, ...]:
@@ -67,10 +63,14 @@ def without_consequences(faults: Sequence[Fault]) -> tuple[Fault, ...]:
 
     Only an error explains another fault; a warning stands beside it.
     """
-    codes = {fault.code for fault in faults if fault.severity == "error"}
+    present = {fault.code for fault in faults if fault.severity == "error"}
+    causes: set[str] = set()
     explained: set[str] = set()
-    for code in EXPLAINS:
-        # in the table's order a cause stands before its consequences, so that two faults never hide each other
-        if code in codes and code not in explained:
-            explained |= EXPLAINS[code]
+    for code, consequences in EXPLAINS.items():
+        if code not in present:
+            continue
+        if code not in explained:
+            causes.add(code)
+        # what a consequence explains is explained too, but never a cause that stands before it
+        explained |= set(consequences) - causes
     return tuple(fault for fault in faults if fault.code not in explained)

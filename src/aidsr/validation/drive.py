@@ -34,7 +34,8 @@ class Drive:
         neutral: Command with the least force where the robot rests.
         pull: The end that pulls a tendon hardest; the high end of any other actuator.
         release: The other end.
-        force_low_n, force_high_n: Force on the tendon or joint at both ends where the robot rests; positive pushes
+        goes_slack: Whether it has no force at all when released, however the robot moves.
+    force_low_n, force_high_n: Force on the tendon or joint at both ends where the robot rests; positive pushes
             [N, or N m on a turning joint].
     """
 
@@ -46,6 +47,7 @@ class Drive:
     neutral: float
     pull: float
     release: float
+    goes_slack: bool
     force_low_n: float
     force_high_n: float
 
@@ -71,6 +73,7 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
                 neutral=float(neutral[at]),
                 pull=float(low[at] if pulls_low else high[at]),
                 release=float(high[at] if pulls_low else low[at]),
+                goes_slack=max(force_low, force_high) == 0 and not model.actuator_biasprm[actuator].any(),
                 force_low_n=force_low,
                 force_high_n=force_high,
             )

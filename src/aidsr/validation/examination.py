@@ -10,8 +10,7 @@ import numpy as np
 
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.errors import MjcfError
-from aidsr.sim.compiling import compile_mjcf
-from aidsr.sim.mjcf import read_mjcf
+from aidsr.sim.compiling import compile_mjcf, load_mjcf
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
@@ -31,15 +30,13 @@ def examine_text(
     text: str, mount: Any = "auto", needs_contact: bool = False, environment: str = "", realizable: bool = False
 ) -> ValidationReport:
     """Return the report on an MJCF text; see `aidsr.validation.validate` for the arguments."""
-    document_notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     try:
-        document = read_mjcf(text)
-        document_notes = document.notes
-        written = compile_mjcf(document.text)
-        surroundings = compile_mjcf(environment) if environment else None
-        model, stand_notes = stand(document.text, written, mount, surroundings)
+        loaded = load_mjcf(text)
+        notes = loaded.notes
+        model, changes = stand(loaded, mount, compile_mjcf(environment) if environment else None)
     except MjcfError as error:
-        return make_report(error.faults, {}, document_notes, realizable)
+        return make_report(error.faults, {}, notes, realizable)
     case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
     faults = apply(STRUCTURE_RULES, case)
     measurements = describe(case.model, case.structure)
@@ -47,7 +44,7 @@ def examine_text(
         case = Case(model, case.structure, needs_contact, gather_evidence(model, case.structure))
         faults += apply(SIMULATE_RULES, case)
         measurements |= measure(case)
-    return make_report(without_consequences(faults), measurements, document_notes + stand_notes, realizable)
+    return make_report(without_consequences(faults), measurements, notes + changes, realizable)
 
 
 def apply(rules: tuple[Rule, ...], case: Case) -> list[Fault]:

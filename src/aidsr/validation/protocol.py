@@ -27,7 +27,7 @@ Variant = Callable[[mujoco.MjModel], None]
 """Changes a copy of the model for a counterfactual: what if there were no gravity?"""
 
 STANDARD_GRAVITY_M_S2 = 9.81
-_FIELDS = ("xipos", "site_xpos", "xpos", "xquat", "qpos", "qvel", "sensordata", "energy")
+_FIELDS = ("xipos", "site_xpos", "xpos", "xquat", "qpos", "qvel", "sensordata", "energy", "ten_length")
 _SLACK_GROUP, _DRIVEN_GROUP = 30, 0
 _BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)
 
@@ -53,7 +53,7 @@ class Protocol:
 
     def frame_steps(self, model: mujoco.MjModel, length_m: float) -> int:
         """Time steps between two looks; three are needed for an acceleration."""
-        return max(3, int(round(self.frame * pendulum_time_s(length_m) / model.opt.timestep)))
+        return max(3, round(self.frame * pendulum_time_s(length_m) / float(model.opt.timestep)))
 
     def frames(self, multiple: float, bounds_s: tuple[float, float], length_m: float, frame_s: float) -> int:
         """Frames of a phase, its bounds [s] observed."""
@@ -249,7 +249,9 @@ def _list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
     for index, drive in enumerate(drives):
         ends = [end for end in (drive.low, drive.high) if not math.isclose(end, drive.neutral, abs_tol=1e-12)]
         tests += [BatteryTest("single", index, end) for end in ends]
-        if drive.on_tendon and len(drives) > 1:
+        others = [other for other in drives if other is not drive and other.on_tendon]
+        # others that go slack by command make the same test as others switched off
+        if drive.on_tendon and not all(other.goes_slack for other in others):
             tests.append(BatteryTest("released", index, drive.pull))
     if drives:
         tests += [BatteryTest("all"), BatteryTest("sweep")]

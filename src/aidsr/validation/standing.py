@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.artifacts import Fault
 from aidsr.errors import MjcfError
+from aidsr.sim.compiling import Loaded
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.ownership import read_ownership
 
@@ -42,27 +43,24 @@ _PHYSICS = (
 )
 
 
-def stand(
-    text: str, model: mujoco.MjModel, mount: Mount, environment: mujoco.MjModel | None
-) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     """Return the model to be driven, and notes on what was changed to let it stand.
 
     A scene is driven as it is. A robot alone keeps the ground it brings along; a free one without gets a plane at its
     lowest point.
 
     Args:
-        text: MJCF of the model.
-        model: The same, compiled.
+        loaded: The robot or scene.
         mount: "fixed" removes a free joint at the root, "free" adds one, "auto" keeps what is written.
         environment: Whose physics hold for the robot, or None.
 
     Raises:
         MjcfError: A robot without a single root cannot be set free.
     """
-    ownership = read_ownership(model)
+    model = loaded.model
     notes: list[str] = []
-    if not ownership.is_scene:
-        model = _mounted(text, model, mount, notes)
+    if not read_ownership(model).is_scene:
+        model = _mounted(loaded, mount, notes)
         if environment is not None:
             _apply_physics(model, environment, free=_is_free(model))
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
@@ -72,18 +70,18 @@ def stand(
     return model, tuple(notes)
 
 
-def _mounted(text: str, model: mujoco.MjModel, mount: Mount, notes: list[str]) -> mujoco.MjModel:
-    free = _is_free(model)
+def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> mujoco.MjModel:
+    model, free = loaded.model, _is_free(loaded.model)
     wanted = free if mount == "auto" else mount == "free"
     grounded = any(int(model.geom_type[geom]) in _GROUNDS for geom in range(model.ngeom))
     if wanted == free and (grounded or not wanted):
         return model
-    spec = mujoco.MjSpec.from_string(text)
+    spec = loaded.spec.copy()
     if wanted != free:
         # keyframes hold one number per coordinate and would no longer fit
         for key in list(spec.keys):
             spec.delete(key)
-        _set_free(spec, notes) if wanted else _fix(spec, notes)
+        (_set_free if wanted else _fix)(spec, notes)
     if wanted and not grounded:
         height_m = _lowest_m(spec.compile())
         spec.worldbody.add_geom(

@@ -61,6 +61,8 @@ def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
         return f"negative joint damping ({weakest:.3g})"
     if step > _STABLE_STEP:
         return f"too stiff for the time step: dt x omega is {step:.3g}, stable below 2 unless damped"
+    if weakest == 0:
+        return f"joints without damping (dt x omega is {step:.3g}; only damping takes out what a sweep puts in)"
     return ""
 
 

@@ -33,6 +33,9 @@ class Thresholds:
     """Overlap / L below which the share of thickness does not matter: rounding in written coordinates."""
     overlap_length: float = 0.01
     """Overlap / L that is too much however thick the parts are."""
+    overlap_lever: float = 0.1
+    """Lever of an overlap about every joint / thickness, below which the overlap can turn nothing: a round end drawn
+    into its base."""
     tendon_limit: float = 0.02
     """Rest length outside the tendon's range / length."""
 

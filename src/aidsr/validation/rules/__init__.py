@@ -13,7 +13,14 @@ from aidsr.validation.rules.effect import (
     zero_gear,
 )
 from aidsr.validation.rules.motion import chatter, limit_overrun, numerical_instability
-from aidsr.validation.rules.passive import drop, energy_growth, gravity_collapse, passive_collapse, underdamped
+from aidsr.validation.rules.passive import (
+    drop,
+    energy_growth,
+    gravity_collapse,
+    negative_damping,
+    passive_collapse,
+    underdamped,
+)
 from aidsr.validation.rules.ranges import ctrlrange_missing, joint_range_too_small, range_inverted_ignored
 from aidsr.validation.rules.rest import contact_disabled, initial_penetration, tendon_limit_violated
 from aidsr.validation.rules.sensing import sensor_constant
@@ -47,6 +54,7 @@ SIMULATE_RULES: tuple[Rule, ...] = (
     drop,
     passive_collapse,
     gravity_collapse,
+    negative_damping,
     energy_growth,
     underdamped,
     chatter,

@@ -263,10 +263,8 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
 
 
 def _hindered(case: Case) -> list[int]:
-    """Actuators whose effect is small enough that an obstacle might hold them."""
-    return [
-        k for k in range(len(case.driven.drives)) if case.effect_of(k) < case.limits.effect / case.limits.lock_share
-    ]
+    """Actuators that an obstacle might hold: their effect is a small share of L, about the effect of a free limb."""
+    return [index for index in range(len(case.driven.drives)) if case.effect_of(index) < case.limits.lock_share]
 
 
 def _touches_itself(case: Case) -> bool:

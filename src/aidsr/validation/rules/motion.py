@@ -122,9 +122,21 @@ def chatter(case: Case) -> Iterator[Fault]:
             limit=limits.chatter_error_g if severe else limits.chatter_warning_g,
             unit="g",
             message=f"keeps accelerating under constant commands, at the end of {what}",
-            likely_cause="contacts, limits or servos are stiffer than the time step can follow",
+            likely_cause=_why_chatter(case),
             cure="Raise joint damping, soften servos (kp) or give them kv, and separate parts that rub.",
         )
+
+
+def _why_chatter(case: Case) -> str:
+    """A tendon whose ends meet has no direction left to pull in; otherwise something is too stiff."""
+    evidence, shortest = case.driven, case.limits.slack_length * case.length_m
+    pulled = [tendon.id for tendon in case.structure.tendons if tendon.spatial and tendon.actuators]
+    if evidence.battery is not None and pulled:
+        lengths = evidence.battery.fields["ten_length"][:, -1, pulled].min(axis=0)
+        met = [case.tendon(tendon) for tendon, length in zip(pulled, lengths, strict=True) if length < shortest]
+        if met:
+            return f"{met[0]} is pulled to no length, where its direction flips"
+    return "contacts, limits or servos are stiffer than the time step can follow"
 
 
 def limit_overrun(case: Case) -> Iterator[Fault]:

@@ -6,21 +6,24 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, seen_from_root, start_seen_from_root
 
-__all__ = ["drop", "energy_growth", "gravity_collapse", "passive_collapse", "underdamped"]
+__all__ = ["drop", "energy_growth", "gravity_collapse", "negative_damping", "passive_collapse", "underdamped"]
 
 _WITH_GRAVITY, _WEIGHTLESS = 0, 1
+_WINDOW = 3 / 8
+"""Share of the settling phase in each window: 4.5 sqrt(L / g), longer than half a swing of the slowest pendulum."""
 _CURE_SAG = "Raise the joint stiffness, make the limb lighter or shorter, or taper it towards the tip."
 
 
 def gravity_collapse(case: Case) -> Iterator[Fault]:
     """The robot keeps about its shape under its own weight, and its weight is what bends it."""
     limits = case.limits
+    if not case.settled:
+        return
     sag, names = _deformation(case, _WITH_GRAVITY)
     without, _ = _deformation(case, _WEIGHTLESS)
     if sag <= limits.collapse_warning or without > limits.weightless_share * sag:
@@ -43,7 +46,7 @@ def gravity_collapse(case: Case) -> Iterator[Fault]:
 def passive_collapse(case: Case) -> Iterator[Fault]:
     """Without gravity the robot stays as it was drawn."""
     without, names = _deformation(case, _WEIGHTLESS)
-    if without > case.limits.passive_collapse:
+    if case.settled and without > case.limits.passive_collapse:
         yield Fault(
             code="passive_collapse",
             layer="simulate",
@@ -77,7 +80,7 @@ def drop(case: Case) -> Iterator[Fault]:
     """
     model, evidence = case.model, case.driven
     down = np.array(model.opt.gravity)
-    if not down.any():
+    if not down.any() or not case.settled:
         return
     down /= np.linalg.norm(down)
     for root in case.structure.roots:
@@ -114,51 +117,80 @@ def energy_growth(case: Case) -> Iterator[Fault]:
     """Passive, the robot gains no mechanical energy.
 
     Measured only where every actuator is a slack tendon actuator: any other may do work while it holds.
+
+    Source: energy of a passive mechanism with losses can only fall.
     """
-    model, evidence = case.model, case.driven
-    if len(case.structure.tendon_actuators) < model.nactuator:
+    model, evidence, limit = case.model, case.driven, case.limits.energy_growth
+    scale = case.structure.mass_kg * STANDARD_GRAVITY_M_S2 * case.length_m
+    if len(case.structure.tendon_actuators) < model.nactuator or not case.settled or scale <= 0:
         return
     energy = evidence.settle.fields["energy"][_WITH_GRAVITY].sum(axis=-1)
-    scale = case.structure.mass_kg * STANDARD_GRAVITY_M_S2 * case.length_m
-    if scale <= 0:
-        return
-    growth = float(energy.max() - energy[0]) / scale
-    if growth > case.limits.energy_growth:
-        damping = float(min(model.dof_damping.min(initial=0.0), model.tendon_damping.min(initial=0.0)))
+    gain = (energy - energy[0]) / scale
+    if gain.max() > limit:
         yield Fault(
             code="energy_growth",
             layer="simulate",
             severity="error",
-            measured=growth,
-            limit=case.limits.energy_growth,
+            measured=float(gain.max()),
+            limit=limit,
             unit="m g L",
             message="mechanical energy rises while nothing drives the robot",
-            likely_cause=f"negative damping ({damping:.3g})" if damping < 0 else "",
-            cure="Make damping positive, or reduce the time step.",
-            first_time_s=float(np.argmax(energy - energy[0] > case.limits.energy_growth * scale) + 1)
-            * evidence.settle.frame_s,
+            likely_cause="the time step is too large for the stiffness",
+            cure="Raise joint damping, or reduce the time step.",
+            first_time_s=float(np.argmax(gain > limit) + 1) * evidence.settle.frame_s,
+        )
+
+
+def negative_damping(case: Case) -> Iterator[Fault]:
+    """No joint or tendon feeds energy in: MuJoCo accepts negative damping without a word."""
+    model, structure = case.model, case.structure
+    dofs = {int(model.dof_jntid[dof]): float(model.dof_damping[dof]) for dof in range(model.nv)}
+    names = [case.joint(joint) for joint in structure.joints if dofs[joint] < 0]
+    lowest = min((dofs[joint] for joint in structure.joints), default=0.0)
+    for tendon in structure.tendons:
+        damping = float(model.tendon_damping[tendon.id])
+        if damping < 0:
+            names.append(case.tendon(tendon.id))
+            lowest = min(lowest, damping)
+    if names:
+        yield Fault(
+            code="energy_growth",
+            layer="simulate",
+            severity="error",
+            names=tuple(names),
+            measured=lowest,
+            limit=0,
+            unit="damping",
+            message="negative damping feeds energy in",
+            cure="Make damping positive.",
+            first_time_s=0.0,
         )
 
 
 def underdamped(case: Case) -> Iterator[Fault]:
     """The robot comes to rest.
 
-    Damping ratio from the decay between the third and the last quarter of settling and the zero crossings there.
+    Damping ratio from the decay between two windows at the end of settling and the reversals in the last.
 
-    Source: logarithmic decrement; amplitude falls by exp(-2 pi zeta) per oscillation for small zeta.
+    Source: logarithmic decrement; amplitude falls by exp(-pi zeta) from one reversal to the next for small zeta.
     """
     evidence, limits = case.driven, case.limits
-    points = seen_from_root(evidence.settle, case.structure, case.model)[_WITH_GRAVITY]
-    quarter = points.shape[0] // 4
-    earlier, later = (_swing(points[-2 * quarter : -quarter]), _swing(points[-quarter:]))
-    amplitude_m = np.linalg.norm(later, axis=-1).max(axis=0)
-    if not amplitude_m.size or amplitude_m.max() <= limits.ringing * case.length_m:
+    if not case.settled:
         return
+    points = seen_from_root(evidence.settle, case.structure, case.model)[_WITH_GRAVITY]
+    window = int(_WINDOW * points.shape[0])
+    later = points[-window:]
+    amplitude_m = np.linalg.norm(np.ptp(later, axis=0), axis=-1) / 2
     point = int(np.argmax(amplitude_m))
-    axis = int(np.argmax(np.abs(later[:, point]).max(axis=0)))
-    before, after = earlier[:, point, axis], later[:, point, axis]
-    cycles = max(0.5, np.count_nonzero(np.diff(np.sign(after))) / 2)
-    ratio = math.log(max(np.ptp(before), 1e-12) / max(np.ptp(after), 1e-12)) / (2 * math.pi * cycles)
+    if amplitude_m[point] <= limits.ringing * case.length_m:
+        return
+    axis = int(np.argmax(np.ptp(later[:, point], axis=0)))
+    before, after = points[-2 * window : -window, point, axis], later[:, point, axis]
+    reversals = int(np.count_nonzero(np.diff(np.sign(np.diff(after)))))
+    if not reversals:
+        return  # it creeps, or still falls
+    decay = math.log(max(float(np.ptp(before)), 1e-12) / float(np.ptp(after)))
+    ratio = decay / (math.pi * reversals)
     if ratio < limits.damping_ratio:
         yield Fault(
             code="underdamped",
@@ -173,15 +205,6 @@ def underdamped(case: Case) -> Iterator[Fault]:
             likely_cause="joints have little or no damping",
             cure="Give each joint damping of about 0.02 to 0.1 s times its stiffness.",
         )
-
-
-def _swing(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Deviation from the straight line in time, so that slow creep does not count as ringing."""
-    frames = np.arange(len(points)) - (len(points) - 1) / 2
-    flat = points.reshape(len(points), -1)
-    centred = flat - flat.mean(axis=0)
-    slope = frames @ centred / max(float(frames @ frames), 1e-12)
-    return np.asarray((centred - np.outer(frames, slope)).reshape(points.shape))
 
 
 def _owner_of_point(case: Case, point: int) -> tuple[str, ...]:

@@ -1,0 +1,273 @@
+"""Bad robots, each made from a good one by one change that causes exactly one fault."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import robots
+from robots import Limb
+
+ARM = Limb()
+
+
+@dataclass(frozen=True)
+class Bad:
+    """A robot with one fault.
+
+    Attributes:
+        code: The one fault expected.
+        mjcf: Makes the text.
+        arguments: How it is validated.
+        severity: Of the fault.
+    """
+
+    code: str
+    mjcf: Callable[[], str]
+    arguments: dict[str, Any] = field(default_factory=dict)
+    severity: str = "error"
+
+
+def arm(**changes: Any) -> str:
+    return robots.arm(replace(ARM, **changes))
+
+
+def swapped(pattern: str, new: str, text: str, count: int = 0) -> str:
+    changed, hits = re.subn(pattern, new, text, count=count)
+    assert hits, f"nothing to change for {pattern}"
+    return changed
+
+
+def within(element: str, new: str, text: str) -> str:
+    return swapped(rf"<{element}>.*</{element}>", new, text)
+
+
+def _without_tendons() -> str:
+    joints = "".join(f'<motor name="m{i}" joint="j{i}x" gear="0.5" ctrlrange="-1 1"/>' for i in range(4))
+    text = within("tendon", "", arm())
+    return within(
+        "sensor",
+        "<sensor><framepos objtype='site' objname='tip'/></sensor>",
+        within("actuator", f"<actuator>{joints}</actuator>", text),
+    )
+
+
+def _joint_motors() -> str:
+    joints = "".join(f'<motor name="m{i}" joint="j{i}x" gear="0.5" ctrlrange="-1 1"/>' for i in range(4))
+    return within("actuator", f"<actuator>{joints}</actuator>", arm())
+
+
+def _side_by_side_chain() -> str:
+    """Two segments only."""
+    return arm(segments=2)
+
+
+def _closed_too_early() -> str:
+    """The seventh segment hangs from the world instead of from the sixth."""
+    text = arm()
+    head, tail = text.split('<body name="s6" pos="0 0 0.025">', 1)
+    inner, rest = tail.split("</body>" * 13, 1)
+    moved = f'<body name="s6" pos="0 0 0.15">{inner}' + "</body>" * 6
+    return head + "</body>" * 7 + moved + rest
+
+
+def _gaps() -> str:
+    return swapped(r'(<geom name="g\d+" type="cylinder" size="0\.011) 0\.01125"', r'\1 0.004"', arm())
+
+
+def _fully_actuated() -> str:
+    text = robots.arm(Limb(segments=3, tendons=2))
+    motors = "".join(
+        f'<motor name="n{i}{a}" joint="j{i}{a}" gear="0.2" ctrlrange="-1 1"/>' for i in range(3) for a in "xy"
+    )
+    return text.replace("</actuator>", motors + "</actuator>")
+
+
+def _degrees_for_radians() -> str:
+    return swapped(r'range="-45 45"', 'range="-0.6 0.6"', arm())
+
+
+def _overlap() -> str:
+    return swapped(r'(<geom name="base" [^>]*) pos="0 0 -0.0105"', r'\1 pos="0 0 0"', arm())
+
+
+def _sphere_in_the_way() -> str:
+    """A shell around the middle of the arm that its neighbours stand in: overlap is no fault of neighbours by name."""
+    return swapped(r'(<body name="s4" [^>]*>)', r'\1<geom name="ball" type="sphere" size="0.03" mass="0.001"/>', arm())
+
+
+def _tendon_limit() -> str:
+    return swapped(r'<spatial name="t0"', '<spatial name="t0" limited="true" range="0 0.2"', arm())
+
+
+def _no_contacts() -> str:
+    return swapped(r"<geom ", '<geom contype="0" conaffinity="0" ', robots.crawler())
+
+
+def _unstable() -> str:
+    """Stiff joints without damping at a coarse time step."""
+    return swapped(r' damping="[^"]*"', "", robots.arm(replace(ARM, sag=0.02)))
+
+
+def _too_soft() -> str:
+    return swapped(r'(stiffness=)"[^"]*"', r'\1"0.02"', arm(damping_s=0.05))
+
+
+def _sprung() -> str:
+    return swapped(r'(<joint name="j\d+x" )', r'\1springref="25" ', arm())
+
+
+def _falling() -> str:
+    return swapped(
+        r"<worldbody>", "<worldbody><geom type='plane' size='0 0 1' pos='0 0 -2' name='floor'/>", robots.crawler()
+    )
+
+
+def _fixed_but_free() -> str:
+    """A floor a little below a robot with a free joint."""
+    return swapped(
+        r"<worldbody>", "<worldbody><geom type='plane' size='0 0 1' pos='0 0 -0.2' name='floor'/>", robots.crawler()
+    )
+
+
+def lying(text: str) -> str:
+    return swapped(r'<body name="base">', '<body name="base" euler="0 90 0">', text)
+
+
+def hanging(text: str) -> str:
+    return swapped(r'<body name="base">', '<body name="base" euler="180 0 0">', text)
+
+
+def _ringing() -> str:
+    """Hardly damped, and let go from straight."""
+    return lying(robots.arm(replace(ARM, segments=6, damping_s=2e-4), timestep_s=0.0005))
+
+
+def _negative_damping() -> str:
+    return swapped(r'(<joint name="j2[xy]" [^>]*damping=)"', r'\1"-', arm(damping_s=0.02))
+
+
+def _sliding_base() -> str:
+    return swapped(r'<body name="base">', '<body name="base"><joint name="lift" type="slide" axis="0 0 1"/>', arm())
+
+
+def _overrun(bend_rad: float) -> str:
+    text = swapped(r' solreflimit="0.004 1"', "", arm(bend_rad=bend_rad))
+    return swapped(r'range="-45 45"', 'range="-5 5"', text)
+
+
+def _hammering_servos() -> str:
+    """Servos whose velocity gain the explicit integrator cannot follow: they hammer between their force limits."""
+    servo = "".join(
+        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20000" ctrlrange="0.28 0.3" forcerange="-40 40"/>'
+        for i in range(4)
+    )
+    text = swapped("implicitfast", "Euler", arm())
+    return within("actuator", f"<actuator>{servo}</actuator>", text)
+
+
+def _zero_gear() -> str:
+    return swapped(r'(<motor name="m0" [^>]*)gear="-1"', r'\1gear="0"', arm())
+
+
+def _tendon_on_base() -> str:
+    return swapped(r'(<spatial name="t0"[^>]*>).*?(</spatial>)', r'\1<site site="t0_3a"/><site site="t0_3b"/>\2', arm())
+
+
+def _tendon_on_axis() -> str:
+    return swapped(r'(<site name="t0_\w+" pos=)"[^ ]+ [^ ]+ ', r'\1"0 0 ', arm())
+
+
+def _locked_by_contact() -> str:
+    """Shells around every second segment that meet before the arm can bend."""
+
+    def shell(half_m: float, height_m: float) -> str:
+        return "".join(
+            f'<geom type="box" size="0.002 0.002 {half_m}" pos="{x} {y} {height_m}" mass="0.0001"/>'
+            for x, y in ((0.016, 0), (-0.016, 0), (0, 0.016), (0, -0.016))
+        )
+
+    text = swapped(r'(<body name="s\d*[13579]" [^>]*>)', rf"\1{shell(0.0248, 0.0125)}", arm())
+    return swapped(r'(<body name="base">)', rf"\1{shell(0.006, 0.006)}", text)
+
+
+def _servos(upper: float) -> str:
+    servo = "".join(
+        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20" ctrlrange="0.25 {upper}"/>' for i in range(4)
+    )
+    return within("actuator", f"<actuator>{servo}</actuator>", arm())
+
+
+def _locked_servos() -> str:
+    return _servos(0.256)
+
+
+def _against_limit() -> str:
+    """Joints that may only bend away from the only tendon's side."""
+    text = robots.arm(replace(ARM, tendons=1, bend_rad=0.3))
+    return swapped(r'(<joint name="j\d+y" [^>]*)range="-45 45"', r'\1range="-45 0.1"', text)
+
+
+def _weak() -> str:
+    return swapped(r'ctrlrange="0 [^"]*"', 'ctrlrange="0 0.3"', arm())
+
+
+def _stiff() -> str:
+    return swapped(r'stiffness="[^"]*" damping="[^"]*"', 'stiffness="2000" damping="100"', arm())
+
+
+def _heavy_tip() -> str:
+    return hanging(swapped(r'(<geom name="g11" [^>]*) mass="[^"]*"', r'\1 mass="60"', arm()))
+
+
+def _still_sensors() -> str:
+    return within("sensor", '<sensor><framepos objtype="body" objname="base"/></sensor>', arm())
+
+
+BAD = (
+    Bad("no_tendons", _without_tendons),
+    Bad("no_actuators", lambda: within("actuator", "", arm())),
+    Bad("no_sensors", lambda: within("sensor", "", arm())),
+    Bad("tendons_not_actuated", _joint_motors),
+    Bad("no_soft_chain", _side_by_side_chain),
+    Bad("disconnected", _closed_too_early),
+    Bad("segments_gap", _gaps),
+    Bad("fully_actuated", _fully_actuated),
+    Bad("ctrlrange_missing", lambda: swapped(r' ctrlrange="[^"]*"', "", arm())),
+    Bad("ctrlrange_missing", lambda: swapped(r'ctrlrange="0 [^"]*"', 'ctrlrange="6 0"', arm())),
+    Bad("range_inverted_ignored", lambda: swapped(r'range="-45 45"', 'range="45 -45"', arm(), count=2)),
+    Bad("joint_range_too_small", _degrees_for_radians),
+    Bad("initial_penetration", _overlap),
+    Bad("initial_penetration", _sphere_in_the_way),
+    Bad("tendon_limit_violated", _tendon_limit),
+    Bad("contact_disabled", _no_contacts),
+    Bad(
+        "contact_disabled",
+        lambda: swapped(r"<geom ", '<geom contype="0" conaffinity="0" ', arm()),
+        {"needs_contact": True},
+    ),
+    Bad("numerical_instability", _unstable),
+    Bad("gravity_collapse", _too_soft),
+    Bad("gravity_collapse", lambda: lying(arm(sag=4)), severity="warning"),
+    Bad("passive_collapse", _sprung),
+    Bad("base_not_attached", _fixed_but_free),
+    Bad("base_not_attached", _falling),
+    Bad("free_fall", _sliding_base),
+    Bad("energy_growth", _negative_damping),
+    Bad("underdamped", _ringing),
+    Bad("chatter", _hammering_servos),
+    Bad("limit_overrun", lambda: _overrun(4), severity="warning"),
+    Bad("limit_overrun", lambda: _overrun(12)),
+    Bad("zero_gear", _zero_gear),
+    Bad("tendon_one_body", _tendon_on_base),
+    Bad("tendon_no_moment", _tendon_on_axis),
+    Bad("self_collision_lock", _locked_by_contact),
+    Bad("antagonist_lock", _locked_servos),
+    Bad("tendon_against_limit", _against_limit),
+    Bad("actuator_too_weak", _weak),
+    Bad("too_stiff", _stiff),
+    Bad("mass_ratio", _heavy_tip),
+    Bad("sensor_constant", _still_sensors),
+)
