@@ -463,7 +463,7 @@ def test_what_mujoco_refuses_in_the_scene_is_a_fault() -> None:
 def test_the_environment_decides_on_contact_with_it() -> None:
     _, model = scene(ARM, Placement(mount="mount", base="fixed"))
     assert model.geom("robot/seg1").priority[0] < model.geom("floor").priority[0]
-    np.testing.assert_allclose(model.geom("robot/seg1").solref, [0.004, 1])
+    np.testing.assert_allclose(model.geom("robot/seg1").solref, [2 * model.opt.timestep, 1])
     assert model.geom("robot/seg1").friction[0] == 0.4  # among its own parts the robot's friction holds
     plain = STAGE.replace('priority="1"', "")
     _, model = scene(ARM, Placement(mount="mount", base="fixed"), environment=plain)

@@ -86,9 +86,9 @@ def _assemble(
     alone = _compile(spec.copy(), "the robot without its surroundings")
     part = _check_names(robot, placement, sensors, stage, alone)
     mount = mount_pose(stage, placement)
+    scene.option.timestep, slower = _common_timestep(scene.option.timestep, timestep_s, placement.scale)
     _yield_contact_settings(spec, classes, scene)
     root, changes = attach_robot(scene, spec, alone, placement, mount)
-    scene.option.timestep, slower = _common_timestep(scene.option.timestep, timestep_s, placement.scale)
     if placement.base == "fixed":
         exclude_mount_contacts(scene, _compile(scene, "the scene"), root, mount.body)
     part_body = root
@@ -97,7 +97,7 @@ def _assemble(
         site = scene.body(part_body).add_site(name=FUNCTIONAL_SITE, pos=part.position_m, quat=part.quaternion)
         site.size, site.group = [_SITE_RADIUS_M] * 3, _SITE_GROUP
     add_task_sensors(scene, sensors, site=FUNCTIONAL_SITE, part_body=part_body, root=root)
-    return _write(scene), [*notes, *changes, *slower]
+    return _write(scene), [*notes, *slower, *changes]
 
 
 def _prepare(spec: mujoco.MjSpec, document: Element) -> list[Any]:
