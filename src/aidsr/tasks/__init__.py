@@ -16,10 +16,20 @@ from importlib.metadata import entry_points
 from typing import get_args
 
 from aidsr.errors import UserError
+from aidsr.tasks.grasping.delicate_grasping import DelicateGrasping
+from aidsr.tasks.grasping.dynamic_catching import DynamicCatching
 from aidsr.tasks.grasping.simple_grasping import SimpleGrasping
+from aidsr.tasks.grasping.zero_gravity_grasping import ZeroGravityGrasping
 from aidsr.tasks.locomotion.flat_ground import FlatGround
+from aidsr.tasks.locomotion.gap import Gap
+from aidsr.tasks.locomotion.obstacles import Obstacles
+from aidsr.tasks.locomotion.stairs import Stairs
+from aidsr.tasks.locomotion.tunnel import Tunnel
 from aidsr.tasks.manipulation.drawer_opening import DrawerOpening
+from aidsr.tasks.manipulation.force_controlled_brushing import ForceControlledBrushing
 from aidsr.tasks.reaching.button_pushing import ButtonPushing
+from aidsr.tasks.reaching.pipe_inserting import PipeInserting
+from aidsr.tasks.reaching.surface_adapting import SurfaceAdapting
 from aidsr.tasks.reader import Reader
 from aidsr.tasks.readings import Contacts, Outline, Readings
 from aidsr.tasks.task import BENCHMARK_VERSION, Level, Task
@@ -49,9 +59,19 @@ TASKS: dict[str, type[Task]] = {
     task.name: task
     for task in (
         ButtonPushing,
+        SurfaceAdapting,
+        PipeInserting,
         SimpleGrasping,
+        ZeroGravityGrasping,
+        DelicateGrasping,
+        DynamicCatching,
         FlatGround,
+        Stairs,
+        Obstacles,
+        Gap,
+        Tunnel,
         DrawerOpening,
+        ForceControlledBrushing,
     )
 }
 """The benchmark's own tasks by "category/name", in the order of its tables."""

@@ -77,17 +77,10 @@ class DynamicCatching(Task):
 
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
-        grip = readings.contacts("grip")
-        return np.column_stack(
-            [
-                readings["ball_position"] - readings["tip_position"],
-                readings["ball_position"] - readings["capture_position"],
-                readings["ball_velocity"],
-                grip.force_n.max(axis=1) / 5.0,
-                grip.opposition(),
-                memory["caught_s"] / self.hold_s,
-            ]
-        )
+        ball_m, grip = readings["ball_position"], readings.contacts("grip")
+        ways = [ball_m - readings["tip_position"], ball_m - readings["capture_position"], readings["ball_velocity"]]
+        held = [grip.force_n.max(axis=1) / 5.0, grip.opposition(), memory["caught_s"] / self.hold_s]
+        return np.column_stack([*ways, *held])
 
     def begin(self, readings: Readings) -> Memory:
         """Nothing has come near, nothing was touched."""

@@ -7,11 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.locomotion.lane import LANE_HALF_WIDTH_M, body_in_lane, lane_features, turned_lane
+from aidsr.tasks.locomotion.lane import LANE_HALF_WIDTH_M, LaneTask, in_lane, turned_lane
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import excess, share
-from aidsr.tasks.task import Edits, Memory, Task
+from aidsr.tasks.shaping import share
+from aidsr.tasks.task import Edits, Memory
 from aidsr.tasks.variation import Change, Variation
 
 GOAL_LENGTHS = 4.0
@@ -19,7 +18,7 @@ GOAL_LENGTHS = 4.0
 
 
 @dataclass(frozen=True)
-class FlatGround(Task):
+class FlatGround(LaneTask):
     """The robot's centre of mass travels forward and stays in the lane.
 
     | index | feature                                | unit | range       | sensor                                    |
@@ -37,14 +36,9 @@ class FlatGround(Task):
     """
 
     name: ClassVar = "locomotion/flat_ground"
-    base: ClassVar = "free"
     time_limit_s: ClassVar = 40.0
     hold_s: ClassVar = 0.5
     required_names: ClassVar = ("mount", "ground", "lane")
-    sensors: ClassVar = (
-        TaskSensor(name="com_position", quantity="center_of_mass"),
-        TaskSensor(name="com_velocity", quantity="center_of_mass_velocity"),
-    )
     hard: ClassVar = {"goal_m": 2.4, "goal_lengths": 2 * GOAL_LENGTHS}
 
     goal_m: float = 1.2
@@ -70,30 +64,17 @@ class FlatGround(Task):
         friction = Change("geom_friction", "ground", (rng.uniform(0.6, 1.2), 0.005, 0.0001))
         return Variation((friction, turned_lane(rng, 20.0)))
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
-        del memory
-        return lane_features(readings)
-
-    def begin(self, readings: Readings) -> Memory:
-        """Where the centre of mass starts."""
-        return {"start": body_in_lane(readings)}
-
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Distance travelled forward."""
         return share(self._forward_m(readings, memory), self._goal_m(readings))
 
-    def violation(self, readings: Readings) -> FloatArray:
-        """The centre of mass has left the lane; all of it is lost 0.1 m outside."""
-        return excess(np.abs(body_in_lane(readings)[:, 1]), LANE_HALF_WIDTH_M, full=LANE_HALF_WIDTH_M + 0.1)
-
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """The whole distance, and inside the lane."""
-        inside = np.abs(body_in_lane(readings)[:, 1]) < LANE_HALF_WIDTH_M
+        inside = np.abs(in_lane(readings)[:, 1]) < LANE_HALF_WIDTH_M
         return (self._forward_m(readings, memory) >= self._goal_m(readings)) & inside
 
     def _forward_m(self, readings: Readings, memory: Memory) -> FloatArray:
-        return np.asarray(body_in_lane(readings)[:, 0] - memory["start"][:, 0])
+        return np.asarray(in_lane(readings)[:, 0] - memory["start"][:, 0])
 
     def _goal_m(self, readings: Readings) -> float:
         return max(self.goal_m, self.goal_lengths * readings.length_m)

@@ -77,10 +77,9 @@ class DrawerOpening(Task):
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
         to_handle, opening_m, force_n = _wanted(readings, memory)
-        way = np.where(memory["stage"] % STAGES == STAGES - 1, -1.0, 1.0)
+        turn = [opening_m / OPEN_M, force_n / 5.0, np.where(memory["stage"] % STAGES == STAGES - 1, -1.0, 1.0)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
-        openings = [readings[f"{drawer}_opening"] / OPEN_M for drawer in DRAWERS]
-        return np.column_stack([to_handle, opening_m / OPEN_M, force_n / 5.0, way, *base_m, *openings])
+        return np.column_stack([to_handle, *turn, *base_m, _openings_m(readings) / OPEN_M])
 
     def begin(self, readings: Readings) -> Memory:
         """No stage is done."""
@@ -90,8 +89,7 @@ class DrawerOpening(Task):
         """Pass, in order, every stage of the wanted drawer whose goal is reached."""
         to_handle, opening_m, force_n = _wanted(readings, memory)
         near, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
-        stage = memory["stage"]
-        first = stage - stage % STAGES
+        stage, first = memory["stage"], memory["stage"] // STAGES * STAGES
         for done, reached in enumerate((near | touched, touched, opening_m >= OPEN_M, opening_m <= SHUT_M)):
             stage = np.where((stage == first + done) & reached & (stage < ALL_STAGES), stage + 1, stage)
         return {"stage": stage}
@@ -111,8 +109,11 @@ class DrawerOpening(Task):
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """All twelve stages are done and all drawers are shut."""
-        openings_m = np.column_stack([readings[f"{drawer}_opening"] for drawer in DRAWERS])
-        return (memory["stage"] >= ALL_STAGES) & (openings_m <= SHUT_M).all(axis=1)
+        return (memory["stage"] >= ALL_STAGES) & (_openings_m(readings) <= SHUT_M).all(axis=1)
+
+
+def _openings_m(readings: Readings) -> FloatArray:
+    return np.column_stack([readings[f"{drawer}_opening"] for drawer in DRAWERS])
 
 
 def _wanted(readings: Readings, memory: Memory) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -121,6 +122,5 @@ def _wanted(readings: Readings, memory: Memory) -> tuple[FloatArray, FloatArray,
     turn = np.minimum(memory["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
     drawer = readings.parameters["order"][row, turn].astype(np.intp)
     handles_m = np.stack([readings[f"{name}_position"] for name in DRAWERS], axis=1)
-    openings_m = np.column_stack([readings[f"{name}_opening"] for name in DRAWERS])
     forces_n = np.column_stack([readings.force_n(f"{name}_force") for name in DRAWERS])
-    return handles_m[row, drawer] - readings["tip_position"], openings_m[row, drawer], forces_n[row, drawer]
+    return handles_m[row, drawer] - readings["tip_position"], _openings_m(readings)[row, drawer], forces_n[row, drawer]

@@ -17,8 +17,7 @@ from aidsr.tasks.variation import Change, Variation
 DEPTH_M = 0.24
 MOUTH_M = 0.40
 """Height of the mouth over the floor, 0.35 m below the mount."""
-SELDOM = 0.05
-"""The wall force may be larger than its limit in this share of the time."""
+SELDOM = 0.05  # share of the time in which the wall force may be larger than its limit
 
 
 @dataclass(frozen=True)
@@ -75,16 +74,9 @@ class PipeInserting(Task):
         """See the table above."""
         del memory
         depth_m, beside_m = _tip(readings)
-        return np.column_stack(
-            [
-                readings["pipe_position"] - readings["tip_position"],
-                depth_m / DEPTH_M,
-                beside_m / INNER_M,
-                readings.parameters["bend_rad"],
-                readings["base_feed"],
-                readings.peak_contact_n("wall_contacts", together=True) / 5.0,
-            ]
-        )
+        way = [readings["pipe_position"] - readings["tip_position"], depth_m / DEPTH_M, beside_m / INNER_M]
+        force = readings.peak_contact_n("wall_contacts", together=True) / 5.0
+        return np.column_stack([*way, readings.parameters["bend_rad"], readings["base_feed"], force])
 
     def begin(self, readings: Readings) -> Memory:
         """No step is counted."""

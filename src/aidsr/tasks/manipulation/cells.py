@@ -1,0 +1,55 @@
+"""A wall divided into cells that are brushed row by row from the top, to and fro."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.tasks.readings import BoolArray, FloatArray, Readings
+from aidsr.tasks.task import Memory
+
+__all__ = ["WALL_M", "brushed", "cell_center_m", "cell_of", "in_band", "steady"]
+
+WALL_M = 0.30
+"""Width and height of the wall."""
+BAND_N = (0.3, 1.0)
+STROKE_S = 0.1
+"""A cell is brushed when the force has been in the band on it for this long."""
+
+
+def in_band(force_n: FloatArray) -> BoolArray:
+    """Return whether forces are strong enough to brush and too weak to scratch."""
+    return (force_n >= BAND_N[0]) & (force_n <= BAND_N[1])
+
+
+def brushed(memory: Memory) -> BoolArray:
+    """Return which cells are brushed, (n, cells)."""
+    return memory["cells_s"] >= STROKE_S
+
+
+def steady(memory: Memory) -> FloatArray:
+    """Return the share of the contact time in which the force was in the band, 0 before any contact, (n,)."""
+    return memory["band_s"] / np.maximum(memory["contact_s"], 1e-9)
+
+
+def cell_of(readings: Readings, point_m: FloatArray, a_side: int) -> NDArray[np.intp]:
+    """Return the number, in the order of brushing, of the cell that a world point lies on or beside, (n,)."""
+    from_middle = point_m - readings["wall_position"]
+    right_m = np.einsum("nk,nk->n", from_middle, readings["wall_right"])
+    down_m = -np.einsum("nk,nk->n", from_middle, readings["wall_up"])
+    column, row = (_index(way_m, a_side) for way_m in (right_m, down_m))
+    return row * a_side + np.where(row % 2 == 0, column, a_side - 1 - column)
+
+
+def cell_center_m(readings: Readings, number: NDArray[np.intp], a_side: int) -> FloatArray:
+    """Return the world positions of the middles of cells, (n, 3) [m]."""
+    row, place = number // a_side, number % a_side
+    column = np.where(row % 2 == 0, place, a_side - 1 - place)
+    right_m, down_m = ((index + 0.5) * WALL_M / a_side - WALL_M / 2 for index in (column, row))
+    across = right_m[:, None] * readings["wall_right"] - down_m[:, None] * readings["wall_up"]
+    return np.asarray(readings["wall_position"] + across)
+
+
+def _index(way_m: FloatArray, a_side: int) -> NDArray[np.intp]:
+    """Return the column or row at a distance from the middle."""
+    return np.clip(np.floor((way_m / WALL_M + 0.5) * a_side), 0, a_side - 1).astype(np.intp)
