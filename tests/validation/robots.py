@@ -10,7 +10,7 @@ GRAVITY_M_S2 = 9.81
 
 @dataclass(frozen=True)
 class Limb:
-    """A tapered-free limb of equal segments with tendons evenly around it; SI units."""
+    """A limb of equal segments with tendons evenly around it."""
 
     segments: int = 12
     tendons: int = 4
@@ -158,3 +158,56 @@ def crawler(
     trunk = '<geom name="trunk" type="cylinder" size="0.05 0.012" mass="0.2"/>'
     world = f'<body name="trunk" pos="0 0 0.03"><freejoint name="root"/>{trunk}{bodies}</body>'
     return document(world, tendons, actuators, sensors + '<framepos name="where" objtype="body" objname="trunk"/>')
+
+
+def worm(segments: int = 8, pitch_m: float = 0.05) -> str:
+    """Ball joints in a row on the ground; three tendons for the front half and three for the rear."""
+    stiffness, radius_m = 0.5, 0.02
+    text = ""
+    for index in reversed(range(segments)):
+        joint = f'<joint name="b{index}" type="ball" range="0 45" stiffness="{stiffness}" damping="{0.1 * stiffness}"/>'
+        place = f"{pitch_m} 0 0" if index else f"0 0 {radius_m}"
+        sites = "".join(
+            f'<site name="{name}{index}" pos="{pitch_m / 2} {y} {z}"/>'
+            for name, y, z in (("u", 0.016, -0.008), ("v", -0.016, -0.008), ("w", 0, 0.018))
+        )
+        text = (
+            f'<body name="w{index}" pos="{place}">{joint if index else "<freejoint/>"}'
+            f'<geom type="capsule" fromto="0.006 0 0 {pitch_m - 0.006} 0 0" size="{radius_m}" mass="0.05"/>'
+            f"{sites}{text}</body>"
+        )
+    halves = {"front": range(segments // 2, segments), "rear": range(segments // 2 + 1)}
+    names = [(side, half) for side in "uvw" for half in halves]
+    tendons = "".join(
+        f'<spatial name="{side}_{half}">{"".join(f"""<site site="{side}{i}"/>""" for i in halves[half])}</spatial>'
+        for side, half in names
+    )
+    motors = "".join(
+        f'<motor name="m_{side}_{half}" tendon="{side}_{half}" gear="-1" ctrlrange="0 12"/>' for side, half in names
+    )
+    sensors = '<framepos objtype="body" objname="w0"/><gyro site="u0"/>'
+    return document(text, tendons, motors, sensors)
+
+
+def ring(segments: int = 12, radius_m: float = 0.1) -> str:
+    """A loop standing on the ground, closed by a constraint, with four tendons across."""
+    pitch_m = 2 * radius_m * math.sin(math.pi / segments)
+    text = ""
+    for index in reversed(range(segments)):
+        joint = f'<joint name="h{index}" axis="0 1 0" stiffness="1" damping="0.05" armature="1e-5"/>'
+        place = f'pos="{pitch_m:.8g} 0 0" euler="0 {-360 / segments} 0"' if index else f'pos="0 0 {radius_m + 0.012}"'
+        text = (
+            f'<body name="r{index}" {place}>{joint if index else "<freejoint/>"}'
+            f'<geom type="capsule" fromto="0.012 0 0 {pitch_m - 0.012:.6g} 0 0" size="0.01" mass="0.02"/>'
+            f'<site name="i{index}" pos="{pitch_m / 2:.6g} 0 0.01"/>{text}</body>'
+        )
+    spans = [(k, (k + segments // 3) % segments) for k in range(0, segments, segments // 4)]
+    tendons = "".join(
+        f'<spatial name="t{k}"><site site="i{a}"/><site site="i{b}"/></spatial>' for k, (a, b) in enumerate(spans)
+    )
+    motors = "".join(f'<motor name="m{k}" tendon="t{k}" gear="-1" ctrlrange="0 6"/>' for k in range(len(spans)))
+    sensors = '<framepos objtype="body" objname="r0"/>' + "".join(
+        f'<tendonpos tendon="t{k}"/>' for k in range(len(spans))
+    )
+    loop = f'<connect body1="r{segments - 1}" body2="r0" anchor="{pitch_m:.8g} 0 0" solref="0.004 1"/>'
+    return document(text, tendons, motors, sensors, extra=f"<equality>{loop}</equality>")
