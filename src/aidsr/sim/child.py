@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 import aidsr
-from aidsr.sim.worker import INSIDE, read_message, write_message
+from aidsr.sim.worker import GL_WANTED, INSIDE, read_message, write_message
 
 __all__ = ["Child"]
 
@@ -22,7 +22,7 @@ _MAX_CALLS = 200  # our choice: then a fresh process, in case a native library l
 _OUTPUT_TAIL = 1500  # characters of a dead child's output kept in the error
 
 _KEPT = {"PATH", "LANG", "LC_ALL", "LC_CTYPE", "TZ", "PYTHONPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"}
-_KEPT |= {"SYSTEMROOT", "WINDIR", "COMSPEC", "PATHEXT", "MUJOCO_GL", "MUJOCO_EGL_DEVICE_ID", "PYOPENGL_PLATFORM"}
+_KEPT |= {"SYSTEMROOT", "WINDIR", "COMSPEC", "PATHEXT", "MUJOCO_EGL_DEVICE_ID"}
 _KEPT |= {"CUDA_VISIBLE_DEVICES", "NVIDIA_VISIBLE_DEVICES", "NVIDIA_DRIVER_CAPABILITIES", "PYTHONDONTWRITEBYTECODE"}
 _KEPT_PREFIXES = ("__EGL_", "EGL_", "LIBGL_", "MESA_", "GALLIUM_")
 
@@ -119,27 +119,19 @@ def _environment(folder: Path) -> dict[str, str]:
     kept = {name: value for name, value in os.environ.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
     root = str(Path(aidsr.__file__).parents[1])
     private = str(folder)
-    return (
-        kept
-        | {
-            "PYTHONPATH": os.pathsep.join([root, *filter(None, [kept.get("PYTHONPATH")])]),
-            INSIDE: private,
-            "HOME": private,
-            "USERPROFILE": private,
-            "TMPDIR": private,
-            "TEMP": private,
-            "TMP": private,
-            # Each extra arena or thread reserves address space, which is what the memory limit counts.
-            "MALLOC_ARENA_MAX": "2",
-            "OPENBLAS_NUM_THREADS": "1",
-            "OMP_NUM_THREADS": "1",
-        }
-        | _graphics(kept)
-    )
-
-
-def _graphics(kept: dict[str, str]) -> dict[str, str]:
-    """Return which OpenGL MuJoCo shall use: a worker never opens a window, so on Linux one without a display."""
-    if sys.platform == "linux" and not kept.get("MUJOCO_GL"):
-        return {"MUJOCO_GL": "egl"}
-    return {}
+    return kept | {
+        "PYTHONPATH": os.pathsep.join([root, *filter(None, [kept.get("PYTHONPATH")])]),
+        INSIDE: private,
+        "HOME": private,
+        "USERPROFILE": private,
+        "TMPDIR": private,
+        "TEMP": private,
+        "TMP": private,
+        # Each extra arena or thread reserves address space, which is what the memory limit counts.
+        "MALLOC_ARENA_MAX": "2",
+        "OPENBLAS_NUM_THREADS": "1",
+        "OMP_NUM_THREADS": "1",
+        # MuJoCo loads OpenGL when imported and most calls need none; the others get it from `aidsr.sim.opengl`.
+        "MUJOCO_GL": "disable",
+        GL_WANTED: os.environ.get("MUJOCO_GL", ""),
+    }

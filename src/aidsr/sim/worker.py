@@ -27,10 +27,13 @@ from typing import Any, BinaryIO
 
 from aidsr.errors import MjcfError, UserError
 
-__all__ = ["INSIDE", "main", "read_message", "resolve", "write_message"]
+__all__ = ["GL_WANTED", "INSIDE", "main", "read_message", "resolve", "write_message"]
 
 INSIDE = "AIDSR_INSIDE_WORKER"
 """Environment variable that tells a worker's code that it is already isolated."""
+
+GL_WANTED = "AIDSR_GL"
+"""Environment variable that tells a worker's code what the user set MUJOCO_GL to."""
 
 _LENGTH = struct.Struct(">Q")
 _MAX_FILE_BYTES = 256 * 2**20  # our choice: a picture is 100 KB, a video a few MB; a runaway log must not fill the disk

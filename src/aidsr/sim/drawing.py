@@ -1,0 +1,149 @@
+"""The worker's side of `aidsr.sim.rendering`: load, move, draw, encode."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import av
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from aidsr.sim import raycasting
+from aidsr.sim.compiling import compile_mjcf, parse_mjcf
+from aidsr.sim.framing import View, frame
+from aidsr.sim.opengl import Canvas, NoOpenGLError
+from aidsr.sim.staging import staged
+
+__all__ = ["describe_graphics", "draw_filmstrip", "draw_picture", "draw_video"]
+
+_Pixels = NDArray[np.uint8]
+_SWING_HZ = 0.4  # our choice: slow enough to follow, fast enough to see each actuator twice in 6 s
+_FRAMED_STATES = 12
+
+
+def draw_picture(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"data": PNG} for a model in its initial state."""
+    model = staged(parse_mjcf(argument["mjcf"]))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    camera = frame(model, [data], View(**argument["view"]))
+    width, height = argument["width"], argument["height"]
+    try:
+        with Canvas(model, width, height) as canvas:
+            pixels = canvas.draw(data, camera, shadows=True)
+    except NoOpenGLError:
+        pixels = raycasting.draw(model, data, camera, width, height)
+    return {"data": _png(pixels)}
+
+
+def draw_filmstrip(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"data": PNG} with several moments of a motion side by side."""
+    model = staged(parse_mjcf(argument["mjcf"]))
+    every = _positions(argument)
+    chosen = every[np.linspace(0, len(every) - 1, argument["count"]).round().astype(int)]
+    data = mujoco.MjData(model)
+    camera = frame(model, _states(model, data, chosen), View(**argument["view"]))
+    width, height = argument["width"], argument["height"]
+    try:
+        with Canvas(model, width, height) as canvas:
+            pictures = [canvas.draw(data, camera, shadows=True) for _ in _states(model, data, chosen)]
+    except NoOpenGLError:
+        pictures = [raycasting.draw(model, data, camera, width, height) for _ in _states(model, data, chosen)]
+    return {"data": _png(np.concatenate(pictures, axis=1))}
+
+
+def draw_video(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"data": MP4}, or {"data": None} without OpenGL."""
+    model = staged(parse_mjcf(argument["mjcf"]))
+    positions = _positions(argument)
+    data = mujoco.MjData(model)
+    some = positions[:: max(1, len(positions) // _FRAMED_STATES)]
+    camera = frame(model, _states(model, data, some), View(**argument["view"]))
+    try:
+        with Canvas(model, argument["width"], argument["height"]) as canvas:
+            pictures = (canvas.draw(data, camera, shadows=False) for _ in _states(model, data, positions))
+            return {"data": _mp4(pictures, argument["motion"]["frames_per_s"])}
+    except NoOpenGLError:
+        return {"data": None}
+
+
+def describe_graphics(_argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"status": sentence} saying how pictures are drawn here."""
+    model = mujoco.MjSpec().compile()
+    try:
+        with Canvas(model, 16, 16):
+            return {"status": "OpenGL off-screen: pictures and videos"}
+    except NoOpenGLError as error:
+        return {"status": f"no OpenGL ({error}): pictures by ray casting, about a second each; no videos"}
+
+
+def _positions(argument: dict[str, Any]) -> NDArray[np.float64]:
+    """Return the positions of a motion, shape `(n_frames, nq)`, up to where they stop being finite."""
+    motion = argument["motion"]
+    if "qpos" in motion:
+        positions = np.array(motion["qpos"], float)
+    else:
+        model = compile_mjcf(argument["mjcf"])
+        ctrl = np.array(motion["ctrl"], float) if "ctrl" in motion else _swing(model, motion)
+        positions = _simulated(model, ctrl, motion["frames_per_s"])
+    broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    return positions[: broken[0]] if broken.size else positions
+
+
+def _swing(model: mujoco.MjModel, motion: dict[str, Any]) -> NDArray[np.float64]:
+    """Return controls that swing every actuator through its range, each a little behind the one before."""
+    times = np.arange(round(motion["seconds"] * motion["frames_per_s"])) / motion["frames_per_s"]
+    limited = model.actuator_ctrllimited.astype(bool)
+    low = np.where(limited, model.actuator_ctrlrange[:, 0], -1.0)
+    high = np.where(limited, model.actuator_ctrlrange[:, 1], 1.0)
+    phase = 2 * np.pi * (_SWING_HZ * times[:, None] - np.arange(model.nu) / max(model.nu, 1))
+    onset = np.clip(times, 0, 1)[:, None]
+    swing: NDArray[np.float64] = (low + high) / 2 + onset * (high - low) / 2 * np.sin(phase)
+    return swing
+
+
+def _simulated(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: float) -> NDArray[np.float64]:
+    data = mujoco.MjData(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    positions = [data.qpos.copy()]
+    steps = max(1, round(1 / (frames_per_s * model.opt.timestep)))
+    for row in ctrl[:-1]:
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data, nstep=steps)
+        positions.append(data.qpos.copy())
+    return np.array(positions)
+
+
+def _states(model: mujoco.MjModel, data: mujoco.MjData, positions: NDArray[np.float64]) -> Iterator[mujoco.MjData]:
+    for qpos in positions:
+        data.qpos[:] = qpos
+        mujoco.mj_forward(model, data)
+        yield data
+
+
+def _png(pixels: _Pixels) -> str:
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG", optimize=True)
+    return base64.b64encode(file.getvalue()).decode()
+
+
+def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> str:
+    file = io.BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = None
+        for pixels in pictures:
+            if stream is None:
+                stream = container.add_stream("libx264", rate=Fraction(frames_per_s).limit_denominator(1000))
+                stream.height, stream.width = pixels.shape[:2]
+                stream.pix_fmt = "yuv420p"  # the one that every browser plays
+                stream.options = {"crf": "22", "preset": "veryfast"}
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
+        if stream is not None:
+            container.mux(stream.encode())
+    return base64.b64encode(file.getvalue()).decode()

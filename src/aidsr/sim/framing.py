@@ -1,0 +1,149 @@
+"""Where to put the camera so that a robot is seen whole, with what stands around it and nothing in front of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.ownership import read_ownership
+
+__all__ = ["View", "frame"]
+
+_Array = NDArray[np.float64]
+
+_FOVY_DEG = 35.0  # our choice: MuJoCo's 45 degrees makes near parts look large
+_MARGIN = 1.08
+_SURROUNDINGS = 2.5  # environment within this many radii of the robot is wanted in the picture
+_MAX_WIDENING = 1.8  # and may make the framed region this much larger than the robot
+_AZIMUTHS_DEG = (125.0, 55.0, 90.0, 235.0, 305.0, 0.0, 180.0)  # in order of preference
+_ELEVATIONS_DEG = (-18.0, -40.0, -65.0)
+_SEEN_WELL = 0.85  # share of the robot's geoms
+
+
+@dataclass(frozen=True)
+class View:
+    """From where to look; what is None is chosen."""
+
+    azimuth_deg: float | None = None
+    elevation_deg: float | None = None
+    closeness: float = 1.0
+    """Above 1 the camera comes nearer."""
+
+
+def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) -> mujoco.MjvCamera:
+    """Return a camera that shows the robot in all of these states.
+
+    Also sets the model's field of view and clipping planes to suit.
+
+    Args:
+        model: The compiled model.
+        states: One or more states with kinematics computed; the last also decides from which side to look.
+        view: What is asked for.
+    """
+    robot = _robot_geoms(model)
+    others = [geom for geom in _solid(model) if geom not in robot]
+    corners, around, data = [], [], None
+    for data in states:
+        corners.append(_corners(model, data, robot))
+        around.append(_corners(model, data, others))
+    if data is None:
+        raise ValueError("expected at least one state to look at, found none")
+    centre, radius = _region(np.concatenate(corners), np.concatenate(around))
+    model.vis.global_.fovy = _FOVY_DEG
+    camera = mujoco.MjvCamera()
+    camera.lookat[:] = centre
+    camera.distance = _MARGIN * radius / np.sin(np.deg2rad(_FOVY_DEG / 2)) / view.closeness
+    camera.azimuth, camera.elevation = _direction(model, data, camera, robot, view)
+    extent = model.stat.extent
+    model.vis.map.znear = min(model.vis.map.znear, 0.1 * camera.distance / extent)
+    model.vis.map.zfar = max(model.vis.map.zfar, 4 * camera.distance / extent)
+    return camera
+
+
+def _robot_geoms(model: mujoco.MjModel) -> list[int]:
+    """Return the geoms of the robot; of what moves where nothing is marked as robot; of all where nothing moves."""
+    owned = read_ownership(model)
+    bodies = set(owned.bodies)
+    if not owned.is_scene:
+        bodies = {body for body in range(1, model.nbody) if model.body_weldid[body] != 0}
+    geoms = [geom for geom in _solid(model) if int(model.geom_bodyid[geom]) in bodies]
+    return geoms or list(_solid(model))
+
+
+def _solid(model: mujoco.MjModel) -> Iterator[int]:
+    """Yield the visible geoms that have an extent; a floor has none."""
+    endless = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+    for geom in range(model.ngeom):
+        if int(model.geom_type[geom]) not in endless and int(model.geom_group[geom]) < 3:
+            yield geom
+
+
+def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> _Array:
+    """Return the corners of the geoms' boxes in world coordinates, shape `(8 * len(geoms), 3)` [m]."""
+    signs = np.array(list(product((-1, 1), repeat=3)), float)
+    found = [np.zeros((0, 3))]
+    for geom in geoms:
+        centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        found.append(data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T)
+    return np.concatenate(found)
+
+
+def _region(robot: _Array, others: _Array) -> tuple[_Array, float]:
+    """Return centre and radius [m] of what shall be seen."""
+    if not len(robot):
+        return np.zeros(3), 0.5
+    centre, radius = _ball(robot)
+    near = others[np.linalg.norm(others - centre, axis=1) < _SURROUNDINGS * radius]
+    wide_centre, wide_radius = _ball(np.concatenate([robot, near]))
+    if wide_radius <= _MAX_WIDENING * radius:
+        return wide_centre, wide_radius
+    return (centre + wide_centre) / 2, _MAX_WIDENING * radius
+
+
+def _ball(points: _Array) -> tuple[_Array, float]:
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre = (low + high) / 2
+    return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-3)
+
+
+def _direction(
+    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, robot: list[int], view: View
+) -> tuple[float, float]:
+    """Return azimuth and elevation [deg] of the first preferred direction from which nothing hides the robot."""
+    azimuths = _AZIMUTHS_DEG if view.azimuth_deg is None else (view.azimuth_deg,)
+    elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
+    best, best_share = (azimuths[0], elevations[0]), -1.0
+    for elevation, azimuth in product(elevations, azimuths):
+        share = _seen(model, data, camera, robot, azimuth, elevation)
+        if share >= _SEEN_WELL:
+            return azimuth, elevation
+        if share > best_share:
+            best, best_share = (azimuth, elevation), share
+    return best
+
+
+def _seen(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    camera: mujoco.MjvCamera,
+    robot: list[int],
+    azimuth_deg: float,
+    elevation_deg: float,
+) -> float:
+    """Return the share of the robot's geoms in sight from a direction."""
+    azimuth, elevation = np.deg2rad([azimuth_deg, elevation_deg])
+    across = np.cos(elevation)
+    eye = camera.lookat - camera.distance * np.array(
+        [across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)]
+    )
+    sample = robot[:: max(1, len(robot) // 40)]
+    seen, hit = 0, np.zeros(1, np.int32)
+    for geom in sample:
+        mujoco.mj_ray(model, data, eye, data.geom_xpos[geom] - eye, None, True, -1, hit, None)
+        seen += int(hit[0]) in robot
+    return seen / len(sample) if sample else 1.0
