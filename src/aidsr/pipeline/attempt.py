@@ -162,15 +162,11 @@ class Attempt:
             return
         self.log.write(Begun(step="preview", iteration=self.folder.number))
         try:
-            picture = self.parts.picture(mjcf)
-            reason = "nothing can be drawn on this machine"
+            self.folder.preview.write(self.parts.picture(mjcf))
         except (MjcfError, IsolationError) as error:
-            picture, reason = None, str(error)
-        if picture is None:
-            self.log.write(NoPicture(iteration=self.folder.number, reason=reason))
-            return
-        self.folder.preview.write(picture)
-        self.log.write(Done(step="preview", iteration=self.folder.number))
+            self.log.write(NoPicture(iteration=self.folder.number, reason=str(error)))
+        else:
+            self.log.write(Done(step="preview", iteration=self.folder.number))
 
 
 def _findings(report: ValidationReport) -> str:

@@ -19,8 +19,8 @@ Mount = Literal["auto", "fixed", "free"]
 TeamFor = Callable[[Path], Team]
 """Makes the team that works in one folder, where it may keep what its answers cost."""
 
-Picture = Callable[[str], bytes | None]
-"""Draws MJCF as a PNG; None where nothing can be drawn."""
+Picture = Callable[[str], bytes]
+"""Draws MJCF as a PNG. May raise MjcfError or IsolationError."""
 
 Halt = Callable[[], bool]
 """Whether work should stop as soon as it can."""
