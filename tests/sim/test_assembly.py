@@ -336,6 +336,44 @@ def test_several_roots_and_a_palm_in_the_world_get_one_carrier(base: str) -> Non
     assert data.ten_length[0] == pytest.approx(np.linalg.norm([0.01, 0, 0.05]), rel=1e-5)
 
 
+def test_a_part_written_into_the_world_can_be_functional() -> None:
+    _, model = scene(HAND, Placement(mount="mount", base="free"), part="palm")
+    assert model.body(model.site(FUNCTIONAL_SITE).bodyid[0]).name == "robot/root"
+
+
+def test_a_floor_inside_the_robot_and_a_tether_are_scenery_too() -> None:
+    tethered = CRAWLER.replace(
+        "<worldbody>",
+        """<worldbody><site name="hook" pos="0 0 1"/><site name="goal"/>
+      <body name="ground_body"><geom type="plane" size="1 1 1"/></body>""",
+    )
+    tethered = tethered.replace(
+        "<sensor>",
+        """<tendon><spatial name="tether"><site site="hook"/><site site="eye"/></spatial>
+      </tendon><actuator><motor name="pull" tendon="tether"/></actuator><sensor><tendonpos tendon="tether"/>""",
+    )
+    tethered = tethered.replace('<freejoint name="float"/>', '<freejoint name="float"/><site name="eye"/>')
+    made, model = scene(tethered, Placement(mount="mount_floor", base="free"))
+    assert (model.ntendon, model.nu) == (0, 1)
+    assert [model.sensor(i).name for i in range(model.nsensor)] == ["lift", "robot/head", "robot/bend"]
+    for words in ("ground_body", "hook", "tether", "pull"):
+        assert any(words in note for note in made.notes), made.notes
+
+
+@pytest.mark.parametrize("pin", ['<weld body1="head" body2="world"/>', '<connect body1="head" anchor="0 0 0"/>'])
+def test_a_robot_is_not_pinned_to_its_own_world(pin: str) -> None:
+    pinned = CRAWLER.replace("<sensor>", f"<equality>{pin}<weld body1='head' body2='tail'/></equality><sensor>")
+    made, model = scene(pinned, Placement(mount="mount_floor", base="free"))
+    assert model.neq == 1
+    assert any("equality with the world" in note for note in made.notes)
+
+
+def test_a_mount_on_a_body_without_a_name() -> None:
+    nameless = STAGE.replace('<body name="pedestal"', "<body")
+    _, model = scene(ARM, Placement(mount="mount_pedestal", base="fixed"), environment=nameless)
+    np.testing.assert_allclose(pose(model, "body", "robot/base")[0], [-0.5, 0, 0.2], atol=1e-6)
+
+
 def test_parts_that_hang_on_nothing_are_refused() -> None:
     loose = CRAWLER.replace("</worldbody>", '<body name="other"><freejoint/><geom size="0.01"/></body></worldbody>')
     with pytest.raises(MjcfError) as caught:

@@ -35,6 +35,8 @@ FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
 _SITE_RADIUS_M = 0.003
 _SITE_GROUP = 4  # MuJoCo draws groups 0 to 2 unless asked for more
 
+_NAMES_LISTED = 30  # our choice: a fault is read by a person or a language model, not searched
+
 _OF_THE_ENVIRONMENT = ("option", "visual", "statistic", "size", "keyframe")
 """Sections of a robot's file that have one owner in a scene: the environment."""
 
@@ -80,8 +82,9 @@ def _assemble(
 ) -> tuple[str, list[str]]:
     """Return the scene's MJCF and one sentence for each change made on the way."""
     loaded = load_mjcf(environment)
-    stage, scene = loaded.model, loaded.spec
+    scene = loaded.spec
     _prepare(scene, loaded.document.root)
+    stage = _compile(scene, "the environment")
     spec, classes, timestep_s, notes = _read_robot(robot.mjcf, placement.scale)
     alone = _compile(spec.copy(), "the robot without its surroundings")
     part = _check_names(robot, placement, sensors, stage, alone)
@@ -93,7 +96,7 @@ def _assemble(
         exclude_mount_contacts(scene, _compile(scene, "the scene"), root, mount.body)
     part_body = root
     if part:
-        part_body = ROBOT_PREFIX + part.body
+        part_body = root if part.body == "world" else ROBOT_PREFIX + part.body
         site = scene.body(part_body).add_site(name=FUNCTIONAL_SITE, pos=part.position_m, quat=part.quaternion)
         site.size, site.group = [_SITE_RADIUS_M] * 3, _SITE_GROUP
     add_task_sensors(scene, sensors, site=FUNCTIONAL_SITE, part_body=part_body, root=root)
@@ -197,7 +200,10 @@ def _duplicate(name: str) -> Fault:
 
 
 def _listed(names: Iterable[str]) -> str:
-    return ", ".join(sorted({name for name in names if name}))
+    """Return names in a sentence, the first of many."""
+    found = list(dict.fromkeys(name for name in names if name))
+    rest = len(found) - _NAMES_LISTED
+    return ", ".join(found[:_NAMES_LISTED]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def _yield_contact_settings(robot: mujoco.MjSpec, classes: Sequence[Any], environment: mujoco.MjSpec) -> None:

@@ -104,7 +104,7 @@ def attach_robot(
     turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.deg2rad(placement.rotation_deg), "xyz")
     pose = mount.moved(np.array(placement.position_m), turn)
-    if len(roots) > 1 or (beside and not free):
+    if len(roots) > 1 or beside:
         name, frame = _carry(scene, robot, pose, placement.base)
         notes = [f'Added the body "{name}" to carry all that the robot fixes to its world.']
     else:

@@ -66,12 +66,15 @@ def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
     world = spec.worldbody
     free = any(is_free(body) for body in world.bodies)
     materials = _used_materials(spec)
-    _delete(spec, [geom for geom in world.geoms if _is_floor(geom)], "floor", notes)
     _delete(spec, [body for body in world.bodies if _is_floor_body(body)], "floor", notes)
+    _delete(spec, [geom for geom in world.geoms if _is_floor(geom)], "floor", notes)
+    _delete(spec, [geom for geom in spec.geoms if geom.type in _FLOOR_SHAPES], "floor", notes)
     if free:
         _delete(spec, list(world.geoms), "shape fixed to the world beside the free robot", notes)
+        _delete(spec, list(world.sites), "site fixed to the world beside the free robot", notes)
         still = [body for body in world.bodies if not body.find_all("joint") and not is_free(body)]
         _delete(spec, still, "body fixed to the world beside the free robot", notes)
+    _delete(spec, [e for e in spec.equalities if _holds_to_world(e)], "equality with the world", notes)
     _delete(spec, list(spec.lights), "light", notes)
     _delete(spec, list(world.cameras), "camera outside the robot", notes)
     _delete(spec, list(spec.keys), "keyframe", notes)
@@ -116,14 +119,21 @@ def delete_dangling(spec: mujoco.MjSpec) -> list[str]:
     return notes
 
 
+def _holds_to_world(equality: Any) -> bool:
+    """Tell whether an equality pins a body to the world, which in a scene is what the mount does or nothing does."""
+    bodies = equality.objtype == mujoco.mjtObj.mjOBJ_BODY
+    return bodies and bool({equality.name1, equality.name2} & {"", "world"})
+
+
 def _is_cut(wrap: Any) -> bool:
     return bool(wrap.type != mujoco.mjtWrap.mjWRAP_PULLEY and wrap.target is None)
 
 
 def _exists(spec: mujoco.MjSpec, kind: Any, name: str) -> bool:
     """Tell whether there is an element of this kind and name; where nothing is referred to, nothing is missing."""
-    find = _FINDERS.get(None if kind is None else int(kind))
-    return not name or find is None or getattr(spec, find)(name) is not None
+    if not name or kind is None or int(kind) not in _FINDERS:
+        return True
+    return getattr(spec, _FINDERS[int(kind)])(name) is not None
 
 
 def _delete(spec: mujoco.MjSpec, elements: Iterable[Any], what: str, notes: list[str]) -> None:
