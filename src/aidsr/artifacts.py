@@ -67,6 +67,8 @@ class GeomSummary(Artifact):
     """MuJoCo's size numbers for this shape: radii and half lengths [m]."""
     position_m: Vec3
     """Centre in world coordinates at the start of an episode [m]."""
+    z_axis: Vec3 = (0.0, 0.0, 1.0)
+    """Direction of its own z axis in world coordinates: along a cylinder or capsule, out of a plane."""
 
 
 class BodySummary(Artifact):

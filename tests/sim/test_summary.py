@@ -92,3 +92,9 @@ def test_it_is_read_in_a_process_of_its_own(summary: EnvironmentSummary) -> None
     assert summarize_environment(ENVIRONMENT) == summary
     with pytest.raises(MjcfError):
         summarize_environment("<mujoco><worldbody>")
+
+
+def test_a_shape_says_which_way_it_points() -> None:
+    lying = '<mujoco><worldbody><geom type="cylinder" size="0.02 0.1" euler="0 90 0"/></worldbody></mujoco>'
+    (world,) = summarize_environment(lying).bodies
+    assert world.geoms[0].z_axis == pytest.approx((1, 0, 0))

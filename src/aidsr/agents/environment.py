@@ -17,6 +17,8 @@ _SIZES = {
 }
 """What MuJoCo's size numbers mean. Source: MuJoCo XML reference, geom size."""
 
+_UPRIGHT = (0.0, 0.0, 1.0)
+
 
 def describe_environment(summary: EnvironmentSummary) -> str:
     """Return the environment in words and numbers; lengths in metres, positions in world coordinates at the start."""
@@ -62,7 +64,8 @@ def _geom(geom: GeomSummary) -> str:
         size = f", {meanings[0]} {_vector(geom.size_m)}"
     else:
         size = "".join(f", {word} {_number(value)}" for word, value in zip(meanings, geom.size_m, strict=False))
-    return f"{named}{size}, at {_vector(geom.position_m)}"
+    turned = "" if geom.shape == "sphere" or geom.z_axis == _UPRIGHT else f", its z axis along {_vector(geom.z_axis)}"
+    return f"{named}{size}, at {_vector(geom.position_m)}{turned}"
 
 
 def _vector(values: Iterable[float]) -> str:

@@ -119,6 +119,7 @@ def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
         shape=_GEOM(kind).name.removeprefix("mjGEOM_").lower(),
         size_m=tuple(round(float(value), _DECIMALS) for value in size),
         position_m=_vector(data.geom_xpos[geom]),
+        z_axis=_vector(data.geom_xmat[geom].reshape(3, 3)[:, 2]),
     )
 
 
