@@ -126,6 +126,7 @@ def parts(scripted: Scripted, **changes: object) -> Parts:
         "validate": validate,
         "assemble": assemble,
         "picture": lambda _mjcf: PNG,
+        "filmstrip": lambda _mjcf: PNG,
         "person": approve_at_once,
     }
     return Parts(**{**values, **changes})

@@ -46,6 +46,7 @@ def test_good_concept_is_approved_at_once(tmp_path) -> None:
         "scene_report.json",
         "preview.png",
         "critique.json",
+        "motion.png",
     }
     assert run.summary.exists()
 

@@ -34,6 +34,7 @@ _DOING = {
     "scene_report": "the scene is validated",
     "preview": "a picture is drawn",
     "critique": "the Judge looks at the scene",
+    "motion": "its motion is drawn",
 }
 _FOUND = {
     "concepts": "concepts",

@@ -24,7 +24,6 @@ from aidsr.pipeline.routing import Change, after_critique, after_scene_faults
 from aidsr.pipeline.steps import Steps
 from aidsr.roles import Team
 from aidsr.runs import EventLog, IterationFolder
-from aidsr.runs.events import Begun, Done, NoPicture
 
 __all__ = ["Attempt", "Draft"]
 
@@ -64,12 +63,12 @@ class Attempt:
         report = self._robot_report(draft, robot)
         draft = replace(draft, robot=robot, robot_report=report)
         if not report.stable:
-            self._preview(robot.mjcf)
+            self._steps.draw("preview", self.folder.preview, self.parts.picture, robot.mjcf)
             return draft, Change(robot=report, placement=asked.placement)
         placement = self._placement(team, draft.concept, robot, draft.placement, asked)
         draft = replace(draft, placement=placement)
         scene, report = self._scene(robot, placement)
-        self._preview(scene.mjcf if scene else robot.mjcf)
+        self._steps.draw("preview", self.folder.preview, self.parts.picture, scene.mjcf if scene else robot.mjcf)
         if scene is None or not report.stable:
             return draft, after_scene_faults(report, asked)
         critique = self._steps.take(
@@ -80,6 +79,7 @@ class Attempt:
         )
         if not critique.passed:
             return draft, after_critique(critique)
+        self._steps.draw("motion", self.folder.motion, self.parts.filmstrip, scene.mjcf)
         return draft, self.parts.person(self.folder, self.log, self.halt)
 
     @property
@@ -155,18 +155,6 @@ class Attempt:
             lambda: self.parts.validate(scene.mjcf, needs_contact=self.brief.needs_contact),
             _findings,
         )
-
-    def _preview(self, mjcf: str) -> None:
-        """Draw what the iteration came to; a picture that cannot be drawn is an event and nothing worse."""
-        if self.folder.preview.path.exists():
-            return
-        self.log.write(Begun(step="preview", iteration=self.folder.number))
-        try:
-            self.folder.preview.write(self.parts.picture(mjcf))
-        except (MjcfError, IsolationError) as error:
-            self.log.write(NoPicture(iteration=self.folder.number, reason=str(error)))
-        else:
-            self.log.write(Done(step="preview", iteration=self.folder.number))
 
 
 def _findings(report: ValidationReport) -> str:

@@ -20,7 +20,7 @@ TeamFor = Callable[[Path], Team]
 """Makes the team that works in one folder, where it may keep what its answers cost."""
 
 Picture = Callable[[str], bytes]
-"""Draws MJCF as a PNG. May raise MjcfError or IsolationError."""
+"""Draws MJCF as a PNG; may raise MjcfError or IsolationError."""
 
 Halt = Callable[[], bool]
 """Whether work should stop as soon as it can."""
@@ -64,4 +64,7 @@ class Parts:
     validate: Validate
     assemble: Assemble
     picture: Picture
+    """Draws a model as it stands."""
+    filmstrip: Picture
+    """Draws a few moments of a model while its actuators swing."""
     person: Person

@@ -152,7 +152,7 @@ def parts_of(run: Run) -> Parts:
         UserError: The folder is not a run, or its model lacks its key.
     """
     from aidsr.sim.assembly import assemble
-    from aidsr.sim.rendering import picture
+    from aidsr.sim.rendering import filmstrip, picture
     from aidsr.tasks import load_task
     from aidsr.validation import validate
 
@@ -163,6 +163,7 @@ def parts_of(run: Run) -> Parts:
         validate=validate,
         assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
         picture=picture,
+        filmstrip=filmstrip,
         person=DecisionFile() if record.config.human else approve_at_once,
     )
 

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from aidsr.pipeline.parts import Halt
+from aidsr.errors import IsolationError, MjcfError
+from aidsr.pipeline.parts import Halt, Picture
 from aidsr.runs import EventLog
-from aidsr.runs.events import Begun, Done, Step
-from aidsr.runs.files import Stored
+from aidsr.runs.events import Begun, Done, NoPicture, Step
+from aidsr.runs.files import BytesFile, Stored
 
 __all__ = ["HaltedError", "Steps"]
 
@@ -50,3 +51,10 @@ class Steps:
         file.write(value)
         self.log.write(Done(step=step, iteration=self.iteration, summary=summarize(value)))
         return value
+
+    def draw(self, step: Step, file: BytesFile, picture: Picture, mjcf: str) -> None:
+        """Draw a model once; a picture that cannot be drawn is an event and nothing worse."""
+        try:
+            self.take(step, file, lambda: picture(mjcf))
+        except (MjcfError, IsolationError) as error:
+            self.log.write(NoPicture(step=step, iteration=self.iteration, reason=str(error)))

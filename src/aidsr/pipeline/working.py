@@ -104,7 +104,9 @@ class _Work:
                 at_work -= 1
                 continue
             self.listen(number, event)
-            if isinstance(event, Waiting) or (isinstance(event, Done) and event.step in ("preview", "critique")):
+            if isinstance(event, Waiting) or (
+                isinstance(event, Done) and event.step in ("preview", "critique", "motion")
+            ):
                 write_summary(self.run)
 
     def _grow(self, growth: Growth) -> None:

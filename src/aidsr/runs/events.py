@@ -38,7 +38,16 @@ __all__ = [
 ]
 
 Step = Literal[
-    "concepts", "concept", "robot", "robot_report", "placement", "scene", "scene_report", "preview", "critique"
+    "concepts",
+    "concept",
+    "robot",
+    "robot_report",
+    "placement",
+    "scene",
+    "scene_report",
+    "preview",
+    "critique",
+    "motion",
 ]
 """A step is named after the file it writes."""
 
@@ -73,10 +82,11 @@ class Done(_Event):
 
 
 class NoPicture(_Event):
-    """An iteration has no preview, and why."""
+    """A picture could not be drawn, and why."""
 
     kind: Literal["no_picture"] = "no_picture"
-    iteration: int
+    step: Step
+    iteration: int | None = None
     reason: str
 
 

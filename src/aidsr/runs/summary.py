@@ -76,6 +76,8 @@ class _Card:
     placement: Placement | None
     picture: str
     """Newest picture as a data address; empty where there is none."""
+    motion: str
+    """Newest filmstrip, likewise."""
     rows: tuple[_Row, ...]
     faults_found: int
     files: tuple[tuple[str, str], ...]
@@ -92,6 +94,7 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
         concept=newest(it.concept.read() for it in newest_first),
         placement=newest(it.placement.read() for it in newest_first),
         picture=next((row.picture for row in reversed(rows) if row.picture), ""),
+        motion=newest(_data_address(it.motion.read()) or None for it in newest_first) or "",
         rows=rows,
         faults_found=sum(len(row.faults) for row in rows),
         files=tuple(_files(folder)),
