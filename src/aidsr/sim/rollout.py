@@ -24,6 +24,8 @@ _FATAL = [
 """Warnings after which the numbers mean nothing. Source: MuJoCo documentation, Simulation, "Diverging"."""
 
 _STEPS_FOR_ACCELERATION = 3
+_CHUNK_BYTES = 32 * 2**20
+_TIME = int(mujoco.mjtState.mjSTATE_TIME)
 
 
 @dataclass(frozen=True)
@@ -91,91 +93,98 @@ def simulate(
         fields: MjData fields to keep, see `mujoco.batch.DATA_FIELDS`.
         threads: Native threads, this one included.
 
-    Source: `mujoco.batch.Batch`. Against `mujoco.rollout` it also records derived fields, so that no simulation has to
-    be walked through a second time for positions in the world.
+    Source: `mujoco.batch.Batch`. Unlike `mujoco.rollout` it records derived fields, so that no simulation has to be
+    walked through a second time for positions in the world.
     """
     if frame_steps < _STEPS_FOR_ACCELERATION:
         raise ValueError(f"a frame needs at least {_STEPS_FOR_ACCELERATION} time steps, got {frame_steps}")
     run = _Run(simulations, frame_steps, tuple(fields), threads)
-    for frame in range(simulations[0].ctrl.shape[0]):
-        if not run.alive.size:
-            break
-        run.advance(frame)
+    for first in range(0, run.frames, run.chunk):
+        if run.alive.size:
+            run.advance(first, min(run.chunk, run.frames - first))
     return run.finish()
 
 
 class _Run:
-    """The arrays of one call of `simulate` while it runs."""
+    """The arrays of one call of `simulate` while it runs. A chunk is as many frames as fit into bounded memory."""
 
     def __init__(
         self, simulations: Sequence[Simulation], frame_steps: int, fields: tuple[str, ...], threads: int
     ) -> None:
         model = simulations[0].model
-        count, frames = len(simulations), simulations[0].ctrl.shape[0]
+        count, self.frames = len(simulations), simulations[0].ctrl.shape[0]
         self.batch = Batch(model, nsim=count, nthread=threads)
         self.batch.set_models([simulation.model for simulation in simulations])
         self.batch.state[:] = np.stack([simulation.state for simulation in simulations])
         self.ctrl = np.stack([simulation.ctrl for simulation in simulations])
-        self.timestep_s, self.frame_steps = float(model.opt.timestep), frame_steps
-        self.fields, self.wanted = fields, tuple(dict.fromkeys((*fields, "qpos", "qvel", "xipos")))
+        self.timestep_s, self.frame_steps, self.fields = float(model.opt.timestep), frame_steps, fields
         template = mujoco.MjData(model)
-        self.shapes = {name: np.asarray(getattr(template, name)).shape for name in self.wanted}
-        self.buffers: dict[str, Array] = {}
-        self.kept = {name: np.zeros((count, frames, *self.shapes[name])) for name in fields}
-        self.fastest = np.zeros((count, frames, model.nv))
-        self.speed = np.zeros((count, frames, model.nbody))
-        self.acceleration = np.zeros((count, frames, model.nbody))
-        self.good_frames = np.full(count, frames)
+        wanted = dict.fromkeys((*fields, "qpos", "qvel", "xipos"))
+        self.shapes = {name: np.asarray(getattr(template, name)).shape for name in wanted}
+        numbers = count * frame_steps * sum(int(np.prod(shape)) for shape in self.shapes.values())
+        self.chunk = max(1, min(self.frames, _CHUNK_BYTES // (8 * max(1, numbers))))
+        self.kept = {name: np.zeros((count, self.frames, *self.shapes[name])) for name in fields}
+        self.fastest = np.zeros((count, self.frames, model.nv))
+        self.speed = np.zeros((count, self.frames, model.nbody))
+        self.acceleration = np.zeros((count, self.frames, model.nbody))
+        self.good_frames = np.full(count, self.frames)
         self.failures = [""] * count
         self.alive = np.arange(count)
+        self.buffers: dict[str | int, Array] = {}
 
-    def advance(self, frame: int) -> None:
-        """Run one frame of those still alive, keep what the good ones did and drop the others."""
-        self.batch.ctrl[self.alive] = self.ctrl[self.alive, frame]
+    def advance(self, first: int, count: int) -> None:
+        """Run some frames of those still alive, keep what was good and drop those that failed."""
+        ctrl = np.repeat(self.ctrl[self.alive, first : first + count], self.frame_steps, axis=1)
+        records = self._buffers(count)
         before = self._fatal_warnings()
         errors: dict[int, str] = {}
         try:
-            self.batch.rollout(self.frame_steps, record=self.wanted, ids=self.alive, out=self._buffers())
+            self.batch.rollout(ctrl.shape[1], control=ctrl, record=list(records), ids=self.alive, out=records)
         except SimulationError as error:
             errors = {int(simulation): self.batch.error(int(simulation)) for simulation in error.ids}
-        records = self._buffers()
-        warned = self._fatal_warnings() > before
-        finite = np.isfinite(records["qpos"]).all(axis=(1, 2)) & np.isfinite(records["qvel"]).all(axis=(1, 2))
-        good = finite & ~warned & ~np.isin(self.alive, list(errors))
-        self._keep(records, good, frame)
-        if not good.all():
-            self._drop({int(sim): errors.get(int(sim), "diverged") for sim in self.alive[~good]}, frame)
+        suspect = (self._fatal_warnings() > before) | np.isin(self.alive, list(errors))
+        good = np.full(self.alive.size, count)
+        for row in np.flatnonzero(suspect | ~np.isfinite(records["qvel"]).all(axis=(1, 2))):
+            good[row] = _good_steps(records, int(row)) // self.frame_steps
+        self._keep(records, first, count)
+        for simulation, frames in zip(self.alive.tolist(), good.tolist(), strict=True):
+            if frames < count:
+                self._drop(simulation, first + frames, errors.get(simulation, "diverged"))
+        self.alive = self.alive[good == count]
+
+    def _buffers(self, count: int) -> dict[str | int, Array]:
+        """Arrays for one chunk of everything recorded, made anew when its size changes."""
+        steps, rows = count * self.frame_steps, self.alive.size
+        if not self.buffers or self.buffers["qpos"].shape[:2] != (rows, steps):
+            self.buffers = {name: np.zeros((rows, steps, *shape)) for name, shape in self.shapes.items()}
+            self.buffers[_TIME] = np.zeros((rows, steps, 1))
+        return self.buffers
 
     def _fatal_warnings(self) -> NDArray[np.int64]:
         """How many of the fatal kinds of warning each simulation still alive has had."""
         return np.asarray(self.batch.warning[self.alive][:, _FATAL, 1].sum(axis=1))
 
-    def _buffers(self) -> dict[str, Array]:
-        """Arrays for one frame of everything recorded, made anew when a simulation was dropped."""
-        count = self.alive.size
-        if not self.buffers or len(self.buffers["qpos"]) != count:
-            self.buffers = {
-                name: np.zeros((count, self.frame_steps, *shape)) for name, shape in self.shapes.items()
-            }
-        return self.buffers
-
-    def _keep(self, records: dict[str, Array], good: NDArray[np.bool_], frame: int) -> None:
-        rows = self.alive[good]
+    def _keep(self, records: dict[str | int, Array], first: int, count: int) -> None:
+        """Reduce each frame of a chunk to its end and its extremes."""
+        frames = slice(first, first + count)
+        by_frame = {
+            name: values.reshape(self.alive.size, count, self.frame_steps, *values.shape[2:])
+            for name, values in records.items()
+        }
         for name in self.fields:
-            self.kept[name][rows, frame] = records[name][good, -1]
-        self.fastest[rows, frame] = np.abs(records["qvel"][good]).max(axis=1)
-        velocity = np.diff(records["xipos"][good], axis=1) / self.timestep_s
-        self.speed[rows, frame] = np.linalg.norm(velocity, axis=-1).max(axis=1)
-        change = (velocity[:, -1] - velocity[:, -2]) / self.timestep_s
-        self.acceleration[rows, frame] = np.linalg.norm(change, axis=-1)
+            self.kept[name][self.alive, frames] = by_frame[name][:, :, -1]
+        self.fastest[self.alive, frames] = np.abs(by_frame["qvel"]).max(axis=2)
+        velocity = np.diff(by_frame["xipos"], axis=2) / self.timestep_s
+        self.speed[self.alive, frames] = np.sqrt(np.einsum("...i,...i", velocity, velocity).max(axis=2))
+        change = (velocity[:, :, -1] - velocity[:, :, -2]) / self.timestep_s
+        self.acceleration[self.alive, frames] = np.sqrt(np.einsum("...i,...i", change, change))
 
-    def _drop(self, reasons: dict[int, str], frame: int) -> None:
-        for simulation, reason in reasons.items():
-            self.failures[simulation] = reason
-            self.good_frames[simulation] = frame
-            for kept in (*self.kept.values(), self.fastest, self.speed, self.acceleration):
-                kept[simulation, frame:] = kept[simulation, frame - 1] if frame else 0.0
-        self.alive = np.array([i for i in self.alive if int(i) not in reasons], dtype=int)
+    def _drop(self, simulation: int, frame: int, reason: str) -> None:
+        """Let a simulation end before a frame: what follows repeats the frame before it."""
+        self.failures[simulation] = reason
+        self.good_frames[simulation] = frame
+        for kept in (*self.kept.values(), self.fastest, self.speed, self.acceleration):
+            kept[simulation, frame:] = kept[simulation, frame - 1] if frame else 0.0
 
     def finish(self) -> Recording:
         return Recording(
@@ -188,3 +197,11 @@ class _Run:
             failures=tuple(self.failures),
             states=np.array(self.batch.state),
         )
+
+
+def _good_steps(records: dict[str | int, Array], row: int) -> int:
+    """Steps of a failed simulation before the bad one: after it time stands still, or numbers are not finite."""
+    time_s = records[_TIME][row, :, 0]
+    advanced = 1 + int(np.count_nonzero(np.diff(time_s) > 0))
+    finite = np.isfinite(records["qpos"][row]).all(axis=1) & np.isfinite(records["qvel"][row]).all(axis=1)
+    return min(advanced - 1, len(finite) if finite.all() else int(np.argmin(finite)))

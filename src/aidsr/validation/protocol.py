@@ -92,6 +92,8 @@ class Evidence:
         frame_steps: Time steps in a frame.
         start: Data in the reference pose.
         settle: Passive phase; simulation 0 as it is, simulation 1 without gravity.
+        drawn_m: Every point of the robot in the reference pose, seen from its root, (n_points, 3); see `displacements`.
+        settling_m: The same during the passive phase, (2, n_frames, n_points, 3).
         settled: Data at the end of simulation 0.
         drives: Commands of the robot's actuators there.
         tests: What the rows of `battery` are.
@@ -103,6 +105,8 @@ class Evidence:
     frame_steps: int
     start: mujoco.MjData
     settle: Recording
+    drawn_m: Array
+    settling_m: Array
     settled: mujoco.MjData
     drives: tuple[Drive, ...]
     tests: tuple[BatteryTest, ...]
@@ -119,16 +123,17 @@ def gather_evidence(
     start = mujoco.MjData(model)
     mujoco.mj_forward(model, start)
     settle = _settle(model, structure, start, protocol, frame_steps, threads)
+    drawn_m, settling_m = _start_seen_from_root(start, structure, model), seen_from_root(settle, structure, model)
     settled = mujoco.MjData(model)
     mujoco.mj_setState(model, settled, settle.states[0], mujoco.mjtState.mjSTATE_INTEGRATION)
     if settle.failed(0):
-        return Evidence(protocol, frame_steps, start, settle, settled, (), (), None, np.zeros(0))
+        return Evidence(protocol, frame_steps, start, settle, drawn_m, settling_m, settled, (), (), None, np.zeros(0))
     mujoco.mj_forward(model, settled)
     drives = read_drives(model, settled, structure)
     tests = _list_tests(drives)
     battery = _run_tests(model, structure, settled, drives, tests, protocol, frame_steps, threads)
     effects = displacements(battery, structure, model, reference=0).max(axis=(1, 2), initial=0.0) / length_m
-    return Evidence(protocol, frame_steps, start, settle, settled, drives, tests, battery, effects)
+    return Evidence(protocol, frame_steps, start, settle, drawn_m, settling_m, settled, drives, tests, battery, effects)
 
 
 def rerun(
@@ -169,16 +174,30 @@ def seen_from_root(recording: Recording, structure: Structure, model: mujoco.MjM
 
 
 def _seen_from_root(fields: dict[str, Array], structure: Structure, model: mujoco.MjModel) -> Array:
-    bodies, sites = list(structure.bodies), list(structure.sites)
+    points = [*structure.bodies, *(int(model.site_bodyid[site]) for site in structure.sites)]
+    world = np.concatenate(
+        [fields["xipos"][:, :, list(structure.bodies)], fields["site_xpos"][:, :, list(structure.sites)]], axis=2
+    )
+    seen = np.empty_like(world)
     root_of = _roots(model, structure)
-    owners = [root_of[body] for body in bodies] + [root_of[int(model.site_bodyid[site])] for site in sites]
-    world = np.concatenate([fields["xipos"][:, :, bodies], fields["site_xpos"][:, :, sites]], axis=2)
-    return _rotate_back(fields["xquat"][:, :, owners], world - fields["xpos"][:, :, owners])
+    for root in structure.roots:
+        mine = [k for k, body in enumerate(points) if root_of[body] == root]
+        seen[:, :, mine] = (world[:, :, mine] - fields["xpos"][:, :, None, root]) @ _axes(fields["xquat"][:, :, root])
+    return seen
 
 
-def start_seen_from_root(evidence: Evidence, structure: Structure, model: mujoco.MjModel) -> Array:
-    """The same points in the drawn pose, (n_points, 3) [m]."""
-    start = evidence.start
+def _axes(quat: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); a row vector times one is seen in its frame."""
+    w, x, y, z = np.moveaxis(quat, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _start_seen_from_root(start: mujoco.MjData, structure: Structure, model: mujoco.MjModel) -> Array:
     drawn = {name: np.asarray(getattr(start, name))[None, None] for name in ("xipos", "site_xpos", "xpos", "xquat")}
     return np.asarray(_seen_from_root(drawn, structure, model)[0, 0])
 
@@ -188,13 +207,6 @@ def _roots(model: mujoco.MjModel, structure: Structure) -> dict[int, int]:
     for body in structure.bodies:
         root_of[body] = root_of.get(int(model.body_parentid[body]), body)
     return root_of
-
-
-def _rotate_back(quat: Array, vector: Array) -> Array:
-    """Vectors (..., 3) in the frames whose orientations are unit quaternions (..., 4)."""
-    real, imaginary = quat[..., :1], -quat[..., 1:]
-    turn = 2.0 * np.cross(imaginary, vector)
-    return np.asarray(vector + real * turn + np.cross(imaginary, turn))
 
 
 def _settle(

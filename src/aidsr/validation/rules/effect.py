@@ -10,13 +10,16 @@ import numpy as np
 from aidsr.artifacts import Fault
 from aidsr.sim.structure import Tendon
 from aidsr.validation.case import Case
+from aidsr.validation.poses import bent_pose
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.variants import softer, without_limits, without_outlier_mass, without_self_contact
 
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock", "tendon_no_moment", "tendon_one_body", "zero_gear"]
 
 _SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
-_NO_BIAS = int(mujoco.mjtBias.mjBIAS_NONE)
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_LOOK_BENT_RAD = 0.02
+"""Bend at which moment arms are read: straight, a tendon through the axes is at an extreme of its length."""
 
 
 # --- wiring: seen in the compiled model ------------------------------------------------------------------------------
@@ -29,11 +32,6 @@ def zero_gear(case: Case) -> Iterator[Fault]:
         actuator
         for actuator in case.structure.actuators
         if not model.actuator_gear[actuator].any()
-        or (
-            int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
-            and not model.actuator_gainprm[actuator].any()
-            and int(model.actuator_biastype[actuator]) == _NO_BIAS
-        )
         or (
             int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
             and not model.actuator_gainprm[actuator].any()
@@ -76,14 +74,13 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
 
     Source: moment arm = change of length per radian, dL/dq, against the distance between tendon and joint.
     """
-    useless = []
-    largest = 0.0
-    for tendon in case.structure.tendons:
-        if tendon.spatial and tendon.spans > 1 and tendon.actuators:
-            share = _moment_share(case, tendon)
-            if share < case.limits.moment_share:
-                useless.append(tendon)
-                largest = max(largest, share)
+    driven = [t for t in case.structure.tendons if t.spatial and t.spans > 1 and t.actuators]
+    if not driven:
+        return
+    bent = bent_pose(case.model, case.structure, _LOOK_BENT_RAD)
+    shares = {tendon.id: _moment_share(case, bent, tendon) for tendon in driven}
+    useless = [tendon for tendon in driven if shares[tendon.id] < case.limits.moment_share]
+    largest = max((shares[tendon.id] for tendon in useless), default=0.0)
     if useless:
         yield Fault(
             code="tendon_no_moment",
@@ -99,43 +96,24 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
         )
 
 
-def _moment_share(case: Case, tendon: Tendon) -> float:
-    """Largest moment arm of a tendon / how far from the joints it could run; 1 where it moves a slide joint."""
-    model, structure = case.model, case.structure
-    data = mujoco.MjData(model)
-    data.qpos[:] = model.qpos0
-    # a little bent, because a tendon through the axes of straight joints is at an extreme of its length
-    turn = np.zeros(model.nv)
-    inner = [joint for joint in structure.joints if int(model.jnt_type[joint]) in _TURNING]
-    turn[[int(model.jnt_dofadr[joint]) for joint in inner]] = _LOOK_BENT_RAD
-    mujoco.mj_integratePos(model, data.qpos, turn, 1.0)
-    mujoco.mj_forward(model, data)
+def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
+    """Largest moment arm of a tendon / how far from the joints it could run; 1 where it moves a slide joint.
+
+    That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
+    """
+    model = case.model
     first, count = int(model.ten_J_rowadr[tendon.id]), int(model.ten_J_rownnz[tendon.id])
-    arms = np.abs(data.ten_J.reshape(-1)[first : first + count])
-    dofs = [int(dof) for dof in model.ten_J_colind[first : first + count]]
-    if any(
-        arm > 0 and int(model.jnt_type[int(model.dof_jntid[dof])]) == _SLIDE
-        for arm, dof in zip(arms, dofs, strict=True)
-    ):
+    arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
+    joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
+    if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
         return 1.0
-    joints = {int(model.dof_jntid[dof]) for dof in dofs} & set(inner)
-    reach_m = max((_reach_m(case, data, tendon, joint) for joint in joints), default=0.0)
+    reach_m = 0.0
+    for joint in set(joints.tolist()) & set(case.structure.joints):
+        near_m = np.linalg.norm(bent.site_xpos[list(tendon.sites)] - bent.xanchor[joint], axis=1).min()
+        body = int(model.jnt_bodyid[joint])
+        widths = [model.geom_aabb[geom][3:].min() for geom in case.structure.geoms if model.geom_bodyid[geom] == body]
+        reach_m = max(reach_m, float(max(near_m, *widths)) if widths else float(near_m))
     return float(arms.max(initial=0.0)) / reach_m if reach_m > 0 else 0.0
-
-
-_TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
-_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
-_LOOK_BENT_RAD = 0.02
-
-
-def _reach_m(case: Case, data: mujoco.MjData, tendon: Tendon, joint: int) -> float:
-    """Distance of the tendon's nearest site from a joint, or half the width of the joint's body, what is larger [m]."""
-    model, body = case.model, int(case.model.jnt_bodyid[joint])
-    near_m = min(
-        (float(np.linalg.norm(data.site_xpos[site] - data.xanchor[joint])) for site in tendon.sites), default=0.0
-    )
-    widths = [min(model.geom_aabb[geom][3:]) for geom in case.structure.geoms if int(model.geom_bodyid[geom]) == body]
-    return max(near_m, float(max(widths, default=0.0)))
 
 
 # --- obstacles and weakness: seen while driving ----------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, seen_from_root, start_seen_from_root
+from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 
 __all__ = ["drop", "energy_growth", "gravity_collapse", "negative_damping", "passive_collapse", "underdamped"]
 
@@ -64,9 +64,7 @@ def passive_collapse(case: Case) -> Iterator[Fault]:
 def _deformation(case: Case, simulation: int) -> tuple[float, tuple[str, ...]]:
     """Largest displacement from the drawn pose after settling / L, and the body where it is."""
     evidence, structure = case.driven, case.structure
-    drawn = start_seen_from_root(evidence, structure, case.model)
-    points = seen_from_root(evidence.settle, structure, case.model)[simulation, -1]
-    moved = np.linalg.norm(points - drawn, axis=-1)[: len(structure.bodies)]
+    moved = np.linalg.norm(evidence.settling_m[simulation, -1] - evidence.drawn_m, axis=-1)[: len(structure.bodies)]
     if not moved.size:
         return 0.0, ()
     worst = int(np.argmax(moved))
@@ -177,7 +175,7 @@ def underdamped(case: Case) -> Iterator[Fault]:
     evidence, limits = case.driven, case.limits
     if not case.settled:
         return
-    points = seen_from_root(evidence.settle, case.structure, case.model)[_WITH_GRAVITY]
+    points = evidence.settling_m[_WITH_GRAVITY]
     window = int(_WINDOW * points.shape[0])
     later = points[-window:]
     amplitude_m = np.linalg.norm(np.ptp(later, axis=0), axis=-1) / 2

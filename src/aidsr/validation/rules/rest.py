@@ -11,6 +11,7 @@ import numpy as np
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
+from aidsr.validation.poses import bent_pose
 
 __all__ = ["contact_disabled", "initial_penetration", "tendon_limit_violated"]
 
@@ -21,6 +22,7 @@ _SPHERE_LIKE = (
 )
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 _BENT_RAD = 0.2
+"""Bend at which overlaps that are in balance in the drawn pose no longer are."""
 _FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 
 
@@ -64,7 +66,7 @@ class _Overlap:
 
 
 def _overlaps(case: Case) -> Iterator[_Overlap]:
-    limits, bent = case.limits, _bent(case)
+    limits, bent = case.limits, bent_pose(case.model, case.structure, _BENT_RAD)
     for contact in case.driven.start.contact:
         geoms = int(contact.geom1), int(contact.geom2)
         depth_m = -float(contact.dist)
@@ -76,17 +78,6 @@ def _overlaps(case: Case) -> Iterator[_Overlap]:
             lever_m = max(_lever_m(case, data, geoms) for data in (case.driven.start, bent))
             acts = lever_m > limits.overlap_lever * thickness_m
             yield _Overlap((case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, acts)
-
-
-def _bent(case: Case) -> mujoco.MjData:
-    """The robot a little bent, where overlaps that are in balance in the drawn pose no longer are."""
-    model, data = case.model, mujoco.MjData(case.model)
-    turn = np.zeros(model.nv)
-    inner = [joint for joint in case.structure.joints if int(model.jnt_type[joint]) in _TURNING]
-    turn[[int(model.jnt_dofadr[joint]) for joint in inner]] = _BENT_RAD
-    mujoco.mj_integratePos(model, data.qpos, turn, 1.0)
-    mujoco.mj_forward(model, data)
-    return data
 
 
 def _lever_m(case: Case, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
