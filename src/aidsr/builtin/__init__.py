@@ -1,1 +1,21 @@
-"""Room under construction."""
+"""The built-in team: the four roles as rules. Needs no key, costs nothing, and says that it is rules."""
+
+from __future__ import annotations
+
+from aidsr.roles import Team
+
+__all__ = ["team"]
+
+
+def team(seed: int) -> Team:
+    """Return the team that works by rules.
+
+    Args:
+        seed: The same seed and brief give the same designs, byte for byte.
+    """
+    from aidsr.builtin.coder import RuleCoder
+    from aidsr.builtin.designer import RuleDesigner
+    from aidsr.builtin.integrator import RuleIntegrator
+    from aidsr.builtin.judge import RuleJudge
+
+    return Team(RuleDesigner(seed), RuleCoder(), RuleIntegrator(), RuleJudge())

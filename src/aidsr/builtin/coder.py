@@ -1,0 +1,76 @@
+"""The Coder as rules: writes a family's MJCF, and repairs any robot's text by fault code."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from aidsr.artifacts import Brief, Concept, CritiqueIssue, Fault, Robot, ValidationReport
+from aidsr.builtin import own_robot
+from aidsr.builtin.families import FAMILIES
+from aidsr.builtin.repairs import Mended, mend
+from aidsr.errors import UserError
+from aidsr.roles import Feedback
+
+__all__ = ["RuleCoder"]
+
+_VARIATION = re.compile(r'<mujoco model="\w*?_variation_(\d+)"')
+
+
+@dataclass(frozen=True)
+class RuleCoder:
+    """Writes and repairs robots without a language model."""
+
+    def write(self, brief: Brief, concept: Concept) -> Robot:
+        """Return the robot of a concept's family and parameters, or the user's own robot.
+
+        Raises:
+            UserError: The concept is of a family that the built-in rules cannot write.
+        """
+        if concept.family == own_robot.FAMILY:
+            return own_robot.write(brief, concept)
+        if concept.family not in FAMILIES:
+            raise UserError(
+                f"Expected a concept of one of the built-in families {', '.join(FAMILIES)}, found {concept.family!r}; "
+                "use the concepts of the built-in Designer, or name a language model for the Coder."
+            )
+        return FAMILIES[concept.family].write_concept(concept)
+
+    def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        """Return the robot with the reported faults edited out, or a sturdier one where no edit is left."""
+        del brief
+        faults = (
+            feedback.errors
+            if isinstance(feedback, ValidationReport)
+            else tuple(_as_fault(issue) for issue in feedback.issues)
+        )
+        mended = mend(robot.mjcf, faults)
+        if mended.done:
+            return robot.model_copy(update={"mjcf": mended.mjcf, "notes": _said(mended)})
+        if concept.family in FAMILIES:
+            return _sturdier(concept, robot, mended)
+        note = f"Built-in rules: no repair for {', '.join(mended.helpless) or 'this'} in a robot of another author; left as it was."
+        return robot.model_copy(update={"notes": note})
+
+
+def _as_fault(issue: CritiqueIssue) -> Fault:
+    """Return an issue of the Judge as a fault: the built-in Judge names fault codes as components."""
+    return Fault(
+        code=issue.component, layer="structure", severity="error", message=issue.problem, cure=issue.suggestion
+    )
+
+
+def _said(mended: Mended) -> str:
+    left = f" No repair known or left for: {', '.join(mended.helpless)}." if mended.helpless else ""
+    return f"Built-in rules repaired {'; '.join(mended.done)}.{left}"
+
+
+def _sturdier(concept: Concept, robot: Robot, mended: Mended) -> Robot:
+    """Write the family's robot anew, one step stiffer and calmer than the present one."""
+    family = FAMILIES[concept.family]
+    found = _VARIATION.search(robot.mjcf)
+    parameters = family.read(concept)
+    for _ in range((int(found.group(1)) if found else 0) + 1):
+        parameters = family.sturdier(parameters)
+    note = f"Built-in rules: no repair for {', '.join(mended.helpless) or 'this'}; written anew, stiffer and calmer."
+    return family.write(parameters).model_copy(update={"notes": note})

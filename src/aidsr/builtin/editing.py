@@ -1,0 +1,113 @@
+"""Reading and changing an MJCF text that somebody else may have written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lxml import etree
+
+from aidsr.builtin.writing import written
+from aidsr.sim.mjcf import parse_document
+
+__all__ = [
+    "Element",
+    "effective",
+    "exclude",
+    "numbers",
+    "of",
+    "parse",
+    "section",
+    "set_numbers",
+    "to_text",
+    "without_prefix",
+]
+
+Element = etree._Element
+
+_ROBOT_PREFIX = "robot/"
+"""What scene assembly puts before a robot's names; a report about a scene names parts with it."""
+
+
+def parse(mjcf: str) -> Element:
+    """Return the root of a document.
+
+    Raises:
+        MjcfError: It is no MJCF document.
+    """
+    return parse_document(mjcf).root
+
+
+def to_text(root: Element) -> str:
+    """Return the document, indented."""
+    etree.indent(root, space="  ")
+    return etree.tostring(root, encoding="unicode") + "\n"
+
+
+def without_prefix(name: str) -> str:
+    """Return a robot's own name for a part that a scene's report names."""
+    return name.removeprefix(_ROBOT_PREFIX)
+
+
+def section(root: Element, tag: str) -> Element:
+    """Return the document's section of this tag, added if it is missing."""
+    found = root.find(tag)
+    return etree.SubElement(root, tag) if found is None else found
+
+
+def of(root: Element, *tags: str) -> Iterator[Element]:
+    """Yield the elements of these tags, also those that describe a default class."""
+    yield from root.iter(*tags)
+
+
+def numbers(element: Element, attribute: str) -> list[float]:
+    """Return the numbers of an attribute, empty where it is missing or holds something else."""
+    try:
+        return [float(word) for word in (element.get(attribute) or "").split()]
+    except ValueError:
+        return []
+
+
+def set_numbers(element: Element, attribute: str, *values: float) -> None:
+    """Write numbers into an attribute."""
+    element.set(attribute, written(values))
+
+
+def effective(root: Element, element: Element, attribute: str) -> str | None:
+    """Return the value an attribute has after default classes, or None where nothing sets it.
+
+    Source: MuJoCo manual, Modeling, default settings: own value, then the class, then the classes around that.
+    """
+    own = element.get(attribute)
+    if own is not None or _inside_default(element):
+        return own
+    default = _default_of(root, element)
+    while default is not None and default.tag == "default":
+        described = default.find(str(element.tag))
+        value = described.get(attribute) if described is not None else None
+        if value is not None:
+            return value
+        default = default.getparent()
+    return None
+
+
+def _inside_default(element: Element) -> bool:
+    return any(ancestor.tag == "default" for ancestor in element.iterancestors())
+
+
+def _default_of(root: Element, element: Element) -> Element | None:
+    name = element.get("class")
+    holders = (ancestor.get("childclass") for ancestor in element.iterancestors("body", "frame"))
+    name = name or next((holder for holder in holders if holder), None)
+    if name:
+        return next((default for default in root.iter("default") if default.get("class") == name), None)
+    return root.find("default")
+
+
+def exclude(root: Element, first: str, second: str) -> bool:
+    """Let two bodies pass through each other; say whether they could collide before."""
+    contact = section(root, "contact")
+    pairs = [{pair.get("body1"), pair.get("body2")} for pair in contact.iter("exclude")]
+    if {first, second} in pairs:
+        return False
+    etree.SubElement(contact, "exclude", body1=first, body2=second)
+    return True

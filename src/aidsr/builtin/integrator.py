@@ -1,0 +1,166 @@
+"""The Scene Integrator as rules: where a robot stands, which way it looks, what it may touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from aidsr.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport
+from aidsr.builtin.job import Job, read_job
+from aidsr.builtin.measuring import lowest_point_m
+from aidsr.builtin.sizing import stands_in_front
+from aidsr.errors import IsolationError, MjcfError
+from aidsr.roles import Feedback
+
+__all__ = ["RuleIntegrator"]
+
+_ABOVE_GROUND_M = 0.0005
+"""Gap between a free robot and the ground at the start. Our choice: it lands at 0.1 m/s, without a bounce."""
+
+_TILT_DEG = 25.0
+"""How far an arm on a fixed mount leans aside where it would otherwise grow into its target."""
+
+_STEP_M = 0.012
+_STEP_DEG = 12.0
+"""One step away from what the robot overlaps."""
+
+
+@dataclass(frozen=True)
+class RuleIntegrator:
+    """Places robots from the environment's facts."""
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return a placement: a free robot on the ground looking along +x, any other on its mount."""
+        job = read_job(brief)
+        base: Literal["fixed", "free"] = "free" if job.base == "free" else "fixed"
+        turn, turned = _rotation(job, concept)
+        height, stood = (0.0, "")
+        if base == "free":
+            height, stood = _rest_height(robot)
+        return Placement(
+            mount=job.mount_name,
+            base=base,
+            position_m=(0.0, 0.0, height),
+            rotation_deg=turn,
+            intended_contacts=_contacts(job, brief),
+            reason=" ".join(part for part in (_where(job, base), stood, turned) if part),
+        )
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement with overlaps and falls removed; what no rule covers is said in its reason."""
+        del concept, robot
+        job, done = read_job(brief), []
+        update: dict[str, object] = {}
+        codes = {fault.code: fault for fault in feedback.errors} if isinstance(feedback, ValidationReport) else {}
+        blamed = {issue.component for issue in feedback.issues} if not isinstance(feedback, ValidationReport) else set()
+        if overlap := codes.get("initial_penetration"):
+            done.append(_step_away(job, placement, overlap, update))
+        if {"free_fall", "base_not_attached"} & (codes.keys() | blamed) and job.base != "free":
+            update["base"] = "fixed"
+            done.append("fixed the base to the mount")
+        if "base" in blamed:
+            update["base"] = "free" if job.base == "free" else "fixed"
+            done.append(f"made the base {update['base']}, as the task has it")
+        if {"intended_contacts", "contact_disabled"} & (codes.keys() | blamed):
+            update["intended_contacts"] = _contacts(job, brief)
+            done.append("named what it is meant to touch")
+        if "mount" in blamed:
+            update["mount"] = job.mount_name
+            done.append(f"attached it to {job.mount_name}")
+        left = sorted((codes.keys() | blamed) - _COVERED)
+        said = f"Built-in rules: {'; '.join(done) or 'nothing to move'}." + (
+            f" No placement cures {', '.join(left)}." if left else ""
+        )
+        return placement.model_copy(update={**update, "reason": said})
+
+
+_COVERED = {
+    "initial_penetration",
+    "free_fall",
+    "base_not_attached",
+    "base",
+    "intended_contacts",
+    "contact_disabled",
+    "mount",
+}
+
+
+def _rotation(job: Job, concept: Concept) -> tuple[tuple[float, float, float], str]:
+    """Turn a hooking or pinching robot so that it works up and down, and lean an arm away from what is in front."""
+    if job.kind == "pull" and job.mount is not None and abs(job.down_in_mount) < 0.7:
+        angle = _angle_to_down(job)
+        return (
+            0.0,
+            0.0,
+            angle,
+        ), "Its bending plane is upright, its +x down, so that it reaches over the handle from above."
+    ahead = job.kind == "reach" and stands_in_front(job) and job.base == "fixed"
+    if ahead and concept.family in ("arm", "tentacle"):
+        return (
+            0.0,
+            _TILT_DEG,
+            0.0,
+        ), f"It leans aside by {_TILT_DEG:g} deg, because its target stands straight in front of the mount."
+    return (0.0, 0.0, 0.0), ""
+
+
+def _angle_to_down(job: Job) -> float:
+    """Angle about the mount's z that brings its x axis to point down [deg]."""
+    if job.mount is None:
+        return 0.0
+    x, z = np.array(job.mount.x_axis), np.array(job.mount.z_axis)
+    down = np.array([0.0, 0.0, -1.0])
+    return round(math.degrees(math.atan2(float(np.cross(x, down) @ z), float(x @ down))), 3) + 0.0
+
+
+def _rest_height(robot: Robot) -> tuple[float, str]:
+    """Return the height at which the robot just stands on the ground [m], and a sentence about it."""
+    try:
+        height = lowest_point_m(robot) + _ABOVE_GROUND_M
+    except (MjcfError, IsolationError):
+        return 0.05, "Its resting height could not be measured, because the robot does not load; 50 mm are assumed."
+    return round(
+        height, 5
+    ), f"Its root is {1000 * height:.0f} mm above the ground, where its feet touch, and it looks along +x."
+
+
+def _contacts(job: Job, brief: Brief) -> tuple[str, ...]:
+    """Return the environment's bodies the robot is meant to touch."""
+    bodies = {body.name: body for body in brief.summary.bodies}
+    if job.kind == "crawl":
+        return tuple(name for name, body in bodies.items() if any(geom.shape == "plane" for geom in body.geoms))
+    if job.target is None:
+        return ()
+    if job.kind == "pull":
+        alike = [name for name in bodies if _stem(name) == _stem(job.target.body)]
+        return tuple(alike)
+    return (job.target.body,)
+
+
+def _stem(name: str) -> str:
+    return "".join(letter for letter in name if not letter.isdigit())
+
+
+def _where(job: Job, base: str) -> str:
+    if base == "free":
+        return f"It stands free at {job.mount_name}."
+    return f"It is fixed to {job.mount_name}" + (", which the environment moves." if job.base == "moving" else ".")
+
+
+def _step_away(job: Job, placement: Placement, fault: Fault, update: dict[str, object]) -> str:
+    """Move the robot one step away from what it overlaps: up from the ground, back from what is in front, or aside."""
+    x, y, z = placement.position_m
+    if placement.base == "free":
+        update["position_m"] = (x, y, round(z + _STEP_M / 4.0, 5))
+        return f"raised it by {250 * _STEP_M:g} mm"
+    if job.kind == "reach" and job.base == "fixed" and stands_in_front(job):
+        turn = placement.rotation_deg
+        update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
+        return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"
+    update["position_m"] = (x, y, round(z - _STEP_M, 5))
+    return f"moved it back by {1000 * _STEP_M:g} mm along the mount's axis from {', '.join(fault.names[:2])}"

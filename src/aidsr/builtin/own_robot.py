@@ -1,0 +1,122 @@
+"""Starting from a robot the user brought: its text is kept, only springs and strength are varied."""
+
+from __future__ import annotations
+
+import re
+
+from aidsr.artifacts import Brief, Concept, Robot
+from aidsr.builtin.editing import Element, parse, to_text
+from aidsr.builtin.job import read_job
+from aidsr.builtin.repairs.strength import scale_forces, scale_springs
+from aidsr.errors import MjcfError
+
+__all__ = ["FAMILY", "concepts", "revised", "write"]
+
+FAMILY = "own robot"
+
+_VERSIONS = (
+    ("as brought", "It is taken as it is.", 1.0, 1.0),
+    (
+        "stiffer and stronger",
+        "Its joint springs are half as stiff again and its actuators half as strong again.",
+        1.5,
+        1.5,
+    ),
+    ("softer", "Its joint springs are 0.6 times as stiff, so that the same actuators bend it further.", 0.6, 1.0),
+    ("stronger", "Its actuators are half as strong again.", 1.0, 1.5),
+)
+"""Name, sentence, factor on stiffness and damping, factor on actuator forces."""
+
+_WORKING_NAMES = re.compile(r"tip|end_?effector|effector|hook|finger|hand|pad|head|foot", re.IGNORECASE)
+
+
+def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
+    """Return versions of the user's robot that differ in stiffness and strength; rules do not redesign it."""
+    job = read_job(brief)
+    part = functional_part(brief.starting_robot)
+    return tuple(
+        Concept(
+            name=f"Own robot, {name}" + (f" ({number // len(_VERSIONS) + 1})" if number >= len(_VERSIONS) else ""),
+            interpretation=f"The robot was brought along; the job is to {job.kind}: {job.because}.",
+            morphology=f"The MJCF that came with the brief. {sentence}",
+            actuation="The actuators of that robot.",
+            functional_part=part,
+            family=FAMILY,
+            parameters={
+                "stiffness_factor": stiffness ** (1 + number // len(_VERSIONS)),
+                "force_factor": force ** (1 + number // len(_VERSIONS)),
+            },
+            rationale="The built-in rules vary and repair a given robot; they do not redesign it.",
+        )
+        for number, (name, sentence, stiffness, force) in ((i, _VERSIONS[i % len(_VERSIONS)]) for i in range(count))
+    )
+
+
+def revised(concept: Concept, wish: str) -> Concept:
+    """Return the concept with its two factors changed as the words ask."""
+    words, parameters = wish.lower(), dict(concept.parameters)
+    for pattern, name, factor in (
+        (r"stiffer|too soft|sags?\b", "stiffness_factor", 1.25),
+        (r"softer|too stiff", "stiffness_factor", 0.8),
+        (r"stronger|too weak|more force", "force_factor", 1.25),
+        (r"weaker|too strong|less force", "force_factor", 0.8),
+    ):
+        if re.search(pattern, words):
+            parameters[name] = parameters.get(name, 1.0) * factor
+    said = (
+        "Changed as asked."
+        if parameters != concept.parameters
+        else "The built-in rules understood no wish they can grant."
+    )
+    return concept.model_copy(update={"parameters": parameters, "rationale": f"{concept.rationale} {said}"})
+
+
+def write(brief: Brief, concept: Concept) -> Robot:
+    """Return the user's robot in the version the concept asks for; a text that is no MJCF is handed on as it is."""
+    note = "The user's own robot, changed by the built-in rules only as the concept says."
+    try:
+        root = parse(brief.starting_robot)
+    except MjcfError:
+        return Robot(mjcf=brief.starting_robot, functional_part=concept.functional_part, notes=note)
+    stiffness, force = (concept.parameters.get(name, 1.0) for name in ("stiffness_factor", "force_factor"))
+    if stiffness != 1.0:
+        scale_springs(root, stiffness)
+    if force != 1.0:
+        scale_forces(root, force)
+    unchanged = stiffness == force == 1.0
+    text = (
+        brief.starting_robot
+        if unchanged and _names(root, concept.functional_part)
+        else to_text(_with_part(root, concept.functional_part))
+    )
+    return Robot(mjcf=text, functional_part=concept.functional_part, notes=note)
+
+
+def functional_part(mjcf: str) -> str:
+    """Return the site or body that looks like the working end, else the last body of the longest limb."""
+    try:
+        root = parse(mjcf)
+    except MjcfError:
+        return ""
+    for tag in ("site", "body"):
+        named = [item for item in root.iter(tag) if _WORKING_NAMES.search(item.get("name") or "")]
+        if named:
+            return str(named[-1].get("name"))
+    deepest = _deepest(root)
+    return "" if deepest is None else deepest.get("name") or "working_end"
+
+
+def _deepest(root: Element) -> Element | None:
+    return max(root.iter("body"), key=lambda body: sum(1 for _ in body.iterancestors("body")), default=None)
+
+
+def _names(root: Element, name: str) -> bool:
+    return any(item.get("name") == name for item in root.iter("site", "body"))
+
+
+def _with_part(root: Element, name: str) -> Element:
+    """Name the working end where its author left it without a name."""
+    deepest = _deepest(root)
+    if name and deepest is not None and not _names(root, name):
+        deepest.set("name", name)
+    return root

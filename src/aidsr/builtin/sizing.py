@@ -1,0 +1,67 @@
+"""Sizing rules the families share: lengths from the job, stiffness and damping from beam theory."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aidsr.builtin.job import Job
+from aidsr.sim import beam
+
+__all__ = ["backbone_diameter_mm", "bending_stiffness", "damping_time", "reach_length", "stands_in_front"]
+
+SPRING_STEEL_PA = 200e9
+"""Young's modulus of spring steel. Source: EN 10270-1 wire, 206 GPa; rounded down for the effect of fittings."""
+
+_DAMPING_TIME_RANGE_S = (0.02, 0.1)
+"""Recommended beta = c / k. Source: docs/physics.md, recommendation."""
+
+_DEFAULT_LENGTH_M = 0.35
+"""Length where nothing in the environment says how far to reach. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
+
+_LENGTH_RANGE_M = (0.15, 0.7)
+
+
+_ON_AXIS = 0.25
+"""A target less than this share of its distance off the mount's axis stands in front of it. Our choice: 14 deg."""
+
+_START_GAP_M = 0.018
+"""Gap to leave to what stands in front of a mount that can drive up to it. Our choice."""
+
+
+def stands_in_front(job: Job) -> bool:
+    """Whether a straight robot on the mount would run into the target."""
+    return job.target is not None and job.target.beside_m < _ON_AXIS * job.target.along_m
+
+
+def reach_length(job: Job, rng: np.random.Generator) -> float:
+    """Length of an arm that reaches the target and a tenth to a fifth beyond it [m].
+
+    One whose mount drives up to the target must start clear of it and is as much shorter.
+    """
+    if job.target is None:
+        return _DEFAULT_LENGTH_M * rng.uniform(0.95, 1.1)
+    if stands_in_front(job) and job.approach_m > 0:
+        free = job.target.along_m - job.target.half_width_m - _START_GAP_M
+        return float(np.clip(free - rng.uniform(0.0, 0.012), *_LENGTH_RANGE_M))
+    return float(np.clip(job.target.distance_m * rng.uniform(1.1, 1.22), *_LENGTH_RANGE_M))
+
+
+def bending_stiffness(tension_n: float, offset_m: float, length_m: float, full_bend_rad: float) -> float:
+    """Bending stiffness with which full tension bends a section of this length by `full_bend_rad` [N m^2]."""
+    return beam.cable_bending(tension_n, offset_m, length_m, full_bend_rad)
+
+
+def damping_time(
+    bending_stiffness_n_m2: float, density_kg_m3: float, radius_m: float, length_m: float, *, damping_ratio: float
+) -> float:
+    """Damping time beta that gives a limb's first mode this damping ratio, within the recommended range [s]."""
+    mass_per_length = density_kg_m3 * math.pi * radius_m**2
+    frequency = beam.first_bending_frequency(bending_stiffness_n_m2, mass_per_length, length_m)
+    return float(np.clip(beam.stiffness_damping_time(damping_ratio, frequency), *_DAMPING_TIME_RANGE_S))
+
+
+def backbone_diameter_mm(bending_stiffness_n_m2: float) -> float:
+    """Diameter of the round spring-steel rod of this bending stiffness [mm]."""
+    return beam.rod_diameter(bending_stiffness_n_m2, SPRING_STEEL_PA) * 1000.0
