@@ -27,6 +27,7 @@ class Case:
         needs_contact: Whether the task needs touch.
         evidence: What it did; None while only the structure is being looked at.
         limits: Thresholds of all rules.
+        found: What earlier rules found.
         causes: Counterfactual reruns made so far, by name: they are made for symptoms only and shared between rules.
     """
 
@@ -35,6 +36,7 @@ class Case:
     needs_contact: bool = False
     evidence: Evidence | None = None
     limits: Thresholds = field(default_factory=Thresholds)
+    found: list[Fault] = field(default_factory=list)
     causes: dict[str, dict[int, float]] = field(default_factory=dict)
 
     @property

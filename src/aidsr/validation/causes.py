@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from aidsr.artifacts import Fault
 
-__all__ = ["EXPLAINS", "without_consequences"]
+__all__ = ["EXPLAINS", "is_explained", "without_consequences"]
 
 _NO_EFFECT = (
     "self_collision_lock",
@@ -56,6 +56,11 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
 """Codes that an error explains. Where two could explain each other, the first is the cause.
 Source: our choice; missing blocks before wiring and ranges, then topology, lock and overlap, drop, collapse, divergence
 and chatter, no effect, sensors."""
+
+
+def is_explained(code: str, faults: Sequence[Fault]) -> bool:
+    """Return whether an error already found explains a fault, so that looking for its own cause is idle."""
+    return any(code in EXPLAINS.get(fault.code, ()) for fault in faults if fault.severity == "error")
 
 
 def without_consequences(faults: Sequence[Fault]) -> tuple[Fault, ...]:

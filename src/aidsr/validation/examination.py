@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
@@ -38,18 +39,19 @@ def examine_text(
     except MjcfError as error:
         return make_report(error.faults, {}, notes, realizable)
     case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
-    faults = apply(STRUCTURE_RULES, case)
+    apply(STRUCTURE_RULES, case)
     measurements = describe(case.model, case.structure)
     if case.structure.moving:
-        case = Case(model, case.structure, needs_contact, gather_evidence(model, case.structure))
-        faults += apply(SIMULATE_RULES, case)
+        case = replace(case, evidence=gather_evidence(model, case.structure))
+        apply(SIMULATE_RULES, case)
         measurements |= measure(case)
-    return make_report(without_consequences(faults), measurements, notes + changes, realizable)
+    return make_report(without_consequences(case.found), measurements, notes + changes, realizable)
 
 
-def apply(rules: tuple[Rule, ...], case: Case) -> list[Fault]:
-    """Return what the rules find, in their order."""
-    return [fault for rule in rules for fault in rule(case)]
+def apply(rules: tuple[Rule, ...], case: Case) -> None:
+    """Collect what the rules find, in their order."""
+    for rule in rules:
+        case.found.extend(rule(case))
 
 
 def make_report(

@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.artifacts import Fault
 from aidsr.sim.structure import Tendon
 from aidsr.validation.case import Case
+from aidsr.validation.causes import is_explained
 from aidsr.validation.poses import bent_pose
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.variants import softer, without_limits, without_outlier_mass, without_self_contact
@@ -121,6 +122,8 @@ def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
 
 def self_collision_lock(case: Case) -> Iterator[Fault]:
     """The robot does not hold itself by its own contacts. Looked at only where its parts touch each other."""
+    if is_explained("self_collision_lock", case.found):
+        return
     weak = _hindered(case)
     if not weak or not _touches_itself(case):
         return
@@ -172,7 +175,7 @@ def no_effect(case: Case) -> Iterator[Fault]:
     An error where no test moves the robot; a warning where single actuators have no effect.
     """
     evidence, limits = case.driven, case.limits
-    if evidence.battery is None or not evidence.drives:
+    if evidence.battery is None or not evidence.drives or is_explained("no_effect", case.found):
         return
     weak = [index for index in range(len(evidence.drives)) if case.effect_of(index) < limits.effect]
     if not weak:
