@@ -49,7 +49,8 @@ class RuleCoder:
             return robot.model_copy(update={"mjcf": mended.mjcf, "notes": _said(mended)})
         if concept.family in FAMILIES:
             return _sturdier(concept, robot, mended)
-        note = f"Built-in rules: no repair for {', '.join(mended.helpless) or 'this'} in a robot of another author; left as it was."
+        codes = ", ".join(mended.helpless) or "this"
+        note = f"Built-in rules: no repair for {codes} in a robot of another author; left as it was."
         return robot.model_copy(update={"notes": note})
 
 

@@ -12,6 +12,7 @@ from aidsr.artifacts import Brief, Concept, Robot
 from aidsr.builtin import own_robot, wishes
 from aidsr.builtin.families import FAMILIES, Parameters
 from aidsr.builtin.job import Job, Kind, read_job
+from aidsr.builtin.phrases import mm
 
 __all__ = ["IDEAS", "RuleDesigner"]
 
@@ -31,7 +32,8 @@ IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
     },
     "pull": {"arm": ("hook",), "tentacle": ("curl",), "gripper": ("pincer", "facing pairs", "three fingers")},
 }
-"""Families and variants that can do each kind of job. Our choice: all were driven open-loop on the benchmark's tasks."""
+"""Families and variants that can do each kind of job. Our choice: all were driven
+open-loop on the benchmark's tasks."""
 
 _DEMANDS: dict[Kind, str] = {
     "reach": "The functional part has to be brought to a place beside the mount and press there",
@@ -65,7 +67,7 @@ class RuleDesigner:
         return describe(label, FAMILIES[label].sample(job, rng, variant), job)
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept changed as far as the rules understand the feedback, and say which words they understood."""
+        """Return the concept changed as far as the rules understand the feedback; its rationale says how far."""
         del robot
         family = FAMILIES.get(concept.family)
         if family is None:
@@ -113,12 +115,12 @@ def _interpretation(job: Job) -> str:
     sentences = [f"{_DEMANDS[job.kind]}: {job.because}."]
     if job.target is not None:
         sentences.append(
-            f"{job.target.part} is {1000 * job.target.along_m:.0f} mm along the axis of {job.mount_name} and "
-            f"{1000 * job.target.beside_m:.0f} mm off it, {2000 * job.target.half_width_m:.0f} mm wide, and its body weighs "
+            f"{job.target.part} is {mm(job.target.along_m)} along the axis of {job.mount_name} and "
+            f"{mm(job.target.beside_m)} off it, {mm(2 * job.target.half_width_m)} wide, and its body weighs "
             f"{1000 * job.target.mass_kg:.0f} g."
         )
     if job.approach_m > 0:
-        sentences.append(f"The mount itself can come {1000 * job.approach_m:.0f} mm closer.")
+        sentences.append(f"The mount itself can come {mm(job.approach_m)} closer.")
     sentences.append(f"The base is {job.base}.")
     return " ".join(sentences)
 

@@ -162,7 +162,7 @@ def _is_loose(body: BodySummary) -> bool:
 
 
 def _target(objective: str, kind: Kind, summary: EnvironmentSummary, mount: MountSummary | None) -> Target | None:
-    """Choose what the job is about: for a pull a handle; else what moves, named in the objective, nearest to the mount."""
+    """Choose what the job is about: a handle to pull, else what moves and is named, nearest to the mount."""
     driven = set(mount.moved_by) if mount else set()
     bodies = [body for body in summary.bodies if body.parent and body.geoms and not _carries_mount(body, driven)]
     if kind == "crawl" or not bodies:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aidsr.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
-from aidsr.builtin.editing import Element, effective, numbers, parse, without_prefix
+from aidsr.builtin.editing import Element, effective, numbers, parse, section, without_prefix
 from aidsr.builtin.job import Job, read_job
 
 __all__ = ["RuleJudge"]
@@ -42,7 +42,7 @@ class RuleJudge:
 
 def _praise(job: Job, report: ValidationReport) -> str:
     warnings = f" The validator left {len(report.warnings)} warnings." if report.warnings else ""
-    return f"All checks of the built-in rules hold for a job of the kind {job.kind!r}: structure, reach, base, contact.{warnings}"
+    return f"The built-in rules find structure, reach, base and contact right for a job to {job.kind}.{warnings}"
 
 
 def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
@@ -53,10 +53,8 @@ def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
 def _structure(root: Element) -> Iterator[CritiqueIssue]:
     """Tendons, actuators on them and sensors are there."""
     tendons = {item.get("name") for item in root.iter("spatial", "fixed") if item.getparent() is root.find("tendon")}
-    actuators = list(root.find("actuator") if root.find("actuator") is not None else ())
-    driven = tendons & {item.get("tendon") for item in actuators}
-    sensors = root.find("sensor")
-    own = [item for item in (sensors if sensors is not None else ()) if (item.get("name") or "").startswith("robot/")]
+    driven = tendons & {item.get("tendon") for item in section(root, "actuator")}
+    own = [item for item in section(root, "sensor") if (item.get("name") or "").startswith("robot/")]
     for missing, code, what in (
         (not tendons, "no_tendons", "tendons"),
         (bool(tendons) and not driven, "tendons_not_actuated", "actuators on its tendons"),
@@ -70,13 +68,13 @@ def _structure(root: Element) -> Iterator[CritiqueIssue]:
 
 def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueIssue]:
     """The groups of actuators name actuators that exist, each once."""
-    section = root.find("actuator")
-    present = {without_prefix(item.get("name") or "") for item in (section if section is not None else ())}
+    present = {without_prefix(item.get("name") or "") for item in section(root, "actuator")}
     grouped = [name for group in robot.actuator_groups or concept.actuator_groups for name in group.actuators]
     unknown = sorted(set(grouped) - present)
     twice = sorted({name for name in grouped if grouped.count(name) > 1})
     if unknown or twice:
-        problem = f"actuator groups name {', '.join(unknown or twice)}, which {'do not exist' if unknown else 'are in two groups'}"
+        wrong = "which do not exist" if unknown else "which are in two groups"
+        problem = f"actuator groups name {', '.join(unknown or twice)}, {wrong}"
         yield CritiqueIssue(
             blame="coder",
             component="actuator_groups",

@@ -9,10 +9,7 @@ import numpy as np
 from aidsr.builtin.job import Job
 from aidsr.sim import beam
 
-__all__ = ["backbone_diameter_mm", "bending_stiffness", "damping_time", "reach_length", "stands_in_front"]
-
-SPRING_STEEL_PA = 200e9
-"""Young's modulus of spring steel. Source: EN 10270-1 wire, 206 GPa; rounded down for the effect of fittings."""
+__all__ = ["bending_stiffness", "damping_time", "reach_length", "stands_in_front"]
 
 _DAMPING_TIME_RANGE_S = (0.02, 0.1)
 """Recommended beta = c / k. Source: docs/physics.md, recommendation."""
@@ -60,8 +57,3 @@ def damping_time(
     mass_per_length = density_kg_m3 * math.pi * radius_m**2
     frequency = beam.first_bending_frequency(bending_stiffness_n_m2, mass_per_length, length_m)
     return float(np.clip(beam.stiffness_damping_time(damping_ratio, frequency), *_DAMPING_TIME_RANGE_S))
-
-
-def backbone_diameter_mm(bending_stiffness_n_m2: float) -> float:
-    """Diameter of the round spring-steel rod of this bending stiffness [mm]."""
-    return beam.rod_diameter(bending_stiffness_n_m2, SPRING_STEEL_PA) * 1000.0

@@ -9,11 +9,12 @@ import numpy as np
 from pydantic import Field
 
 from aidsr.artifacts import Robot
-from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
+from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Cable, Chain, grow, string, uniform
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
 from aidsr.builtin.parts import add_base, add_hook, add_pad, sense_tip
-from aidsr.builtin.sizing import backbone_diameter_mm, bending_stiffness, damping_time, reach_length
+from aidsr.builtin.phrases import deg, mm, numeral, rod
+from aidsr.builtin.sizing import bending_stiffness, damping_time, reach_length
 from aidsr.builtin.writing import Sheet
 from aidsr.sim import beam
 
@@ -88,7 +89,7 @@ def write(parameters: ArmParameters) -> Robot:
     base = add_base(sheet, "base", radius_m=p.radius_m * 2.2, thickness_m=0.012)
     segments = uniform(count, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
     backbone = grow(sheet, base, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
-    for cable in _cables(p, backbone):
+    for cable in _cables(p):
         string(sheet, backbone, cable)
     if p.hook_m > 0:
         add_hook(backbone, p.hook_m, p.radius_m)
@@ -98,7 +99,7 @@ def write(parameters: ArmParameters) -> Robot:
     return Robot(mjcf=sheet.text(), functional_part="tip", notes="Written by the built-in rules.")
 
 
-def _cables(p: ArmParameters, backbone: Backbone) -> list[Cable]:
+def _cables(p: ArmParameters) -> list[Cable]:
     """Cables of all sections; a section's cables run on through the guides of those before it, turned between them."""
     cables = []
     turn = 360.0 / (p.cables_per_section * p.sections)
@@ -113,38 +114,33 @@ def _cables(p: ArmParameters, backbone: Backbone) -> list[Cable]:
 
 def describe(p: ArmParameters, job: Job) -> Texts:
     """Say in words what the numbers mean."""
-    low, high = beam.tip_force_range(p.tension_n, p.radius_m + GUIDE_CLEARANCE_M, p.length_m)
-    bend = beam.cable_bending(
-        p.tension_n, p.radius_m + GUIDE_CLEARANCE_M, p.length_m / p.sections, p.bending_stiffness_n_m2
-    )
-    section_mm = p.length_m / p.sections * 1000
+    del job
+    offset = p.radius_m + GUIDE_CLEARANCE_M
+    bend = beam.cable_bending(p.tension_n, offset, p.length_m / p.sections, p.bending_stiffness_n_m2)
+    low, high = beam.tip_force_range(p.tension_n, offset, p.length_m)
     tip = (
-        f"a {p.hook_m * 1000:.0f} mm hook across the tip"
+        f"a hook of {mm(p.hook_m)} across the tip"
         if p.hook_m
-        else f"a rounded pad of {p.pad_radius_m * 2000:.0f} mm at the tip"
+        else f"a round pad of {mm(2 * p.pad_radius_m)} at the tip"
     )
-    count = p.sections * p.cables_per_section
+    winches, segments = p.sections * p.cables_per_section, p.sections * p.segments_per_section
     return Texts(
-        name=f"{_count(p.sections)}-section arm, {p.length_m * 1000:.0f} mm",
+        name=f"{numeral(p.sections).capitalize()}-section arm{' with a hook' if p.hook_m else ''}, {mm(p.length_m)}",
         morphology=(
-            f"A backbone of {p.length_m * 1000:.0f} mm in {p.sections} sections of {section_mm:.0f} mm, "
-            f"{2000 * p.radius_m:.0f} mm thick, modelled as {p.sections * p.segments_per_section} segments that each bend "
-            f"about two axes; {tip}. Its bending stiffness of {p.bending_stiffness_n_m2:.3g} N m2 is that of a spring-steel "
-            f"rod of {backbone_diameter_mm(p.bending_stiffness_n_m2):.1f} mm."
+            f"A backbone of {mm(p.length_m)} in {p.sections} sections of {mm(p.length_m / p.sections)}, "
+            f"{mm(2 * p.radius_m)} thick, modelled as {segments} segments that each bend about two axes; {end} the tip. "
+            f"Its bending stiffness of {p.bending_stiffness_n_m2:.3g} N m2 is that of "
+            f"{rod(p.bending_stiffness_n_m2)}."
         ),
         actuation=(
-            f"{count} winches of at most {p.tension_n:.0f} N, {p.cables_per_section} cables a section spread evenly around "
-            f"the backbone and {1000 * (p.radius_m + GUIDE_CLEARANCE_M):.1f} mm off it; outer cables pass the inner sections. Cables only pull."
+            f"{winches} winches of at most {p.tension_n:.0f} N. Each section has {p.cables_per_section} cables, "
+            f"evenly around the backbone and {mm(offset)} off it; those of outer sections pass the inner ones. "
+            "Cables only pull."
         ),
         rationale=(
-            f"Full tension bends a section by about {math.degrees(bend):.0f} deg to any side and gives "
-            f"{low:.1f} to {high:.1f} N at the tip."
+            f"Full tension bends a section by about {deg(bend)} to any side and gives {low:.1f} to {high:.1f} N at the tip."
         ),
     )
-
-
-def _count(number: int) -> str:
-    return ("One", "Two", "Three")[number - 1]
 
 
 def sturdier(p: ArmParameters) -> ArmParameters:

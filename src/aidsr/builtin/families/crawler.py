@@ -14,7 +14,8 @@ from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow,
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
 from aidsr.builtin.parts import add_fingertip
-from aidsr.builtin.sizing import backbone_diameter_mm, bending_stiffness, damping_time
+from aidsr.builtin.phrases import deg, mm, numeral, rod
+from aidsr.builtin.sizing import bending_stiffness, damping_time
 from aidsr.builtin.writing import Sheet, add
 
 __all__ = ["CRAWLER", "CrawlerParameters"]
@@ -173,32 +174,25 @@ def groups(p: CrawlerParameters) -> tuple[ActuatorGroup, ...]:
 def describe(p: CrawlerParameters, job: Job) -> Texts:
     """Say in words what the numbers mean."""
     del job
-    lift_mm = 1000 * p.leg_length_m * (1.0 - math.sin(_FULL_BEND_RAD) / _FULL_BEND_RAD)
+    lift = p.leg_length_m * (1.0 - math.sin(_FULL_BEND_RAD) / _FULL_BEND_RAD)
+    pulls = "one lifts it forward, one lifts it back, both lift it high."
+    if p.cables_per_leg == 3:
+        pulls = "one swings it forward, one back, one lifts it."
     grouped = (
-        " The winches of a tripod act together on each side, so that it walks with few actions and can still steer."
-        if p.legs == 6
-        else ""
+        " Those of a tripod act together on each side, so that few actions walk and still steer." if p.legs == 6 else ""
     )
     return Texts(
-        name=f"Crawler on {('four', 'five', 'six')[p.legs - 4]} legs, {p.cables_per_leg} cables a leg",
+        name=f"Crawler on {numeral(p.legs)} legs, {numeral(p.cables_per_leg)} cables a leg",
         morphology=(
-            f"A trunk of {1000 * p.trunk_length_m:.0f} x {1000 * p.trunk_width_m:.0f} mm and {1000 * p.trunk_mass_kg:.0f} g "
-            f"with its winches stands {1000 * rest_height(p):.0f} mm high on {p.legs} legs of {1000 * p.leg_length_m:.0f} mm that "
-            f"lean out by {math.degrees(p.lean_rad):.0f} deg. Each leg has {p.segments} segments that bend about two axes and is "
-            f"as stiff as a spring-steel rod of {backbone_diameter_mm(p.bending_stiffness_n_m2):.1f} mm; feet are round."
+            f"A trunk of {mm(p.trunk_length_m)} by {mm(p.trunk_width_m)}, {1000 * p.trunk_mass_kg:.0f} g with its "
+            f"winches, stands {mm(rest_height(p))} high on {numeral(p.legs)} legs of {mm(p.leg_length_m)} that "
+            f"lean out by {deg(p.lean_rad)}. A leg has {p.segments} segments that bend about two axes and is as "
+            f"stiff as {rod(p.bending_stiffness_n_m2)}; its foot is round."
         ),
-        actuation=(
-            f"{p.cables_per_leg} cables a leg of at most {p.tension_n:.0f} N, "
-            + (
-                "one swings it forward, one back, one lifts it."
-                if p.cables_per_leg == 3
-                else "one lifts it forward, one lifts it back, both lift it high."
-            )
-            + grouped
-        ),
+        actuation=f"Winches of at most {p.tension_n:.0f} N, {p.cables_per_leg} cables a leg: {pulls}{tripods if p.legs == 6 else ''}",
         rationale=(
-            f"Full tension bends a leg by {math.degrees(_FULL_BEND_RAD):.0f} deg and lifts its foot by about {lift_mm:.0f} mm, enough "
-            "to swing it clear while the others stand: it needs no difference in friction between forward and back."
+            f"Full tension bends a leg by {deg(_FULL_BEND_RAD)} and lifts its foot by about {mm(lift)}, enough to "
+            "swing it clear while the others stand: it needs no difference in friction between forward and back."
         ),
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
@@ -14,7 +15,8 @@ from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow,
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
 from aidsr.builtin.parts import add_base, add_fingertip
-from aidsr.builtin.sizing import backbone_diameter_mm, bending_stiffness, damping_time
+from aidsr.builtin.phrases import deg, mm, numeral, rod
+from aidsr.builtin.sizing import bending_stiffness, damping_time
 from aidsr.builtin.writing import Sheet, add
 from aidsr.sim import beam
 
@@ -52,8 +54,8 @@ _SHAPES = {
 """Fingers and whether they face each other in two rows."""
 
 _PAD_SHARE = {2: 0.8, 3: 0.45, 4: 0.25, 5: 0.0, 6: 0.0}
-"""Half width of the fingertips as a share of the object's. Our choice: fewer fingers need wider tips, or a ball slips out
-between them."""
+"""Half width of the fingertips as a share of the object's. Our choice: fewer fingers need wider tips, or a ball slips
+out between them."""
 
 _FULL_CURL_RAD = 3.4
 """Curl of a free finger at full tension. Our choice: enough to close on the smallest object from an open stance."""
@@ -135,7 +137,6 @@ def write(p: GripperParameters) -> Robot:
         # The feet of the fingers may be closer together than the skin of a bent first segment.
         sheet.exclude("palm", f"finger{first}_seg01")
     for number, backbone in enumerate(backbones, start=1):
-        segments = backbone.chain.segments
         string(sheet, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
         string(sheet, backbone, Cable(f"tendon_open_{number}", math.pi, p.segments, p.opening_n))
         add_fingertip(sheet, backbone, f"fingertip{number}", p.radius_m * 1.1, p.pad_half_width_m)
@@ -195,12 +196,14 @@ def groups(p: GripperParameters) -> tuple[ActuatorGroup, ...]:
     """Return which winches act together: all opening, and closing by pairs of facing fingers where there are pairs."""
     numbers = range(1, p.fingers + 1)
     opening = ActuatorGroup(name="open", actuators=tuple(f"pull_open_{number}" for number in numbers))
+    half = p.fingers // 2
+    pairs: list[tuple[str, Sequence[int]]]
     if p.fingers == 4 and not p.opposed:
         pairs = [("close_a", (1, 3)), ("close_b", (2, 4))]
     elif p.opposed:
-        pairs = [("close_a", tuple(numbers)[: p.fingers // 2]), ("close_b", tuple(numbers)[p.fingers // 2 :])]
+        pairs = [("close_a", numbers[:half]), ("close_b", numbers[half:])]
     else:
-        pairs = [("close", tuple(numbers))]
+        pairs = [("close", numbers)]
     closing = [ActuatorGroup(name=name, actuators=tuple(f"pull_close_{n}" for n in chosen)) for name, chosen in pairs]
     return (*closing, opening)
 
@@ -208,24 +211,24 @@ def groups(p: GripperParameters) -> tuple[ActuatorGroup, ...]:
 def describe(p: GripperParameters, job: Job) -> Texts:
     """Say in words what the numbers mean."""
     low, high = beam.tip_force_range(p.closing_n, p.radius_m + GUIDE_CLEARANCE_M, p.finger_length_m)
-    object_words = f"a body {2000 * job.target.half_width_m:.0f} mm wide" if job.target else "a body of about 60 mm"
-    opening = 2000 * (p.palm_radius_m + p.finger_length_m * math.sin(p.splay_rad))
-    stance = "in two facing rows" if p.opposed else "evenly around the palm"
+    held = f"what is {mm(2 * job.target.half_width_m)} wide" if job.target else "what is about 60 mm wide"
+    opening = 2 * (p.palm_radius_m + p.finger_length_m * math.sin(p.splay_rad))
+    grouped = ", ".join(group.name for group in groups(p))
     return Texts(
-        name=f"{('Two', 'Three', 'Four', 'Five', 'Six')[p.fingers - 2]}-finger gripper{', facing rows' if p.opposed else ''}",
+        name=f"{numeral(p.fingers).capitalize()}-finger gripper{', facing rows' if p.opposed else ''}",
         morphology=(
-            f"{p.fingers} fingers of {1000 * p.finger_length_m:.0f} mm stand {stance} on a palm of "
-            f"{2000 * p.palm_radius_m:.0f} mm, leaning out by {math.degrees(p.splay_rad):.0f} deg, so that they open "
-            f"{opening:.0f} mm wide around {object_words}; a wrist of {1000 * p.wrist_m:.0f} mm brings the tips to the "
-            f"object's lower half. Each finger has {p.segments} segments that bend in its own plane only; a spring-steel "
-            f"rod of {backbone_diameter_mm(p.bending_stiffness_n_m2):.1f} mm has its bending stiffness."
+            f"{numeral(p.fingers).capitalize()} fingers of {mm(p.finger_length_m)} stand "
+            f"{'in two facing rows' if p.opposed else 'evenly'} on a palm of {mm(2 * p.palm_radius_m)} and lean "
+            f"out by {deg(p.splay_rad)}, so that they open {mm(opening)} wide around {held}; a wrist of "
+            f"{mm(p.wrist_m)} brings their tips there. A finger has {p.segments} segments that bend in its own "
+            f"plane only and is as stiff as {rod(p.bending_stiffness_n_m2)}."
         ),
         actuation=(
             f"Two cables a finger: one inside closes with at most {p.closing_n:.1f} N, one outside opens with "
-            f"{p.opening_n:.1f} N. Winches act in {len(groups(p))} groups: {', '.join(group.name for group in groups(p))}."
+            f"{p.opening_n:.1f} N. The winches act in {len(groups(p))} groups: {grouped}."
         ),
         rationale=(
-            f"{low:.1f} to {high:.1f} N a fingertip; with friction 0.9, {p.fingers} fingers hold "
+            f"{low:.1f} to {high:.1f} N a fingertip; with friction 0.9, {numeral(p.fingers)} fingers hold "
             f"{p.fingers * 0.9 * low / 9.81 * 1000:.0f} g or more by friction alone, and curling under adds to it."
         ),
     )

@@ -12,7 +12,8 @@ from aidsr.artifacts import Robot
 from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
-from aidsr.builtin.sizing import backbone_diameter_mm, bending_stiffness, damping_time
+from aidsr.builtin.phrases import mm, numeral, rod
+from aidsr.builtin.sizing import bending_stiffness, damping_time
 from aidsr.builtin.writing import TIMESTEP_S, Sheet, add
 from aidsr.sim import beam
 
@@ -143,19 +144,19 @@ def describe(p: RingParameters, job: Job) -> Texts:
     del job
     count = p.sectors * p.segments_per_sector
     return Texts(
-        name=f"Rolling ring, {p.sectors} sectors, {2000 * p.radius_m:.0f} mm across",
+        name=f"Rolling ring, {numeral(p.sectors)} sectors, {mm(2 * p.radius_m)} across",
         morphology=(
-            f"A closed hoop of {2000 * p.radius_m:.0f} mm across and {1000 * p.thickness_m:.0f} mm thick, {count} segments that "
-            f"bend in its plane, as stiff as a spring-steel rod of {backbone_diameter_mm(p.bending_stiffness_n_m2):.1f} mm. It "
-            f"stands upright on cross bars {2000 * p.half_width_m:.0f} mm wide, one a segment, which keep it from falling over."
+            f"A closed hoop, {mm(2 * p.radius_m)} across and {mm(p.thickness_m)} thick, of {count} segments that "
+            f"bend in its plane and are as stiff as {rod(p.bending_stiffness_n_m2)}. It stands upright on cross "
+            f"bars {mm(2 * p.half_width_m)} wide, one a segment, which keep it from falling over."
         ),
         actuation=(
-            f"{p.sectors} cables along its inner side, one a sector, with winches of at most {p.tension_n:.0f} N: a shortened "
-            "sector curls tighter and flattens the others."
+            f"{numeral(p.sectors).capitalize()} cables along its inner side, one a sector, with winches of at most "
+            f"{p.tension_n:.0f} N: a shortened sector curls tighter and flattens the others."
         ),
         rationale=(
-            "Squeezed into an egg that leans forward its weight lies ahead of where it stands, so it tips and rolls; doing so "
-            "sector by sector keeps it rolling. It goes straight and cannot steer."
+            "Squeezed into an egg that leans forward, its weight lies ahead of where it stands, so it tips and "
+            "rolls; sector by sector this goes on. It goes straight and cannot steer."
         ),
     )
 

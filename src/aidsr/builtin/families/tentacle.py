@@ -14,7 +14,8 @@ from aidsr.builtin.chain import Cable, Chain, Segment, cable_offset_m, grow, str
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
 from aidsr.builtin.parts import add_base, add_pad, sense_tip
-from aidsr.builtin.sizing import backbone_diameter_mm, damping_time, reach_length
+from aidsr.builtin.phrases import deg, mm, numeral, rod
+from aidsr.builtin.sizing import damping_time, reach_length
 from aidsr.builtin.writing import Sheet, add
 from aidsr.sim import beam
 
@@ -104,7 +105,7 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> TentacleParamete
 
 def write(p: TentacleParameters) -> Robot:
     """Write a tentacle as MJCF."""
-    about = f"Tapering tentacle, {p.length_m:g} m long, driven by {p.cables + p.short_cables} cables. Built-in rules, SI units."
+    about = f"Tapering tentacle, {p.length_m:g} m long, driven by cables. Built-in rules, SI units."
     sheet = Sheet("tentacle", about, p.variation)
     base = add_base(sheet, "base", radius_m=max(2.2 * p.base_radius_m, 0.02), thickness_m=0.012)
     root = _write_stalk(base, p) if p.stalk_m > 0 else base
@@ -157,30 +158,35 @@ def _write_stalk(base: etree._Element, p: TentacleParameters) -> etree._Element:
 
 def describe(p: TentacleParameters, job: Job) -> Texts:
     """Say in words what the numbers mean."""
+    del job
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
-    turns = math.degrees(_curl(shape, p.tension_n))
-    where = (
-        f"It leaves a post of {1000 * p.stalk_m:.0f} mm sideways, {1000 * p.stalk_aside_m:.0f} mm beside the mount's axis, "
-        "and curls in a level plane around what stands on that axis."
-        if p.stalk_m
-        else f"It grows straight from the mount and {'curls in one plane' if p.cables == 2 else 'bends to every side'}."
+    planar = p.cables == 2
+    kind = "Wrapping" if p.stalk_m else "Curling" if planar else "Two-stage tapered" if p.short_cables else "Tapered"
+    where = f"It grows straight from the mount and {'curls in one plane' if planar else 'bends to every side'}."
+    if p.stalk_m:
+        where = (
+            f"It leaves a post of {mm(p.stalk_m)} sideways, {mm(p.stalk_aside_m)} beside the mount's axis, and "
+            "curls in a level plane around what stands on that axis."
+        )
+    short = (
+        f", and {numeral(p.short_cables)} that end half way, so that base and tip bend apart" if p.short_cables else ""
     )
-    short = f" and {p.short_cables} that end half way, so that base and tip bend apart" if p.short_cables else ""
     return Texts(
-        name=("Wrapping tentacle" if p.stalk_m else "Curling tentacle" if p.cables == 2 else "Tapered tentacle")
-        + (", two stages" if p.short_cables else "")
-        + f", {1000 * p.length_m:.0f} mm",
+        name=f"{kind} tentacle, {mm(p.length_m)}",
         morphology=(
-            f"A tentacle of {1000 * p.length_m:.0f} mm that tapers from {2000 * p.base_radius_m:.0f} to "
-            f"{2000 * p.tip_radius_m:.0f} mm, in {p.segments} segments that get shorter with their thickness. {where} "
-            f"Its stiffness falls with the square of the thickness, from that of a spring-steel rod of "
-            f"{backbone_diameter_mm(p.bending_stiffness_n_m2):.1f} mm, so the tip curls tightest."
+            f"A tentacle of {mm(p.length_m)} that tapers from {mm(2 * p.base_radius_m)} to "
+            f"{mm(2 * p.tip_radius_m)}, in {p.segments} segments that get shorter with their thickness. {where} At "
+            f"its base it is as stiff as {rod(p.bending_stiffness_n_m2)}, and softer with the square of its "
+            "thickness, so the tip curls tightest."
         ),
         actuation=(
-            f"{p.cables} cables along the whole length{short}, each with a winch of at most {p.tension_n:.0f} N; "
-            + ("one curls, one uncurls." if p.cables == 2 else "120 deg apart.")
+            f"{numeral(p.cables).capitalize()} cables along the whole length{short if p.short_cables else ''}, each with a winch of at most "
+            f"{p.tension_n:.0f} N; {'one curls, the other uncurls' if planar else 'they stand 120 deg apart'}."
         ),
-        rationale=f"Full tension on one cable curls it by {turns:.0f} deg; a hold spreads over its length instead of a tip.",
+        rationale=(
+            f"One cable at full tension would curl it by {deg(_curl(shape, p.tension_n))} if nothing stopped it; a "
+            "hold spreads over its length instead of a tip."
+        ),
     )
 
 

@@ -13,7 +13,8 @@ from aidsr.artifacts import Robot
 from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
-from aidsr.builtin.sizing import backbone_diameter_mm, bending_stiffness, damping_time
+from aidsr.builtin.phrases import deg, mm, numeral, rod
+from aidsr.builtin.sizing import bending_stiffness, damping_time
 from aidsr.builtin.writing import Sheet, add
 
 __all__ = ["WORM", "WormParameters"]
@@ -122,25 +123,24 @@ def _write_foot(link: etree._Element, name: str, at_m: float, p: WormParameters,
 def describe(p: WormParameters, job: Job) -> Texts:
     """Say in words what the numbers mean."""
     del job
-    section_mm = 1000 * p.length_m / p.sections
-    kind = "Inchworm" if p.sections == 2 else f"{('Three', 'Four')[p.sections - 3]}-section worm"
+    kind = "Inchworm" if p.sections == 2 else f"{numeral(p.sections).capitalize()}-section worm"
+    gait = "two sections arch in turn" if p.sections == 2 else "a wave of arches runs along the body"
     return Texts(
-        name=f"{kind}, {1000 * p.length_m:.0f} mm",
+        name=f"{kind}, {mm(p.length_m)}",
         morphology=(
-            f"A body of {1000 * p.length_m:.0f} mm and {2000 * p.radius_m:.0f} mm thick in {p.sections} sections of "
-            f"{section_mm:.0f} mm, {p.segments_per_section} segments each, as stiff as a spring-steel rod of "
-            f"{backbone_diameter_mm(p.bending_stiffness_n_m2):.1f} mm. It stands on {p.sections + 1} cross bars of "
-            f"{2000 * p.foot_half_width_m:.0f} mm that keep it from rolling over and carry the winches, "
+            f"A body of {mm(p.length_m)}, {mm(2 * p.radius_m)} thick, in {numeral(p.sections)} sections of "
+            f"{mm(p.length_m / p.sections)} with {p.segments_per_section} segments each, as stiff as "
+            f"{rod(p.bending_stiffness_n_m2)}. It stands on {numeral(p.sections + 1)} cross bars of "
+            f"{mm(2 * p.foot_half_width_m)} that keep it from rolling over and carry the winches, "
             f"{1000 * p.foot_mass_kg:.0f} g each."
         ),
         actuation=(
-            f"Three cables a section, one along the back and two low at the sides, {p.tension_n:.0f} N each: the back cable "
-            "lifts both ends, the low ones together arch the middle up, one of them alone turns the body."
+            f"Three cables a section with winches of at most {p.tension_n:.0f} N: one along the back lifts its "
+            "ends, two low at the sides together arch its middle up, and one of them alone turns the body aside."
         ),
         rationale=(
-            "Ground friction is the same in all directions, so it moves by lifting what it carries forward and standing on "
-            f"the rest: {'two sections arch in turn' if p.sections == 2 else 'a wave of arches runs along the body'}. "
-            f"Full tension bends a section by {math.degrees(_FULL_BEND_RAD):.0f} deg."
+            "Ground friction is the same in all directions, so it moves by lifting what it carries forward and "
+            f"standing on the rest: {gait}. Full tension bends a section by {deg(_FULL_BEND_RAD)}."
         ),
     )
 

@@ -57,7 +57,7 @@ def add_winches(root: Element, fault: Fault) -> str | None:
 
 
 def add_control_ranges(root: Element, fault: Fault) -> str | None:
-    """Give motors without a control range one: tendons are pulled, joints turned both ways. Servos keep the joint's range."""
+    """Give motors without a control range one: tendons are pulled, joints turned both ways; servos get the joint's."""
     named = {without_prefix(name) for name in fault.names}
     changed = []
     for item in section(root, "actuator"):
@@ -70,7 +70,7 @@ def add_control_ranges(root: Element, fault: Fault) -> str | None:
             set_numbers(item, "ctrlrange", *wanted)
         else:
             continue
-        item.attrib.pop("ctrllimited", None)
+        item.attrib.pop("ctrllimited", "")
         changed.append(item)
     return f"gave {len(changed)} actuators a control range" if changed else None
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from aidsr.artifacts import Fault
 from aidsr.builtin.editing import Element
 from aidsr.sim.document.naming import REFERENCES, duplicate_names
+from aidsr.sim.document.place import line_of
 from aidsr.sim.schema import Grammar, mjcf_grammar
 
 __all__ = ["correct_attributes", "correct_references", "drop_contradictions", "rename_duplicates"]
@@ -76,9 +77,8 @@ def rename_duplicates(root: Element, fault: Fault) -> str | None:
     """Give the second of two things of one name another; references keep meaning the first."""
     del fault
     lines = {found.line for found in duplicate_names(root)}
-    repeated = [
-        item for item in root.iter() if isinstance(item.tag, str) and item.get("name") and item.sourceline in lines
-    ]
+    named = [item for item in root.iter() if isinstance(item.tag, str) and item.get("name")]
+    repeated = [item for item in named if line_of(item) in lines]
     for number, item in enumerate(repeated, start=2):
         item.set("name", f"{item.get('name')}_{number}")
     return f"renamed {len(repeated)} repeated names" if repeated else None

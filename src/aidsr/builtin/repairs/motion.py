@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 from lxml import etree
 
 from aidsr.artifacts import Fault
@@ -144,7 +146,7 @@ def _set_in_defaults(root: Element, tag: str, values: dict[str, tuple[float, ...
         return None
     for item in elsewhere:
         for name in values:
-            item.attrib.pop(name, None)
+            item.attrib.pop(name, "")
     for name, value in values.items():
         set_numbers(described, name, *value)
     return f"set {' and '.join(values)} of every {tag} to follow {1000 * values[next(iter(values))][0]:g} ms"
@@ -193,7 +195,7 @@ def _near(root: Element, first: str, second: str) -> bool:
     upper, lower = bodies.get(first), bodies.get(second)
     if upper is None or lower is None:
         return False
-    above = [body for body in lower.iterancestors("body")][:3] + [body for body in upper.iterancestors("body")][:3]
+    above = [*islice(lower.iterancestors("body"), 3), *islice(upper.iterancestors("body"), 3)]
     return upper in above or lower in above
 
 
@@ -202,6 +204,6 @@ def straighten(root: Element, fault: Fault) -> str | None:
     del fault
     bent = [joint for joint in of(root, "joint") if joint.get("springref") or joint.get("ref")]
     for joint in bent:
-        joint.attrib.pop("springref", None)
-        joint.attrib.pop("ref", None)
+        joint.attrib.pop("springref", "")
+        joint.attrib.pop("ref", "")
     return f"put the springs of {len(bent)} joints to rest as drawn" if bent else None

@@ -89,7 +89,7 @@ def unlimit_tendons(root: Element, fault: Fault) -> str | None:
     for tendon in of(root, "spatial", "fixed"):
         if tendon.get("range") and (not named or tendon.get("name") in named):
             tendon.attrib.pop("range")
-            tendon.attrib.pop("limited", None)
+            tendon.attrib.pop("limited", "")
             changed.append(tendon)
     return f"dropped the length limits of {len(changed)} tendons" if changed else None
 
