@@ -118,17 +118,13 @@ def describe(p: ArmParameters, job: Job) -> Texts:
     offset = p.radius_m + GUIDE_CLEARANCE_M
     bend = beam.cable_bending(p.tension_n, offset, p.length_m / p.sections, p.bending_stiffness_n_m2)
     low, high = beam.tip_force_range(p.tension_n, offset, p.length_m)
-    tip = (
-        f"a hook of {mm(p.hook_m)} across the tip"
-        if p.hook_m
-        else f"a round pad of {mm(2 * p.pad_radius_m)} at the tip"
-    )
+    end = f"a hook of {mm(p.hook_m)} across" if p.hook_m else f"a round pad of {mm(2 * p.pad_radius_m)} at"
     winches, segments = p.sections * p.cables_per_section, p.sections * p.segments_per_section
     return Texts(
         name=f"{numeral(p.sections).capitalize()}-section arm{' with a hook' if p.hook_m else ''}, {mm(p.length_m)}",
         morphology=(
             f"A backbone of {mm(p.length_m)} in {p.sections} sections of {mm(p.length_m / p.sections)}, "
-            f"{mm(2 * p.radius_m)} thick, modelled as {segments} segments that each bend about two axes; {end} the tip. "
+            f"{mm(2 * p.radius_m)} thick, modelled as {segments} segments that bend about two axes; {end} the tip. "
             f"Its bending stiffness of {p.bending_stiffness_n_m2:.3g} N m2 is that of "
             f"{rod(p.bending_stiffness_n_m2)}."
         ),
@@ -138,7 +134,8 @@ def describe(p: ArmParameters, job: Job) -> Texts:
             "Cables only pull."
         ),
         rationale=(
-            f"Full tension bends a section by about {deg(bend)} to any side and gives {low:.1f} to {high:.1f} N at the tip."
+            f"Full tension bends a section by about {deg(bend)} to any side and gives {low:.1f} to {high:.1f} N at "
+            "the tip."
         ),
     )
 

@@ -178,9 +178,8 @@ def describe(p: CrawlerParameters, job: Job) -> Texts:
     pulls = "one lifts it forward, one lifts it back, both lift it high."
     if p.cables_per_leg == 3:
         pulls = "one swings it forward, one back, one lifts it."
-    grouped = (
-        " Those of a tripod act together on each side, so that few actions walk and still steer." if p.legs == 6 else ""
-    )
+    if p.legs == 6:
+        pulls += " Those of a tripod act together on each side, so that few actions walk and still steer."
     return Texts(
         name=f"Crawler on {numeral(p.legs)} legs, {numeral(p.cables_per_leg)} cables a leg",
         morphology=(
@@ -189,7 +188,7 @@ def describe(p: CrawlerParameters, job: Job) -> Texts:
             f"lean out by {deg(p.lean_rad)}. A leg has {p.segments} segments that bend about two axes and is as "
             f"stiff as {rod(p.bending_stiffness_n_m2)}; its foot is round."
         ),
-        actuation=f"Winches of at most {p.tension_n:.0f} N, {p.cables_per_leg} cables a leg: {pulls}{tripods if p.legs == 6 else ''}",
+        actuation=f"Winches of at most {p.tension_n:.0f} N, {p.cables_per_leg} cables a leg: {pulls}",
         rationale=(
             f"Full tension bends a leg by {deg(_FULL_BEND_RAD)} and lifts its foot by about {mm(lift)}, enough to "
             "swing it clear while the others stand: it needs no difference in friction between forward and back."

@@ -168,9 +168,7 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
             f"It leaves a post of {mm(p.stalk_m)} sideways, {mm(p.stalk_aside_m)} beside the mount's axis, and "
             "curls in a level plane around what stands on that axis."
         )
-    short = (
-        f", and {numeral(p.short_cables)} that end half way, so that base and tip bend apart" if p.short_cables else ""
-    )
+    short = f", and {numeral(p.short_cables)} that end half way, so that base and tip bend apart"
     return Texts(
         name=f"{kind} tentacle, {mm(p.length_m)}",
         morphology=(
@@ -180,8 +178,9 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
             "thickness, so the tip curls tightest."
         ),
         actuation=(
-            f"{numeral(p.cables).capitalize()} cables along the whole length{short if p.short_cables else ''}, each with a winch of at most "
-            f"{p.tension_n:.0f} N; {'one curls, the other uncurls' if planar else 'they stand 120 deg apart'}."
+            f"{numeral(p.cables).capitalize()} cables along the whole length{short if p.short_cables else ''}, each with "
+            f"a winch of at most {p.tension_n:.0f} N; "
+            f"{'one curls, the other uncurls' if planar else 'they stand 120 deg apart'}."
         ),
         rationale=(
             f"One cable at full tension would curl it by {deg(_curl(shape, p.tension_n))} if nothing stopped it; a "
