@@ -10,7 +10,8 @@ import pytest
 
 from aidsr.cli import app, main
 from aidsr.cli.doctor import checks
-from aidsr.errors import ModelError
+from aidsr.cli.view import model_of
+from aidsr.errors import ModelError, UserError
 from aidsr.pipeline import work
 from aidsr.runs import layout_text
 from scripted import Script, Scripted, new_run, parts
@@ -69,6 +70,30 @@ def test_help_says_what_the_command_does_and_how_to_type_it(command, capsys) -> 
     assert f"aidsr {command}" in said.split("Usage")[1].split("\n", 1)[1], "an example"
     app(["--help"])
     assert command in capsys.readouterr().out
+
+
+def test_view_finds_the_model_of_a_design(tmp_path) -> None:
+    run = new_run(tmp_path, concepts=3, iterations=1)
+    scripts = [Script(), Script(robots=["chatter"]), Script(placements=["chatter"])]
+    work(run, parts(Scripted(scripts)))
+    newest = [model_of(run.design(number).path).relative_to(run.path).as_posix() for number in (1, 2, 3)]
+    assert newest == ["designs/1/final.xml", "designs/2/02/robot.xml", "designs/3/02/scene.xml"]
+    assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
+    assert model_of(tmp_path / "any.xml") == tmp_path / "any.xml"
+    for nothing in (run.path, tmp_path):
+        with pytest.raises(UserError, match="design was expected"):
+            model_of(nothing)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display")
+def test_view_draws_a_picture_where_there_is_no_display(tmp_path, monkeypatch, capsys) -> None:
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.chdir(tmp_path)
+    Path("ball.xml").write_text('<mujoco><worldbody><geom size="0.1"/></worldbody></mujoco>')
+    assert run_main("view", "ball.xml", "--picture", "ball.png") == 0
+    assert Path("ball.png").read_bytes().startswith(b"\x89PNG")
+    assert "ball.png" in capsys.readouterr().out
 
 
 def test_show_prints_layout_status_and_files(tmp_path, capsys) -> None:

@@ -28,7 +28,7 @@ def test_follow_tells_the_story_in_lines(tmp_path, capsys) -> None:
     story = [
         "builtin",
         "not a language model",
-        "concepts: concept 1, concept 2",
+        "concepts: concept 1; concept 2",
         "design 2  iteration 1  robot: 1 fault: chatter",
         "design 1  iteration 1  Judge: passed",
         "design 1  approved",

@@ -70,7 +70,7 @@ def _versions() -> tuple[Check, ...]:
 
 def _extras() -> Check:
     present = [extra for extra, package in _EXTRAS.items() if _version(package)]
-    text = f"extras installed: {', '.join(present)}" if present else 'none; pip install "aidsr[rl]" adds one'
+    text = ", ".join(present) if present else 'none; pip install "aidsr[rl]" adds one'
     return Check("extras", "ok" if present else "absent", text)
 
 

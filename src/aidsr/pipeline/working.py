@@ -70,7 +70,7 @@ class _Work:
             "concepts",
             self.run.concepts,
             lambda: designer.propose(brief, count),
-            lambda concepts: ", ".join(concept.name for concept in concepts),
+            lambda concepts: "; ".join(concept.name for concept in concepts),
         )
 
     def _designs(self, concepts: tuple[Concept, ...]) -> tuple[DesignFolder, ...]:

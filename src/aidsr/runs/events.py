@@ -5,6 +5,7 @@ Each log has one writer at a time: the run has one log, and each design has its 
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import re
@@ -209,6 +210,9 @@ def _lock(file: int, path: Path) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise UserError(f"another process is at work on {path.parent}; wait for it or end it, then try again") from None
+    except OSError as error:
+        if error.errno not in (errno.ENOLCK, errno.ENOTSUP):  # file systems without locks: as on Windows
+            raise
 
 
 def read_events(path: Path) -> tuple[Event, ...]:

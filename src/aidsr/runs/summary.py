@@ -160,4 +160,5 @@ def _template() -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["numbers"] = lambda values: ", ".join(f"{value:.3g}" for value in values)
     return environment.get_template("summary.html.j2")
