@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 20
@@ -35,6 +35,9 @@ test-slow: $(VENV)/dev  ## run the tests that take minutes
 
 demo: $(VENV)/core  ## design three robots for button_pushing with the built-in rules; no key needed
 	$(BIN)/aidsr design --task button_pushing --model builtin --seed 1
+
+bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable scenes (minutes)
+	$(BIN)/python benchmarks/stability/run.py
 
 docs: $(VENV)/dev  ## build the documentation into build/site
 	$(BIN)/mkdocs build --strict --quiet
