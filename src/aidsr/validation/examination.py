@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib.metadata import version
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from aidsr import __version__
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.errors import MjcfError
 from aidsr.sim.compiling import compile_mjcf, load_mjcf
@@ -63,7 +63,7 @@ def make_report(
         stable=all(fault.severity != "error" for fault in enforced),
         faults=tuple(sorted(faults, key=lambda fault: fault.severity != "error")),
         measurements=measurements,
-        versions={"aidsr": version("aidsr"), "mujoco": mujoco.__version__},
+        versions={"aidsr": __version__, "mujoco": mujoco.__version__},
         notes=notes,
     )
 

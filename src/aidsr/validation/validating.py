@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
 
+from aidsr import __version__
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.errors import IsolationError, MjcfError, UserError
 from aidsr.sim.isolation import call
@@ -73,10 +74,4 @@ def _read(path: Path) -> str:
 
 
 def _versions() -> dict[str, str]:
-    versions = {}
-    for package in ("aidsr", "mujoco"):
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            versions[package] = "unknown"
-    return versions
+    return {"aidsr": __version__, "mujoco": version("mujoco")}

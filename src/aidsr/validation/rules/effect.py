@@ -18,7 +18,7 @@ from aidsr.validation.variants import softer, without_limits, without_outlier_ma
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock", "tendon_no_moment", "tendon_one_body", "zero_gear"]
 
 _SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
-_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
 _LOOK_BENT_RAD = 0.02
 """Bend at which moment arms are read: straight, a tendon through the axes is at an extreme of its length."""
 
@@ -98,7 +98,7 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
 
 
 def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
-    """Largest moment arm of a tendon / how far from the joints it could run; 1 where it moves a slide joint.
+    """Largest moment arm of a tendon / how far from that joint it could run; 1 where it moves a slide joint.
 
     That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
     """
@@ -108,13 +108,17 @@ def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
     joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
     if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
         return 1.0
-    reach_m = 0.0
+    largest = 0.0
     for joint in set(joints.tolist()) & set(case.structure.joints):
-        near_m = np.linalg.norm(bent.site_xpos[list(tendon.sites)] - bent.xanchor[joint], axis=1).min()
+        if int(model.jnt_type[joint]) == _FREE:
+            continue
+        arm_m = float(arms[joints == joint].max())
+        reach_m = float(np.linalg.norm(bent.site_xpos[list(tendon.sites)] - bent.xanchor[joint], axis=1).min())
         body = int(model.jnt_bodyid[joint])
         widths = [model.geom_aabb[geom][3:].min() for geom in case.structure.geoms if model.geom_bodyid[geom] == body]
-        reach_m = max(reach_m, float(max(near_m, *widths)) if widths else float(near_m))
-    return float(arms.max(initial=0.0)) / reach_m if reach_m > 0 else 0.0
+        reach_m = max([reach_m, *map(float, widths)])
+        largest = max(largest, arm_m / reach_m) if reach_m > 0 else largest
+    return largest
 
 
 # --- obstacles and weakness: seen while driving ----------------------------------------------------------------------
