@@ -7,6 +7,7 @@ text is our own.
 from __future__ import annotations
 
 import contextlib
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -63,22 +64,25 @@ def load_mjcf(text: str) -> Loaded:
     faults = dangers + document_faults(document)
     if dangers:
         raise MjcfError(faults)
-    with warnings_as_notes() as warnings:
+    with warnings_as_notes() as warned:
         answer = ask_mujoco(document.root)
     faults += [fault for fault in answer.faults if not _said_already(fault, faults)]
     if answer.built is None or faults:
         raise MjcfError(sorted(faults, key=lambda fault: fault.line or 0))
     spec, model = answer.built
-    return Loaded(document, spec, model, notes=document.notes + tuple(dict.fromkeys(warnings)))
+    return Loaded(document, spec, model, notes=document.notes + tuple(dict.fromkeys(warned)))
 
 
 @contextlib.contextmanager
 def warnings_as_notes() -> Iterator[list[str]]:
     """Collect what MuJoCo warns of, which it would otherwise write to MUJOCO_LOG.TXT in the working directory."""
-    before, warnings = mujoco.get_mju_user_warning(), list[str]()
-    mujoco.set_mju_user_warning(warnings.append)
+    before, notes = mujoco.get_mju_user_warning(), list[str]()
+    mujoco.set_mju_user_warning(notes.append)
     try:
-        yield warnings
+        with warnings.catch_warnings(record=True) as from_python:
+            warnings.simplefilter("always")
+            yield notes
+        notes.extend(str(warning.message) for warning in from_python)
     finally:
         mujoco.set_mju_user_warning(before)
 

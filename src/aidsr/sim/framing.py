@@ -18,11 +18,13 @@ _Array = NDArray[np.float64]
 
 _FOVY_DEG = 35.0  # our choice: MuJoCo's 45 degrees makes near parts look large
 _MARGIN = 1.08
-_SURROUNDINGS = 2.5  # environment within this many radii of the robot is wanted in the picture
-_MAX_WIDENING = 1.8  # and may make the framed region this much larger than the robot
+_SURROUNDINGS = 3.0  # environment within this many radii of the robot is wanted in the picture
+_MAX_WIDENING = 1.6  # and may make the framed region this much larger than the robot
 _AZIMUTHS_DEG = (125.0, 55.0, 90.0, 235.0, 305.0, 0.0, 180.0)  # in order of preference
 _ELEVATIONS_DEG = (-18.0, -40.0, -65.0)
-_SEEN_WELL = 0.85  # share of the robot's geoms
+_SHADOWED = 3.0  # radii around the centre in which shadows are sharp
+_RELUCTANCE = 0.02  # share of sight that a direction must gain over the one preferred to it
+_LOOKED_AT = 60  # geoms at most whose sight is tested
 
 
 @dataclass(frozen=True)
@@ -45,21 +47,22 @@ def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) ->
         states: One or more states with kinematics computed; the last also decides from which side to look.
         view: What is asked for.
     """
-    robot = _robot_geoms(model)
-    others = [geom for geom in _solid(model) if geom not in robot]
-    corners, around, data = [], [], None
+    robot, around = _robot_geoms(model), _surrounding_geoms(model)
+    robot_corners, around_corners, data = [], [], None
     for data in states:
-        corners.append(_corners(model, data, robot))
-        around.append(_corners(model, data, others))
+        robot_corners.append(_corners(model, data, robot))
+        around_corners.append(_corners(model, data, around))
     if data is None:
         raise ValueError("expected at least one state to look at, found none")
-    centre, radius = _region(np.concatenate(corners), np.concatenate(around))
+    centre, radius = _region(np.concatenate(robot_corners), np.concatenate(around_corners))
     model.vis.global_.fovy = _FOVY_DEG
     camera = mujoco.MjvCamera()
     camera.lookat[:] = centre
     camera.distance = _MARGIN * radius / np.sin(np.deg2rad(_FOVY_DEG / 2)) / view.closeness
-    camera.azimuth, camera.elevation = _direction(model, data, camera, robot, view)
+    near = [geom for geom in around if np.linalg.norm(data.geom_xpos[geom] - centre) < radius]
+    camera.azimuth, camera.elevation = _direction(model, data, camera, [*robot, *near], view)
     extent = model.stat.extent
+    model.vis.map.shadowclip = min(model.vis.map.shadowclip, _SHADOWED * radius / extent)
     model.vis.map.znear = min(model.vis.map.znear, 0.1 * camera.distance / extent)
     model.vis.map.zfar = max(model.vis.map.zfar, 4 * camera.distance / extent)
     return camera
@@ -73,6 +76,14 @@ def _robot_geoms(model: mujoco.MjModel) -> list[int]:
         bodies = {body for body in range(1, model.nbody) if model.body_weldid[body] != 0}
     geoms = [geom for geom in _solid(model) if int(model.geom_bodyid[geom]) in bodies]
     return geoms or list(_solid(model))
+
+
+def _surrounding_geoms(model: mujoco.MjModel) -> list[int]:
+    """Return what of the environment is wanted in the picture: what moves, or all of it where nothing does."""
+    robot = set(_robot_geoms(model))
+    others = [geom for geom in _solid(model) if geom not in robot]
+    moving = [geom for geom in others if model.body_weldid[model.geom_bodyid[geom]] != 0]
+    return moving or others
 
 
 def _solid(model: mujoco.MjModel) -> Iterator[int]:
@@ -112,38 +123,33 @@ def _ball(points: _Array) -> tuple[_Array, float]:
 
 
 def _direction(
-    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, robot: list[int], view: View
+    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, geoms: list[int], view: View
 ) -> tuple[float, float]:
-    """Return azimuth and elevation [deg] of the first preferred direction from which nothing hides the robot."""
+    """Return azimuth and elevation [deg] from which most is in sight; between equals, the preferred."""
     azimuths = _AZIMUTHS_DEG if view.azimuth_deg is None else (view.azimuth_deg,)
     elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
-    best, best_share = (azimuths[0], elevations[0]), -1.0
-    for elevation, azimuth in product(elevations, azimuths):
-        share = _seen(model, data, camera, robot, azimuth, elevation)
-        if share >= _SEEN_WELL:
-            return azimuth, elevation
-        if share > best_share:
-            best, best_share = (azimuth, elevation), share
-    return best
+    directions = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
+    sample = geoms[:: 1 + len(geoms) // _LOOKED_AT]
+    merits = [
+        _in_sight(model, data, _eye(camera, *direction), sample) - rank * _RELUCTANCE
+        for rank, direction in enumerate(directions)
+    ]
+    return directions[int(np.argmax(merits))]
 
 
-def _seen(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    camera: mujoco.MjvCamera,
-    robot: list[int],
-    azimuth_deg: float,
-    elevation_deg: float,
-) -> float:
-    """Return the share of the robot's geoms in sight from a direction."""
+def _eye(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> _Array:
     azimuth, elevation = np.deg2rad([azimuth_deg, elevation_deg])
-    across = np.cos(elevation)
-    eye = camera.lookat - camera.distance * np.array(
-        [across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)]
-    )
-    sample = robot[:: max(1, len(robot) // 40)]
-    seen, hit = 0, np.zeros(1, np.int32)
-    for geom in sample:
+    level = np.cos(elevation)
+    forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    eye: _Array = camera.lookat - camera.distance * forward
+    return eye
+
+
+def _in_sight(model: mujoco.MjModel, data: mujoco.MjData, eye: _Array, geoms: list[int]) -> float:
+    """Return the share of geoms whose centre is hidden at most by geoms of the same list."""
+    hit = np.zeros(1, np.int32)
+    seen = 0
+    for geom in geoms:
         mujoco.mj_ray(model, data, eye, data.geom_xpos[geom] - eye, None, True, -1, hit, None)
-        seen += int(hit[0]) in robot
-    return seen / len(sample) if sample else 1.0
+        seen += int(hit[0]) in geoms
+    return seen / max(len(geoms), 1)

@@ -16,7 +16,7 @@ from lxml import etree
 
 from aidsr.artifacts import Fault
 from aidsr.errors import MjcfError, UserError
-from aidsr.sim.document.bounds import Bounds, out_of_bounds
+from aidsr.sim.document.bounds import Bounds, out_of_bounds, too_large
 from aidsr.sim.document.fitting import not_finite, wrong_for_type
 from aidsr.sim.document.forbidden import forbidden
 from aidsr.sim.document.grammar import against_grammar
@@ -97,6 +97,9 @@ def parse_document(text: str, bounds: Bounds = BOUNDS) -> Document:
     if root.tag != "mujoco":
         problem = f"the root element is <{root.tag}>{_FOREIGN.get(str(root.tag), '')}, expected <mujoco>"
         raise MjcfError([_fault("unknown_element", problem, line_of(root), "write the model as MJCF")])
+    faults = list(too_large(root, bounds))
+    if faults:
+        raise MjcfError(faults)
     return Document(body, root, notes)
 
 

@@ -81,8 +81,10 @@ def _give_colours(model: mujoco.MjModel) -> None:
         if np.isclose(model.tendon_width[tendon], _PLAIN_TENDON_WIDTH_M):
             model.tendon_width[tendon] = min(_PLAIN_TENDON_WIDTH_M, _TENDON_WIDTH * model.stat.extent)
     # Dozens of routing points hide the shape; the tendon through them shows where they are.
-    routed = model.wrap_objid[model.wrap_type == int(mujoco.mjtWrap.mjWRAP_SITE)]
-    model.site_rgba[routed, 3] = 0
+    model.site_rgba[model.wrap_objid[model.wrap_type == int(mujoco.mjtWrap.mjWRAP_SITE)], 3] = 0
+    for site in range(model.nsite):
+        if (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_SITE, site) or "").startswith("mount"):
+            model.site_rgba[site, 3] = 0
 
 
 def _is_plain(rgba: np.ndarray) -> bool:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from aidsr.artifacts import Fault
 from aidsr.sim.document.place import Element, attributes, elements, load_fault, numbers
 
-__all__ = ["Bounds", "out_of_bounds"]
+__all__ = ["Bounds", "out_of_bounds", "too_large"]
 
 
 @dataclass(frozen=True)
@@ -61,13 +61,26 @@ _LARGEST_ANYWHERE = {"nsample": 1e4} | {
 _MEMORY = re.compile(r"\s*(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
 
 
+def too_large(root: Element, bounds: Bounds) -> Iterator[Fault]:
+    """Yield a fault when the document is too large to be looked at any further."""
+    count = sum(1 for _ in elements(root))
+    if count > bounds.elements:
+        yield _over(root, "elements", count, bounds.elements)
+    level, depth, first = [root], 0, root
+    while level:
+        depth, first = depth + 1, level[0]
+        level = [child for parent in level for child in parent]
+    if depth > bounds.depth:
+        yield _over(first, "elements inside each other", depth, bounds.depth)
+
+
 def out_of_bounds(root: Element, bounds: Bounds) -> Iterator[Fault]:
-    """Yield a fault for each bound the document exceeds."""
-    everything = list(elements(root))
-    yield from _too_many(root, everything, bounds)
-    yield from _too_deep(root, bounds)
+    """Yield a fault for each thing of which the document asks for too much."""
+    keyframes = list(elements(root, "key"))
+    if len(keyframes) > bounds.keyframes:
+        yield _over(keyframes[-1], "keyframes", len(keyframes), bounds.keyframes)
     yield from _generates_too_much(root, bounds)
-    for element in everything:
+    for element in elements(root):
         yield from _reserves_too_much(element, bounds)
         largest = _LARGEST_ANYWHERE | _LARGEST.get(str(element.tag), {})
         for attribute, value in attributes(element):
@@ -82,23 +95,6 @@ def out_of_bounds(root: Element, bounds: Bounds) -> Iterator[Fault]:
 def _over(element: Element, what: str, found: float, limit: float) -> Fault:
     fault = load_fault("forbidden", element, f"{what}: {found:.9g}, at most {limit:.9g} allowed", cure="ask for less")
     return fault.model_copy(update={"measured": float(found), "limit": float(limit)})
-
-
-def _too_many(root: Element, everything: list[Element], bounds: Bounds) -> Iterator[Fault]:
-    if len(everything) > bounds.elements:
-        yield _over(root, "elements", len(everything), bounds.elements)
-    keyframes = [element for element in everything if element.tag == "key"]
-    if len(keyframes) > bounds.keyframes:
-        yield _over(keyframes[-1], "keyframes", len(keyframes), bounds.keyframes)
-
-
-def _too_deep(root: Element, bounds: Bounds) -> Iterator[Fault]:
-    level, deepest, element = [root], 0, root
-    while level:
-        deepest, element = deepest + 1, level[0]
-        level = [child for parent in level for child in parent]
-    if deepest > bounds.depth:
-        yield _over(element, "elements inside each other", deepest, bounds.depth)
 
 
 def _generates_too_much(root: Element, bounds: Bounds) -> Iterator[Fault]:

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Mapping
 from aidsr.artifacts import Fault
 from aidsr.sim.document.place import Element, attributes, elements, join, line_of, load_fault
 
-__all__ = ["REFERENCES", "duplicate_names", "undefined_references"]
+__all__ = ["REFERENCES", "duplicate_names", "named", "references", "undefined_references"]
 
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
 """Whatever stands in one of these bears a name of that kind, whether it is a <motor> or a <position>."""
@@ -66,19 +66,19 @@ _NUMBERED = re.compile(r"(.*?)(\d+)(\D*)")
 def duplicate_names(root: Element) -> Iterator[Fault]:
     """Yield a fault for each thing that bears a name which another of its kind bore before."""
     first: dict[tuple[str, str], Element] = {}
-    for element, kind in _named(root):
+    for element, kind in named(root):
         before = first.setdefault((kind, element.get("name", "")), element)
         if before is not element:
             problem = f"the {kind} in line {line_of(before)} has this name already"
             yield load_fault("duplicate_name", element, problem, cure=f"give each {kind} a name of its own")
 
 
-def undefined_references(root: Element) -> Iterator[Fault]:
+def undefinedreferences(root: Element) -> Iterator[Fault]:
     """Yield one fault for each kind of thing of which names are used that nothing bears."""
     known = _known(root)
     generated = tuple(_generated(root))
     missing: dict[str, dict[str, Element]] = defaultdict(dict)
-    for element, kind, name in _references(root):
+    for element, kind, name in references(root):
         if name not in known[kind] and not name.startswith(generated):
             missing[kind].setdefault(name, element)
     for kind, users in missing.items():
@@ -93,7 +93,7 @@ def undefined_references(root: Element) -> Iterator[Fault]:
         )
 
 
-def _named(root: Element) -> Iterator[tuple[Element, str]]:
+def named(root: Element) -> Iterator[tuple[Element, str]]:
     """Yield each named thing and its kind; what stands in <default> describes and is not a thing."""
     for element in elements(root):
         parent = element.getparent()
@@ -108,7 +108,7 @@ def _known(root: Element) -> dict[str, set[str]]:
     known: dict[str, set[str]] = defaultdict(set)
     known["body"].add("world")
     known["default class"] = {"main"} | {element.get("class", "main") for element in elements(root, "default")}
-    for element, kind in _named(root):
+    for element, kind in named(root):
         known[kind].add(element.get("name", ""))
     return known
 
@@ -123,7 +123,7 @@ def _generated(root: Element) -> Iterator[str]:
                 yield element.get("name", "")
 
 
-def _references(root: Element) -> Iterator[tuple[Element, str, str]]:
+def references(root: Element) -> Iterator[tuple[Element, str, str]]:
     """Yield each use of a name: where, the kind of thing named, the name."""
     for element in elements(root):
         if _inside(element, _ELSEWHERE):

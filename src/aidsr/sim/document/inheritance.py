@@ -1,0 +1,63 @@
+"""Attributes as MuJoCo sees them: the element's own, else those of its default class and the classes around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from aidsr.sim.document.place import Element, elements
+
+__all__ = ["Setting", "class_of", "default_classes", "is_placed", "setting"]
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """A value and the element it is written on: the element itself, or a description of its kind in a default."""
+
+    value: str
+    holder: Element
+    own: bool
+
+    @property
+    def origin(self) -> str:
+        """Words for where the value comes from; empty for the element itself."""
+        default = self.holder.getparent()
+        return "" if self.own or default is None else f" (from default class '{default.get('class', 'main')}')"
+
+
+def default_classes(root: Element) -> Mapping[str, Element]:
+    """Return the <default> element of each class by name."""
+    return {element.get("class", "main"): element for element in elements(root, "default")}
+
+
+def setting(element: Element, attribute: str, classes: Mapping[str, Element]) -> Setting | None:
+    """Return an attribute as MuJoCo sees it, or None where nothing sets it."""
+    if attribute in element.attrib:
+        return Setting(element.get(attribute, ""), element, own=True)
+    for holder in _described(element, classes):
+        if attribute in holder.attrib:
+            return Setting(holder.get(attribute, ""), holder, own=False)
+    return None
+
+
+def class_of(element: Element) -> str:
+    """Return the name of the default class an element belongs to."""
+    if element.get("class"):
+        return element.get("class", "")
+    for ancestor in element.iterancestors("body", "frame", "replicate", "worldbody"):
+        if ancestor.get("childclass"):
+            return ancestor.get("childclass", "")
+    return "main"
+
+
+def is_placed(element: Element) -> bool:
+    """Whether a geom, site or joint is one of a body, not a default, a tendon's waypoint or a composite's pattern."""
+    holders = {str(ancestor.tag) for ancestor in element.iterancestors()}
+    return "worldbody" in holders and not holders & {"composite", "flexcomp"}
+
+
+def _described(element: Element, classes: Mapping[str, Element]) -> Iterator[Element]:
+    default = classes.get(class_of(element))
+    while default is not None and default.tag == "default":
+        yield from default.findall(str(element.tag))
+        default = default.getparent()
