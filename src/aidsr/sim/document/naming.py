@@ -73,7 +73,7 @@ def duplicate_names(root: Element) -> Iterator[Fault]:
             yield load_fault("duplicate_name", element, problem, cure=f"give each {kind} a name of its own")
 
 
-def undefinedreferences(root: Element) -> Iterator[Fault]:
+def undefined_references(root: Element) -> Iterator[Fault]:
     """Yield one fault for each kind of thing of which names are used that nothing bears."""
     known = _known(root)
     generated = tuple(_generated(root))
