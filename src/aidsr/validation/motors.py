@@ -70,8 +70,8 @@ class Motor(Artifact):
     def speed_rad_s(self, torque_n_m: float) -> float:
         """Speed it reaches against a torque [rad/s].
 
-        Source: straight torque-speed line of a permanent-magnet DC motor, omega = omega_0 (1 - T / T_stall); for a drive
-        known at its rated point only, the rated speed, which it exceeds below that torque and is not counted on above.
+        Source: straight torque-speed line of a permanent-magnet DC motor, omega = omega_0 (1 - T / T_stall). A drive
+        known at its rated point only is counted on for the rated speed up to the rated torque, and for nothing beyond.
         """
         if self.no_load_speed_rpm is not None and self.stall_torque_n_m is not None:
             return self.no_load_speed_rpm * math.pi / 30.0 * max(0.0, 1.0 - torque_n_m / self.stall_torque_n_m)
