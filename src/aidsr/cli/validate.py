@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from aidsr.artifacts import ValidationReport
 
 __all__ = ["validate"]
 
@@ -42,10 +45,21 @@ def validate(
         Whether the robot's job can only be done by touching something.
     """
     from aidsr.errors import UserError
+    from aidsr.sim.isolation import prepare
+
+    prepare()  # the worker starts while the rest is imported
     from aidsr.validation import validate as examine
 
     if file.startswith("--"):
         raise UserError(f"a file was expected, and {file} is no option of this command; see aidsr validate --help")
     report = examine(sys.stdin.read() if file == "-" else Path(file), mount=mount, needs_contact=needs_contact)
-    sys.stdout.write((report.model_dump_json(indent=2) if json else report.account()).rstrip() + "\n")
+    sys.stdout.write((report.model_dump_json(indent=2) if json else _told(report)).rstrip() + "\n")
     return 0 if report.stable else 1
+
+
+def _told(report: ValidationReport) -> str:
+    """Return the account, with the verdict in its first line."""
+    if not report.faults:
+        return report.account()
+    verdict = "stable, with warnings" if report.stable else "not stable"
+    return f"{verdict}\n{report.account()}"

@@ -105,6 +105,9 @@ def brief_for(
     Raises:
         UserError: Something asked for does not exist or does not fit together.
     """
+    from aidsr.sim.isolation import prepare
+
+    prepare()  # a worker starts while the rest is imported
     from aidsr.sim.summary import summarize_environment
     from aidsr.tasks import load_task
 

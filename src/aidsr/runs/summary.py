@@ -76,8 +76,11 @@ class _Card:
     placement: Placement | None
     picture: str
     """Newest picture as a data address; empty where there is none."""
+    picture_path: str
+    """Its file, relative to the page."""
     motion: str
     """Newest filmstrip, likewise."""
+    motion_path: str
     rows: tuple[_Row, ...]
     faults_found: int
     files: tuple[tuple[str, str], ...]
@@ -88,13 +91,17 @@ class _Card:
 
 def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
     newest_first = tuple(reversed(folder.iterations))
+    preview = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
+    motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
     rows = tuple(_row(iteration) for iteration in folder.iterations)
     return _Card(
         status=status,
         concept=newest(it.concept.read() for it in newest_first),
         placement=newest(it.placement.read() for it in newest_first),
-        picture=next((row.picture for row in reversed(rows) if row.picture), ""),
-        motion=newest(_data_address(it.motion.read()) or None for it in newest_first) or "",
+        picture=_data_address(preview),
+        picture_path=_relative(folder, preview),
+        motion=_data_address(motion),
+        motion_path=_relative(folder, motion),
         rows=rows,
         faults_found=sum(len(row.faults) for row in rows),
         files=tuple(_files(folder)),
@@ -116,7 +123,7 @@ def _row(iteration: IterationFolder) -> _Row:
         faults=tuple(fault for report in (robot, scene) if report for fault in report.errors),
         issues=tuple(f"{issue.component}: {issue.problem}" for issue in critique.issues) if critique else (),
         decision=_decision(iteration),
-        picture=_data_address(iteration.preview.read()),
+        picture=_data_address(iteration.preview.path),
     )
 
 
@@ -141,12 +148,18 @@ def _files(folder: DesignFolder) -> list[tuple[str, str]]:
             ("critique", newest.critique.path),
         ]
     candidates.append(("events", folder.events))
-    root = folder.path.parent.parent
-    return [(label, path.relative_to(root).as_posix()) for label, path in candidates if path.exists()]
+    return [(label, _relative(folder, path)) for label, path in candidates if path.exists()]
 
 
-def _data_address(png: bytes | None) -> str:
-    return f"data:image/png;base64,{base64.b64encode(png).decode()}" if png else ""
+def _relative(design: DesignFolder, file: Path | None) -> str:
+    """Return a file's address as the page, in the run's folder, must name it."""
+    return file.relative_to(design.path.parent.parent).as_posix() if file else ""
+
+
+def _data_address(png: Path | None) -> str:
+    if png is None or not png.exists():
+        return ""
+    return f"data:image/png;base64,{base64.b64encode(png.read_bytes()).decode()}"
 
 
 @cache
