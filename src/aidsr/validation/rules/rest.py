@@ -29,8 +29,9 @@ _FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 def initial_penetration(case: Case) -> Iterator[Fault]:
     """Nothing of the robot overlaps anything in the drawn pose, beyond rounding.
 
-    Parents and children do not collide in MuJoCo, except with a parent that is fixed to the world. An overlap whose
-    force passes through every joint, as of a round end drawn into its base, moves nothing and is only a warning.
+    Parents and children do not collide in MuJoCo, except with a parent that is fixed to the world. An overlap of two
+    robot parts whose force passes through every joint, as of a round end drawn into its base, turns nothing and is only
+    a warning: its friction still holds the joint a little.
     """
     overlaps = list(_overlaps(case))
     for severity in ("error", "warning"):
@@ -75,8 +76,9 @@ def _overlaps(case: Case) -> Iterator[_Overlap]:
         thickness_m = min(_thickness_m(case, geom) for geom in geoms)
         share, relative = depth_m / thickness_m, depth_m / case.length_m
         if (share > limits.overlap_share and relative > limits.overlap_noticed) or relative > limits.overlap_length:
+            outside = any(geom not in case.structure.geoms for geom in geoms)
             lever_m = max(_lever_m(case, data, geoms) for data in (case.driven.start, bent))
-            acts = lever_m > limits.overlap_lever * thickness_m
+            acts = outside or lever_m > limits.overlap_lever * thickness_m
             yield _Overlap((case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, acts)
 
 
