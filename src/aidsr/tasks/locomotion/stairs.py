@@ -75,17 +75,26 @@ class Stairs(LaneTask):
         tread, rise = readings.parameters["tread_m"] / TREAD_M, readings.parameters["rise_m"] / 0.02
         return np.column_stack([super().features(readings, memory), tread, rise])
 
+    def begin(self, readings: Readings) -> Memory:
+        """Where the centre of mass starts."""
+        there = in_lane(readings)
+        return {"start": there[:, 0], "lowest": there[:, 2]}
+
+    def remember(self, readings: Readings, memory: Memory) -> Memory:
+        """The lowest height of the centre of mass: a body that sinks down at first does not have to rise again."""
+        return {"start": memory["start"], "lowest": np.minimum(memory["lowest"], in_lane(readings)[:, 2])}
+
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Half for the way to the third edge, half for height."""
-        start, there = memory["start"], in_lane(readings)
-        way = share(there[:, 0] - start[:, 0], self._last_edge_m(readings) - start[:, 0])
-        return 0.5 * way + 0.5 * share(there[:, 2] - start[:, 2], self._climb_m(readings))
+        there, last_edge_m = in_lane(readings), _last_edge_m(readings)
+        way = share(there[:, 0] - memory["start"], last_edge_m - memory["start"])
+        return 0.5 * way + 0.5 * share(there[:, 2] - memory["lowest"], _climb_m(readings))
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """Past the third edge, up by four fifths of all steps, and not off the side."""
         there = in_lane(readings)
-        up = there[:, 2] - memory["start"][:, 2] >= self._climb_m(readings)
-        return (there[:, 0] > self._last_edge_m(readings)) & up & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
+        up = there[:, 2] - memory["lowest"] >= _climb_m(readings)
+        return (there[:, 0] > _last_edge_m(readings)) & up & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
 
     def _steps(self, rise_m: float, tread_m: float) -> tuple[Change, ...]:
         """Return the boxes of the steps and of the mark on the last of them."""
@@ -98,8 +107,10 @@ class Stairs(LaneTask):
         boxes += box_between("goal", (x - LANDING_M, -y, z), (x, y, z + 0.001))
         return tuple(boxes)
 
-    def _last_edge_m(self, readings: Readings) -> FloatArray:
-        return FIRST_EDGE_M + (STEPS - 1) * readings.parameters["tread_m"][:, 0]
 
-    def _climb_m(self, readings: Readings) -> FloatArray:
-        return CLIMBED * STEPS * readings.parameters["rise_m"][:, 0]
+def _last_edge_m(readings: Readings) -> FloatArray:
+    return FIRST_EDGE_M + (STEPS - 1) * readings.parameters["tread_m"][:, 0]
+
+
+def _climb_m(readings: Readings) -> FloatArray:
+    return CLIMBED * STEPS * readings.parameters["rise_m"][:, 0]

@@ -1,0 +1,163 @@
+"""One way to the goal of each task, played by hand: the stick or the object is pulled along with limited forces.
+
+Each function plays an episode to its end. What it does is what a good robot would achieve, not how.
+"""
+
+import numpy as np
+from stick import Episode
+
+from aidsr.tasks import Task
+from aidsr.tasks.reaching.half_cylinder import HALF_WIDTH_M
+from aidsr.tasks.reaching.pipe import BEND_RADIUS_M, LENGTH_M
+
+STICK = "robot/stick"
+GAP_M = 0.0095
+"""From a surface to the middle of a stick that hovers over it: its radius and a little."""
+
+
+def button_pushing(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    face, inwards = episode.sensor("button_position"), episode.sensor("button_direction")
+    for way in (0.15, 0.1, 0.05, 0.01):
+        episode.place(face - way * inwards, inwards)
+        episode.step()
+    goal = face + 0.013 * inwards
+    episode.run(2.0, lambda e: e.hold(STICK, e.tip_m, goal, along=inwards))
+    return episode
+
+
+def surface_adapting(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    front = -episode.sensor("surface_back")
+    radius_m = episode.variation.parameters["radius_m"][0]
+    for way in (0.1, 0.05, 0.0):
+        middle = episode.sensor("surface_position") + (radius_m + GAP_M + way) * front
+        # across the curve, where a straight body touches all along
+        episode.place(middle + np.array([0.0, HALF_WIDTH_M / 2, 0.0]), (0.0, 1.0, 0.0))
+        episode.step()
+    episode.run(2.0)
+    return episode
+
+
+def pipe_inserting(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    bend_rad = episode.variation.parameters["bend_rad"][0]
+    straight_m = LENGTH_M - BEND_RADIUS_M * bend_rad
+    mouth = episode.sensor("pipe_position")
+    for depth_m in (-0.1, 0.0, 0.1, 0.2, 0.26):
+        angle = max(0.0, (depth_m - straight_m) / BEND_RADIUS_M)
+        line = (BEND_RADIUS_M * (1 - np.cos(angle)), 0.0, -min(depth_m, straight_m) - BEND_RADIUS_M * np.sin(angle))
+        # the stick is straight: it points between the middle line at its tip and the one it comes from
+        episode.place(mouth + line, (np.sin(angle / 2), 0.0, -np.cos(angle / 2)))
+        episode.step()
+    episode.run(2.0)
+    return episode
+
+
+def simple_grasping(task: Task) -> Episode:
+    return _carried(Episode(task), after_s=3.0)
+
+
+def delicate_grasping(task: Task) -> Episode:
+    return _carried(Episode(task), after_s=3.0)
+
+
+def zero_gravity_grasping(task: Task) -> Episode:
+    return _carried(Episode(task), after_s=1.0)
+
+
+def dynamic_catching(task: Task) -> Episode:
+    episode = Episode(task)
+    capture = episode.sensor("capture_position")
+    while np.linalg.norm(episode.sensor("ball_position") - capture) > 0.04:
+        episode.step()
+    episode.put("ball_free", capture)
+    episode.run(2.0, lambda e: e.hold("ball", e.sensor("ball_position"), capture + np.array([0.0, 0.0, 0.0005])))
+    return episode
+
+
+def flat_ground(task: Task) -> Episode:
+    return _travelled(task, [(x, 0.0, 0.02) for x in np.linspace(0.0, 1.05 * task.goal_m, 20)])
+
+
+def stairs(task: Task) -> Episode:
+    episode = Episode(task)
+    rise_m, tread_m = (episode.variation.parameters[name][0] for name in ("rise_m", "tread_m"))
+    steps = [(0.4 + (step + 0.5) * tread_m, 0.0, rise_m * (step + 1) + 0.02) for step in range(3)]
+    return _travelled(task, [(0.1, 0.0, 0.02), (0.3, 0.0, 0.02), *steps])
+
+
+def obstacles(task: Task) -> Episode:
+    return _travelled(task, [(x, 0.0, 0.06) for x in np.linspace(0.0, 1.1, 20)])
+
+
+def gap(task: Task) -> Episode:
+    return _travelled(task, [(x, 0.0, 0.02) for x in np.linspace(0.0, 0.8, 20)])
+
+
+def tunnel(task: Task) -> Episode:
+    bend_rad = Episode(task).variation.parameters["bend_rad"][0]
+    first = [(x, 0.0, 0.02) for x in np.linspace(0.0, 0.65, 12)]
+    second = [(0.65 + s * np.cos(bend_rad), s * np.sin(bend_rad), 0.02) for s in np.linspace(0.0, 0.45, 12)]
+    return _travelled(task, [*first, *second])
+
+
+def drawer_opening(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    beside = np.array([0.0, 0.045, 0.0])
+    for number in episode.variation.parameters["order"]:
+        drawer = f"drawer_{int(number) + 1}"
+        episode.place(episode.sensor(f"{drawer}_position") + beside, (0.0, -1.0, 0.0))
+        for force_n in (-1.0, 2.5, 2.5, -2.5, -2.5):
+
+            def hand(e: Episode, drawer: str = drawer, force_n: float = force_n) -> None:
+                # the tip leans on the end of the bar while the drawer is moved
+                end = e.sensor(f"{drawer}_position") + 0.5 * beside
+                e.hold(STICK, e.tip_m, end, along=(0.0, -1.0, 0.0), strongest_n=2.0)
+                e.data.joint(drawer).qfrc_applied = force_n
+
+            episode.run(1.5, hand)
+    return episode
+
+
+def force_controlled_brushing(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    right, back, up = (episode.sensor(f"wall_{axis}") for axis in ("right", "back", "up"))
+    middle, side_m = episode.sensor("wall_position"), 0.30 / task.cells_a_side
+    for row in range(task.cells_a_side):
+        columns = range(task.cells_a_side)
+        for column in columns if row % 2 == 0 else reversed(columns):
+            across = [(index + 0.5) * side_m - 0.15 for index in (column, row)]
+            cell = middle + across[0] * right - across[1] * up
+            episode.place(cell - 0.001 * back, back)
+            # 0.6 mm into the wall at 1000 N/m
+            for _ in range(5):
+                episode.step(lambda e, goal=cell + 0.0006 * back: e.hold(STICK, e.tip_m, goal, along=back))
+    return episode
+
+
+def _carried(episode: Episode, after_s: float) -> Episode:
+    """The object comes along with the carriage, just below the stick, as if it were held."""
+    episode.run(after_s)
+    offset = episode.sensor("object_position") - episode.sensor("mount_position")
+    if not episode.model.opt.gravity[2]:
+        offset = np.array([0.0, 0.0, -0.155])
+
+    def hand(e: Episode) -> None:
+        goal = e.sensor("mount_position") + offset
+        weight = (0.0, 0.0, 9.81 * e.model.body("object").mass[0] / 1000.0) if e.model.opt.gravity[2] else 0.0
+        e.hold("object", e.sensor("object_position"), goal + weight)
+
+    episode.run(5.5, hand)
+    return episode
+
+
+def _travelled(task: Task, way_m: list[tuple[float, float, float]]) -> Episode:
+    """The stick is set down along a way in the lane, lying flat and pointing forward, and stays at its end."""
+    episode = Episode(task)
+    forward, left = episode.sensor("lane_forward"), episode.sensor("lane_left")
+    for x, y, z in way_m:
+        episode.place(x * forward + y * left + (0.0, 0.0, z), forward)
+        episode.step()
+    episode.run(2.0)
+    return episode

@@ -1,0 +1,232 @@
+"""The mechanisms of the environments behave as their tasks say, measured by applying forces."""
+
+import mujoco
+import numpy as np
+import pytest
+from stick import Episode
+
+from aidsr.tasks import apply_to_simulation, load_task
+from aidsr.tasks.reaching.pipe import INNER_M, LENGTH_M, along_pipe_m, pipe_walls
+
+
+def stage(name: str, level: str = "standard") -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = mujoco.MjModel.from_xml_string(load_task(name, level).environment)
+    return model, mujoco.MjData(model)
+
+
+def settle(model, data, seconds: float) -> None:
+    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+
+
+@pytest.mark.parametrize(("level", "preload_n"), [("standard", 0.15), ("hard", 5.0)])
+@pytest.mark.parametrize("index", [0, 1, 2])
+def test_button_moves_beyond_its_preload_by_its_stiffness(level, preload_n, index):
+    model, data = stage("button_pushing", level)
+    apply_to_simulation(load_task("button_pushing").variation("development", index), model, data)
+    travels = []
+    for extra_n in (-0.05, 0.12, 0.30, 2.0):
+        data.joint("button_slide").qfrc_applied = preload_n + extra_n
+        settle(model, data, 2.0)
+        travels.append(data.joint("button_slide").qpos[0])
+    assert travels == pytest.approx([0.0, 0.12 / 60, 0.30 / 60, 0.008], abs=2e-4)
+    data.joint("button_slide").qfrc_applied = 0.0
+    settle(model, data, 1.0)
+    # a stop gives way a little under the preload
+    assert data.joint("button_slide").qpos[0] == pytest.approx(0.0, abs=5e-4)
+
+
+@pytest.mark.parametrize(("level", "friction_n"), [("standard", 0.4), ("hard", 1.5)])
+def test_drawers_slide_against_their_friction_and_stop(level, friction_n):
+    model, data = stage("drawer_opening", level)
+    for drawer in ("drawer_1", "drawer_2", "drawer_3"):
+        handle = model.body(f"{drawer}_handle").id
+        for pull_n, opening_m in (
+            (0.8 * friction_n, 0.0),
+            (friction_n + 0.6, 0.10),
+            (0.0, 0.10),
+            (-friction_n - 0.6, 0.0),
+        ):
+            # the robot is on the side of -x
+            data.xfrc_applied[handle, 0] = -pull_n
+            settle(model, data, 1.5)
+            assert data.joint(drawer).qpos[0] == pytest.approx(opening_m, abs=3e-3), (drawer, pull_n)
+        assert model.body(drawer).mass[0] + model.body(f"{drawer}_handle").mass[0] == pytest.approx(0.2)
+
+
+def test_a_drawer_is_slowed_by_its_damping():
+    model, data = stage("drawer_opening")
+    data.xfrc_applied[model.body("drawer_1_handle").id, 0] = -0.7
+    settle(model, data, 0.5)
+    assert data.joint("drawer_1").qvel[0] == pytest.approx((0.7 - 0.4) / 3.0, rel=0.05)
+
+
+def test_a_handle_bar_holds_what_hooks_behind_it():
+    episode = Episode(load_task("drawer_opening"), base="free")
+    # across the gap between bar and drawer, from below
+    behind = episode.sensor("drawer_2_position") + np.array([0.0155, 0.0, 0.0])
+    episode.place(behind + np.array([0.0, 0.0, 0.06]), (0.0, 0.0, 1.0))
+    start_m = episode.tip_m.copy()
+    episode.run(
+        3.0,
+        lambda e: e.hold("robot/stick", e.tip_m, start_m - (0.12, 0.0, 0.0), along=(0.0, 0.0, 1.0), strongest_n=3.0),
+    )
+    assert episode.sensor("drawer_2_opening")[0] > 0.06
+    assert episode.sensor("drawer_1_opening")[0] == pytest.approx(0.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["simple_grasping", "delicate_grasping"])
+@pytest.mark.parametrize("index", range(6))
+def test_the_object_rests_on_the_table(name, index):
+    task = load_task(name)
+    model, data = stage(name)
+    apply_to_simulation(task.variation("development", index), model, data)
+    start = data.body("object").xpos.copy()
+    settle(model, data, 2.0)
+    assert data.body("object").xpos == pytest.approx(start, abs=2e-3)
+    assert np.abs(data.joint("object_free").qvel[:3]).max() < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "course"),
+    [
+        ("simple_grasping", {0.0: 0.0, 1.0: -0.10, 2.9: -0.10, 4.5: 0.05, 9.0: 0.05}),
+        ("delicate_grasping", {0.0: 0.0, 1.0: -0.10, 2.9: -0.10, 4.5: 0.05, 9.0: 0.05}),
+        ("zero_gravity_grasping", {0.0: 0.0, 1.0: -0.10, 2.9: -0.10, 5.0: 0.0, 9.0: 0.0}),
+    ],
+)
+def test_the_carriage_keeps_its_timetable(name, course):
+    episode = Episode(load_task(name))
+    for time_s, height_m in course.items():
+        while episode.data.time < time_s - 1e-9:
+            episode.step()
+        assert episode.sensor("carriage_height")[0] == pytest.approx(height_m, abs=8e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "actuator", "speed_m_s", "low_m", "high_m"),
+    [
+        ("pipe_inserting", "feed", 0.05, 0.0, 0.35),
+        ("drawer_opening", "base_x", 0.1, -0.10, 0.10),
+        ("drawer_opening", "base_z", 0.1, -0.20, 0.15),
+        ("force_controlled_brushing", "base_x", 0.1, -0.10, 0.10),
+        ("force_controlled_brushing", "base_z", 0.1, -0.10, 0.10),
+    ],
+)
+def test_a_base_moves_at_its_speed_within_its_travel_and_stays(name, actuator, speed_m_s, low_m, high_m):
+    model, data = stage(name)
+    assert tuple(model.actuator(actuator).ctrlrange) == pytest.approx((-speed_m_s, speed_m_s))
+    joint = data.joint(actuator)
+    data.actuator(actuator).ctrl = speed_m_s
+    settle(model, data, 0.5)
+    assert joint.qvel[0] == pytest.approx(speed_m_s, rel=0.05)
+    settle(model, data, 12.0)
+    assert joint.qpos[0] == pytest.approx(high_m, abs=2e-3)
+    data.actuator(actuator).ctrl = -speed_m_s
+    settle(model, data, 14.0)
+    assert joint.qpos[0] == pytest.approx(low_m, abs=2e-3)
+    data.actuator(actuator).ctrl = 0.0
+    settle(model, data, 2.0)
+    assert joint.qpos[0] == pytest.approx(low_m, abs=2e-3)
+
+
+def test_the_hard_shake_pushes_the_object_sideways_with_one_newton():
+    episode = Episode(load_task("simple_grasping", "hard"))
+    forces = []
+    while episode.data.time < 6.0:
+        episode.step()
+        forces.append(episode.data.qfrc_actuator[episode.model.joint("object_free").dofadr[0] :][:3].copy())
+    before, after = np.array(forces[:110]), np.array(forces[114:])
+    assert not before.any()
+    assert np.abs(after[:, 1]).max() == pytest.approx(1.0, abs=0.02)
+    assert np.abs(after[:, [0, 2]]).max() < 1e-6
+
+
+@pytest.mark.parametrize("level", ["standard", "hard"])
+@pytest.mark.parametrize("index", range(6))
+def test_an_untouched_ball_passes_the_capture_point_at_its_speed_and_time(level, index):
+    task = load_task("dynamic_catching", level)
+    model, data = stage("dynamic_catching")
+    apply_to_simulation(task.variation("held_out", index), model, data)
+    capture = data.site("capture_point").xpos.copy()
+    course = []
+    for _ in range(250):
+        mujoco.mj_step(model, data)
+        away_m = np.linalg.norm(data.body("ball").xpos - capture)
+        course.append((away_m, data.time, np.linalg.norm(data.joint("ball_free").qvel[:3])))
+    away_m, time_s, speed_m_s = min(course)
+    assert away_m < 0.025 * np.sqrt(2) + 1e-3
+    assert 0.18 < time_s < 0.42
+    assert task.slowest_m_s * 0.9 < speed_m_s < task.fastest_m_s * 1.1
+
+
+@pytest.mark.parametrize("bend_deg", [30.0, 45.0, 60.0])
+def test_a_ball_fits_the_pipe_all_along_its_middle_line_and_no_larger_one(bend_deg):
+    bend_rad = np.deg2rad(bend_deg)
+    spec = mujoco.MjSpec()
+    for wall in pipe_walls(bend_rad):
+        spec.worldbody.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX, size=wall.half_size_m, pos=wall.position_m, quat=wall.quaternion
+        )
+    ball = spec.worldbody.add_body(name="ball")
+    ball.add_freejoint()
+    ball.add_geom(size=(INNER_M - 0.001, 0, 0))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    straight_m = LENGTH_M - 0.13 * bend_rad
+    for depth_m in np.linspace(0.0, LENGTH_M, 40):
+        angle = max(0.0, (depth_m - straight_m) / 0.13)
+        point = np.array([0.13 * (1 - np.cos(angle)), 0.0, -min(depth_m, straight_m) - 0.13 * np.sin(angle)])
+        depths, beside = along_pipe_m(point[None], np.array([bend_rad]))
+        assert depths[0] == pytest.approx(depth_m, abs=1e-9)
+        assert beside[0] == pytest.approx(0.0, abs=1e-9)
+        contacts = []
+        for shift in (0.0, 0.004):
+            data.qpos[:3] = point + np.array([0.0, shift, 0.0])
+            mujoco.mj_forward(model, data)
+            contacts.append(data.ncon)
+        assert contacts[0] == 0
+        assert contacts[1] > 0
+
+
+def test_nothing_gets_around_the_tunnel_or_under_the_platforms():
+    model, data = stage("tunnel")
+    mujoco.mj_forward(model, data)
+    geom = np.zeros(1, dtype=np.int32)
+    for y in np.linspace(-0.55, 0.55, 12):
+        if abs(y) > 0.06:
+            start, forward = np.array([0.0, y, 0.2]), np.array([1.0, 0.0, 0.0])
+            assert mujoco.mj_ray(model, data, start, forward, None, 1, -1, geom) == pytest.approx(0.342, abs=1e-3)
+    model, data = stage("gap")
+    mujoco.mj_forward(model, data)
+    start, forward = np.array([0.43, 0.0, -0.14 + 0.005]), np.array([1.0, 0.0, 0.0])
+    assert 0 < mujoco.mj_ray(model, data, start, forward, None, 1, -1, geom) < 0.06
+
+
+@pytest.mark.parametrize("level", ["standard", "hard"])
+def test_obstacles_leave_their_gaps_free(level):
+    task = load_task("obstacles", level)
+    model, data = stage("obstacles", level)
+    solid = [model.geom(f"obstacle_{number}").id for number in range(1, 7)]
+    for index in range(10):
+        apply_to_simulation(task.variation("development", index), model, data)
+        gaps = [mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a in solid for b in solid if a < b]
+        assert min(gaps) >= task.gap_m - 1e-6
+
+
+@pytest.mark.parametrize("bend", [-1.0, 0.0, 1.0])
+def test_the_tunnel_is_as_wide_and_high_as_it_says(bend):
+    from aidsr.tasks import Variation
+    from aidsr.tasks.locomotion.bent_tunnel import tunnel_changes
+
+    model, data = stage("tunnel")
+    bend_rad = bend * np.deg2rad(25.0)
+    apply_to_simulation(Variation(tunnel_changes(bend_rad, 0.09)), model, data)
+    geom = np.zeros(1, dtype=np.int32)
+    turned = np.array([-np.sin(bend_rad), np.cos(bend_rad), 0.0])
+    along = np.array([np.cos(bend_rad), np.sin(bend_rad), 0.0])
+    middle = np.array([0.65, 0.0, 0.04])
+    for point, aside in ((np.array([0.45, 0.0, 0.04]), np.array([0.0, 1.0, 0.0])), (middle + 0.2 * along, turned)):
+        walls_m = [mujoco.mj_ray(model, data, point, way * aside, None, 1, -1, geom) for way in (1.0, -1.0)]
+        assert walls_m == pytest.approx([0.06, 0.06], abs=1e-6)
+        up_m = mujoco.mj_ray(model, data, point, np.array([0.0, 0.0, 1.0]), None, 1, -1, geom)
+        assert up_m == pytest.approx(0.05, abs=1e-6)
