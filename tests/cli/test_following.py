@@ -1,6 +1,7 @@
 """What a person watching sees, in a terminal and without one."""
 
 import io
+import time
 
 import pytest
 from rich.console import Console
@@ -12,7 +13,7 @@ from aidsr.errors import ModelError
 from aidsr.pipeline import work
 from aidsr.pipeline.person import DecisionFile
 from aidsr.runs import read_status
-from aidsr.runs.events import Begun, Done
+from aidsr.runs.events import Begun, Done, Waiting
 from aidsr.runs.summary import cost_in_words, duration_in_words
 from scripted import Script, Scripted, new_run, parts
 
@@ -113,6 +114,24 @@ def test_typed_answers_become_decision_files(tmp_path) -> None:
 def test_quit_can_be_typed(tmp_path) -> None:
     design, _ = ask(tmp_path, "q\n")
     assert design.outcome.outcome == "quit"
+
+
+def test_a_terminal_that_goes_away_leaves_the_file(tmp_path) -> None:
+    run, console = new_run(tmp_path, human=True), Console(file=io.StringIO(), width=200)
+
+    def gone(_wait_s: float) -> str:
+        return ""
+
+    class Waiter(DecisionFile):
+        def __call__(self, iteration, log, halt) -> Decision:
+            log.write(Waiting(iteration=iteration.number))
+            while "write" not in console.file.getvalue():
+                time.sleep(0.01)
+            return Decision(verdict="approve")
+
+    with Asker(console, run, Lines(console).aside, gone, typing=True) as asker:
+        work(run, parts(Scripted(), person=Waiter()), asker.heard)
+    assert console.file.getvalue().count('{"verdict": "approve"}') == 1
 
 
 def test_without_a_terminal_the_file_is_explained(tmp_path) -> None:

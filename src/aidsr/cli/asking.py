@@ -17,6 +17,7 @@ from rich.markup import escape
 from aidsr.artifacts import Decision
 from aidsr.runs import IterationFolder, Run
 from aidsr.runs.events import Event, Waiting
+from aidsr.runs.status import newest
 
 __all__ = ["Asker", "parse_answer", "read_line"]
 
@@ -25,7 +26,7 @@ _LOOK_S = 0.3
 
 Aside = Callable[[], contextlib.AbstractContextManager[None]]
 ReadLine = Callable[[float], str | None]
-"""Returns a line, or None when none came within so many seconds."""
+"""Returns a line, None when none came within so many seconds, and "" when no more will ever come."""
 
 
 def parse_answer(line: str) -> Decision | None:
@@ -85,24 +86,35 @@ class Asker:
                 self._ask(*waiting)
 
     def _ask(self, number: int, iteration: IterationFolder) -> None:
-        concept = next(it.concept.read() for it in reversed(self._run.design(number).iterations) if it.concept.read())
-        path = escape(str(iteration.decision.path))
-        self._console.print(
-            f"\n[bold]Design {number}, {escape(concept.name if concept else '')}[/]: stable, and passed by the Judge."
-        )
-        self._console.print(f"  picture  {escape(str(iteration.preview.path))}", soft_wrap=True)
-        self._console.print(f"  3-D      aidsr view {escape(str(iteration.scene.xml.path))}", soft_wrap=True)
-        if not self._typing:
-            self._console.print(f'  answer   write {{"verdict": "approve"}} into {path}', soft_wrap=True)
-            self._console.print('           or {"verdict": "refine", "text": "…"}, or {"verdict": "quit"}')
-            return
-        self._console.print("  [bold]a[/]pprove, [bold]r[/]efine WHAT TO CHANGE, or [bold]q[/]uit? ", end="")
+        concept = newest(it.concept.read() for it in reversed(self._run.design(number).iterations))
+        name = f", {concept.name}" if concept else ""
+        self._say(f"\n[bold]Design {number}{escape(name)}[/]: stable, and passed by the Judge.")
+        self._say(f"  pictures  {escape(str(iteration.path))}: preview.png, motion.png")
+        self._say(f"  3-D       aidsr view {escape(str(iteration.scene.xml.path))}")
+        if self._typing:
+            self._say("  [bold]a[/]pprove, [bold]r[/]efine WHAT TO CHANGE, or [bold]q[/]uit? ", end="")
+            self._take_typed(iteration)
+        else:
+            self._explain_file(iteration)
+
+    def _take_typed(self, iteration: IterationFolder) -> None:
         while not (self._ended.is_set() or iteration.decision.path.exists()):
             line = self._read_line(_LOOK_S)
             if line is None:
                 continue
+            if line == "":  # the terminal is gone
+                self._typing = False
+                self._explain_file(iteration)
+                return
             decision = parse_answer(line)
             if decision is None:
-                self._console.print('  Type "a", "q", or "r" and what to change, as in "r make it longer": ', end="")
+                self._say('  Type "a", "q", or "r" and what to change, as in "r make it longer": ', end="")
                 continue
             iteration.decision.write(decision)
+
+    def _explain_file(self, iteration: IterationFolder) -> None:
+        self._say(f'  answer    write {{"verdict": "approve"}} into {escape(str(iteration.decision.path))}')
+        self._say('            or {"verdict": "refine", "text": "…"}, or {"verdict": "quit"}')
+
+    def _say(self, text: str, end: str = "\n") -> None:
+        self._console.print(text, end=end, soft_wrap=True)

@@ -20,6 +20,7 @@ from aidsr.cli.reporting import print_introduction, print_result
 from aidsr.pipeline import Parts, work
 from aidsr.runs import Run, read_status
 from aidsr.runs.events import Begun, Decided, DecisionUnreadable, Done, Event, Finished, NoPicture, Stopped, Waiting
+from aidsr.runs.status import newest
 from aidsr.runs.summary import cost_in_words
 
 __all__ = ["Lines", "Panel", "View", "follow", "sentence"]
@@ -61,7 +62,10 @@ def follow(run: Run, parts: Parts) -> int:
 
             work(run, parts, heard)
     except KeyboardInterrupt:
-        console.print(f"\nInterrupted. What is done is kept; go on with [bold]aidsr resume {escape(str(run.path))}[/]")
+        console.print(
+            f"\nInterrupted. What is done is kept; go on with [bold]aidsr resume {escape(str(run.path))}[/]",
+            soft_wrap=True,
+        )
         return 130
     return print_result(console, run)
 
@@ -165,8 +169,8 @@ class Panel:
     def heard(self, number: int, event: Event) -> None:
         """Bring the line of the design up to date."""
         line = self._lines.setdefault(number, _Line())
-        if number and not line.concept:
-            concept = self._run.design(number).iteration(1).concept.read()
+        if number and (not line.concept or (isinstance(event, Done) and event.step == "concept")):
+            concept = newest(it.concept.read() for it in reversed(self._run.design(number).iterations))
             line.concept = concept.name if concept else ""
         line.iteration = getattr(event, "iteration", None) or line.iteration
         line.doing = _DOING[event.step] if isinstance(event, Begun) else ""
