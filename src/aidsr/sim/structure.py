@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -18,6 +17,7 @@ from aidsr.sim.ownership import (
     tendon_bodies,
     tendon_wraps,
 )
+from aidsr.sim.pulling import opposite_pairs, pull_of, symmetric_groups
 
 __all__ = ["ROBOT_PREFIX", "Chain", "Structure", "Tendon", "name_of", "names_of", "read_structure"]
 
@@ -30,14 +30,6 @@ _TENDON_TRANSMISSION = int(mujoco.mjtTrn.mjTRN_TENDON)
 _SAME_POINT = 1e-3
 """Joints nearer than this share of L turn about one point: a universal joint written as two hinges. Our choice: a
 hundredth of a segment of a ten-segment limb."""
-
-_OPPOSITE_COSINE = -0.9
-"""Pulls in joint space whose cosine is below this are antagonists. Our choice: 26 deg around opposite, far from the
-cosine of -0.5 between three tendons around a limb."""
-
-_SAME_PULL = 0.05
-"""Pulls in joint space that differ by less than this share are the same motion of two limbs. Our choice: well above
-rounding in written coordinates, well below the difference between neighbouring tendons."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +141,7 @@ def read_structure(model: mujoco.MjModel) -> Structure:
     actuators = tuple(i for i in range(model.nactuator) if ours.actuator(i))
     tendon_actuators = tuple(i for i in actuators if int(model.actuator_trntype[i]) == _TENDON_TRANSMISSION)
     chains, longest_series = _read_chains(model, data, moving, length_m)
-    pulls = {i: _pull(model, data, int(model.actuator_trnid[i, 0])) for i in tendon_actuators}
+    pulls = {i: pull_of(model, data, int(model.actuator_trnid[i, 0])) for i in tendon_actuators}
     return Structure(
         is_scene=ours.is_scene,
         bodies=owned,
@@ -167,8 +159,8 @@ def read_structure(model: mujoco.MjModel) -> Structure:
         sensors=tuple(i for i in range(model.nsensor) if ours.sensor(i)),
         characteristic_length_m=length_m,
         mass_kg=float(sum(model.body_mass[body] for body in moving)),
-        opposite_pairs=_opposite_pairs(pulls),
-        symmetric_groups=_symmetric_groups(model, chains, pulls),
+        opposite_pairs=opposite_pairs(pulls),
+        symmetric_groups=symmetric_groups([_dofs(model, chain) for chain in chains], pulls),
     )
 
 
@@ -250,47 +242,6 @@ def _make_chain(model: mujoco.MjModel, data: mujoco.MjData, series: list[int], l
         joints += [first + k for k, kind in enumerate(_joint_types(model, body)) if kind in _TURNING]
     anchors = np.array([_anchor_m(model, data, body) for body in bodies])
     return Chain(bodies=tuple(bodies), joints=tuple(joints), anchors_m=anchors)
-
-
-def _pull(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
-    """Generalized force of a unit pull on a tendon, (nv,): minus the gradient of its length."""
-    pull = np.zeros(model.nv)
-    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-    columns = model.ten_J_colind[first : first + count]
-    pull[columns] = -data.ten_J.reshape(-1)[first : first + count]
-    return pull
-
-
-def _opposite_pairs(pulls: Mapping[int, Vector]) -> tuple[tuple[int, int], ...]:
-    ids = sorted(pulls)
-    return tuple(
-        (one, other)
-        for k, one in enumerate(ids)
-        for other in ids[k + 1 :]
-        if pulls[one] @ pulls[other] < _OPPOSITE_COSINE * np.linalg.norm(pulls[one]) * np.linalg.norm(pulls[other])
-    )
-
-
-def _symmetric_groups(
-    model: mujoco.MjModel, chains: tuple[Chain, ...], pulls: Mapping[int, Vector]
-) -> tuple[tuple[int, ...], ...]:
-    """Actuators whose pull, written in the joints of the limb they act on, is the same in several limbs."""
-    groups: list[tuple[int, Vector, list[int], set[int]]] = []
-    for actuator, pull in pulls.items():
-        in_limbs = [pull[_dofs(model, chain)] for chain in chains]
-        limb = int(np.argmax([np.linalg.norm(part) for part in in_limbs])) if in_limbs else 0
-        if not in_limbs or not in_limbs[limb].any():
-            continue
-        own = in_limbs[limb]
-        for size, example, members, limbs in groups:
-            alike = size == own.size and np.linalg.norm(own - example) <= _SAME_PULL * np.linalg.norm(example)
-            if alike and limb not in limbs:
-                members.append(actuator)
-                limbs.add(limb)
-                break
-        else:
-            groups.append((own.size, own, [actuator], {limb}))
-    return tuple(tuple(members) for _, _, members, _ in groups if len(members) > 1)
 
 
 def _dofs(model: mujoco.MjModel, chain: Chain) -> list[int]:

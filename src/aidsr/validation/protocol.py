@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from aidsr.sim.rollout import Recording, Simulation, integration_state, simulate
 from aidsr.sim.structure import Structure
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives, set_act
+from aidsr.validation.points import displacements, drawn_seen_from_root, seen_from_root
 
 __all__ = ["BatteryTest", "Evidence", "Protocol", "Variant", "gather_evidence", "rerun"]
 
@@ -123,7 +124,7 @@ def gather_evidence(
     start = mujoco.MjData(model)
     mujoco.mj_forward(model, start)
     settle = _settle(model, structure, start, protocol, frame_steps, threads)
-    drawn_m, settling_m = _start_seen_from_root(start, structure, model), seen_from_root(settle, structure, model)
+    drawn_m, settling_m = drawn_seen_from_root(start, structure, model), seen_from_root(settle, structure, model)
     settled = mujoco.MjData(model)
     mujoco.mj_setState(model, settled, settle.states[0], mujoco.mjtState.mjSTATE_INTEGRATION)
     if settle.failed(0):
@@ -153,60 +154,6 @@ def rerun(
     )
     effects = displacements(recording, structure, model, reference=0).max(axis=(1, 2), initial=0.0)
     return np.asarray(effects[1:] / structure.characteristic_length_m)
-
-
-def displacements(recording: Recording, structure: Structure, model: mujoco.MjModel, reference: int) -> Array:
-    """Distance of every point of the robot from where it is in the reference simulation.
-
-    Points are centres of mass and sites, seen from the root they hang from, so that neither a drifting base nor a
-    moving mount counts as an effect.
-
-    Returns:
-        (n_sims, n_frames, n_points) [m].
-    """
-    points = seen_from_root(recording, structure, model)
-    return np.asarray(np.linalg.norm(points - points[reference], axis=-1))
-
-
-def seen_from_root(recording: Recording, structure: Structure, model: mujoco.MjModel) -> Array:
-    """Centres of mass and sites of the robot in the frame of their root, (n_sims, n_frames, n_points, 3) [m]."""
-    return _seen_from_root(recording.fields, structure, model)
-
-
-def _seen_from_root(fields: dict[str, Array], structure: Structure, model: mujoco.MjModel) -> Array:
-    points = [*structure.bodies, *(int(model.site_bodyid[site]) for site in structure.sites)]
-    world = np.concatenate(
-        [fields["xipos"][:, :, list(structure.bodies)], fields["site_xpos"][:, :, list(structure.sites)]], axis=2
-    )
-    seen = np.empty_like(world)
-    root_of = _roots(model, structure)
-    for root in structure.roots:
-        mine = [k for k, body in enumerate(points) if root_of[body] == root]
-        seen[:, :, mine] = (world[:, :, mine] - fields["xpos"][:, :, None, root]) @ _axes(fields["xquat"][:, :, root])
-    return seen
-
-
-def _axes(quat: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); a row vector times one is seen in its frame."""
-    w, x, y, z = np.moveaxis(quat, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def _start_seen_from_root(start: mujoco.MjData, structure: Structure, model: mujoco.MjModel) -> Array:
-    drawn = {name: np.asarray(getattr(start, name))[None, None] for name in ("xipos", "site_xpos", "xpos", "xquat")}
-    return np.asarray(_seen_from_root(drawn, structure, model)[0, 0])
-
-
-def _roots(model: mujoco.MjModel, structure: Structure) -> dict[int, int]:
-    root_of: dict[int, int] = {}
-    for body in structure.bodies:
-        root_of[body] = root_of.get(int(model.body_parentid[body]), body)
-    return root_of
 
 
 def _settle(

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from aidsr.validation.case import Rule
 from aidsr.validation.rules.blocks import no_actuators, no_sensors, no_tendons, tendons_not_actuated
-from aidsr.validation.rules.effect import (
-    antagonist_lock,
-    no_effect,
-    self_collision_lock,
-    tendon_no_moment,
-    tendon_one_body,
-    zero_gear,
-)
+from aidsr.validation.rules.effect import antagonist_lock, no_effect, self_collision_lock
 from aidsr.validation.rules.motion import chatter, limit_overrun, numerical_instability
 from aidsr.validation.rules.passive import (
     drop,
@@ -25,6 +18,7 @@ from aidsr.validation.rules.ranges import ctrlrange_missing, joint_range_too_sma
 from aidsr.validation.rules.rest import contact_disabled, initial_penetration, tendon_limit_violated
 from aidsr.validation.rules.sensing import sensor_constant
 from aidsr.validation.rules.topology import disconnected, fully_actuated, no_soft_chain, segments_gap
+from aidsr.validation.rules.wiring import tendon_no_moment, tendon_one_body, zero_gear
 
 __all__ = ["SIMULATE_RULES", "STRUCTURE_RULES"]
 

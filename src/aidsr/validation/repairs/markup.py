@@ -1,0 +1,29 @@
+"""Repairs of a text that is not XML yet."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["without_dashes_in_comments"]
+
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+_DASHES = re.compile(r"-{2,}|^-|-$")
+
+
+def without_dashes_in_comments(text: str) -> tuple[str, list[str]]:
+    """Return the text with "=" for the dashes that XML does not allow inside comments, and what was done.
+
+    Nothing moves: lines and columns stay what they were.
+
+    Source: Extensible Markup Language (XML) 1.0, section 2.5, comments: "--" must not occur, nor "-" before the end.
+    """
+    notes = []
+
+    def rewrite(comment: re.Match[str]) -> str:
+        inside = _DASHES.sub(lambda dashes: "=" * len(dashes[0]), comment[1])
+        if inside != comment[1]:
+            line = text.count("\n", 0, comment.start()) + 1
+            notes.append(f"The comment in line {line}: wrote = for dashes that XML does not allow in comments.")
+        return f"<!--{inside}-->"
+
+    return _COMMENT.sub(rewrite, text), notes

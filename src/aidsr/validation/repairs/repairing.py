@@ -1,0 +1,62 @@
+"""`repair`: what others call. Loads no simulator; the work is done in an isolated worker."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from aidsr.artifacts import Artifact
+from aidsr.errors import IsolationError
+from aidsr.sim.isolation import call
+
+__all__ = ["REPAIRS", "Repaired", "repair"]
+
+REPAIRS = (
+    "dashes_in_comments",
+    "misspelt_attributes",
+    "missing_classes",
+    "duplicate_names",
+    "fromto_without_shape",
+    "inherited_fromto",
+    "fromto_and_pos",
+    "repeated_guides",
+    "missing_limit_flags",
+    "inverted_ranges",
+    "ball_ranges",
+    "degrees_in_radians",
+    "attached_overlaps",
+)
+"""Names of all repairs in the order in which they are made."""
+
+
+class Repaired(Artifact):
+    """An MJCF text after its mechanical repairs."""
+
+    mjcf: str
+    """The text; the very one that was given when nothing was done."""
+    notes: tuple[str, ...] = ()
+    """What was done, one sentence each with element, name and line; empty when nothing was."""
+    counts: dict[str, int] = {}
+    """How often each repair was made, by its name in `REPAIRS`; those never made are left out."""
+
+
+def repair(mjcf: str, *, only: Collection[str] = REPAIRS) -> Repaired:
+    """Put right what has one possible meaning in an MJCF text.
+
+    A text that cannot be read, or that no worker survives, comes back as it was: the validator says what is wrong with
+    it.
+
+    Args:
+        mjcf: The text, as its author wrote it.
+        only: The repairs that may be made, names from `REPAIRS`.
+
+    Raises:
+        ValueError: `only` names a repair that does not exist.
+    """
+    unknown = set(only) - set(REPAIRS)
+    if unknown:
+        raise ValueError(f"expected repairs out of {', '.join(REPAIRS)}; found {', '.join(sorted(unknown))}")
+    argument = {"text": mjcf, "only": [name for name in REPAIRS if name in only]}
+    try:
+        return Repaired.model_validate(call("aidsr.validation.repairs.working:repair_text", argument))
+    except IsolationError:
+        return Repaired(mjcf=mjcf)

@@ -1,0 +1,62 @@
+"""The repairs inside the worker: text in, text and notes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from lxml import etree
+
+from aidsr.errors import MjcfError
+from aidsr.sim.document.place import Element
+from aidsr.sim.mjcf import Document, parse_document, unsafe
+from aidsr.validation.repairs import attachment, markup, naming, ranges, shapes
+
+__all__ = ["repair_text"]
+
+_ON_DOCUMENT: dict[str, Callable[[Element], Iterator[str]]] = {
+    "misspelt_attributes": naming.misspelt_attributes,
+    "missing_classes": naming.missing_classes,
+    "duplicate_names": naming.duplicate_names,
+    "fromto_without_shape": shapes.fromto_without_shape,
+    "inherited_fromto": shapes.inherited_fromto,
+    "fromto_and_pos": shapes.fromto_and_pos,
+    "repeated_guides": shapes.repeated_guides,
+    "missing_limit_flags": ranges.missing_limit_flags,
+    "inverted_ranges": ranges.inverted_ranges,
+    "ball_ranges": ranges.ball_ranges,
+    "degrees_in_radians": ranges.degrees_in_radians,
+    "attached_overlaps": attachment.attached_overlaps,
+}
+"""Each changes the document it is given and yields a sentence for each change."""
+
+
+def repair_text(argument: dict[str, Any]) -> dict[str, Any]:
+    """Answer a request of `aidsr.validation.repairs.repair`."""
+    text, only = str(argument["text"]), list(argument["only"])
+    done: dict[str, list[str]] = {}
+    document = _parsed(text)
+    if document is None and "dashes_in_comments" in only:
+        text, notes = markup.without_dashes_in_comments(text)
+        document = _parsed(text)
+        if document is None:
+            return {"mjcf": argument["text"]}
+        done["dashes_in_comments"] = notes
+    if document is None or unsafe(document):
+        return {"mjcf": argument["text"]}
+    changed = {name: list(change(document.root)) for name, change in _ON_DOCUMENT.items() if name in only}
+    if any(changed.values()):
+        text = etree.tostring(document.root.getroottree(), encoding="unicode")
+    done |= {name: notes for name, notes in changed.items() if notes}
+    return {
+        "mjcf": text,
+        "notes": [note for notes in done.values() for note in notes],
+        "counts": {name: len(notes) for name, notes in done.items()},
+    }
+
+
+def _parsed(text: str) -> Document | None:
+    try:
+        return parse_document(text)
+    except MjcfError:
+        return None

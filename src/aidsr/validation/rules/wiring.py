@@ -1,0 +1,115 @@
+"""Can the actuators do anything at all: gears, and the way tendons run, as seen in the compiled model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import Fault
+from aidsr.sim.structure import Tendon
+from aidsr.validation.case import Case
+from aidsr.validation.poses import bent_pose
+
+__all__ = ["tendon_no_moment", "tendon_one_body", "zero_gear"]
+
+_SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
+_SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
+_LOOK_BENT_RAD = 0.02
+"""Bend at which moment arms are read: straight, a tendon through the axes is at an extreme of its length."""
+
+
+def zero_gear(case: Case) -> Iterator[Fault]:
+    """Gear and gain of an actuator are not zero."""
+    model = case.model
+    dead = [
+        actuator
+        for actuator in case.structure.actuators
+        if not model.actuator_gear[actuator].any()
+        or (
+            int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
+            and not model.actuator_gainprm[actuator].any()
+            and not model.actuator_biasprm[actuator].any()
+        )
+    ]
+    if dead:
+        yield Fault(
+            code="zero_gear",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.actuator(actuator) for actuator in dead),
+            measured=0,
+            unit="N per unit of ctrl",
+            message="gear or gain is zero, so no command has a force",
+            cure='Give the motor gear="-1" (positive commands then pull the tendon), or the servo a kp above 0.',
+        )
+
+
+def tendon_one_body(case: Case) -> Iterator[Fault]:
+    """A driven tendon runs between parts that can move against each other."""
+    stuck = [tendon for tendon in case.structure.tendons if tendon.spatial and tendon.spans < 2 and tendon.actuators]
+    if stuck:
+        yield Fault(
+            code="tendon_one_body",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.tendon(tendon.id) for tendon in stuck),
+            measured=1,
+            limit=2,
+            unit="moving parts spanned",
+            message="all sites of the tendon are on one rigid part, so its length never changes",
+            likely_cause="its sites sit in one <body> instead of one site in each segment",
+            cure="Put one routing site into each segment's <body> and list them from base to tip.",
+        )
+
+
+def tendon_no_moment(case: Case) -> Iterator[Fault]:
+    """A driven tendon has a lever about at least one joint it passes.
+
+    Source: moment arm = change of length per radian, dL/dq, against the distance between tendon and joint.
+    """
+    driven = [t for t in case.structure.tendons if t.spatial and t.spans > 1 and t.actuators]
+    if not driven:
+        return
+    bent = bent_pose(case.model, case.structure, _LOOK_BENT_RAD)
+    shares = {tendon.id: _moment_share(case, bent, tendon) for tendon in driven}
+    useless = [tendon for tendon in driven if shares[tendon.id] < case.limits.moment_share]
+    largest = max((shares[tendon.id] for tendon in useless), default=0.0)
+    if useless:
+        yield Fault(
+            code="tendon_no_moment",
+            layer="simulate",
+            severity="error",
+            names=tuple(case.tendon(tendon.id) for tendon in useless),
+            measured=largest,
+            limit=case.limits.moment_share,
+            unit="moment arm / distance from the joints",
+            message="pulling the tendon turns no joint",
+            likely_cause="it runs through the joint axes, or along the axis the joints turn about",
+            cure="Offset its sites from the backbone, at right angles to the joint axes it shall turn.",
+        )
+
+
+def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
+    """Largest moment arm of a tendon / how far from that joint it could run; 1 where it moves a slide joint.
+
+    That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
+    """
+    model = case.model
+    first, count = int(model.ten_J_rowadr[tendon.id]), int(model.ten_J_rownnz[tendon.id])
+    arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
+    joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
+    if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
+        return 1.0
+    largest = 0.0
+    for joint in set(joints.tolist()) & set(case.structure.joints):
+        if int(model.jnt_type[joint]) == _FREE:
+            continue
+        arm_m = float(arms[joints == joint].max())
+        reach_m = float(np.linalg.norm(bent.site_xpos[list(tendon.sites)] - bent.xanchor[joint], axis=1).min())
+        body = int(model.jnt_bodyid[joint])
+        widths = [model.geom_aabb[geom][3:].min() for geom in case.structure.geoms if model.geom_bodyid[geom] == body]
+        reach_m = max([reach_m, *map(float, widths)])
+        largest = max(largest, arm_m / reach_m) if reach_m > 0 else largest
+    return largest
