@@ -7,6 +7,7 @@ faults are found at once, by the rules of the installed version rather than by r
 from __future__ import annotations
 
 import copy
+import re
 from dataclasses import dataclass, field
 
 import mujoco
@@ -96,6 +97,18 @@ def _fault(element: Element, complaint: Complaint) -> Fault:
     return load_fault(complaint.code, element, complaint.problem, names=names, cure=_CURES.get(complaint.code, ""))
 
 
+def _blamed(culprit: Element, complaint: Complaint) -> list[str]:
+    """Return the attributes without which the complaint would not arise and others could still be heard."""
+    if complaint.code not in {"bad_value", "unknown_attribute", "undefined_reference", "duplicate_name"}:
+        return []
+    names = {complaint.attribute, *re.findall(r"\w+", complaint.problem)}
+    return [
+        name
+        for name, value in attributes(culprit)
+        if name in names or (value in complaint.quoted and name != "name" and complaint.code != "duplicate_name")
+    ]
+
+
 @dataclass
 class _Changes:
     """What was changed to get past earlier complaints, and which later ones follow from that."""
@@ -119,17 +132,13 @@ class _Changes:
 
     def make_harmless(self, culprit: Element, complaint: Complaint) -> None:
         """Change the culprit so that MuJoCo goes past it, keeping as much as possible for it to look at."""
-        dangling = [name for name, value in attributes(culprit) if value in complaint.quoted and name != "name"]
-        if complaint.attribute and complaint.attribute in culprit.attrib:
-            del culprit.attrib[complaint.attribute]
-            self.removed_attributes.add((culprit, complaint.attribute))
-        elif complaint.code == "undefined_reference" and dangling:
-            for name in dangling:
+        blamed = _blamed(culprit, complaint)
+        if blamed:
+            for name in blamed:
                 del culprit.attrib[name]
                 self.removed_attributes.add((culprit, name))
-            self.unreferring.add(culprit)
-        elif complaint.code == "duplicate_name" and "name" in culprit.attrib:
-            del culprit.attrib["name"]
+            if complaint.code == "undefined_reference":
+                self.unreferring.add(culprit)
         elif complaint.code == "zero_mass" and culprit not in self.weighed:
             for inertial in culprit.findall("inertial"):
                 culprit.remove(inertial)

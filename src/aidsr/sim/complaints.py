@@ -27,7 +27,7 @@ class Complaint:
 
 
 _KINDS: tuple[tuple[str, str], ...] = (
-    ("unknown_element", r"unrecognized element"),
+    ("unknown_element", r"unrecognized (model )?element"),
     ("unknown_attribute", r"unrecognized attribute"),
     (
         "wrong_for_type",
@@ -42,7 +42,10 @@ _KINDS: tuple[tuple[str, str], ...] = (
     ("duplicate_name", r"repeated (name|default class)|already exists"),
     ("tendon_path_invalid", r"path (must|ends|starts|begins)|not bracketed|site \d+ is repeated|pulley|wrap object at"),
     ("undefined_reference", r"not found|unrecognized (name|object)|missing (transmission target|name of|base site)"),
-    ("undefined_reference", r"unknown (default class|transmission target|element|body|target|geom|site|joint|tendon)"),
+    (
+        "undefined_reference",
+        r"unknown (default (child)?class|transmission target|element|body|target|geom|site|joint|tendon)",
+    ),
     ("joint_range_invalid", r"range\[0\] should be .* joint"),
     ("ctrlrange_invalid", r"control range|ctrlrange"),
     ("keyframe_size", r"keyframe"),
@@ -52,7 +55,7 @@ _KINDS: tuple[tuple[str, str], ...] = (
         "bad_value",
         r"should be|invalid (force |act )?(range|limits)|too (large|small|close)|required|inertia",
     ),
-    ("bad_value", r"negative|positive|expected|empty class|\bnan\b"),
+    ("bad_value", r"negative|positive|expected|empty (class|name)|unique element|\bnan\b"),
 )
 """Words that tell messages apart; the first that fits counts. Source: messages of MuJoCo 3.17, tried one by one."""
 _PATTERNS = tuple((re.compile(pattern, re.IGNORECASE), code) for code, pattern in _KINDS)
