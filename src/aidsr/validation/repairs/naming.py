@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterator
 
 from aidsr.sim.document.inheritance import default_classes
 from aidsr.sim.document.naming import named, references
-from aidsr.sim.document.place import Element, elements
+from aidsr.sim.document.place import Element, attributes, elements
 from aidsr.sim.schema import Grammar, mjcf_grammar
 from aidsr.validation.repairs.telling import told
 
-__all__ = ["duplicate_names", "misspelt_attributes", "missing_classes"]
+__all__ = ["duplicate_names", "missing_classes", "misspelt_attributes"]
 
 
 def misspelt_attributes(root: Element) -> Iterator[str]:
@@ -74,12 +74,20 @@ def _respell(element: Element, grammar: Grammar, everywhere: Collection[str]) ->
             continue
         meant = _one_slip_away(attribute, grammar.attributes)
         if meant and meant not in element.attrib:
-            element.set(meant, element.attrib.pop(attribute))
+            _rename(element, attribute, meant)
             yield told(element, f"wrote {meant} for {attribute}")
     for child in element:
         inside = grammar.children.get(child.tag) if isinstance(child.tag, str) else None
         if inside is not None:
             yield from _respell(child, inside, everywhere)
+
+
+def _rename(element: Element, attribute: str, right: str) -> None:
+    """Rename an attribute where it stands, so that a reader finds it in its place."""
+    written = attributes(element)
+    element.attrib.clear()
+    for name, value in written:
+        element.set(right if name == attribute else name, value)
 
 
 def _one_slip_away(name: str, right: Collection[str]) -> str:

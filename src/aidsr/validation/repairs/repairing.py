@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from pydantic import Field
+
 from aidsr.artifacts import Artifact
 from aidsr.errors import IsolationError
 from aidsr.sim.isolation import call
@@ -35,7 +37,7 @@ class Repaired(Artifact):
     """The text; the very one that was given when nothing was done."""
     notes: tuple[str, ...] = ()
     """What was done, one sentence each with element, name and line; empty when nothing was."""
-    counts: dict[str, int] = {}
+    counts: dict[str, int] = Field(default_factory=dict)
     """How often each repair was made, by its name in `REPAIRS`; those never made are left out."""
 
 

@@ -38,8 +38,8 @@ def inherited_fromto(root: Element) -> Iterator[str]:
 def fromto_and_pos(root: Element) -> Iterator[str]:
     """Keep what an element says itself, and of both its own fromto, where pos says nothing else.
 
-    Its own pos says nothing else when it is zero, the middle or an end of fromto; anything else may have been meant as a
-    shift and is left alone.
+    Its own pos says nothing else when it is zero, the middle or an end of fromto; anything else may have been meant
+    as a shift and is left alone.
     """
     for element in _shapes(root):
         if "fromto" in element.attrib and "pos" in element.attrib and _says_nothing_else(element):

@@ -1,0 +1,217 @@
+"""A broken robot comes back as the good one it was meant to be; a good one comes back untouched."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+import pytest
+import robots
+
+from aidsr.validation import validate
+from aidsr.validation.repairs import REPAIRS, Repaired, repair
+
+GOOD: dict[str, Callable[[], str]] = {
+    "arm": robots.arm,
+    "gripper": robots.gripper,
+    "crawler": robots.crawler,
+    "worm": robots.worm,
+    "ring": robots.ring,
+}
+
+LIMB = """<mujoco>
+  <compiler angle="radian" autolimits="true"/>
+  <default>
+    <joint axis="0 1 0" stiffness="0.2" damping="0.01"/>
+    <default class="skin"><geom type="capsule" size="0.01" solref="0.004 1"/></default>
+  </default>
+  <worldbody>
+    <body name="base">
+      <geom name="plate" type="cylinder" size="0.02 0.005" pos="0 0 -0.02"/>
+      <site name="a" pos="0.01 0 0"/>
+      <body name="one" childclass="skin">
+        <joint name="j1" range="-0.5 0.5"/>
+        <geom name="g1" fromto="0 0 0.01 0 0 0.04"/>
+        <site name="b" pos="0.01 0 0.02"/>
+        <body name="two" pos="0 0 0.05">
+          <joint name="j2" range="-0.5 0.5"/>
+          <geom name="g2" fromto="0 0 0.01 0 0 0.04"/>
+          <site name="c" pos="0.01 0 0.02"/>
+          <body name="three" pos="0 0 0.05">
+            <joint name="j3" type="ball" range="0 0.5"/>
+            <geom name="ball" type="sphere" size="0.012"/>
+            <site name="d" pos="0.01 0 0.01"/>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="t"><site site="a"/><site site="b"/><site site="c"/><site site="d"/></spatial>
+  </tendon>
+  <actuator><motor name="m" tendon="t" gear="-1" ctrlrange="0 5"/></actuator>
+  <sensor><tendonpos name="length" tendon="t"/></sensor>
+</mujoco>
+"""
+
+
+def swapped(pattern: str, new: str, text: str = LIMB, count: int = 0) -> str:
+    changed, hits = re.subn(pattern, new, text, count=count)
+    assert hits, f"nothing to change for {pattern}"
+    return changed
+
+
+BROKEN: dict[str, tuple[str, str]] = {
+    "dashes_in_comments": (swapped("<tendon>", "<!-- the tendon -- one -->\n  <tendon>"), ""),
+    "dashes at both ends": (swapped("<tendon>", "<!---- tendon ---->\n  <tendon>"), "dashes_in_comments"),
+    "misspelt_attributes": (swapped("stiffness=", "stifness="), ""),
+    "letter case and underscore": (swapped("ctrlrange=", "ctrl_Range="), "misspelt_attributes"),
+    "swapped letters": (swapped("fromto=", "formto=", count=1), "misspelt_attributes"),
+    "missing_classes": (swapped('name="plate"', 'name="plate" class="metal"'), ""),
+    "misspelt class": (swapped('childclass="skin"', 'childclass="skins"'), "missing_classes"),
+    "fromto_without_shape": (
+        swapped('name="g1"', 'name="g1" class="main" size="0.01" solref="0.004 1"'),
+        "",
+    ),
+    "type of a class": (
+        swapped('type="capsule" size="0.01"', 'type="sphere" size="0.01"'),
+        "fromto_without_shape",
+    ),
+    "inherited_fromto": (
+        swapped(
+            ' fromto="0 0 0.01 0 0 0.04"/>',
+            "/>",
+            swapped('type="capsule" size="0.01"', 'type="capsule" size="0.01" fromto="0 0 0.01 0 0 0.04"'),
+        ),
+        "",
+    ),
+    "fromto_and_pos": (swapped('name="g1"', 'name="g1" pos="0 0 0.025"'), ""),
+    "inherited pos": (
+        swapped('type="capsule" size="0.01"', 'type="capsule" size="0.01" pos="0 0 0"'),
+        "fromto_and_pos",
+    ),
+    "repeated_guides": (swapped('<site site="b"/>', '<site site="b"/><site site="b"/>'), ""),
+    "missing_limit_flags": (swapped('autolimits="true"', 'autolimits="false"'), ""),
+    "inverted_ranges": (swapped("-0.5 0.5", "0.5 -0.5"), ""),
+    "inverted control": (swapped('ctrlrange="0 5"', 'ctrlrange="5 0"'), "inverted_ranges"),
+    "ball_ranges": (swapped('"0 0.5"', '"-0.5 0.5"'), ""),
+    "degrees_in_radians": (swapped("-0.5 0.5", "-28.647889756541 28.647889756541"), ""),
+}
+
+
+def repaired(name: str) -> tuple[Repaired, str]:
+    text, kind = BROKEN[name]
+    return repair(text), kind or name
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_robot_becomes_the_good_one(name: str) -> None:
+    answer, kind = repaired(name)
+    assert set(answer.counts) == {kind}
+    assert len(answer.notes) == sum(answer.counts.values())
+    assert all(note.endswith(".") and "line" in note for note in answer.notes)
+    assert_same_model(answer.mjcf, LIMB)
+    assert repair(answer.mjcf) == Repaired(mjcf=answer.mjcf), "a second time there is nothing left to do"
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_without_its_repair_it_stays_broken(name: str) -> None:
+    text, kind = BROKEN[name]
+    assert repair(text, only=[other for other in REPAIRS if other != (kind or name)]) == Repaired(mjcf=text)
+
+
+def assert_same_model(one: str, other: str) -> None:
+    models = [mujoco.MjModel.from_xml_string(text) for text in (one, other)]
+    for name in ("jnt_range", "jnt_limited", "jnt_stiffness", "geom_type", "geom_size", "geom_pos", "geom_quat"):
+        np.testing.assert_allclose(*(getattr(model, name) for model in models), atol=1e-9, err_msg=name)
+    sizes = [mujoco.mj_sizeModel(model) for model in models]
+    buffers = [np.zeros(size, np.uint8) for size in sizes]
+    assert sizes[0] == sizes[1]
+    for model, buffer in zip(models, buffers, strict=True):
+        model.jnt_range[:] = models[1].jnt_range
+        mujoco.mj_saveModel(model, None, buffer)
+    assert (buffers[0] == buffers[1]).all()
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_a_good_robot_is_left_as_it_is(name: str) -> None:
+    text = GOOD[name]()
+    assert repair(text) == Repaired(mjcf=text)
+
+
+def test_a_link_that_stands_in_its_base_is_let_through() -> None:
+    text = swapped(r'pos="0 0 -0.0105"', 'pos="0 0 0.012"', robots.arm())
+    answer = repair(text)
+    assert answer.counts == {"attached_overlaps": 1}
+    assert "'s0'" in answer.notes[0]
+    assert "'base'" in answer.notes[0]
+    assert not validate(text).stable
+    assert validate(answer.mjcf).stable
+
+
+def test_a_link_across_a_joint_without_shape_is_let_through() -> None:
+    inertial = '<inertial pos="0 0 0" mass="0.01" diaginertia="1e-6 1e-6 1e-6"/>'
+    gimbal = f'<body name="hub"><joint name="twist" axis="0 0 1"/>{inertial}'
+    text = swapped(r'<body name="two" pos="0 0 0.05">', gimbal + r'<body name="two" pos="0 0 0.03">')
+    text = swapped(r"(</body>\s*</body>\s*</body>\s*</worldbody>)", r"</body>\1", text)
+    answer = repair(text)
+    assert answer.counts == {"attached_overlaps": 1}
+    assert 'body1="one" body2="two"' in answer.mjcf
+
+
+def test_overlaps_of_strangers_are_left_alone() -> None:
+    stranger = '<body name="post" pos="0 0 0.07"><geom size="0.02"/></body>'
+    text = swapped("</worldbody>", stranger + "</worldbody>")
+    assert repair(text) == Repaired(mjcf=text)
+
+
+def test_a_name_used_twice_is_changed_where_nothing_refers_to_it() -> None:
+    answer = repair(swapped('name="g2"', 'name="g1"'))
+    assert answer.counts == {"duplicate_names": 1}
+    assert 'name="g1_2"' in answer.mjcf
+    assert_same_model(swapped("g1_2", "g2", answer.mjcf), LIMB)
+
+
+def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
+    text = swapped('name="c"', 'name="b"')
+    assert repair(text) == Repaired(mjcf=text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        swapped('name="g1"', 'name="g1" pos="0 0 0.1"'),
+        swapped('name="ball" type="sphere"', 'name="ball" type="sphere" fromto="0 0 0 0 0 1"'),
+        swapped('range="-0.5 0.5"', 'limited="true"'),
+        swapped("stiffness=", "stffnes="),
+        swapped('gear="-1"', 'gear="-1" joint1="j1"'),
+        swapped('"0 0.5"', '"-0.3 0.5"'),
+        swapped('tendon="t" gear="-1"', 'joint="j1"', swapped('name="j1" range="-0.5 0.5"', 'name="j1" range="-9 9"')),
+        swapped('class="skin">', 'class="skin"/>', LIMB),
+        "no model at all",
+        LIMB[:-12],
+        '<mujoco><include file="other.xml"/></mujoco>',
+    ],
+)
+def test_what_could_mean_two_things_is_left_alone(text: str) -> None:
+    assert repair(text) == Repaired(mjcf=text)
+
+
+def test_comments_and_layout_survive_a_repair() -> None:
+    text = swapped("<sensor>", "<!-- what it feels -->\n  <sensor>", swapped("stiffness=", "stifness="))
+    assert repair(text).mjcf == swapped("stifness=", "stiffness=", text).rstrip("\n")
+
+
+def test_several_faults_are_repaired_at_once_and_counted_apart() -> None:
+    text = swapped("-0.5 0.5", "0.5 -0.5", swapped("stiffness=", "stifness="))
+    answer = repair(text)
+    assert answer.counts == {"misspelt_attributes": 1, "inverted_ranges": 2}
+    assert len(answer.notes) == 3
+    assert_same_model(answer.mjcf, LIMB)
+
+
+def test_a_repair_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(ValueError, match="magic"):
+        repair(LIMB, only=["magic"])
