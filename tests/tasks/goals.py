@@ -108,7 +108,7 @@ def drawer_opening(task: Task) -> Episode:
     for number in episode.variation.parameters["order"]:
         drawer = f"drawer_{int(number) + 1}"
         episode.place(episode.sensor(f"{drawer}_position") + beside, (0.0, -1.0, 0.0))
-        for force_n in (-1.0, 2.5, 2.5, -2.5, -2.5):
+        for force_n, seconds in ((-1.0, 1.2), (5.0, 0.6), (-5.0, 1.2)):
 
             def hand(e: Episode, drawer: str = drawer, force_n: float = force_n) -> None:
                 # the tip leans on the end of the bar while the drawer is moved
@@ -116,7 +116,7 @@ def drawer_opening(task: Task) -> Episode:
                 e.hold(STICK, e.tip_m, end, along=(0.0, -1.0, 0.0), strongest_n=2.0)
                 e.data.joint(drawer).qfrc_applied = force_n
 
-            episode.run(1.5, hand)
+            episode.run(seconds, hand)
     return episode
 
 
@@ -127,11 +127,13 @@ def force_controlled_brushing(task: Task) -> Episode:
     for row in range(task.cells_a_side):
         columns = range(task.cells_a_side)
         for column in columns if row % 2 == 0 else reversed(columns):
+            if episode.won:
+                break
             across = [(index + 0.5) * side_m - 0.15 for index in (column, row)]
             cell = middle + across[0] * right - across[1] * up
-            episode.place(cell - 0.001 * back, back)
+            episode.place(cell, back)
             # 0.6 mm into the wall at 1000 N/m
-            for _ in range(5):
+            for _ in range(4):
                 episode.step(lambda e, goal=cell + 0.0006 * back: e.hold(STICK, e.tip_m, goal, along=back))
     return episode
 

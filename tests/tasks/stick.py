@@ -71,18 +71,22 @@ class Episode:
         """Go on by one control step.
 
         Args:
-            hand: Called before every physics step with this episode, to push things about.
+            hand: Called before every physics step with this episode, to push things about. Without one, only the last
+                step is read.
             ctrl: Controls of the environment's actuators by name, beside the task's own script.
         """
         script = {name: value[0] for name, value in self.task.script(self.look()).items()}
         for name, value in {**script, **(ctrl or {})}.items():
             self.data.actuator(name).ctrl = value
-        samples = []
-        for _ in range(round(self.task.control_dt_s / self.model.opt.timestep)):
-            if hand:
-                hand(self)
-            mujoco.mj_step(self.model, self.data)
+        steps, samples = round(self.task.control_dt_s / self.model.opt.timestep), []
+        if hand is None:
+            mujoco.mj_step(self.model, self.data, nstep=steps)
             samples.append(self.data.sensordata.copy())
+        else:
+            for _ in range(steps):
+                hand(self)
+                mujoco.mj_step(self.model, self.data)
+                samples.append(self.data.sensordata.copy())
         self.standing, self.score = score(self.task, self.standing, self.look(samples), np.zeros((1, 1)))
         self.progress.append(float(self.score.progress[0]))
         return self.score

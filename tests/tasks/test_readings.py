@@ -1,0 +1,122 @@
+"""Readings: named arrays, forces over time, contacts, the outline; and soft thresholds."""
+
+import numpy as np
+import pytest
+from stick import Episode
+
+from aidsr.tasks import Readings, load_task
+from aidsr.tasks.shaping import closeness, excess, share
+
+
+def readings(**sensors: np.ndarray) -> Readings:
+    return Readings(sensors=sensors, time_s=np.zeros(1), length_m=0.3, sample_dt_s=0.002)
+
+
+def slots(*contacts: tuple[float, tuple[float, float, float]], count: int = 4) -> np.ndarray:
+    """One sample of a contacts sensor from pairs of force and normal."""
+    data = np.zeros((count, 10))
+    for row, (force_n, normal) in zip(data, contacts, strict=False):
+        row[0], row[1], row[7:] = len(contacts), force_n, normal
+    return data.reshape(1, 1, -1)
+
+
+def test_an_unknown_sensor_is_named_with_those_there_are():
+    with pytest.raises(KeyError, match=r'no sensor "tip".*tip_force, tip_position'):
+        readings(tip_position=np.zeros((1, 1, 3)), tip_force=np.zeros((1, 1, 3)))["tip"]
+
+
+def test_the_newest_sample_comes_last():
+    samples = np.arange(6.0).reshape(1, 3, 2)
+    assert readings(pair=samples)["pair"].tolist() == [[4.0, 5.0]]
+    assert readings(pair=samples).scalar("pair").tolist() == [4.0]
+
+
+def test_a_spike_of_one_step_is_averaged_and_a_push_is_not():
+    force = np.zeros((1, 20, 3))
+    force[0, 12, 2] = 10.0
+    assert readings(force=force).peak_force_n("force") == pytest.approx([2.0])
+    force[0, 10:15, 2] = 10.0
+    assert readings(force=force).peak_force_n("force") == pytest.approx([10.0])
+    # what pushes in turn from two sides does not press
+    force[0, 10:15, 2] = (10.0, -10.0, 10.0, -10.0, 0.0)
+    assert readings(force=force).peak_force_n("force") == pytest.approx([0.0])
+
+
+def test_averaging_works_with_other_time_steps():
+    short = Readings({"force": np.ones((1, 1, 3))}, np.zeros(1), 0.3, 0.002)
+    assert short.peak_force_n("force") == pytest.approx([np.sqrt(3)])
+    # ten samples of 1 ms to a block; the odd ones are the oldest
+    force = np.zeros((1, 23, 1))
+    force[0, :3] = 100.0
+    force[0, 3:13] = 4.0
+    assert Readings({"force": force}, np.zeros(1), 0.3, 0.001).peak_force_n("force") == pytest.approx([4.0])
+
+
+def test_contacts_are_taken_apart():
+    held = readings(grip=slots((2.0, (1, 0, 0)), (0.5, (0, 1, 0))))
+    contacts = held.contacts("grip")
+    assert contacts.found.tolist() == [[True, True, False, False]]
+    assert contacts.force_n.tolist() == [[2.0, 0.5, 0.0, 0.0]]
+    assert held.peak_contact_n("grip") == pytest.approx([2.0])
+    assert held.peak_contact_n("grip", together=True) == pytest.approx([2.5])
+
+
+@pytest.mark.parametrize(
+    ("contacts", "opposition"),
+    [
+        ([], 0.0),
+        ([(1.0, (1, 0, 0))], 0.0),
+        ([(1.0, (1, 0, 0)), (1.0, (1, 0, 0))], 0.0),
+        ([(1.0, (1, 0, 0)), (1.0, (0, 1, 0))], 0.5),
+        ([(1.0, (1, 0, 0)), (1.0, (-0.5, np.sqrt(0.75), 0)), (1.0, (-0.5, -np.sqrt(0.75), 0))], 0.75),
+        ([(1.0, (1, 0, 0)), (1.0, (-1, 0, 0))], 1.0),
+    ],
+)
+def test_opposition_tells_how_far_contacts_face_each_other(contacts, opposition):
+    assert readings(grip=slots(*contacts)).contacts("grip").opposition() == pytest.approx([opposition])
+
+
+def test_a_real_contact_is_read_with_its_force_and_side():
+    """The layout of MuJoCo's contact sensor is the one that is read."""
+    episode = Episode(load_task("force_controlled_brushing"), base="free")
+    back = episode.sensor("wall_back")
+    episode.place(episode.sensor("wall_position") - 0.001 * back, back)
+    goal = episode.sensor("wall_position") + 0.0008 * back
+    for _ in range(25):
+        episode.step(lambda e: e.hold("robot/stick", e.tip_m, goal, along=back))
+    contacts = episode.look().contacts("brush_contacts")
+    assert contacts.found[0, 0]
+    assert contacts.force_n[0].sum() == pytest.approx(0.8, rel=0.1)
+    assert contacts.normal[0, 0] == pytest.approx(back, abs=1e-6)
+    assert contacts.position_m[0, 0] == pytest.approx(episode.tip_m, abs=2e-3)
+
+
+def test_the_outline_is_strung_along_the_robot():
+    episode = Episode(load_task("gap"))
+    episode.place(np.array([0.1, 0.0, 0.05]), (1.0, 0.0, 0.0))
+    outline = episode.look().body
+    assert outline.radius_m == pytest.approx(0.008)
+    assert outline.length_share.sum() == pytest.approx(1.0)
+    reach = outline.center_m[0, :, 0]
+    assert reach.min() - 0.008 == pytest.approx(0.1 - 0.12, abs=1e-6)
+    assert reach.max() + 0.008 == pytest.approx(0.1, abs=1e-6)
+    assert outline.center_m[0, :, 2] == pytest.approx(0.05)
+
+
+def test_the_outline_is_asked_for_only_where_a_task_needs_it():
+    episode = Episode(load_task("button_pushing"))
+    with pytest.raises(ValueError, match="needs_outline"):
+        _ = episode.look().body
+    episode = Episode(load_task("gap"))
+    with pytest.raises(ValueError, match="geom_xpos"):
+        episode.reader.read(np.zeros((1, 1, episode.model.nsensordata)), np.zeros(1), [episode.variation])
+
+
+def test_soft_thresholds():
+    assert closeness(np.array([0.0, 0.1, 0.3, 10.0]), within=0.1, margin=0.2) == pytest.approx(
+        [1, 1, 0.1, 4.5e-5], abs=1e-5
+    )
+    assert (np.diff(closeness(np.linspace(0.2, 5.0, 50), margin=0.2)) < 0).all()
+    assert share(np.array([-1.0, 0.5, 3.0]), 2.0) == pytest.approx([0.0, 0.25, 1.0])
+    assert excess(np.array([0.0, 20.0, 30.0, 99.0]), 20.0) == pytest.approx([0.0, 0.0, 0.5, 1.0])
+    assert excess(np.array([0.3, 0.35, 0.5]), 0.3, full=0.4) == pytest.approx([0.0, 0.5, 1.0])

@@ -1,0 +1,175 @@
+"""What differs between episodes stays in the ranges that docs/tasks.md states, and fills them."""
+
+import numpy as np
+import pytest
+
+from aidsr.tasks import TASKS, Change, Variation, load_task
+
+COUNT = 200
+
+
+def drawn(name: str, level: str = "standard") -> list[Variation]:
+    task = load_task(name, level)
+    return [task.variation("development", index) for index in range(COUNT)]
+
+
+def values(variations: list[Variation], field: str, name: str) -> np.ndarray:
+    found = [next(c.value for c in v.changes if (c.field, c.name) == (field, name)) for v in variations]
+    return np.array(found)
+
+
+def parameters(variations: list[Variation], name: str) -> np.ndarray:
+    return np.array([variation.parameters[name] for variation in variations])
+
+
+def yaw_deg(quaternions: np.ndarray) -> np.ndarray:
+    return np.rad2deg(2 * np.arctan2(quaternions[:, 3], quaternions[:, 0]))
+
+
+def fills(numbers: np.ndarray, low: float, high: float) -> bool:
+    """Whether numbers lie in a range and come within a tenth of it to both ends."""
+    reach = 0.1 * (high - low)
+    inside = numbers.min() >= low - 1e-9 and numbers.max() <= high + 1e-9
+    return inside and numbers.min() < low + reach and numbers.max() > high - reach
+
+
+def test_button_pushing():
+    places = values(drawn("button_pushing"), "body_pos", "button")
+    assert fills(np.hypot(places[:, 0], places[:, 1]), 0.092, 0.138)
+    assert fills(np.rad2deg(np.arctan2(places[:, 1], places[:, 0])), -90, 90)
+    assert places[:, 2] == pytest.approx(0.44)
+    turns = values(drawn("button_pushing"), "body_quat", "button")
+    # the height of the pressing direction: the z part of the turned x axis
+    tilt_deg = np.rad2deg(np.arcsin(2 * (turns[:, 1] * turns[:, 3] - turns[:, 0] * turns[:, 2])))
+    assert fills(tilt_deg, -20, 20)
+
+
+def test_surface_adapting():
+    variations = drawn("surface_adapting")
+    radius_m = parameters(variations, "radius_m")[:, 0]
+    places = values(variations, "body_pos", "surface")
+    assert fills(radius_m, 0.08, 0.25)
+    assert fills(np.abs(places[:, 0]) - radius_m, 0.10, 0.16)
+    assert set(np.sign(places[:, 0])) == {-1.0, 1.0}
+    waves = values(variations, "geom_size", "surface_round")[:, 0] < radius_m - 1e-6
+    assert 0.3 < waves.mean() < 0.7
+
+
+def test_pipe_inserting():
+    variations = drawn("pipe_inserting")
+    places = values(variations, "body_pos", "pipe")
+    assert fills(places[:, 0], -0.02, 0.02)
+    assert fills(places[:, 1], -0.02, 0.02)
+    assert fills(np.rad2deg(parameters(variations, "bend_rad")[:, 0]), 30, 60)
+    assert fills(values(variations, "geom_friction", "pipe_1")[:, 0], 0.2, 0.9)
+
+
+def test_simple_grasping():
+    variations = drawn("simple_grasping")
+    assert len(set(values(variations, "geom_type", "object")[:, 0])) == 3
+    assert fills(values(variations, "geom_size", "object")[:, 0], 0.025, 0.035)
+    assert fills(values(variations, "body_mass", "object")[:, 0], 0.05, 0.15)
+    poses = values(variations, "qpos", "object_free")
+    assert fills(poses[:, 0], -0.015, 0.015)
+    assert fills(poses[:, 1], -0.015, 0.015)
+    assert fills(yaw_deg(poses[:, 3:]), 0, 180)
+
+
+@pytest.mark.parametrize(("level", "drift_m_s"), [("standard", 0.03), ("hard", 0.1)])
+def test_zero_gravity_grasping(level, drift_m_s):
+    variations = drawn("zero_gravity_grasping", level)
+    velocity = values(variations, "qvel", "object_free")
+    assert fills(np.linalg.norm(velocity[:, :3], axis=1), 0.0, drift_m_s)
+    assert fills(np.linalg.norm(velocity[:, 3:], axis=1), 0.0, 0.2)
+    assert fills(values(variations, "body_mass", "object")[:, 0], 0.05, 0.2)
+    assert fills(0.65 - 0.10 - values(variations, "qpos", "object_free")[:, 2], 0.06, 0.10)
+
+
+def test_delicate_grasping():
+    variations = drawn("delicate_grasping")
+    sizes = values(variations, "geom_size", "object_core")
+    assert fills(sizes[:, 0], 0.85 * 0.02, 1.15 * 0.02)
+    assert sizes[:, 2] / sizes[:, 0] == pytest.approx(0.027 / 0.02)
+    assert fills(values(variations, "body_mass", "object")[:, 0], 0.02, 0.04)
+    assert fills(values(variations, "qpos", "object_free")[:, 0], -0.01, 0.01)
+    lumpy = np.linalg.norm(values(variations, "geom_pos", "object_lump_2"), axis=1) > 0
+    assert 0.3 < lumpy.mean() < 0.7
+
+
+@pytest.mark.parametrize(("level", "friction_n"), [("standard", 0.4), ("hard", 1.5)])
+def test_drawer_opening(level, friction_n):
+    variations = drawn("drawer_opening", level)
+    assert len({tuple(order) for order in parameters(variations, "order")}) == 6
+    for drawer in ("drawer_1", "drawer_2", "drawer_3"):
+        assert fills(values(variations, "dof_frictionloss", drawer)[:, 0], friction_n / 2, friction_n * 2)
+
+
+def test_flat_ground():
+    variations = drawn("flat_ground")
+    assert fills(values(variations, "geom_friction", "ground")[:, 0], 0.6, 1.2)
+    assert fills(yaw_deg(values(variations, "body_quat", "lane")), -20, 20)
+
+
+@pytest.mark.parametrize(("level", "rise_m"), [("standard", 0.02), ("hard", 0.03)])
+def test_stairs(level, rise_m):
+    variations = drawn("stairs", level)
+    assert fills(parameters(variations, "rise_m")[:, 0], 0.8 * rise_m, 1.2 * rise_m)
+    assert fills(parameters(variations, "tread_m")[:, 0], 0.12, 0.18)
+
+
+def test_obstacles():
+    variations = drawn("obstacles")
+    for number in range(1, 7):
+        assert fills(2 * values(variations, "geom_size", f"obstacle_{number}")[:, 0], 0.04, 0.06)
+    places = np.concatenate([values(variations, "geom_pos", f"obstacle_{number}") for number in range(1, 7)])
+    assert fills(places[:, 0], 0.35, 1.2)
+    assert fills(places[:, 1], -0.28, 0.28)
+
+
+@pytest.mark.parametrize(("level", "low_m", "high_m"), [("standard", 0.06, 0.10), ("hard", 0.15, 0.15)])
+def test_gap(level, low_m, high_m):
+    variations = drawn("gap", level)
+    width_m = parameters(variations, "width_m")[:, 0]
+    assert width_m.min() >= low_m
+    assert width_m.max() <= high_m
+    assert width_m.max() - width_m.min() >= 0.8 * (high_m - low_m)
+    assert fills(yaw_deg(values(variations, "body_quat", "lane")), -15, 15)
+
+
+@pytest.mark.parametrize(("level", "height_m"), [("standard", 0.10), ("hard", 0.07)])
+def test_tunnel(level, height_m):
+    variations = drawn("tunnel", level)
+    assert fills(np.rad2deg(parameters(variations, "bend_rad")[:, 0]), -25, 25)
+    assert fills(parameters(variations, "height_m")[:, 0], 0.9 * height_m, 1.1 * height_m)
+    assert fills(values(variations, "geom_friction", "ground")[:, 0], 0.6, 1.2)
+
+
+def test_force_controlled_brushing():
+    variations = drawn("force_controlled_brushing")
+    assert fills(values(variations, "body_pos", "wall")[:, 1], 0.235, 0.265)
+    turns = values(variations, "body_quat", "wall")
+    assert np.linalg.norm(turns, axis=1) == pytest.approx(1.0)
+    outwards_z = 2 * (turns[:, 2] * turns[:, 3] + turns[:, 0] * turns[:, 1])
+    assert fills(np.rad2deg(np.arcsin(outwards_z)), -5, 5)
+
+
+def test_every_task_is_looked_at_here():
+    tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
+    assert {name.rpartition("/")[2] for name in TASKS} <= tested | {"dynamic_catching"}
+
+
+def test_dynamic_catching_throws_differ_in_speed_and_place():
+    # speed, time and place at the capture point are measured in test_mechanisms
+    throws = values(drawn("dynamic_catching"), "qvel", "ball_free")
+    assert throws[:, :3].std(axis=0).min() > 0.1
+    assert not throws[:, 3:].any()
+
+
+def test_a_change_holds_plain_numbers():
+    change = Change("body_pos", "button", (np.float64(1.0), 2, 3.0))
+    assert [type(number) for number in change.value] == [float, float, float]
+
+
+def test_an_episode_counts_from_zero():
+    with pytest.raises(ValueError, match="counts from 0, found -1"):
+        load_task("button_pushing").variation("development", -1)
