@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.task import Memory
 
-__all__ = ["WALL_M", "brushed", "cell_center_m", "cell_of", "in_band", "steady"]
+__all__ = ["STEADY", "WALL_M", "brushed", "cell_center_m", "cell_of", "in_band", "steady"]
 
 WALL_M = 0.30
 """Width and height of the wall."""
 BAND_N = (0.3, 1.0)
+STEADY = 0.6
+"""Share of the time in contact in which the force has to be in the band."""
 STROKE_S = 0.1
 """A cell is brushed when the force has been in the band on it for this long."""
 

@@ -8,17 +8,15 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.manipulation.drawers import ALL_STAGES, DRAWERS, STAGES, openings_m, wanted
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Edits, Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
-DRAWERS = ("drawer_1", "drawer_2", "drawer_3")
 OPEN_M = 0.06
 SHUT_M = 0.01
 NEAR_M = 0.03
-STAGES = 4  # of each drawer: approach, hold, pull, push back
-ALL_STAGES = STAGES * len(DRAWERS)
 
 
 @dataclass(frozen=True)
@@ -76,10 +74,10 @@ class DrawerOpening(Task):
 
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
-        to_handle, opening_m, force_n = _wanted(readings, memory)
+        to_handle, opening_m, force_n = wanted(readings, memory)
         turn = [opening_m / OPEN_M, force_n / 5.0, np.where(memory["stage"] % STAGES == STAGES - 1, -1.0, 1.0)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
-        return np.column_stack([to_handle, *turn, *base_m, _openings_m(readings) / OPEN_M])
+        return np.column_stack([to_handle, *turn, *base_m, openings_m(readings) / OPEN_M])
 
     def begin(self, readings: Readings) -> Memory:
         """No stage is done."""
@@ -87,7 +85,7 @@ class DrawerOpening(Task):
 
     def remember(self, readings: Readings, memory: Memory) -> Memory:
         """Pass, in order, every stage of the wanted drawer whose goal is reached."""
-        to_handle, opening_m, force_n = _wanted(readings, memory)
+        to_handle, opening_m, force_n = wanted(readings, memory)
         near, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
         stage, first = memory["stage"], memory["stage"] // STAGES * STAGES
         for done, reached in enumerate((near | touched, touched, opening_m >= OPEN_M, opening_m <= SHUT_M)):
@@ -96,7 +94,7 @@ class DrawerOpening(Task):
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Stages done, and the share of the present one."""
-        to_handle, opening_m, _ = _wanted(readings, memory)
+        to_handle, opening_m, _ = wanted(readings, memory)
         near = closeness(np.linalg.norm(to_handle, axis=1), margin=0.2)
         shares = (near, near, share(opening_m, OPEN_M), 1.0 - share(opening_m - SHUT_M, OPEN_M - SHUT_M))
         stage = memory["stage"]
@@ -109,18 +107,4 @@ class DrawerOpening(Task):
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """All twelve stages are done and all drawers are shut."""
-        return (memory["stage"] >= ALL_STAGES) & (_openings_m(readings) <= SHUT_M).all(axis=1)
-
-
-def _openings_m(readings: Readings) -> FloatArray:
-    return np.column_stack([readings[f"{drawer}_opening"] for drawer in DRAWERS])
-
-
-def _wanted(readings: Readings, memory: Memory) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return, of the drawer in turn, functional part to handle (n, 3), opening (n,) and force on the handle (n,)."""
-    row = np.arange(readings.n)
-    turn = np.minimum(memory["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
-    drawer = readings.parameters["order"][row, turn].astype(np.intp)
-    handles_m = np.stack([readings[f"{name}_position"] for name in DRAWERS], axis=1)
-    forces_n = np.column_stack([readings.force_n(f"{name}_force") for name in DRAWERS])
-    return handles_m[row, drawer] - readings["tip_position"], _openings_m(readings)[row, drawer], forces_n[row, drawer]
+        return (memory["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)

@@ -8,14 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.manipulation.cells import WALL_M, brushed, cell_center_m, cell_of, in_band, steady
+from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_center_m, cell_of, in_band, steady
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
 CENTER_M = (0.0, 0.25, 0.30)
-STEADY = 0.6  # share of the time in contact in which the force has to be in the band
 
 
 @dataclass(frozen=True)
