@@ -106,7 +106,7 @@ def _no_contacts() -> str:
     return swapped(r"<geom ", '<geom contype="0" conaffinity="0" ', robots.crawler())
 
 
-def _unstable() -> str:
+def unstable() -> str:
     """Stiff joints without damping at a coarse time step."""
     return swapped(r' damping="[^"]*"', "", robots.arm(replace(ARM, sag=0.02)))
 
@@ -248,7 +248,7 @@ BAD = (
         lambda: swapped(r"<geom ", '<geom contype="0" conaffinity="0" ', arm()),
         {"needs_contact": True},
     ),
-    Bad("numerical_instability", _unstable),
+    Bad("numerical_instability", unstable),
     Bad("gravity_collapse", _too_soft),
     Bad("gravity_collapse", lambda: lying(arm(sag=4)), severity="warning"),
     Bad("passive_collapse", _sprung),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from aidsr.sim.compiling import compile_mjcf, load_mjcf
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
-from aidsr.validation.protocol import gather_evidence
+from aidsr.validation.protocol import Protocol, gather_evidence
 from aidsr.validation.rules import SIMULATE_RULES, STRUCTURE_RULES
 from aidsr.validation.standing import stand
 
@@ -41,11 +42,29 @@ def examine_text(
     case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
     apply(STRUCTURE_RULES, case)
     measurements = describe(case.model, case.structure)
-    if case.structure.moving:
+    case.found.extend(too_long(case))
+    if case.structure.moving and not any(fault.code == "load_error" for fault in case.found):
         case = replace(case, evidence=gather_evidence(model, case.structure))
         apply(SIMULATE_RULES, case)
         measurements |= measure(case)
     return make_report(without_consequences(case.found), measurements, notes + changes, realizable)
+
+
+def too_long(case: Case) -> Iterator[Fault]:
+    """The time step lets the tests end; the bound is on steps, so that it is the same on every machine."""
+    protocol, timestep_s = Protocol(), float(case.model.opt.timestep)
+    steps = protocol.steps(case.model, case.structure)
+    if steps > protocol.most_steps:
+        yield Fault(
+            code="load_error",
+            layer="load",
+            severity="error",
+            measured=steps,
+            limit=protocol.most_steps,
+            unit="time steps",
+            message=f"with a time step of {timestep_s:g} s the tests take too many steps",
+            cure="Use a time step of 0.001 to 0.002 s.",
+        )
 
 
 def apply(rules: tuple[Rule, ...], case: Case) -> None:

@@ -51,10 +51,26 @@ class Protocol:
     """Time between two looks at the simulation."""
     seed: int = 0
     """Of kick and sweep."""
+    most_steps: int = 2_000_000
+    """Time steps that all tests may take together, some 30 s on two cores for an arm of 12 segments; a robot whose time
+    step asks for more could not be trained either."""
 
     def frame_steps(self, model: mujoco.MjModel, length_m: float) -> int:
         """Time steps between two looks; three are needed for an acceleration."""
         return max(3, round(self.frame * pendulum_time_s(length_m) / float(model.opt.timestep)))
+
+    def steps(self, model: mujoco.MjModel, structure: Structure) -> int:
+        """Time steps of all tests together, about: what the whole protocol will cost."""
+        length_m, frame_steps = (
+            structure.characteristic_length_m,
+            self.frame_steps(model, structure.characteristic_length_m),
+        )
+        frame_s = frame_steps * float(model.opt.timestep)
+        settle, test = (
+            self.frames(multiple, bounds_s, length_m, frame_s)
+            for multiple, bounds_s in ((self.settle, self.settle_bounds_s), (self.test, self.test_bounds_s))
+        )
+        return frame_steps * (2 * settle + (4 + 2 * len(structure.actuators)) * test)
 
     def frames(self, multiple: float, bounds_s: tuple[float, float], length_m: float, frame_s: float) -> int:
         """Frames of a phase, its bounds [s] observed."""

@@ -1,0 +1,60 @@
+"""The plain text of a report: worst first, repeats together, bounded, nothing lost without a count."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import pytest
+
+from aidsr.artifacts import Fault, ValidationReport
+
+
+def fault(
+    code: str, severity: Literal["error", "warning"] = "error", names: tuple[str, ...] = (), **more: object
+) -> Fault:
+    return Fault.model_validate(
+        {"code": code, "layer": "simulate", "severity": severity, "names": names, "message": "seen", "cure": "Mend it."}
+        | more
+    )
+
+
+def account(*faults: Fault, max_bytes: int = 1600) -> str:
+    return ValidationReport(stable=False, faults=faults).account(max_bytes)
+
+
+def test_nothing_found() -> None:
+    assert ValidationReport(stable=True).account() == "stable: no faults found"
+
+
+def test_one_fault_is_one_line_with_all_its_facts() -> None:
+    one = fault(
+        "too_stiff", names=("m0", "m1"), measured=0.0123, limit=0.05, unit="of L", likely_cause="springs", line=7
+    )
+    assert account(one) == (
+        "too_stiff at m0, m1 (line 7): seen: 0.0123 of L (limit 0.05). Likely cause: springs. Mend it."
+    )
+
+
+def test_errors_stand_before_warnings() -> None:
+    lines = account(fault("small", "warning"), fault("large")).splitlines()
+    assert [line.split(":")[0] for line in lines] == ["large", "warning small"]
+
+
+def test_repeats_share_a_line() -> None:
+    text = account(*(fault("undefined_reference", names=(f"s{index}",)) for index in range(1, 41)))
+    assert text == "undefined_reference at s1, s2, s3 … s40 (40 in all): seen, and 39 more like it. Mend it."
+
+
+@pytest.mark.parametrize("max_bytes", [200, 400, 1600])
+def test_what_does_not_fit_is_counted(max_bytes: int) -> None:
+    codes = [f"fault_{index}" for index in range(40)]
+    text = account(*(fault(code, message="é" * 60) for code in codes), max_bytes=max_bytes)
+    assert len(text.encode()) <= max_bytes
+    *kept, last = text.splitlines()
+    assert last.startswith(f"{40 - len(kept)} more")
+
+
+def test_a_single_long_line_is_cut_whole_characters_only() -> None:
+    text = account(fault("long", message="é" * 2000), max_bytes=300)
+    assert len(text.encode()) <= 300
+    assert text.endswith("…")

@@ -1,0 +1,143 @@
+"""`validate` as users call it: files, mounts, scenes, environments, and models that break things."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import faulty
+import mujoco
+import pytest
+import robots
+
+from aidsr.artifacts import ValidationReport
+from aidsr.errors import UserError
+from aidsr.validation import validate
+
+
+def codes(report: ValidationReport) -> list[str]:
+    return [fault.code for fault in report.faults]
+
+
+def test_a_file_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(robots.arm())
+    assert validate(path) == validate(robots.arm())
+
+
+def test_a_file_that_is_not_there_is_the_users_mistake(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="expected a readable MJCF file"):
+        validate(tmp_path / "nothing.xml")
+
+
+def test_a_file_that_is_no_text_is_the_users_mistake(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_bytes(b"\xff\xfe\xff")
+    with pytest.raises(UserError, match="UTF-8"):
+        validate(path)
+
+
+@pytest.mark.parametrize("text", ["", "hello", "<mujoco/>", "<mujoco><worldbody><body/></worldbody></mujoco>"])
+def test_what_is_no_robot_is_a_report(text: str) -> None:
+    report = validate(text)
+    assert not report.stable
+    assert report.errors
+
+
+def test_measurements_and_versions_stand_in_the_report() -> None:
+    report = validate(robots.arm())
+    assert report.versions["mujoco"] == mujoco.__version__
+    assert report.measurements["characteristic_length_m"] == pytest.approx(0.3, rel=0.02)
+    assert set(report.measurements["effect_over_length"]) == {"m0", "m1", "m2", "m3"}
+
+
+def test_a_report_survives_json() -> None:
+    report = validate(faulty.arm(sag=10))
+    assert ValidationReport.model_validate_json(report.model_dump_json()) == report
+
+
+def test_a_free_robot_can_be_held_and_a_fixed_one_let_go() -> None:
+    held = validate(robots.crawler(), mount="fixed")
+    assert any("removed" in note for note in held.notes)
+    assert held.stable
+    loose = validate(robots.arm(), mount="free")
+    assert any("added" in note for note in loose.notes)
+    assert loose.stable
+
+
+def test_a_keyframe_does_not_keep_a_robot_from_being_held() -> None:
+    key = f'<keyframe><key qpos="{"0 " * 6}1 {"0 " * 48}"/></keyframe>'
+    assert validate(robots.crawler().replace("</mujoco>", f"{key}</mujoco>"), mount="fixed").stable
+
+
+def test_two_roots_cannot_be_set_free() -> None:
+    two = robots.arm().replace("<worldbody>", '<worldbody><body name="other"><geom size="0.01"/></body>')
+    assert codes(validate(two, mount="free")) == ["disconnected"]
+
+
+def test_gravity_is_felt_as_at_the_mount() -> None:
+    """A limb too soft to stand may hang."""
+    standing = faulty.arm(sag=14)
+    assert codes(validate(standing)) == ["gravity_collapse"]
+    ceiling = '<mujoco><worldbody><site name="mount" euler="180 0 0"/></worldbody></mujoco>'
+    assert validate(standing, environment=ceiling).faults == ()
+
+
+def test_the_environments_physics_hold() -> None:
+    coarse = '<mujoco><option timestep="0.02" integrator="Euler"/></mujoco>'
+    assert validate(robots.arm(), environment=coarse).measurements["timestep_s"] == 0.002
+    fine = '<mujoco><option timestep="0.001"/></mujoco>'
+    assert validate(robots.arm(), environment=fine).measurements["timestep_s"] == 0.001
+
+
+def test_a_broken_environment_is_a_report() -> None:
+    assert not validate(robots.arm(), environment="<mujoco>").stable
+
+
+def _scene(robot: str, surroundings: str = "") -> str:
+    environment = mujoco.MjSpec.from_string(
+        f'<mujoco><option timestep="0.002" integrator="implicitfast"/><worldbody><geom name="floor" type="plane" '
+        f'size="1 1 1" pos="0 0 -0.1"/><site name="mount"/>{surroundings}</worldbody></mujoco>'
+    )
+    environment.attach(mujoco.MjSpec.from_string(robot), prefix="robot/", site=environment.site("mount"))
+    return environment.to_xml()
+
+
+def test_a_scene_is_looked_at_for_the_robots_part() -> None:
+    ball = '<body name="ball" pos="0.5 0 1"><freejoint/><geom name="ball" size="0.02"/></body>'
+    report = validate(_scene(robots.arm(), ball))
+    assert report.faults == ()
+    assert report.measurements["actuators"] == 4
+
+
+def test_a_robot_drawn_into_its_surroundings() -> None:
+    wall = '<geom name="wall" type="box" size="0.05 0.05 0.05" pos="0.05 0 0.2"/>'
+    (fault,) = validate(_scene(robots.arm(), wall)).faults
+    assert fault.code == "initial_penetration"
+    assert "wall" in fault.names
+    assert any(name.startswith("robot/") for name in fault.names)
+
+
+def test_a_mount_that_the_environment_moves_is_forgiven() -> None:
+    lift = (
+        '<body name="lift"><joint name="lift" type="slide" axis="0 0 1"/><geom size="0.01" pos="0 0 -0.05"/>{}</body>'
+    )
+    text = _scene(robots.arm())
+    robot = re.search(r'<body name="robot/base".*?</body>(?=\s*</worldbody>)', text, re.DOTALL)
+    assert robot
+    moved = text.replace(robot.group(), lift.format(robot.group()))
+    assert "free_fall" not in codes(validate(moved))
+
+
+def test_a_diverging_model_is_named_and_nothing_else() -> None:
+    (fault,) = validate(faulty.unstable()).faults
+    assert fault.code == "numerical_instability"
+    assert fault.first_time_s is not None
+    assert fault.likely_cause
+
+
+def test_a_model_that_takes_too_long_is_a_report() -> None:
+    """A time step so small that the tests would run for days."""
+    (fault,) = validate(robots.arm(timestep_s=1e-9)).faults
+    assert fault.code == "load_error"
+    assert "1e-09 s" in fault.message
