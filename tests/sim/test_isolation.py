@@ -233,3 +233,8 @@ def test_guarantees_are_those_of_this_platform() -> None:
     holds = {guarantee.name: guarantee.holds for guarantee in isolation.guarantees()}
     assert holds["own process"]
     assert holds["memory"] == (sys.platform == "linux")
+
+
+def test_the_documentation_lists_every_guarantee() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
+    assert [guarantee.name for guarantee in isolation.guarantees() if f"| {guarantee.name} |" not in page] == []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -281,3 +283,9 @@ def test_the_grammar_is_that_of_the_installed_mujoco() -> None:
     assert "stiffness" in body.children["joint"].attributes
     assert not root.children["visual"].attributes
     assert len(list(root.walk())) > 150
+
+
+def test_the_documentation_states_every_bound() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
+    limits = [value for value in asdict(Bounds()).values() if not re.search(rf"\| {value:,}( MiB)? \|", page)]
+    assert limits == []

@@ -156,15 +156,17 @@ def _limited(cpu_s: float, memory_mib: int) -> Iterator[None]:
         return
     import resource
 
-    cpu_before, space_before = resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + cpu_s), cpu_before[1]))
-    if sys.platform == "linux":  # macOS refuses or ignores it
-        resource.setrlimit(resource.RLIMIT_AS, (memory_mib * 2**20, space_before[1]))
+    limits = {resource.RLIMIT_CPU: math.ceil(time.process_time() + cpu_s)}
+    if sys.platform == "linux":  # macOS ignores it
+        limits[resource.RLIMIT_AS] = memory_mib * 2**20
+    before = {kind: resource.getrlimit(kind) for kind in limits}
+    for kind, soft in limits.items():
+        resource.setrlimit(kind, (soft, before[kind][1]))
     try:
         yield
     finally:
-        resource.setrlimit(resource.RLIMIT_AS, space_before)
-        resource.setrlimit(resource.RLIMIT_CPU, cpu_before)
+        for kind, both in before.items():
+            resource.setrlimit(kind, both)
 
 
 if __name__ == "__main__":
