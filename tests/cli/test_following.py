@@ -33,7 +33,7 @@ def test_follow_tells_the_story_in_lines(tmp_path, capsys) -> None:
         "design 2  iteration 1  robot: 1 fault: chatter",
         "design 1  iteration 1  Judge: passed",
         "design 1  approved",
-        "design 2  invalid: Still wrong after 1 attempt: chatter was seen",
+        "design 2  invalid: Still wrong after 1 attempt: chatter: chatter was seen.",
         "summary.html",
     ]
     assert all(line in said.replace("\n", " ") or line in said for line in story)

@@ -13,7 +13,7 @@ HERE = Path(__file__).parent
 
 
 @pytest.fixture(
-    scope="module", params=[30, pytest.param(10_000, marks=pytest.mark.slow)], ids=["some points", "all points"]
+    scope="module", params=[16, pytest.param(10_000, marks=pytest.mark.slow)], ids=["some points", "all points"]
 )
 def stories(request, tmp_path_factory) -> list[dict]:
     place = tmp_path_factory.mktemp("killed")
@@ -30,10 +30,10 @@ def stories(request, tmp_path_factory) -> list[dict]:
 def test_kills_hit_everywhere(stories) -> None:
     undisturbed, *killed = stories
     assert undisturbed["ended_by"] == 0
-    assert len(killed) >= 30
+    assert len(killed) >= 16
     assert {story["ended_by"] for story in killed} == {9}
     recorded = {len(story["recorded_before"]) for story in killed}
-    assert len(recorded) >= 6, "early, in the middle and late"
+    assert len(recorded) >= 5, "early, in the middle and late"
 
 
 def test_files_are_those_of_an_undisturbed_run(stories) -> None:

@@ -5,12 +5,13 @@ from html.parser import HTMLParser
 
 import pytest
 
+from aidsr import runs
 from aidsr.artifacts import Decision
 from aidsr.pipeline import work
 from aidsr.pipeline.person import DecisionFile
-from aidsr.runs import LAYOUT, Run, write_summary
+from aidsr.runs import LAYOUT, Run, RunConfig, RunRecord, write_summary
 from aidsr.runs.events import Waiting
-from scripted import Script, Scripted, new_run, parts
+from scripted import Script, Scripted, brief, new_run, parts
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +116,8 @@ def test_a_run_that_waits_says_what_to_do_and_reloads(tmp_path) -> None:
 
 
 def test_a_language_model_is_named_on_the_page(tmp_path) -> None:
-    run = new_run(tmp_path, model="tiny@http://localhost:9/v1")
-    work(run, parts(Scripted()))
-    assert "tiny@http://localhost:9/v1" in run.summary.read_text()
-    assert "not a language model" not in run.summary.read_text()
+    config = RunConfig(model="tiny@http://localhost:9/v1")
+    record = RunRecord(objective="reach", config=config, started="2026-01-31T10:02:59+01:00", versions={})
+    page = write_summary(runs.new_run(tmp_path, record, brief())).read_text()
+    assert "tiny@http://localhost:9/v1" in page
+    assert "not a language model" not in page

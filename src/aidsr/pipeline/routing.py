@@ -14,6 +14,9 @@ _CURED_BY_PLACING = frozenset({"free_fall", "base_not_attached"})
 
 _ROBOT = "robot/"
 
+_TOLD = 3
+"""Problems told in full when a design is given up; all of them stand in its files. Our choice."""
+
 
 @dataclass(frozen=True)
 class Change:
@@ -28,13 +31,13 @@ class Change:
 
     @property
     def reason(self) -> str:
-        """The problems in one or a few sentences, for a person."""
+        """The worst problems in a few sentences, for a person; the rest is counted."""
         for feedback in (self.robot, self.placement):
             if isinstance(feedback, ValidationReport):
-                return "; ".join(fault.message.rstrip(".") for fault in feedback.errors)
+                return _first([f"{fault.code}: {fault.message.rstrip('.')}." for fault in feedback.errors])
             if isinstance(feedback, Critique):
-                return _issues(feedback)
-        return self.concept
+                return _first(_issues(feedback))
+        return _first(self.concept.splitlines())
 
 
 def after_scene_faults(report: ValidationReport, asked: Change) -> Change:
@@ -56,7 +59,7 @@ def after_scene_faults(report: ValidationReport, asked: Change) -> Change:
 def after_critique(critique: Critique) -> Change:
     """Return who acts on a failing critique: each role on the issues blamed on it, the Designer on all of them."""
     if any(issue.blame == "designer" for issue in critique.issues):
-        return Change(concept=_issues(critique))
+        return Change(concept="\n".join(_issues(critique)))
     return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
 
 
@@ -75,8 +78,14 @@ def _blamed(critique: Critique, role: str) -> Critique | None:
     return critique.model_copy(update={"issues": issues}) if issues else None
 
 
-def _issues(critique: Critique) -> str:
-    return "\n".join(
+def _issues(critique: Critique) -> list[str]:
+    return [
         f"{issue.component}: {issue.problem.rstrip('.')}." + (f" {issue.suggestion}" if issue.suggestion else "")
         for issue in critique.issues
-    )
+    ]
+
+
+def _first(problems: list[str]) -> str:
+    """Return the first problems in full, and how many more there are."""
+    more = len(problems) - _TOLD
+    return " ".join(problems[:_TOLD]) + (f" And {more} more." if more > 0 else "")
