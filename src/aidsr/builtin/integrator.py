@@ -43,7 +43,7 @@ class RuleIntegrator:
         return Placement(
             mount=job.mount_name,
             base=base,
-            position_m=(0.0, 0.0, height),
+            position_m=(*_over_target(job), height),
             rotation_deg=turn,
             intended_contacts=_contacts(job, brief),
             reason=" ".join(part for part in (_where(job, base), stood, turned) if part),
@@ -69,6 +69,9 @@ class RuleIntegrator:
         if {"intended_contacts", "contact_disabled"} & (codes.keys() | blamed):
             update["intended_contacts"] = _contacts(job, brief)
             done.append("named what it is meant to touch")
+        if "offset" in blamed:
+            update["position_m"] = (*_over_target(job), placement.position_m[2])
+            done.append("put it over the object")
         if "mount" in blamed:
             update["mount"] = job.mount_name
             done.append(f"attached it to {job.mount_name}")
@@ -86,6 +89,7 @@ _COVERED = {
     "base",
     "intended_contacts",
     "contact_disabled",
+    "offset",
     "mount",
 }
 
@@ -146,6 +150,17 @@ def _stem(name: str) -> str:
     return "".join(letter for letter in name if not letter.isdigit())
 
 
+def _over_target(job: Job) -> tuple[float, float]:
+    """Return how far a grasping robot is set aside, so that what it grasps lies on its axis: x and y of the mount [m].
+
+    Only where the task leaves the base to the Integrator: a mount that the environment moves knows where to go.
+    """
+    if job.kind != "grasp" or job.base != "fixed":
+        return 0.0, 0.0
+    x, y, _ = job.target_in_mount_m
+    return round(x, 5) + 0.0, round(y, 5) + 0.0
+
+
 def _where(job: Job, base: str) -> str:
     if base == "free":
         return f"It stands free at {job.mount_name}."
@@ -162,5 +177,6 @@ def _step_away(job: Job, placement: Placement, fault: Fault, update: dict[str, o
         turn = placement.rotation_deg
         update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
         return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"
-    update["position_m"] = (x, y, round(z - _STEP_M, 5))
-    return f"moved it back by {1000 * _STEP_M:g} mm along the mount's axis from {', '.join(fault.names[:2])}"
+    step = max(_STEP_M, -z)  # each time as far as all times before, so that a deep overlap does not take all attempts
+    update["position_m"] = (x, y, round(z - step, 5))
+    return f"moved it back by {1000 * step:g} mm along the mount's axis from {', '.join(fault.names[:2])}"

@@ -103,6 +103,16 @@ class Job:
         return self.mount.name if self.mount else "world"
 
     @property
+    def target_in_mount_m(self) -> tuple[float, float, float]:
+        """Where the target is in the mount's own frame; at the mount where there is no target."""
+        if self.target is None:
+            return 0.0, 0.0, 0.0
+        offset = np.array(self.target.position_m) - np.array(self.mount.position_m if self.mount else (0.0, 0.0, 0.0))
+        x = np.array(self.mount.x_axis if self.mount else (1.0, 0.0, 0.0))
+        z = np.array(self.mount.z_axis if self.mount else (0.0, 0.0, 1.0))
+        return float(offset @ x), float(offset @ np.cross(z, x)), float(offset @ z)
+
+    @property
     def down_in_mount(self) -> float:
         """Share of the mount's z axis that points down: 1 hanging, 0 horizontal, -1 standing."""
         return -self.mount.z_axis[2] if self.mount else -1.0

@@ -100,12 +100,13 @@ def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
     if job.target is None or job.kind == "crawl" or not path:
         return
     reach = _path_length_m(path) + job.approach_m
-    needed = job.target.distance_m - job.target.half_width_m
+    x, y, z = (at - root for at, root in zip(job.target_in_mount_m, scene.placement.position_m, strict=True))
+    needed = math.hypot(x, y, z) - job.target.half_width_m
     if reach < _LEAST_REACH * needed:
-        problem = f"the functional part reaches {reach:.2f} m from the mount, {job.target.part} is {needed:.2f} m away"
+        problem = f"the functional part reaches {reach:.2f} m from the root, {job.target.part} is {needed:.2f} m away"
         yield CritiqueIssue(blame="designer", component="reach", problem=problem, suggestion="make it longer")
-    if job.kind == "grasp" and job.target.beside_m + math.hypot(*scene.placement.position_m[:2]) > _BESIDE_GRASP_M:
-        problem = f"{job.target.part} is {1000 * job.target.beside_m:.0f} mm beside the axis the robot grasps along"
+    if job.kind == "grasp" and math.hypot(x, y) > _BESIDE_GRASP_M:
+        problem = f"{job.target.part} is {1000 * math.hypot(x, y):.0f} mm beside the axis the robot grasps along"
         yield CritiqueIssue(
             blame="integrator", component="offset", problem=problem, suggestion="place it over the object"
         )
