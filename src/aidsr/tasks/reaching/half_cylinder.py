@@ -33,7 +33,8 @@ def half_cylinder(place_m: tuple[float, float, float], radius_m: float, *, waves
         Change("body_pos", "surface", place_m),
         Change("body_quat", "surface", turn),
         Change("geom_size", "surface_round", (radius_m - WAVE_M * waves, HALF_WIDTH_M, 0.0)),
-        Change("geom_size", "surface_block", (radius_m / 2, HALF_WIDTH_M, radius_m)),
+        # a millimetre narrower, because two faces in one plane flicker in pictures
+        Change("geom_size", "surface_block", (radius_m / 2, HALF_WIDTH_M - 0.001, radius_m)),
         Change("geom_pos", "surface_block", (radius_m / 2, 0.0, 0.0)),
         *(Change("geom_pos", f"ripple_{number}", tuple(rod)) for number, rod in enumerate(rods, start=1)),
     )

@@ -1,0 +1,80 @@
+"""The worked example of docs/tasks.md is a package that works, and the page agrees with the code."""
+
+import re
+import sys
+import tomllib
+from importlib import invalidate_caches
+from pathlib import Path
+
+import mujoco
+import pytest
+from stick import Episode
+
+from aidsr.tasks import BENCHMARK_VERSION, TASKS, load_task
+
+PAGE = (Path(__file__).parents[2] / "docs" / "tasks.md").read_text(encoding="utf-8")
+FILES = dict(re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL))
+
+
+@pytest.fixture
+def kitchen(tmp_path, monkeypatch):
+    """The example, written down and installed as its pyproject.toml says."""
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "kitchen_tasks" / "__init__.py").touch()
+    project = tomllib.loads(FILES["pyproject.toml"])["project"]
+    info = tmp_path / "kitchen_tasks-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    points = "".join(f"{name} = {value}\n" for name, value in project["entry-points"]["aidsr.tasks"].items())
+    (info / "entry_points.txt").write_text(f"[aidsr.tasks]\n{points}")
+    monkeypatch.syspath_prepend(tmp_path)
+    invalidate_caches()
+    yield
+    for module in [name for name in sys.modules if name.partition(".")[0] == "kitchen_tasks"]:
+        del sys.modules[module]
+
+
+@pytest.mark.parametrize(("level", "raised_m"), [("standard", 0.05), ("hard", 0.10)])
+def test_the_example_is_a_task_like_any_other(kitchen, level, raised_m):
+    task = load_task("lid_lifting", level)
+    assert f"at least {raised_m:g} m high" in task.brief().objective
+    episode = Episode(task)
+    assert task.features(episode.look(), episode.standing.memory).shape == (1, 4)
+    episode.run(2.0)
+    assert not episode.won
+
+    def lift(e: Episode) -> None:
+        weight_n = 9.81 * e.model.body("lid").mass[0]
+        e.data.joint("lid_slide").qfrc_applied = weight_n + 40.0 * (1.1 * raised_m - e.sensor("lid_height")[0])
+        e.data.joint("lid_slide").qfrc_applied -= 4.0 * e.data.joint("lid_slide").qvel
+
+    episode.run(4.0, lift)
+    assert episode.won
+
+
+def test_the_page_names_every_task_in_every_table_and_shows_it():
+    for name in TASKS:
+        short = name.rpartition("/")[2]
+        assert f"| {name} |" in PAGE
+        assert len(re.findall(rf"^\| {short} \|", PAGE, re.MULTILINE)) == 2
+        assert f"images/tasks/{short}.png" in PAGE
+    assert f"version {BENCHMARK_VERSION}" in PAGE
+
+
+def test_the_page_has_the_times_of_the_tasks():
+    for row in re.findall(r"^\| (\w+) \|(.*)\|$", PAGE, re.MULTILINE):
+        cells = [cell.strip() for cell in row[1].split("|")]
+        if len(cells) == 5 and row[0] != "task":
+            task = load_task(row[0])
+            assert cells[2] == f"{task.hold_s:g} s"
+            assert cells[4] == f"{task.time_limit_s:g} s"
+
+
+def test_environments_keep_the_mount_on_a_body_that_moves_only_where_they_say():
+    for name in TASKS:
+        task = load_task(name)
+        model = mujoco.MjModel.from_xml_string(task.environment)
+        body = int(model.site("mount").bodyid[0])
+        assert bool(model.body_weldid[body]) == (task.base == "moving")
