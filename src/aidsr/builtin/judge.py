@@ -41,7 +41,7 @@ class RuleJudge:
 
 
 def _praise(job: Job, report: ValidationReport) -> str:
-    warnings = f" The validator left {len(report.warnings)} warnings." if report.warnings else ""
+    warnings = f" Warnings of the validator: {len(report.warnings)}." if report.warnings else ""
     return f"The built-in rules find structure, reach, base and contact right for a job to {job.kind}.{warnings}"
 
 
