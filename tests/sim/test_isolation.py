@@ -217,7 +217,7 @@ def test_a_worker_leaves_when_its_parent_is_killed(tmp_path: Path) -> None:
     assert not Path(folder).exists()
 
 
-def test_a_call_inside_a_worker_runs_there(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_call_inside_a_worker_runs_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("AIDSR_INSIDE_WORKER", "anything")
     assert trial("echo")["pid"] == os.getpid()
 
