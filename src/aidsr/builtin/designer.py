@@ -82,6 +82,9 @@ class RuleDesigner:
         return _answered(describe(concept.family, parameters, job), understood)
 
 
+_ON_AXIS_M = 0.001
+
+
 def describe(label: str, parameters: Parameters, job: Job) -> Concept:
     """Return the concept that a family's parameters stand for, in words made from its numbers."""
     family = FAMILIES[label]
@@ -114,10 +117,10 @@ def _interpretation(job: Job) -> str:
     """Say what the job demands of a body, and what made the rules think so."""
     sentences = [f"{_DEMANDS[job.kind]}: {job.because}."]
     if job.target is not None:
+        beside = f"{mm(job.target.beside_m)} off it" if job.target.beside_m > _ON_AXIS_M else "on it"
         sentences.append(
-            f"{job.target.part} is {mm(job.target.along_m)} along the axis of {job.mount_name} and "
-            f"{mm(job.target.beside_m)} off it, {mm(2 * job.target.half_width_m)} wide, and its body weighs "
-            f"{1000 * job.target.mass_kg:.0f} g."
+            f"{job.target.part} is {mm(job.target.along_m)} along the axis of {job.mount_name} and {beside}, "
+            f"{mm(2 * job.target.half_width_m)} wide; its body weighs {1000 * job.target.mass_kg:.0f} g."
         )
     if job.approach_m > 0:
         sentences.append(f"The mount itself can come {mm(job.approach_m)} closer.")

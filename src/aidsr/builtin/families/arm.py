@@ -12,7 +12,7 @@ from aidsr.artifacts import Robot
 from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Cable, Chain, grow, string, uniform
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
-from aidsr.builtin.parts import add_base, add_hook, add_pad, sense_tip
+from aidsr.builtin.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, sense_tip
 from aidsr.builtin.phrases import deg, mm, numeral, rod
 from aidsr.builtin.sizing import bending_stiffness, damping_time, reach_length
 from aidsr.builtin.writing import Sheet
@@ -40,9 +40,6 @@ class ArmParameters(Parameters):
     """Length of a hook at the tip, across the backbone; 0 for a rounded pad."""
 
 
-_HOOK_END_M = 0.013
-"""What a hook adds to the arm's length."""
-
 _SHAPES = {"two sections": (2, 7, 3), "three sections": (3, 5, 3), "four cables": (2, 7, 4), "hook": (2, 6, 3)}
 """Sections, segments a section and cables a section of each variant; 12 to 15 segments keep a bend below 0.35 rad."""
 
@@ -54,7 +51,7 @@ stops; a hook is carried by a stiff arm that hardly sags."""
 def sample(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
     """Choose an arm that reaches the target with a third to spare."""
     sections, per_section, cables = _SHAPES[variant]
-    length = reach_length(job, rng) - (_HOOK_END_M if variant == "hook" else 0.0)
+    length = reach_length(job, rng) - (HOOK_SHAFT_M + HOOK_RADIUS_M if variant == "hook" else 0.0)
     count = sections * per_section
     # Links that do not overlap across a joint need a radius below half their length.
     radius = float(np.clip(0.42 * length / count, 0.005, 0.012)) * rng.uniform(0.9, 1.0)
@@ -92,10 +89,11 @@ def write(parameters: ArmParameters) -> Robot:
     for cable in _cables(p):
         string(sheet, backbone, cable)
     if p.hook_m > 0:
-        add_hook(backbone, p.hook_m, p.radius_m)
+        add_hook(backbone, p.hook_m)
+        sense_tip(sheet, backbone, p.hook_m, (p.hook_m / 2.0, 0.0, backbone.tip_at_m + HOOK_SHAFT_M))
     else:
-        add_pad(backbone, p.pad_radius_m)
-    sense_tip(sheet, backbone, p.hook_m + p.pad_radius_m + 0.002)
+        add_pad(backbone, "tip_pad", p.pad_radius_m)
+        sense_tip(sheet, backbone, 1.2 * p.pad_radius_m)
     return Robot(mjcf=sheet.text(), functional_part="tip", notes="Written by the built-in rules.")
 
 

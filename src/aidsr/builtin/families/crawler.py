@@ -13,7 +13,7 @@ from aidsr.artifacts import ActuatorGroup, Robot
 from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
-from aidsr.builtin.parts import add_fingertip
+from aidsr.builtin.parts import add_pad, sense_touch
 from aidsr.builtin.phrases import deg, mm, numeral, rod
 from aidsr.builtin.sizing import bending_stiffness, damping_time
 from aidsr.builtin.writing import Sheet, add
@@ -123,7 +123,8 @@ def write(p: CrawlerParameters) -> Robot:
         for cable, degrees in _CABLES[p.cables_per_leg]:
             turn = math.radians(degrees * side)
             string(sheet, backbone, Cable(f"tendon_{name}_{cable}", turn, p.segments, p.tension_n))
-        add_fingertip(sheet, backbone, f"{name}_foot", _foot_radius(p))
+        add_pad(backbone, f"{name}_foot", _foot_radius(p))
+        sense_touch(sheet, backbone, f"{name}_foot", 1.2 * _foot_radius(p))
     add(trunk, "site", name="trunk_center", pos=(0.0, 0.0, 0.3 * _HEIGHT_M), size=(0.003,), material="working")
     add(sheet.sensor, "framepos", name="trunk_position", objtype="site", objname="trunk_center")
     add(sheet.sensor, "framequat", name="trunk_attitude", objtype="xbody", objname="trunk")

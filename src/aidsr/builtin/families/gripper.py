@@ -14,7 +14,7 @@ from aidsr.artifacts import ActuatorGroup, Robot
 from aidsr.builtin.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
 from aidsr.builtin.families.family import Family, Parameters, Texts
 from aidsr.builtin.job import Job
-from aidsr.builtin.parts import add_base, add_fingertip
+from aidsr.builtin.parts import add_base, add_pad, sense_touch
 from aidsr.builtin.phrases import deg, mm, numeral, rod
 from aidsr.builtin.sizing import bending_stiffness, damping_time
 from aidsr.builtin.writing import Sheet, add
@@ -139,7 +139,8 @@ def write(p: GripperParameters) -> Robot:
     for number, backbone in enumerate(backbones, start=1):
         string(sheet, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
         string(sheet, backbone, Cable(f"tendon_open_{number}", math.pi, p.segments, p.opening_n))
-        add_fingertip(sheet, backbone, f"fingertip{number}", p.radius_m * 1.1, p.pad_half_width_m)
+        add_pad(backbone, f"fingertip{number}", 1.1 * p.radius_m, p.pad_half_width_m)
+        sense_touch(sheet, backbone, f"fingertip{number}", 1.3 * p.radius_m + p.pad_half_width_m)
     add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname="grasp")
     return Robot(
         mjcf=sheet.text(), functional_part="grasp", actuator_groups=groups(p), notes="Written by the built-in rules."

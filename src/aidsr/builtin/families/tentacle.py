@@ -44,7 +44,7 @@ class TentacleParameters(Parameters):
     """Distance of that post from the mount's axis."""
 
 
-_FULL_CURL_RAD = {"curl": 4.6, "wrap": 11.0, "space": 3.2, "two stages": 2.8}
+_FULL_CURL_RAD = {"curl": 4.6, "wrap": 11.0, "space": 4.2, "two stages": 3.8}
 """Curl at full tension of each variant. Our choice: three quarters of a turn hooks a bar; a wrap that could
 curl to a third of its own size squeezes what stops it."""
 
@@ -121,8 +121,8 @@ def write(p: TentacleParameters) -> Robot:
         string(
             sheet, backbone, Cable(f"tendon_short_{degrees:03d}", math.radians(degrees), p.segments // 2, p.tension_n)
         )
-    add_pad(backbone, p.tip_radius_m * 1.3)
-    sense_tip(sheet, backbone, p.tip_radius_m * 1.3 + 0.002)
+    add_pad(backbone, "tip_pad", 1.3 * p.tip_radius_m)
+    sense_tip(sheet, backbone, 1.6 * p.tip_radius_m)
     if p.stalk_m > 0:
         add(base, "site", name="grasp", pos=(0.0, 0.0, p.stalk_m), size=(0.003,), material="working")
         add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname="grasp")
@@ -178,8 +178,8 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
             "thickness, so the tip curls tightest."
         ),
         actuation=(
-            f"{numeral(p.cables).capitalize()} cables along the whole length{short if p.short_cables else ''}, each with "
-            f"a winch of at most {p.tension_n:.0f} N; "
+            f"{numeral(p.cables).capitalize()} cables along the whole length{short if p.short_cables else ''}, each "
+            f"with a winch of at most {p.tension_n:.0f} N; "
             f"{'one curls, the other uncurls' if planar else 'they stand 120 deg apart'}."
         ),
         rationale=(
