@@ -172,3 +172,17 @@ def test_the_viewer_gets_the_checked_document() -> None:
     assert text.startswith("<mujoco>")
     assert "note" not in text
     assert compile_mjcf(text).nu == 1
+
+
+def test_only_the_robot_swings_when_nothing_is_asked() -> None:
+    carriage = (
+        '<mujoco><worldbody><body name="{0}a"><joint name="{0}a" type="slide" axis="1 0 0" damping="1"/>'
+        '<geom name="{0}a" type="box" size=".1 .1 .1" rgba="1 0 0 1"/></body>'
+        '<body name="robot/b" pos="0 0 1"><joint name="robot/b"/><geom name="robot/b" size=".1"/></body></worldbody>'
+        '<actuator><motor name="{0}a" joint="{0}a" ctrlrange="-5 20"/></actuator></mujoco>'
+    )
+    change = {}
+    for owner in ("", "robot/"):
+        strip = pixels(rendering.filmstrip(carriage.format(owner), seconds=2.0, count=2, width=64, height=64))
+        change[owner] = np.abs(strip[:, :64] - strip[:, 64:]).mean()
+    assert change["robot/"] > 3 * change[""]

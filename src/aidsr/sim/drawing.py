@@ -18,6 +18,7 @@ from aidsr.sim import raycasting
 from aidsr.sim.compiling import compile_mjcf, parse_mjcf
 from aidsr.sim.framing import View, frame
 from aidsr.sim.opengl import Canvas, NoOpenGLError
+from aidsr.sim.ownership import read_ownership
 from aidsr.sim.staging import staged
 
 __all__ = ["describe_graphics", "draw_filmstrip", "draw_picture", "draw_video"]
@@ -97,7 +98,7 @@ def _positions(argument: dict[str, Any]) -> NDArray[np.float64]:
 
 
 def _swing(model: mujoco.MjModel, motion: dict[str, Any]) -> NDArray[np.float64]:
-    """Return controls that swing every actuator through its range, each a little behind the one before."""
+    """Return controls that swing each actuator of the robot, a little behind the one before; the rest hold still."""
     times = np.arange(round(motion["seconds"] * motion["frames_per_s"])) / motion["frames_per_s"]
     limited = model.actuator_ctrllimited.astype(bool)
     low = np.where(limited, model.actuator_ctrlrange[:, 0], -1.0)
@@ -105,6 +106,9 @@ def _swing(model: mujoco.MjModel, motion: dict[str, Any]) -> NDArray[np.float64]
     phase = 2 * np.pi * (_SWING_HZ * times[:, None] - np.arange(model.nu) / max(model.nu, 1))
     onset = np.clip(times, 0, 1)[:, None]
     swing: NDArray[np.float64] = (low + high) / 2 + onset * (high - low) / 2 * np.sin(phase)
+    owned = read_ownership(model)
+    theirs = [actuator for actuator in range(model.nu) if not owned.actuator(actuator)]
+    swing[:, theirs] = np.clip(0.0, low[theirs], high[theirs])
     return swing
 
 
