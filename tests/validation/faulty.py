@@ -153,8 +153,8 @@ def _sliding_base() -> str:
     return swapped(r'<body name="base">', '<body name="base"><joint name="lift" type="slide" axis="0 0 1"/>', arm())
 
 
-def _overrun(bend_rad: float) -> str:
-    text = swapped(r' solreflimit="0.004 1"', "", arm(bend_rad=bend_rad))
+def _overrun(bend_rad: float, radius_m: float) -> str:
+    text = swapped(r' solreflimit="0.004 1"', "", arm(bend_rad=bend_rad, radius_m=radius_m))
     return swapped(r'range="-45 45"', 'range="-5 5"', text)
 
 
@@ -226,6 +226,40 @@ def _still_sensors() -> str:
     return within("sensor", '<sensor><framepos objtype="body" objname="base"/></sensor>', arm())
 
 
+def _skipping() -> str:
+    return swapped(r'<site site="t\d_[1357][ab]"/>', "", arm(segments=9, offset_share=1.2, bend_rad=0.7))
+
+
+def _through_parts() -> str:
+    """A tendon from the base straight to the tip, inside the segments between."""
+    text = swapped(r'(<spatial name="t0"[^>]*><site site="t0_basea"/>).*?(<site site="t0_11b"/>)', r"\1\2", arm())
+    return swapped(r'(<spatial name="t1"[^>]*><site site="t1_basea"/>).*?(<site site="t1_11b"/>)', r"\1\2", text)
+
+
+def _pushing() -> str:
+    return swapped(r'ctrlrange="0 ([^"]*)"', r'ctrlrange="-\1 \1"', arm())
+
+
+def _quick() -> str:
+    """Tendons far from the backbone of a limb that bends a lot."""
+    return robots.arm(Limb(length_m=0.5, mass_kg=0.5, radius_m=0.08, bend_rad=4))
+
+
+def _strong_and_quick() -> str:
+    return robots.arm(Limb(tendons=2, length_m=1, mass_kg=2, radius_m=0.1, bend_rad=1.6, damping_s=0.005))
+
+
+def _wide_and_strong() -> str:
+    """So far from the backbone that a strong cable has half a metre to take up."""
+    return robots.arm(Limb(length_m=1.2, mass_kg=2.5, radius_m=0.15, bend_rad=1.9, damping_s=0.2))
+
+
+def _of_lead_and_more() -> str:
+    return swapped(r'(<geom name="g11" type="cylinder" size=")[^"]*"', r'\g<1>0.001 0.002"', arm())
+
+
+REALIZABLE = {"realizable": True}
+
 BAD = (
     Bad("no_tendons", _without_tendons),
     Bad("no_actuators", lambda: within("actuator", "", arm())),
@@ -258,8 +292,8 @@ BAD = (
     Bad("energy_growth", _negative_damping),
     Bad("underdamped", _ringing),
     Bad("chatter", _hammering_servos),
-    Bad("limit_overrun", lambda: _overrun(4), severity="warning"),
-    Bad("limit_overrun", lambda: _overrun(12)),
+    Bad("limit_overrun", lambda: _overrun(3, radius_m=0.025), severity="warning"),
+    Bad("limit_overrun", lambda: _overrun(12, radius_m=0.011)),
     Bad("zero_gear", _zero_gear),
     Bad("tendon_one_body", _tendon_on_base),
     Bad("tendon_no_moment", _tendon_on_axis),
@@ -270,4 +304,13 @@ BAD = (
     Bad("too_stiff", _stiff),
     Bad("mass_ratio", _heavy_tip),
     Bad("sensor_constant", _still_sensors),
+    Bad("tendon_skips_segments", _skipping, REALIZABLE, severity="warning"),
+    Bad("tendon_through_body", _through_parts, REALIZABLE),
+    Bad("tendon_pushes", _pushing, REALIZABLE),
+    Bad("actuator_overforce", lambda: arm(bend_rad=3), REALIZABLE),
+    Bad("actuator_overforce", lambda: arm(bend_rad=3), severity="warning"),
+    Bad("actuator_power", _strong_and_quick, REALIZABLE),
+    Bad("actuator_speed", _quick, REALIZABLE),
+    Bad("cable_stroke", _wide_and_strong, REALIZABLE),
+    Bad("implausible_density", _of_lead_and_more, REALIZABLE),
 )

@@ -19,8 +19,10 @@ class Limb:
     radius_m: float = 0.011
     sag: float = 1.0
     """Weight against bending stiffness, w L^3 / (E I)."""
-    bend_rad: float = 2.5
+    bend_rad: float = 1.4
     """Bend of the whole limb at full pull."""
+    offset_share: float = 0.8
+    """Distance of the tendons from the axis / radius."""
     damping_s: float = 0.05
     """Joint damping / joint stiffness."""
 
@@ -30,7 +32,7 @@ class Limb:
 
     @property
     def offset_m(self) -> float:
-        return 0.8 * self.radius_m
+        return self.offset_share * self.radius_m
 
     @property
     def bending_stiffness_n_m2(self) -> float:

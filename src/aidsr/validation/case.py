@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
 from aidsr.sim.structure import Structure, name_of
+from aidsr.validation.drive import Drive
 from aidsr.validation.protocol import Evidence, Variant, rerun
 from aidsr.validation.thresholds import Thresholds
 
@@ -91,6 +92,23 @@ class Case:
         """Largest effect / L of one actuator alone, the other tendons slack; 0 if it has no end but neutral."""
         evidence = self.driven
         return max((float(evidence.effects[i]) for i in self.single_tests([drive])), default=0.0)
+
+    def force_n(self, drive: Drive) -> NDArray[np.float64]:
+        """Force of an actuator on its tendon or joint in every frame of the battery, (n_tests, n_frames).
+
+        Positive pushes.
+
+        Source: MuJoCo documentation, Computation, "Actuation model": `actuator_force` is before the gear.
+        """
+        if self.driven.battery is None:
+            return np.zeros((0, 0))
+        output = int(self.model.actuator_outadr[drive.actuator])
+        force = self.driven.battery.fields["actuator_force"][:, :, output]
+        return np.asarray(force * self.model.actuator_gear[drive.actuator, 0])
+
+    def largest_effect(self, drives: Iterable[int]) -> float:
+        """Largest effect / L of some actuators, each alone."""
+        return max((self.effect_of(drive) for drive in drives), default=0.0)
 
     def single_tests(self, drives: Iterable[int]) -> list[int]:
         """Rows of the battery in which one of some actuators is driven alone."""

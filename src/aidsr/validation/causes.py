@@ -52,6 +52,9 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "actuator_too_weak": ("sensor_constant",),
     "too_stiff": ("sensor_constant",),
     "no_effect": ("sensor_constant",),
+    "tendon_through_body": ("tendon_skips_segments", "actuator_overforce", "actuator_power", "actuator_speed"),
+    "actuator_overforce": ("actuator_power", "actuator_speed", "cable_stroke"),
+    "actuator_power": ("actuator_speed", "cable_stroke"),
 }
 """Codes that an error explains. Where two could explain each other, the first is the cause.
 Source: our choice; missing blocks before wiring and ranges, then topology, lock and overlap, drop, collapse, divergence

@@ -17,10 +17,13 @@ from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
 from aidsr.validation.protocol import Protocol, gather_evidence
-from aidsr.validation.rules import SIMULATE_RULES, STRUCTURE_RULES
+from aidsr.validation.rules import REALIZABILITY_RULES, SIMULATE_RULES, STRUCTURE_RULES
+from aidsr.validation.rules.effort import motor_measurements
 from aidsr.validation.standing import stand
 
 __all__ = ["examine", "examine_text"]
+
+_LAYERS = ("load", "structure", "simulate", "realizability")
 
 
 def examine(argument: dict[str, Any]) -> dict[str, Any]:
@@ -47,6 +50,10 @@ def examine_text(
         case = replace(case, evidence=gather_evidence(model, case.structure))
         apply(SIMULATE_RULES, case)
         measurements |= measure(case)
+        # forces and speeds of a robot that does not work say nothing about its motors
+        if all(fault.severity != "error" for fault in case.found):
+            apply(REALIZABILITY_RULES, case)
+            measurements["motors"] = motor_measurements(case)
     return make_report(without_consequences(case.found), measurements, notes + changes, realizable)
 
 
@@ -76,11 +83,15 @@ def apply(rules: tuple[Rule, ...], case: Case) -> None:
 def make_report(
     faults: tuple[Fault, ...], measurements: dict[str, Any], notes: tuple[str, ...], realizable: bool
 ) -> ValidationReport:
-    """Return the report; `stable` says whether an error stands in a layer that is enforced."""
-    enforced = [fault for fault in faults if realizable or fault.layer != "realizability"]
+    """Return the report, errors first; what cannot be built is an error only where that is enforced."""
+    ranked = [
+        fault if realizable or fault.layer != "realizability" else fault.model_copy(update={"severity": "warning"})
+        for fault in faults
+    ]
+    ranked.sort(key=lambda fault: (fault.severity != "error", _LAYERS.index(fault.layer)))
     return ValidationReport(
-        stable=all(fault.severity != "error" for fault in enforced),
-        faults=tuple(sorted(faults, key=lambda fault: fault.severity != "error")),
+        stable=all(fault.severity != "error" for fault in ranked),
+        faults=tuple(ranked),
         measurements=measurements,
         versions={"aidsr": __version__, "mujoco": mujoco.__version__},
         notes=notes,

@@ -28,7 +28,19 @@ Variant = Callable[[mujoco.MjModel], None]
 """Changes a copy of the model for a counterfactual: what if there were no gravity?"""
 
 STANDARD_GRAVITY_M_S2 = 9.81
-_FIELDS = ("xipos", "site_xpos", "xpos", "xquat", "qpos", "qvel", "sensordata", "energy", "ten_length")
+_FIELDS = (
+    "xipos",
+    "site_xpos",
+    "xpos",
+    "xquat",
+    "qpos",
+    "qvel",
+    "sensordata",
+    "energy",
+    "ten_length",
+    "ten_velocity",
+    "actuator_force",
+)
 _SLACK_GROUP, _DRIVEN_GROUP = 30, 0
 _BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)
 

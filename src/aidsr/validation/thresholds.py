@@ -70,6 +70,8 @@ class Thresholds:
     """Joint beyond its range under load. Limits are soft in MuJoCo: light links overrun them by their mass."""
     effect: float = 0.05
     """Largest displacement / L that an actuator causes; less cannot be told from doing nothing by a task."""
+    single_effect: float = 0.02
+    """The same for one actuator among others that do move the robot: a leg that presses on the ground moves little."""
     lock_share: float = 0.35
     """Effect / effect with the obstacle taken away; less means that the obstacle holds the robot."""
     limit_gain: float = 3.0

@@ -8,7 +8,7 @@ import numpy as np
 from aidsr.sim.structure import Structure
 from aidsr.validation.protocol import Variant
 
-__all__ = ["softer", "without_limits", "without_outlier_mass", "without_self_contact"]
+__all__ = ["mass_ratio", "softer", "without_limits", "without_outlier_mass", "without_self_contact"]
 
 _ROBOT_TYPE, _ROBOT_AFFINITY = 1 << 30, 1 << 29
 """Collision bits that users do not reach; a contact needs the type of one geom in the affinity of the other."""
@@ -44,6 +44,13 @@ def without_self_contact(structure: Structure) -> Variant:
         model.pair_margin[between] = _NEVER_M
 
     return change
+
+
+def mass_ratio(model: mujoco.MjModel, structure: Structure) -> float:
+    """Return the mass of the heaviest moving body / the median; 1 where nothing has mass."""
+    masses = np.array(model.body_mass[list(structure.moving)])
+    masses = masses[masses > 0]
+    return float(masses.max() / np.median(masses)) if masses.size else 1.0
 
 
 def without_outlier_mass(structure: Structure) -> Variant:

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from aidsr.validation.case import Rule
 from aidsr.validation.rules.blocks import no_actuators, no_sensors, no_tendons, tendons_not_actuated
+from aidsr.validation.rules.cables import tendon_pushes, tendon_skips_segments, tendon_through_body
 from aidsr.validation.rules.effect import antagonist_lock, no_effect, self_collision_lock
+from aidsr.validation.rules.effort import (
+    actuator_overforce,
+    actuator_power,
+    actuator_speed,
+    implausible_density,
+    no_motor_fits,
+)
 from aidsr.validation.rules.motion import chatter, limit_overrun, numerical_instability
 from aidsr.validation.rules.passive import (
     drop,
@@ -20,7 +28,7 @@ from aidsr.validation.rules.sensing import sensor_constant
 from aidsr.validation.rules.topology import disconnected, fully_actuated, no_soft_chain, segments_gap
 from aidsr.validation.rules.wiring import tendon_no_moment, tendon_one_body, zero_gear
 
-__all__ = ["SIMULATE_RULES", "STRUCTURE_RULES"]
+__all__ = ["REALIZABILITY_RULES", "SIMULATE_RULES", "STRUCTURE_RULES"]
 
 STRUCTURE_RULES: tuple[Rule, ...] = (
     no_tendons,
@@ -59,3 +67,15 @@ SIMULATE_RULES: tuple[Rule, ...] = (
     sensor_constant,
 )
 """Rules that look at what the robot did."""
+
+REALIZABILITY_RULES: tuple[Rule, ...] = (
+    tendon_through_body,
+    tendon_skips_segments,
+    tendon_pushes,
+    actuator_overforce,
+    actuator_power,
+    actuator_speed,
+    no_motor_fits,
+    implausible_density,
+)
+"""Rules about whether it could be built, reported apart from stability."""

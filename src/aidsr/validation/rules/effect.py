@@ -10,7 +10,7 @@ from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.causes import is_explained
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
-from aidsr.validation.variants import softer, without_limits, without_outlier_mass, without_self_contact
+from aidsr.validation.variants import mass_ratio, softer, without_limits, without_outlier_mass, without_self_contact
 
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock"]
 
@@ -72,10 +72,11 @@ def no_effect(case: Case) -> Iterator[Fault]:
     evidence, limits = case.driven, case.limits
     if evidence.battery is None or not evidence.drives or is_explained("no_effect", case.found):
         return
-    weak = [index for index in range(len(evidence.drives)) if case.effect_of(index) < limits.effect]
+    whole = float(evidence.effects.max(initial=0.0)) < limits.effect
+    least = limits.effect if whole else limits.single_effect
+    weak = [index for index in range(len(evidence.drives)) if case.effect_of(index) < least]
     if not weak:
         return
-    whole = float(evidence.effects.max(initial=0.0)) < limits.effect
     tests = case.single_tests(weak)
     freed = case.effects_if("without limits", without_limits, tests)
     if held := _improved(case, weak, freed, limits.limit_gain):
@@ -90,20 +91,29 @@ def no_effect(case: Case) -> Iterator[Fault]:
             whole=whole,
         )
         return
-    light = case.effects_if("without outlier mass", without_outlier_mass(case.structure), tests)
-    if heavy := _improved(case, weak, light, limits.limit_gain):
-        yield _effect_fault(
-            case,
-            "mass_ratio",
-            heavy,
-            light,
-            message="one body is too heavy to be moved",
-            cause="its mass or density is far above that of the others",
-            cure="Bring the mass of that body near the others'.",
-            whole=whole,
-        )
-        return
+    ratio = mass_ratio(case.model, case.structure)
+    if ratio > limits.mass_ratio:
+        light = case.effects_if("without outlier mass", without_outlier_mass(case.structure), tests)
+        if heavy := _improved(case, weak, light, limits.limit_gain):
+            yield _mass_fault(case, heavy, ratio, whole)
+            return
     yield _strength_fault(case, weak, tests, whole)
+
+
+def _mass_fault(case: Case, drives: list[int], ratio: float, whole: bool) -> Fault:
+    heaviest = max(case.structure.moving, key=lambda body: float(case.model.body_mass[body]))
+    return Fault(
+        code="mass_ratio",
+        layer="simulate",
+        severity="error" if whole else "warning",
+        names=(case.body(heaviest),),
+        measured=ratio,
+        limit=case.limits.mass_ratio,
+        unit="times the median segment",
+        message=f"too heavy to be moved: {case.largest_effect(drives):.2g} L, and far more with the median's mass",
+        likely_cause="its mass or density is far above that of the others",
+        cure="Bring the mass of that body near the others'.",
+    )
 
 
 def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) -> Fault:
@@ -184,7 +194,7 @@ def _effect_fault(
         layer="simulate",
         severity="error" if whole else "warning",
         names=tuple(case.actuator(evidence.drives[index].actuator) for index in drives),
-        measured=max(case.effect_of(index) for index in drives),
+        measured=case.largest_effect(drives),
         limit=case.limits.effect,
         unit="of the robot's length",
         message=f"{message}: largest displacement by these actuators, and {freed:.2g} in the counterfactual",

@@ -1,0 +1,189 @@
+"""Could the tendons be cables: do they keep out of the body, pull only, and are there motors for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.artifacts import Fault
+from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
+from aidsr.sim.structure import Tendon
+from aidsr.validation.case import Case
+from aidsr.validation.solids import depth_m, half_width_m
+
+__all__ = ["tendon_pushes", "tendon_skips_segments", "tendon_through_body"]
+
+_SAMPLES = 17
+
+
+def tendon_through_body(case: Case) -> Iterator[Fault]:
+    """Between two guides a cable keeps out of parts that neither guide belongs to, drawn and driven.
+
+    MuJoCo pulls a tendon straight from site to site, whatever is between them.
+    """
+    worst: dict[int, tuple[float, str]] = {}
+    for data in _poses(case):
+        for tendon in case.structure.tendons:
+            for share, body in _buried(case, data, tendon):
+                worst[tendon.id] = max(worst.get(tendon.id, (0.0, "")), (share, body))
+    deep = {tendon: found for tendon, found in worst.items() if found[0] > case.limits.through_body}
+    if deep:
+        share, body = max(deep.values())
+        yield Fault(
+            code="tendon_through_body",
+            layer="realizability",
+            severity="error",
+            names=tuple(case.tendon(tendon) for tendon in deep),
+            measured=share,
+            limit=case.limits.through_body,
+            unit="of the half width of the part",
+            message=f"runs through {body} between its guides",
+            cure="Add a routing site in every segment, at its surface, so that the cable follows the limb.",
+        )
+
+
+def _poses(case: Case) -> Iterator[mujoco.MjData]:
+    """The drawn pose and the ends of the tests of single actuators."""
+    evidence = case.driven
+    yield evidence.start
+    if evidence.battery is None:
+        return
+    data = mujoco.MjData(case.model)
+    for row, test in enumerate(evidence.tests):
+        if test.kind == "single" and not evidence.battery.failed(row):
+            mujoco.mj_setState(case.model, data, evidence.battery.states[row], mujoco.mjtState.mjSTATE_INTEGRATION)
+            mujoco.mj_kinematics(case.model, data)
+            yield data
+
+
+def _spans(case: Case, tendon: Tendon) -> Iterator[tuple[int, int]]:
+    """Neighbouring sites that the tendon joins by a straight line."""
+    wraps = tendon_wraps(case.model, tendon.id)
+    for (kind, site), (next_kind, next_site) in pairwise(wraps):
+        if kind == WRAP_SITE and next_kind == WRAP_SITE:
+            yield site, next_site
+
+
+def _buried(case: Case, data: mujoco.MjData, tendon: Tendon) -> Iterator[tuple[float, str]]:
+    """Depth / half width of every part that the tendon's straight lines pass through, and its name."""
+    model = case.model
+    along = np.linspace(0, 1, _SAMPLES)[1:-1, None]
+    for site, next_site in _spans(case, tendon):
+        begin, end = data.site_xpos[site], data.site_xpos[next_site]
+        own = _own_parts(case, int(model.site_bodyid[site]), int(model.site_bodyid[next_site]))
+        points = begin + along * (end - begin)
+        middle, reach = (begin + end) / 2, float(np.linalg.norm(end - begin)) / 2
+        for geom in case.structure.geoms:
+            if int(model.body_weldid[model.geom_bodyid[geom]]) in own:
+                continue
+            if np.linalg.norm(data.geom_xpos[geom] - middle) > reach + model.geom_rbound[geom]:
+                continue
+            depth = float(depth_m(model, data, geom, points).max())
+            if depth > 0:
+                yield depth / half_width_m(model, geom), case.body(int(model.geom_bodyid[geom]))
+
+
+def _own_parts(case: Case, one: int, other: int) -> set[int]:
+    """Rigid parts a line between two bodies may touch: theirs and their neighbours', but none that it passes over."""
+    weld = case.model.body_weldid
+    ends = {int(weld[one]), int(weld[other])}
+    near = set(ends)
+    for body in case.structure.bodies:
+        part, parent = int(weld[body]), int(weld[case.model.body_parentid[body]])
+        near |= {part} if parent in ends else set()
+        near |= {parent} if part in ends else set()
+    return near - ({int(weld[body]) for body in _between(case, one, other)} - ends)
+
+
+def tendon_skips_segments(case: Case) -> Iterator[Fault]:
+    """A cable along a limb is guided by every segment it passes."""
+    skipping: dict[str, int] = {}
+    for tendon in case.structure.tendons:
+        for site, next_site in _spans(case, tendon):
+            skipped = _skipped_joints(case, site, next_site)
+            if skipped > 1:
+                name = case.tendon(tendon.id)
+                skipping[name] = max(skipping.get(name, 0), skipped)
+    if skipping:
+        yield Fault(
+            code="tendon_skips_segments",
+            layer="realizability",
+            severity="warning",
+            names=tuple(skipping),
+            measured=max(skipping.values()),
+            limit=1,
+            unit="joints between neighbouring guides",
+            message="runs along a limb without a guide in every segment",
+            cure="Add a routing site in every segment the tendon passes.",
+        )
+
+
+def _skipped_joints(case: Case, site: int, next_site: int) -> int:
+    """Turning points along which a straight cable between two sites runs; 0 where it crosses free space.
+
+    Along a limb the skipped joints are no farther from the cable than its guides are from their own joints; a cable
+    across a loop keeps away from the joints between.
+    """
+    model, data = case.model, case.driven.start
+    begin, end = data.site_xpos[site], data.site_xpos[next_site]
+    span_m = float(np.linalg.norm(end - begin))
+    between = _between(case, int(model.site_bodyid[site]), int(model.site_bodyid[next_site]))
+    anchors: list[NDArray[np.float64]] = []
+    for body in between:
+        anchor = data.xanchor[int(model.body_jntadr[body])]
+        if not anchors or np.linalg.norm(anchor - anchors[-1]) > case.limits.overlap_noticed * case.length_m:
+            anchors.append(np.array(anchor))
+    if span_m == 0 or not anchors:
+        return 0
+    offsets = np.array(anchors) - begin
+    direction = (end - begin) / span_m
+    away = np.linalg.norm(offsets - np.outer(offsets @ direction, direction), axis=1)
+    guide = max(np.linalg.norm(np.array(anchors) - point, axis=1).min() for point in (begin, end))
+    return len(anchors) if away.max() <= guide else 0
+
+
+def _between(case: Case, one: int, other: int) -> list[int]:
+    """Bodies with joints on the way from one body to another through the tree."""
+    model = case.model
+
+    def ancestors(body: int) -> list[int]:
+        line = [body]
+        while line[-1]:
+            line.append(int(model.body_parentid[line[-1]]))
+        return line
+
+    first, second = ancestors(one), ancestors(other)
+    apart = [body for body in first if body not in second] + [body for body in second if body not in first][::-1]
+    return [body for body in apart if model.body_jntnum[body]]
+
+
+def tendon_pushes(case: Case) -> Iterator[Fault]:
+    """A cable can only pull."""
+    evidence = case.driven
+    if evidence.battery is None:
+        return
+    pushing: dict[str, float] = {}
+    spatial = {tendon.id for tendon in case.structure.tendons if tendon.spatial}
+    for drive in evidence.drives:
+        if drive.on_tendon and int(case.model.actuator_trnid[drive.actuator, 0]) in spatial:
+            force = case.force_n(drive)
+            pull, push = max(0.0, -float(force.min())), max(0.0, float(force.max()))
+            if push > case.limits.push_share * pull and push > 0:
+                pushing[case.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf")
+    if pushing:
+        worst = max(pushing.values())
+        yield Fault(
+            code="tendon_pushes",
+            layer="realizability",
+            severity="error",
+            names=tuple(pushing),
+            measured=worst if np.isfinite(worst) else None,
+            limit=case.limits.push_share,
+            unit="of its greatest pull",
+            message="pushes on its tendon" if np.isfinite(worst) else "pushes on its tendon and never pulls",
+            cure='Let commands only pull: motor gear="-1" with ctrlrange="0 F", or a servo with forcerange="-F 0".',
+        )
