@@ -1,0 +1,30 @@
+"""`fidelity`: what others call. Loads no simulator; the work is done in an isolated worker."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aidsr.sim.isolation import call
+from aidsr.validation.fidelity.report import FidelityReport
+
+__all__ = ["fidelity"]
+
+
+def fidelity(mjcf: str | Path) -> FidelityReport:
+    """Say how far the simulation of a robot can be trusted.
+
+    Each limb that is a straight elastic chain is held against the exact rod it stands for, against itself with twice
+    the segments, and against half the time step, with the robot's root held. Takes a few seconds.
+
+    Args:
+        mjcf: MJCF text, or the path of a file. It should be a robot the validator calls stable.
+
+    Raises:
+        UserError: The file cannot be read.
+        MjcfError: The text is no model; `aidsr.validate` says what is wrong with it.
+        IsolationError: The check took too long or its process died.
+    """
+    from aidsr.sim.mjcf import open_mjcf
+
+    text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
+    return FidelityReport.model_validate(call("aidsr.validation.fidelity.examining:examine", {"text": text}))

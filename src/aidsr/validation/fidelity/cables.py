@@ -1,0 +1,131 @@
+"""The cables along a limb: where they are guided and how hard they can be pulled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
+from aidsr.sim.structure import Structure, name_of
+from aidsr.validation.fidelity.limb import Limb, unloaded_pose
+
+__all__ = ["Cable", "Guide", "cables_along", "gradient", "guides_of"]
+
+Vector = NDArray[np.float64]
+
+_FIXED_GAIN = int(mujoco.mjtGain.mjGAIN_FIXED)
+
+
+@dataclass(frozen=True)
+class Cable:
+    """A driven tendon that runs along one limb and no other.
+
+    Attributes:
+        tendon: Its id.
+        name: Its name.
+        pull_n: Greatest tension its actuators give together in the unloaded pose; 0 when that cannot be read.
+    """
+
+    tendon: int
+    name: str
+    pull_n: float
+
+
+@dataclass(frozen=True)
+class Guide:
+    """A point a cable passes.
+
+    Attributes:
+        segment: Number of the segment it is in; -1 before the clamp.
+        place: How far along that segment, 0 to 1; before the clamp how far from it [m].
+        outer: Whether it moves with the part beyond the segment's joint.
+        across_m: Its place beside the backbone, along `Limb.aside` and `Limb.axis`, (2,) [m].
+    """
+
+    segment: int
+    place: float
+    outer: bool
+    across_m: tuple[float, float]
+
+
+def cables_along(model: mujoco.MjModel, structure: Structure, limb: Limb, others: set[int]) -> tuple[Cable, ...]:
+    """Return the cables of a limb.
+
+    Args:
+        model: The robot.
+        structure: Its structure.
+        limb: The limb.
+        others: Bodies that turn and belong to other limbs; a cable that reaches one of them is left out.
+    """
+    data = unloaded_pose(model)
+    return tuple(
+        Cable(tendon.id, name_of(model, mujoco.mjtObj.mjOBJ_TENDON, tendon.id), _pull_n(model, data, tendon.actuators))
+        for tendon in structure.tendons
+        if tendon.spatial
+        and tendon.actuators
+        and any(_link(model, limb, body) >= 0 for body in tendon.bodies)
+        and not any(_link(model, limb, body) < 0 and body in others for body in tendon.bodies)
+    )
+
+
+def guides_of(model: mujoco.MjModel, limb: Limb, cable: Cable) -> tuple[Guide, ...] | None:
+    """Return what a cable passes from the base outwards, or None when it is more than sites in that order."""
+    data = unloaded_pose(model)
+    wraps = tendon_wraps(model, cable.tendon)
+    if any(kind != WRAP_SITE for kind, _ in wraps):
+        return None
+    ends = np.cumsum(limb.segment_m)
+    guides = []
+    for _, site in wraps:
+        link = _link(model, limb, int(model.site_bodyid[site]))
+        point = data.site_xpos[site] - limb.clamp_m
+        along = float(point @ limb.along)
+        across = (float(point @ limb.aside), float(point @ limb.axis))
+        on_base = link < 0 and limb.joints_at == "starts"
+        if along < -1e-6 * limb.length_m or on_base:
+            guides.append(Guide(-1, along, False, across))
+            continue
+        segment = min(int(np.searchsorted(ends, along + 1e-9)), len(ends) - 1)
+        place = (along - float(ends[segment] - limb.segment_m[segment])) / float(limb.segment_m[segment])
+        if link not in (segment - 1, segment):
+            return None
+        guides.append(Guide(segment, place, link == segment, across))
+    keys = [(guide.segment, guide.place) for guide in guides]
+    ordered = guides if keys == sorted(keys) else guides[::-1]
+    return tuple(ordered) if keys in (sorted(keys), sorted(keys)[::-1]) else None
+
+
+def gradient(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
+    """Return how a tendon's length changes with each degree of freedom, (nv,)."""
+    row = np.zeros(model.nv)
+    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+    row[model.ten_J_colind[first : first + count]] = data.ten_J.reshape(-1)[first : first + count]
+    return row
+
+
+def _link(model: mujoco.MjModel, limb: Limb, body: int) -> int:
+    """Return the number of the turning point a body moves with, -1 when it is not part of the limb."""
+    while body and body not in limb.bodies:
+        body = int(model.body_parentid[body])
+    return limb.bodies.index(body) if body in limb.bodies else -1
+
+
+def _pull_n(model: mujoco.MjModel, data: mujoco.MjData, actuators: tuple[int, ...]) -> float:
+    """Return the greatest tension of actuators at the ends of their ranges [N].
+
+    Source: MuJoCo documentation, Computation, actuation model: force = gain * control + bias, tension = -gear * force.
+    """
+    total = 0.0
+    for actuator in actuators:
+        if int(model.actuator_gaintype[actuator]) != _FIXED_GAIN or not model.actuator_ctrllimited[actuator]:
+            return 0.0
+        bias = model.actuator_biasprm[actuator]
+        length = float(data.actuator_length[actuator])
+        forces = model.actuator_gainprm[actuator, 0] * model.actuator_ctrlrange[actuator] + bias[0] + bias[1] * length
+        if model.actuator_forcelimited[actuator]:
+            forces = np.clip(forces, *model.actuator_forcerange[actuator])
+        total += float(max(0.0, *(-model.actuator_gear[actuator, 0] * forces)))
+    return total

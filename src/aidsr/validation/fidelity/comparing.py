@@ -1,0 +1,238 @@
+"""A simulated limb held against the exact rod it stands for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.elastica import Rod, Tip, curved_tip, first_frequency, loaded_tip
+from aidsr.validation.fidelity.cables import Cable, gradient
+from aidsr.validation.fidelity.limb import Limb, unloaded_pose
+from aidsr.validation.fidelity.report import Comparison
+from aidsr.validation.fidelity.statics import Statics
+
+__all__ = [
+    "Arc",
+    "arc_of",
+    "bend_by_cable",
+    "bend_by_load",
+    "compare",
+    "comparison_load_n",
+    "frequency_of",
+    "tip_distance_percent",
+]
+
+Vector = NDArray[np.float64]
+
+_STANDARD_GRAVITY_M_S2 = 9.80665
+_LINEAR_SHARE = 1.0 / 3.0
+"""Linear deflection of the test load / L, which is P L^2 / (E I) = 1. Our choice: a bend of half a radian, large enough
+to need the elastica and usual for such robots."""
+_MOST_SAG = 0.5
+"""Linear deflection / L up to which the own weight is taken whole."""
+_LARGEST_BEND_RAD = 3.0
+"""Bend by one cable up to which it is compared. Source: docs/physics.md, the largest bend of its tables."""
+_PLANAR = 0.98
+"""|sum of the segments' bends| / sum of their sizes above which a cable bends its limb in a plane."""
+
+
+@dataclass(frozen=True)
+class Arc:
+    """The plane curve to which a cable bends a rod: its tension, the direction of the bend, where the tip ends."""
+
+    pull_n: float
+    aside: Vector
+    tip: Tip
+
+
+def compare(model: mujoco.MjModel, limb: Limb, rod: Rod, cables: tuple[Cable, ...]) -> Iterator[Comparison]:
+    """Yield how far a limb is from its rod: under a tip load, its own weight, in its first swing, pulled by cables."""
+    load_n = comparison_load_n(rod)
+    exact, simulated = loaded_tip(rod, load_n=load_n), bend_by_load(model, limb, load_n)
+    yield _bend("tip load", f"{load_n:.3g} N across the tip", limb, exact, simulated)
+    yield _compare_weight(model, limb, rod)
+    exact_hz, simulated_hz = first_frequency(rod) / (2 * math.pi), frequency_of(model, limb) / (2 * math.pi)
+    yield Comparison(
+        quantity="first frequency",
+        how="of the clamped limb",
+        unit="Hz",
+        exact=exact_hz,
+        simulated=simulated_hz,
+        error_percent=100 * (simulated_hz / exact_hz - 1),
+    )
+    for cable in cables:
+        yield _compare_cable(model, limb, cable)
+
+
+def comparison_load_n(rod: Rod) -> float:
+    """Return the force across the tip under which a rod is compared [N]."""
+    return _LINEAR_SHARE * rod.length_m / _compliance(rod)
+
+
+def bend_by_load(model: mujoco.MjModel, limb: Limb, load_n: float, *, gravity_m_s2: float = 0.0) -> Tip | None:
+    """Return where a force across its tip, and gravity across it, bring a limb to rest; None when nowhere."""
+    statics = Statics(model, gravity_m_s2 * limb.aside)
+
+    def push(pushed: mujoco.MjModel, data: mujoco.MjData, forces: Vector) -> None:
+        end = _end_m(unloaded, data, limb)
+        mujoco.mj_applyFT(pushed, data, load_n * limb.aside, np.zeros(3), end, limb.bodies[-1], forces)
+
+    unloaded = unloaded_pose(model)
+    turns = statics.rest(limb.dofs, push)
+    if turns is None:
+        return None
+    return _tip(limb, _end_m(unloaded, statics.at(limb.dofs, turns), limb), limb.aside, float(turns.sum()))
+
+
+def bend_by_cable(model: mujoco.MjModel, limb: Limb, cable: Cable, arc: Arc) -> Tip | None:
+    """Return where a cable's tension brings a limb to rest, without gravity; None when nowhere."""
+    statics, unloaded = Statics(model), unloaded_pose(model)
+    directions = np.eye(model.nv)[list(limb.bending_dofs)]
+
+    def pull(pulled: mujoco.MjModel, data: mujoco.MjData, forces: Vector) -> None:
+        forces -= arc.pull_n * gradient(pulled, data, cable.tendon)
+
+    turns = statics.rest(directions, pull)
+    if turns is None:
+        return None
+    bends = _bends(model, unloaded, limb, turns @ directions)
+    end = _end_m(unloaded, statics.at(directions, turns), limb)
+    return _tip(limb, end, arc.aside, float(np.linalg.norm(bends.sum(axis=0))))
+
+
+def frequency_of(model: mujoco.MjModel, limb: Limb) -> float:
+    """Return the first natural frequency of a simulated limb, the rest of the robot held [rad/s].
+
+    Source: eigenvalues of M^-1 K in the pose in which no spring is bent.
+    """
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, unloaded_pose(model), mass)
+    inverse = np.linalg.inv(np.linalg.cholesky(limb.dofs @ mass @ limb.dofs.T))
+    squared = np.linalg.eigvalsh(inverse @ np.diag(limb.stiffness_n_m_rad) @ inverse.T)
+    return float(math.sqrt(squared[0]))
+
+
+def arc_of(model: mujoco.MjModel, limb: Limb, cable: Cable, pull_n: float = 0.0) -> Arc | None:
+    """Return the arc to which one cable's full pull bends the rod, or None when that is no plane curve.
+
+    Args:
+        model: The robot.
+        limb: The limb.
+        cable: The cable.
+        pull_n: Its tension; when not given the greatest, or as much as bends the limb by 3 rad.
+
+    Source: curvature F r / (E I) along the cable, with its moment arm r at rest: constant curvature for a cable beside
+        a uniform rod.
+    """
+    data = unloaded_pose(model)
+    bends = _bends(model, data, limb, _gains(model, limb, gradient(model, data, cable.tendon)))
+    if limb.clamp_doubled:
+        bends[0] *= 2.0
+    total = bends.sum(axis=0)
+    size = float(np.linalg.norm(total))
+    if size == 0.0 or size < _PLANAR * float(np.linalg.norm(bends, axis=1).sum()):
+        return None
+    pull_n = pull_n or min(cable.pull_n or 1.0 / size, _LARGEST_BEND_RAD / size)
+    axis = total / size
+    tip = curved_tip(limb.segment_m, pull_n * (bends @ axis) / limb.segment_m)
+    return Arc(pull_n, np.cross(axis, limb.along), tip)
+
+
+def _compare_cable(model: mujoco.MjModel, limb: Limb, cable: Cable) -> Comparison:
+    """Compare one cable's full pull with the arc of the rod."""
+    name, arc = f"cable {cable.name}", arc_of(model, limb, cable)
+    if arc is None:
+        why = "it does not bend the limb in one plane, so there is no arc to hold it against"
+        return Comparison(quantity=name, unit="rad", note=why)
+    simulated = bend_by_cable(model, limb, cable, arc)
+    how = f"{arc.pull_n:.3g} N against an arc"
+    if simulated is None:
+        return Comparison(quantity=name, how=how, unit="rad", note="no pose at rest was found")
+    return Comparison(
+        quantity=name,
+        how=how,
+        unit="rad",
+        exact=arc.tip.angle_rad,
+        simulated=simulated.angle_rad,
+        error_percent=100 * (simulated.angle_rad / arc.tip.angle_rad - 1),
+        tip_error_percent=tip_distance_percent(limb, simulated, arc.tip),
+    )
+
+
+def _compare_weight(model: mujoco.MjModel, limb: Limb, rod: Rod) -> Comparison:
+    """Compare the sag of the limb held out sideways; of a very soft one with as much of its weight as it can bear."""
+    small = 1e-3 * _STANDARD_GRAVITY_M_S2
+    linear_sag = 1e3 * loaded_tip(rod, gravity_m_s2=small).aside_m
+    share = min(1.0, _MOST_SAG * limb.length_m / linear_sag) if linear_sag > 0 else 1.0
+    how = f"{'' if share == 1.0 else f'{100 * share:.0f} % of '}its own weight, held out sideways"
+    gravity = share * _STANDARD_GRAVITY_M_S2
+    simulated = bend_by_load(model, limb, 0.0, gravity_m_s2=gravity)
+    return _bend("weight", how, limb, loaded_tip(rod, gravity_m_s2=gravity), simulated)
+
+
+def _gains(model: mujoco.MjModel, limb: Limb, row: Vector) -> Vector:
+    """Return how far each degree of freedom turns for a pull of 1 N while arms keep their length, (nv,)."""
+    gains = np.zeros(model.nv)
+    for dof in limb.bending_dofs:
+        stiffness = float(np.atleast_1d(model.jnt_stiffness[int(model.dof_jntid[dof])])[0])
+        gains[dof] = -row[dof] / stiffness if stiffness > 0 else 0.0
+    return gains
+
+
+def _bends(model: mujoco.MjModel, unloaded: mujoco.MjData, limb: Limb, turns: Vector) -> Vector:
+    """Return the bend of each segment as a turn in the world, twist left out, (n, 3)."""
+    bends = np.zeros((len(limb.segment_m), 3))
+    ball = int(mujoco.mjtJoint.mjJNT_BALL)
+    for dof in limb.bending_dofs:
+        joint = int(model.dof_jntid[dof])
+        if int(model.jnt_type[joint]) == ball:
+            frame = unloaded.xmat[int(model.jnt_bodyid[joint])].reshape(3, 3)
+            axis = frame[:, dof - int(model.jnt_dofadr[joint])]
+        else:
+            axis = unloaded.xaxis[joint]
+        along = float((unloaded.xanchor[joint] - limb.clamp_m) @ limb.along)
+        segment = int(np.argmin(np.abs(limb.joint_m - along)))
+        bends[segment] += turns[dof] * (axis - (axis @ limb.along) * limb.along)
+    return bends
+
+
+def _compliance(rod: Rod) -> float:
+    """Return the linear deflection of the tip for a force of 1 N across it [m/N]: the integral of x^2 / (E I)."""
+    to_tip = np.append(np.cumsum(rod.lengths_m[::-1])[::-1], 0.0)
+    return float(((to_tip[:-1] ** 3 - to_tip[1:] ** 3) / (3.0 * rod.bending_stiffness_n_m2)).sum())
+
+
+def _end_m(unloaded: mujoco.MjData, data: mujoco.MjData, limb: Limb) -> Vector:
+    """Return where the rod's end is in another pose, world [m]."""
+    body = limb.bodies[-1]
+    local = unloaded.xmat[body].reshape(3, 3).T @ (limb.end_m - unloaded.xpos[body])
+    return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ local)
+
+
+def _tip(limb: Limb, end_m: Vector, aside: Vector, angle_rad: float) -> Tip:
+    moved = end_m - limb.clamp_m
+    return Tip(float(moved @ limb.along), float(moved @ aside), angle_rad)
+
+
+def _bend(quantity: str, how: str, limb: Limb, exact: Tip, simulated: Tip | None) -> Comparison:
+    if simulated is None:
+        return Comparison(quantity=quantity, how=how, unit="m", note="no pose at rest was found")
+    return Comparison(
+        quantity=quantity,
+        how=how,
+        unit="m",
+        exact=exact.aside_m,
+        simulated=simulated.aside_m,
+        error_percent=100 * (simulated.aside_m / exact.aside_m - 1),
+        tip_error_percent=tip_distance_percent(limb, simulated, exact),
+    )
+
+
+def tip_distance_percent(limb: Limb, one: Tip, other: Tip) -> float:
+    """Return how far two tips are apart, of the limb's length [%]."""
+    return 100 * math.hypot(one.along_m - other.along_m, one.aside_m - other.aside_m) / limb.length_m

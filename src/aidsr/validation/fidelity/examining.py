@@ -1,0 +1,112 @@
+"""The fidelity check inside the worker: text in, report out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.sim.compiling import load_mjcf
+from aidsr.sim.structure import Chain, Structure, name_of, read_structure
+from aidsr.validation.fidelity.cables import Cable, cables_along
+from aidsr.validation.fidelity.comparing import compare
+from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
+from aidsr.validation.fidelity.material import rod_of
+from aidsr.validation.fidelity.refining import half_step_percent, twice_the_segments_percent
+from aidsr.validation.fidelity.report import Comparison, FidelityReport, LimbFidelity
+from aidsr.validation.standing import stand
+
+__all__ = ["examine"]
+
+_CUT_CABLES = 2
+"""Cables with which a limb is looked at with twice the segments: those that fitted their arcs worst."""
+
+
+def examine(argument: dict[str, Any]) -> dict[str, Any]:
+    """Answer a request of `aidsr.validation.fidelity.fidelity`.
+
+    Raises:
+        MjcfError: The text is no model.
+    """
+    model, notes = stand(load_mjcf(argument["text"]), "fixed", None)
+    structure = read_structure(model)
+    builds: list[tuple[Limb, list[str], Chain]] = []
+    left_out = []
+    for chain in structure.chains:
+        try:
+            limb = read_limb(model, chain)
+        except LimbError as error:
+            if len(chain.bodies) > 1:
+                left_out.append(f"{_name(model, chain)}: not compared, {error}")
+            continue
+        twin = next((alike for other, alike, _ in builds if _is_alike(limb, other)), None)
+        if twin is None:
+            builds.append((limb, [], chain))
+        else:
+            twin.append(limb.name)
+    limbs = [_examine_limb(model, structure, limb, tuple(alike), chain) for limb, alike, chain in builds]
+    found = [limb for limb, _, _ in builds]
+    half_step = half_step_percent(model, structure, found) if found and structure.tendon_actuators else None
+    report = FidelityReport(
+        limbs=tuple(limbs),
+        left_out=tuple(left_out),
+        timestep_s=float(model.opt.timestep),
+        half_step_percent=half_step,
+        half_step_note="" if half_step is not None else _why_no_step(structure, found),
+        notes=notes,
+    )
+    return report.model_dump(mode="json")
+
+
+def _why_no_step(structure: Structure, limbs: list[Limb]) -> str:
+    if not limbs:
+        return "there is no limb to look at"
+    return "a simulation diverged" if structure.tendon_actuators else "no tendon is driven"
+
+
+def _examine_limb(
+    model: mujoco.MjModel, structure: Structure, limb: Limb, alike: tuple[str, ...], chain: Chain
+) -> LimbFidelity:
+    rod = rod_of(model, structure, limb)
+    others = {body for other in structure.chains if other is not chain for body in other.bodies}
+    cables = cables_along(model, structure, limb, others)
+    comparisons = tuple(compare(model, limb, rod, cables))
+    twice, not_cut = None, ""
+    try:
+        twice = twice_the_segments_percent(model, chain, limb, rod, _worst(cables, comparisons))
+    except LimbError as error:
+        not_cut = str(error)
+    return LimbFidelity(
+        name=limb.name,
+        alike=alike,
+        segments=len(limb.segment_m),
+        length_m=limb.length_m,
+        joints_at=limb.joints_at,
+        clamp_doubled=limb.clamp_doubled,
+        comparisons=comparisons,
+        twice_the_segments_percent=twice,
+        not_cut=not_cut,
+    )
+
+
+def _worst(cables: tuple[Cable, ...], comparisons: tuple[Comparison, ...]) -> tuple[Cable, ...]:
+    errors = {each.quantity.removeprefix("cable "): each.tip_error_percent for each in comparisons}
+    return tuple(sorted(cables, key=lambda cable: -(errors[cable.name] or 0.0))[:_CUT_CABLES])
+
+
+def _is_alike(limb: Limb, other: Limb) -> bool:
+    """Whether two limbs are of one build."""
+    return len(limb.bodies) == len(other.bodies) and all(
+        np.allclose(one, two, rtol=1e-3)
+        for one, two in (
+            (limb.segment_m, other.segment_m),
+            (limb.stiffness_n_m_rad, other.stiffness_n_m_rad),
+            (limb.radius_m, other.radius_m),
+        )
+    )
+
+
+def _name(model: mujoco.MjModel, chain: Chain) -> str:
+    ends = [name_of(model, mujoco.mjtObj.mjOBJ_BODY, body) for body in (chain.bodies[0], chain.bodies[-1])]
+    return " to ".join(ends)

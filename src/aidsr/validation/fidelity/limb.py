@@ -1,0 +1,253 @@
+"""A chain of a compiled robot read as an elastic limb: where its segments begin and end, and how stiff they are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.structure import Chain, name_of
+
+__all__ = ["Limb", "LimbError", "read_limb", "unloaded_pose"]
+
+Vector = NDArray[np.float64]
+
+_HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
+_BALL = int(mujoco.mjtJoint.mjJNT_BALL)
+_CAPSULE_LIKE = (int(mujoco.mjtGeom.mjGEOM_CAPSULE), int(mujoco.mjtGeom.mjGEOM_CYLINDER))
+
+_FEWEST = 3
+"""Turning points below which a limb is a linkage and no rod."""
+_STRAIGHT_COSINE = math.cos(math.radians(2.0))
+"""Bend between neighbouring segments at rest up to which a limb is straight. Our choice: a rod curved at rest needs a
+theory of its own; two degrees is a slip in written coordinates."""
+_PARALLEL = 0.99
+"""Cosine above which two axes are one. Our choice: 8 degrees."""
+_MIDDLE_REACH = 0.75
+"""Reach of the last link / distance of the last two joints below which joints are in the middles of segments (1/2) and
+above which at their starts (1)."""
+_SNAP = 0.2
+"""Share of a segment by which a drawn end may miss the end of the last segment. Our choice: drawn joints leave gaps of
+up to a fifth of a segment."""
+_EVEN = 0.02
+"""Difference in distance between joints up to which segments are equally long."""
+
+
+class LimbError(Exception):
+    """A chain that cannot be read as an elastic rod; the message says why."""
+
+
+@dataclass(frozen=True)
+class Limb:
+    """One limb in the pose in which its springs are at rest.
+
+    Attributes:
+        name: Its first and last body.
+        bodies: The body after each turning point, (n,).
+        axis: Axis about which it is bent in the comparisons, world.
+        along: Direction from the clamp to the tip, world.
+        clamp_m: Where the rod begins, world [m].
+        dofs: Speed of every degree of freedom for a unit turn of each turning point about `axis`, (n, nv).
+        bending_dofs: Degrees of freedom of all its bending, about any axis.
+        joints_at: Whether joints are in the middles or at the starts of segments.
+        clamp_doubled: Whether the first of joints at starts has twice the stiffness, as the half segment it stands for.
+        segment_m: Length of each segment, (n,) [m].
+        stiffness_n_m_rad: Of each turning point about `axis`, (n,).
+        radius_m: Half thickness of its links, median [m].
+    """
+
+    name: str
+    bodies: tuple[int, ...]
+    axis: Vector
+    along: Vector
+    clamp_m: Vector
+    dofs: Vector
+    bending_dofs: tuple[int, ...]
+    joints_at: Literal["middles", "starts"]
+    clamp_doubled: bool
+    segment_m: Vector
+    stiffness_n_m_rad: Vector
+    radius_m: float
+
+    @property
+    def length_m(self) -> float:
+        """Length from the clamp to the tip [m]."""
+        return float(self.segment_m.sum())
+
+    @property
+    def end_m(self) -> Vector:
+        """Where the rod ends, world [m]."""
+        return np.asarray(self.clamp_m + self.length_m * self.along)
+
+    @property
+    def aside(self) -> Vector:
+        """Direction in which a positive turn about `axis` moves the tip, world."""
+        return np.cross(self.axis, self.along)
+
+    @property
+    def joint_m(self) -> Vector:
+        """Distance of each turning point from the clamp, (n,) [m]."""
+        starts = np.concatenate([[0.0], np.cumsum(self.segment_m)[:-1]])
+        return np.asarray(starts + (self.segment_m / 2.0 if self.joints_at == "middles" else 0.0))
+
+
+def unloaded_pose(model: mujoco.MjModel) -> mujoco.MjData:
+    """Return data in the pose in which no spring is bent."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos_spring
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def read_limb(model: mujoco.MjModel, chain: Chain) -> Limb:
+    """Return a chain as an elastic rod.
+
+    Raises:
+        LimbError: It has too few joints, is curved at rest, has joints without springs or at uneven distances.
+    """
+    data = unloaded_pose(model)
+    along = _direction(data, model, chain)
+    axis = _bending_axis(model, data, chain, along)
+    points = _turning_points(model, data, chain, axis)
+    if len(points) < _FEWEST:
+        raise LimbError(f"only {len(points)} of its joints turn about one axis across it")
+    anchors = np.array([data.xanchor[joint] for joint, _ in points])
+    gaps = np.diff(anchors @ along)
+    bodies = tuple(int(model.jnt_bodyid[joint]) for joint, _ in points)
+    reach = _reach_m(model, data, bodies, anchors[-1], along, float(gaps[-1]))
+    joints_at: Literal["middles", "starts"] = "middles" if reach < _MIDDLE_REACH * gaps[-1] else "starts"
+    segments = _segments(gaps, reach, joints_at)
+    stiffness = np.array([float(np.atleast_1d(model.jnt_stiffness[joint])[0]) for joint, _ in points])
+    if (stiffness <= 0).any():
+        raise LimbError("it has joints without stiffness, so it is no elastic rod")
+    doubled = joints_at == "starts" and _is_doubled(stiffness, segments)
+    clamp = anchors[0] - (segments[0] / 2.0 if joints_at == "middles" else 0.0) * along
+    names = [name_of(model, mujoco.mjtObj.mjOBJ_BODY, body) for body in (bodies[0], bodies[-1])]
+    return Limb(
+        name=" to ".join(names),
+        bodies=bodies,
+        axis=axis,
+        along=along,
+        clamp_m=clamp,
+        dofs=np.array([row for _, row in points]),
+        bending_dofs=_bending_dofs(model, data, chain, along),
+        joints_at=joints_at,
+        clamp_doubled=doubled,
+        segment_m=segments,
+        stiffness_n_m_rad=stiffness,
+        radius_m=float(np.median([_radius_m(model, body) for body in bodies])),
+    )
+
+
+def _direction(data: mujoco.MjData, model: mujoco.MjModel, chain: Chain) -> Vector:
+    if len(chain.bodies) < _FEWEST:
+        raise LimbError(f"it has {len(chain.bodies)} turning points, and a rod needs {_FEWEST}")
+    anchors = np.array([data.xanchor[int(model.body_jntadr[body])] for body in chain.bodies])
+    steps = np.diff(anchors, axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    if (steps[1:] * steps[:-1]).sum(axis=1).min() < _STRAIGHT_COSINE:
+        raise LimbError("it is curved at rest")
+    line = anchors[-1] - anchors[0]
+    return np.asarray(line / np.linalg.norm(line))
+
+
+def _is_bending(model: mujoco.MjModel, data: mujoco.MjData, joint: int, along: Vector) -> bool:
+    """Whether a joint bends a limb rather than twists it."""
+    return int(model.jnt_type[joint]) == _BALL or abs(float(data.xaxis[joint] @ along)) < math.sqrt(0.5)
+
+
+def _bending_axis(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, along: Vector) -> Vector:
+    """Return the axis about which most of a chain's joints can turn, across the limb."""
+    hinges = [
+        joint
+        for joint in chain.joints
+        if int(model.jnt_type[joint]) == _HINGE and _is_bending(model, data, joint, along)
+    ]
+    if hinges:
+        axes = np.array([data.xaxis[joint] for joint in hinges])
+        axis = axes[int(np.argmax((np.abs(axes @ axes.T) > _PARALLEL).sum(axis=1)))]
+    else:
+        axis = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
+    across = axis - (axis @ along) * along
+    return np.asarray(across / np.linalg.norm(across))
+
+
+def _turning_points(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, axis: Vector) -> list[tuple[int, Vector]]:
+    """Return the joints that can turn about an axis, each with the speeds that turn it."""
+    points = []
+    for joint in chain.joints:
+        first, speeds = int(model.jnt_dofadr[joint]), np.zeros(model.nv)
+        if int(model.jnt_type[joint]) == _BALL:
+            # the speed of a ball joint is expressed in the frame of its body
+            speeds[first : first + 3] = data.xmat[int(model.jnt_bodyid[joint])].reshape(3, 3).T @ axis
+            points.append((joint, speeds))
+        elif abs(cosine := float(data.xaxis[joint] @ axis)) > _PARALLEL:
+            speeds[first] = math.copysign(1.0, cosine)
+            points.append((joint, speeds))
+    return points
+
+
+def _bending_dofs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, along: Vector) -> tuple[int, ...]:
+    dofs: list[int] = []
+    for joint in chain.joints:
+        if _is_bending(model, data, joint, along):
+            first = int(model.jnt_dofadr[joint])
+            dofs += range(first, first + (3 if int(model.jnt_type[joint]) == _BALL else 1))
+    return tuple(dofs)
+
+
+def _reach_m(
+    model: mujoco.MjModel, data: mujoco.MjData, bodies: tuple[int, ...], joint_m: Vector, along: Vector, gap_m: float
+) -> float:
+    """Return how far the last link goes on beyond its joint; what is thicker than the limb is a tool, not limb.
+
+    Where the last link is drawn unlike the others, it is taken for half a segment.
+    """
+    width = _radius_m(model, bodies[-2])
+    reach = 0.0
+    for geom in _geoms(model, bodies[-1]):
+        size, kind = model.geom_size[geom], int(model.geom_type[geom])
+        turned = abs(float(data.geom_xmat[geom].reshape(3, 3)[:, 2] @ along))
+        if kind in _CAPSULE_LIKE and turned > _PARALLEL and 0.5 * width <= size[0] <= 1.1 * width:
+            reach = max(reach, float((data.geom_xpos[geom] - joint_m) @ along) + float(size[1]))
+    if reach <= 0.0:
+        return gap_m / 2.0
+    return min(reach, gap_m)
+
+
+def _segments(gaps: Vector, reach: float, joints_at: Literal["middles", "starts"]) -> Vector:
+    """Return the lengths of the segments, from the distances between joints and the reach of the last link."""
+    last = float(gaps[-1])
+    even = float(gaps.max() - gaps.min()) <= _EVEN * last
+    whole = last / 2.0 if joints_at == "middles" else last
+    if even and abs(reach - whole) <= _SNAP * last:
+        reach = whole
+    if joints_at == "starts":
+        return np.append(gaps, reach)
+    lengths = [2.0 * reach]
+    for gap in gaps[::-1]:
+        lengths.append(2.0 * float(gap) - lengths[-1])
+    if min(lengths) < 0.2 * max(lengths):
+        raise LimbError("its joints are at uneven distances, neither in the middles nor at the starts of segments")
+    return np.array(lengths[::-1])
+
+
+def _is_doubled(stiffness: Vector, segments: Vector) -> bool:
+    """Whether the first joint stands for half a segment: twice the stiffness of the next, per length."""
+    ratio = stiffness[0] * segments[0] / (stiffness[1] * segments[1])
+    return bool(1.8 < ratio < 2.2)
+
+
+def _geoms(model: mujoco.MjModel, body: int) -> range:
+    first = int(model.body_geomadr[body])
+    return range(first, first + int(model.body_geomnum[body])) if model.body_geomnum[body] else range(0)
+
+
+def _radius_m(model: mujoco.MjModel, body: int) -> float:
+    """Return the half thickness of a link: the smallest half width of its largest geom [m]."""
+    sizes = [(float(model.geom_rbound[geom]), float(min(model.geom_aabb[geom][3:]))) for geom in _geoms(model, body)]
+    return max(sizes, default=(0.0, 0.0))[1]

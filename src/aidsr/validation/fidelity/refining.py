@@ -1,0 +1,135 @@
+"""What changes when the same limb is computed more finely: twice the segments, or half the time step."""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.compiling import compile_mjcf
+from aidsr.sim.elastica import Rod, Tip
+from aidsr.sim.rollout import Simulation, integration_state, simulate
+from aidsr.sim.structure import Chain, Structure, read_structure
+from aidsr.validation.fidelity.cables import Cable, Guide, guides_of
+from aidsr.validation.fidelity.comparing import (
+    arc_of,
+    bend_by_cable,
+    bend_by_load,
+    comparison_load_n,
+    frequency_of,
+    tip_distance_percent,
+)
+from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
+from aidsr.validation.fidelity.rewriting import rewrite
+
+__all__ = ["half_step_percent", "twice_the_segments_percent"]
+
+Array = NDArray[np.float64]
+
+_SAME_TIP_PERCENT = 0.2
+"""Distance of tips / length up to which a rewritten limb is the limb it was written from. Our choice: well below what
+is to be measured."""
+_SAME_FREQUENCY = 0.01
+
+_FRAME_STEPS = 5
+_SHORTEST_S, _LONGEST_S = 0.5, 1.5
+_MOST_DRIVES = 8
+"""Actuators driven for the time step check. Our choice: what they share is the integrator, so a few show it."""
+
+
+def twice_the_segments_percent(
+    model: mujoco.MjModel, chain: Chain, limb: Limb, rod: Rod, cables: tuple[Cable, ...]
+) -> float:
+    """Return how far a limb's tip moves when each segment is cut in two, the most over all tests, of its length [%].
+
+    The tests are the tip load of `compare` and every cable that bends the limb in a plane.
+
+    Raises:
+        LimbError: The limb cannot be cut; the message says why.
+    """
+    guides: dict[Cable, tuple[Guide, ...]] = {}
+    for cable in cables:
+        if arc_of(model, limb, cable) is not None:
+            passed = guides_of(model, limb, cable)
+            if passed is None:
+                raise LimbError(f"cable {cable.name} does not run from guide to guide outwards along it")
+            guides[cable] = passed
+    load_n = comparison_load_n(rod)
+    arcs = {cable: arc_of(model, limb, cable) for cable in guides}
+    pulls = [arc.pull_n for arc in arcs.values() if arc is not None]
+    original = [bend_by_load(model, limb, load_n)]
+    original += [bend_by_cable(model, limb, cable, arc) for cable, arc in arcs.items() if arc is not None]
+    tips = []
+    for factor in (1, 2):
+        written = compile_mjcf(rewrite(model, chain, limb, rod, guides, factor=factor))
+        again = read_limb(written, read_structure(written).chains[0])
+        tips.append(_tips(written, again, load_n, pulls))
+        if factor == 1 and abs(frequency_of(written, again) / frequency_of(model, limb) - 1) > _SAME_FREQUENCY:
+            raise LimbError("written anew it swings differently, so it is made of more than this check sees")
+    if _most_apart(limb, original, tips[0]) > _SAME_TIP_PERCENT:
+        raise LimbError("written anew it bends differently, so it is made of more than this check sees")
+    return _most_apart(limb, tips[0], tips[1])
+
+
+def half_step_percent(model: mujoco.MjModel, structure: Structure, limbs: list[Limb]) -> float | None:
+    """Return how far any limb's tip moves when the time step is halved, the most over all tests, of its length [%].
+
+    Each tendon's actuator alone, of which there is at least one, is ramped to the end of its range and held, in air,
+    with the root held. None when a simulation diverges.
+    """
+    tips = [
+        _driven_tips(model, structure, [limb.bodies[-1] for limb in limbs], halved=halved) for halved in (False, True)
+    ]
+    if tips[0] is None or tips[1] is None:
+        return None
+    apart = np.linalg.norm(tips[0] - tips[1], axis=-1) / np.array([limb.length_m for limb in limbs])
+    return float(100 * apart.max(initial=0.0))
+
+
+def _tips(model: mujoco.MjModel, limb: Limb, load_n: float, pulls: list[float]) -> list[Tip | None]:
+    found = [bend_by_load(model, limb, load_n)]
+    for tendon, pull_n in enumerate(pulls):
+        cable = Cable(tendon, f"t{tendon}", pull_n)
+        arc = arc_of(model, limb, cable, pull_n)
+        found.append(bend_by_cable(model, limb, cable, arc) if arc else None)
+    return found
+
+
+def _most_apart(limb: Limb, some: list[Tip | None], others: list[Tip | None]) -> float:
+    if any(tip is None for tip in (*some, *others)):
+        raise LimbError("no pose at rest was found")
+    pairs = zip(some, others, strict=True)
+    return max(tip_distance_percent(limb, one, other) for one, other in pairs if one is not None and other is not None)
+
+
+def _driven_tips(model: mujoco.MjModel, structure: Structure, bodies: list[int], *, halved: bool) -> Array | None:
+    """Return where the centres of mass of some bodies are in each test and frame, (n_tests, n_frames, n_bodies, 3)."""
+    stepped = copy.copy(model)
+    stepped.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    stepped.opt.timestep = model.opt.timestep / (2 if halved else 1)
+    duration = float(np.clip(4.0 * np.sqrt(structure.characteristic_length_m / 9.81), _SHORTEST_S, _LONGEST_S))
+    frames = max(4, round(duration / (_FRAME_STEPS * model.opt.timestep)))
+    data = mujoco.MjData(stepped)
+    mujoco.mj_forward(stepped, data)
+    neutral = np.array([_neutral(stepped, data, actuator) for actuator in range(stepped.nu)])
+    ramp = np.minimum(1.0, np.arange(1, frames + 1) / (frames / 4))[:, None]
+    runs = []
+    for actuator in structure.tendon_actuators[:_MOST_DRIVES]:
+        goal = neutral.copy()
+        ends = stepped.actuator_ctrlrange[actuator]
+        goal[actuator] = max(ends, key=lambda end: abs(end - neutral[actuator]))
+        runs.append(Simulation(stepped, integration_state(stepped, data), neutral + ramp * (goal - neutral)))
+    recording = simulate(runs, frame_steps=_FRAME_STEPS * (2 if halved else 1), fields=("xipos",))
+    return None if any(recording.failures) else np.asarray(recording.fields["xipos"][:, :, bodies])
+
+
+def _neutral(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> float:
+    """Return the control with which an actuator neither pulls nor pushes in the drawn pose, within its range."""
+    gain, bias = float(model.actuator_gainprm[actuator, 0]), model.actuator_biasprm[actuator]
+    if gain == 0.0:
+        return 0.0
+    still = -(float(bias[0]) + float(bias[1]) * float(data.actuator_length[actuator])) / gain
+    limited = bool(model.actuator_ctrllimited[actuator])
+    return float(np.clip(still, *model.actuator_ctrlrange[actuator])) if limited else still
