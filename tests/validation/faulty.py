@@ -10,7 +10,7 @@ from typing import Any
 import robots
 from robots import Limb
 
-ARM = Limb()
+ARM = Limb(segments=8, length_m=0.2, mass_kg=0.07)
 
 
 @dataclass(frozen=True)
@@ -65,12 +65,12 @@ def _side_by_side_chain() -> str:
 
 
 def _closed_too_early() -> str:
-    """The seventh segment hangs from the world instead of from the sixth."""
+    """The fifth segment hangs from the world instead of from the fourth."""
     text = arm()
-    head, tail = text.split('<body name="s6" pos="0 0 0.025">', 1)
-    inner, rest = tail.split("</body>" * 13, 1)
-    moved = f'<body name="s6" pos="0 0 0.15">{inner}' + "</body>" * 6
-    return head + "</body>" * 7 + moved + rest
+    head, tail = text.split('<body name="s4" pos="0 0 0.025">', 1)
+    inner, rest = tail.split("</body>" * 9, 1)
+    moved = f'<body name="s4" pos="0 0 0.1">{inner}' + "</body>" * 4
+    return head + "</body>" * 5 + moved + rest
 
 
 def _gaps() -> str:
@@ -99,7 +99,7 @@ def _sphere_in_the_way() -> str:
 
 
 def _tendon_limit() -> str:
-    return swapped(r'<spatial name="t0"', '<spatial name="t0" limited="true" range="0 0.2"', arm())
+    return swapped(r'<spatial name="t0"', '<spatial name="t0" limited="true" range="0 0.13"', arm())
 
 
 def _no_contacts() -> str:
@@ -109,10 +109,6 @@ def _no_contacts() -> str:
 def unstable() -> str:
     """Stiff joints without damping at a coarse time step."""
     return swapped(r' damping="[^"]*"', "", robots.arm(replace(ARM, sag=0.02)))
-
-
-def _too_soft() -> str:
-    return swapped(r'(stiffness=)"[^"]*"', r'\1"0.02"', arm(damping_s=0.05))
 
 
 def _sprung() -> str:
@@ -161,7 +157,7 @@ def _overrun(bend_rad: float, radius_m: float) -> str:
 def _hammering_servos() -> str:
     """Servos whose velocity gain the explicit integrator cannot follow: they hammer between their force limits."""
     servo = "".join(
-        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20000" ctrlrange="0.28 0.3" forcerange="-40 40"/>'
+        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20000" ctrlrange="0.18 0.2" forcerange="-40 40"/>'
         for i in range(4)
     )
     text = swapped("implicitfast", "Euler", arm())
@@ -195,13 +191,13 @@ def _locked_by_contact() -> str:
 
 def _servos(upper: float) -> str:
     servo = "".join(
-        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20" ctrlrange="0.25 {upper}"/>' for i in range(4)
+        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20" ctrlrange="0.15 {upper}"/>' for i in range(4)
     )
     return within("actuator", f"<actuator>{servo}</actuator>", arm())
 
 
 def _locked_servos() -> str:
-    return _servos(0.256)
+    return _servos(0.156)
 
 
 def _against_limit() -> str:
@@ -214,12 +210,13 @@ def _weak() -> str:
     return swapped(r'ctrlrange="0 [^"]*"', 'ctrlrange="0 0.3"', arm())
 
 
-def _stiff() -> str:
-    return swapped(r'stiffness="[^"]*" damping="[^"]*"', 'stiffness="2000" damping="100"', arm())
+def _stiff(stiffness_n_m_rad: float) -> str:
+    springs = f'stiffness="{stiffness_n_m_rad}" damping="{0.05 * stiffness_n_m_rad}"'
+    return swapped(r'stiffness="[^"]*" damping="[^"]*"', springs, arm())
 
 
 def _heavy_tip() -> str:
-    return hanging(swapped(r'(<geom name="g11" [^>]*) mass="[^"]*"', r'\1 mass="60"', arm()))
+    return hanging(swapped(r'(<geom name="g7" [^>]*) mass="[^"]*"', r'\1 mass="60"', arm()))
 
 
 def _still_sensors() -> str:
@@ -231,9 +228,12 @@ def _skipping() -> str:
 
 
 def _through_parts() -> str:
-    """A tendon from the base straight to the tip, inside the segments between."""
-    text = swapped(r'(<spatial name="t0"[^>]*><site site="t0_basea"/>).*?(<site site="t0_11b"/>)', r"\1\2", arm())
-    return swapped(r'(<spatial name="t1"[^>]*><site site="t1_basea"/>).*?(<site site="t1_11b"/>)', r"\1\2", text)
+    """Tendons on two sides from the base straight to the middle, inside the segments between."""
+    text = arm(damping_s=0.2)
+    for tendon in (0, 2):
+        path = rf'(<spatial name="t{tendon}"[^>]*><site site="t{tendon}_basea"/>).*?(<site site="t{tendon}_4a"/>)'
+        text = swapped(path, r"\1\2", text)
+    return text
 
 
 def _pushing() -> str:
@@ -255,7 +255,7 @@ def _wide_and_strong() -> str:
 
 
 def _of_lead_and_more() -> str:
-    return swapped(r'(<geom name="g11" type="cylinder" size=")[^"]*"', r'\g<1>0.001 0.002"', arm())
+    return swapped(r'(<geom name="g7" type="cylinder" size=")[^"]*"', r'\g<1>0.001 0.002"', arm())
 
 
 REALIZABLE = {"realizable": True}
@@ -283,7 +283,7 @@ BAD = (
         {"needs_contact": True},
     ),
     Bad("numerical_instability", unstable),
-    Bad("gravity_collapse", _too_soft),
+    Bad("gravity_collapse", lambda: arm(sag=20)),
     Bad("gravity_collapse", lambda: lying(arm(sag=4)), severity="warning"),
     Bad("passive_collapse", _sprung),
     Bad("base_not_attached", _fixed_but_free),
@@ -293,7 +293,7 @@ BAD = (
     Bad("underdamped", _ringing),
     Bad("chatter", _hammering_servos),
     Bad("limit_overrun", lambda: _overrun(3, radius_m=0.025), severity="warning"),
-    Bad("limit_overrun", lambda: _overrun(12, radius_m=0.011)),
+    Bad("limit_overrun", lambda: _overrun(9, radius_m=0.011)),
     Bad("zero_gear", _zero_gear),
     Bad("tendon_one_body", _tendon_on_base),
     Bad("tendon_no_moment", _tendon_on_axis),
@@ -301,7 +301,8 @@ BAD = (
     Bad("antagonist_lock", _locked_servos),
     Bad("tendon_against_limit", _against_limit),
     Bad("actuator_too_weak", _weak),
-    Bad("too_stiff", _stiff),
+    Bad("too_stiff", lambda: _stiff(200)),
+    Bad("no_effect", lambda: _stiff(4000)),
     Bad("mass_ratio", _heavy_tip),
     Bad("sensor_constant", _still_sensors),
     Bad("tendon_skips_segments", _skipping, REALIZABLE, severity="warning"),

@@ -120,7 +120,7 @@ def arm(limb: Limb = Limb(), timestep_s: float = 0.002) -> str:
     """A limb standing on its base."""
     world = (
         f'<body name="base"><geom name="base" type="cylinder" size="{2 * limb.radius_m:.6g} 0.01" pos="0 0 -0.0105"'
-        f' mass="0.2"/>{base_sites(limb)}{limb_bodies(limb)}</body>'
+        f' density="1500"/>{base_sites(limb)}{limb_bodies(limb)}</body>'
     )
     return document(world, tendon_lines(limb), motor_lines(limb), sensor_lines(limb), timestep_s=timestep_s)
 
