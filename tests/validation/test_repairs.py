@@ -174,6 +174,11 @@ def test_a_name_used_twice_is_changed_where_nothing_refers_to_it() -> None:
     assert_same_model(swapped("g1_2", "g2", answer.mjcf), LIMB)
 
 
+def test_a_name_that_others_refer_to_is_left_alone() -> None:
+    text = swapped('name="g2"', 'name="g1"')
+    assert repair(text, kept_names=["g1"]) == Repaired(mjcf=text)
+
+
 def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
     text = swapped('name="c"', 'name="b"')
     assert repair(text) == Repaired(mjcf=text)

@@ -22,6 +22,8 @@ _CAPSULE_LIKE = (int(mujoco.mjtGeom.mjGEOM_CAPSULE), int(mujoco.mjtGeom.mjGEOM_C
 
 _FEWEST = 3
 """Turning points below which a limb is a linkage and no rod."""
+_MOST_DOFS = 120
+"""Bending degrees of freedom above which a limb is not looked at. Our choice: the check then takes about a minute."""
 _STRAIGHT_COSINE = math.cos(math.radians(2.0))
 """Bend between neighbouring segments at rest up to which a limb is straight. Our choice: a rod curved at rest needs a
 theory of its own; two degrees is a slip in written coordinates."""
@@ -116,6 +118,9 @@ def read_limb(model: mujoco.MjModel, chain: Chain) -> Limb:
     if len(points) < _FEWEST:
         raise LimbError(f"only {len(points)} of its joints turn about one axis across it")
     anchors = np.array([data.xanchor[joint] for joint, _ in points])
+    bending_dofs = _bending_dofs(model, data, chain, along)
+    if len(bending_dofs) > _MOST_DOFS:
+        raise LimbError(f"it can bend in {len(bending_dofs)} ways, and at most {_MOST_DOFS} are followed")
     gaps = np.diff(anchors @ along)
     bodies = tuple(int(model.jnt_bodyid[joint]) for joint, _ in points)
     reach = _reach_m(model, data, bodies, anchors[-1], along, float(gaps[-1]))
@@ -134,7 +139,7 @@ def read_limb(model: mujoco.MjModel, chain: Chain) -> Limb:
         along=along,
         clamp_m=clamp,
         dofs=np.array([row for _, row in points]),
-        bending_dofs=_bending_dofs(model, data, chain, along),
+        bending_dofs=bending_dofs,
         joints_at=joints_at,
         clamp_doubled=doubled,
         segment_m=segments,

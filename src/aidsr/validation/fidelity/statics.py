@@ -62,7 +62,10 @@ class Statics:
                 if np.abs(left).max() <= _BALANCED * largest:
                     break
                 slope = self._slope(directions, turns, load, float(share), left)
-                turn = np.linalg.solve(slope, -left)
+                try:
+                    turn = np.linalg.solve(slope, -left)
+                except np.linalg.LinAlgError:
+                    return None
                 turns = turns + turn * min(1.0, _LARGEST_TURN_RAD / float(np.abs(turn).max()))
             else:
                 return None

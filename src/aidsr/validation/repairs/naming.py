@@ -43,8 +43,13 @@ def missing_classes(root: Element) -> Iterator[str]:
                 yield told(element, f"dropped {attribute} '{name}', which does not exist")
 
 
-def duplicate_names(root: Element) -> Iterator[str]:
-    """Rename things whose name another of their kind bears, where nothing refers to that name."""
+def duplicate_names(root: Element, kept_names: Collection[str] = ()) -> Iterator[str]:
+    """Rename things whose name another of their kind bears, where nothing refers to that name.
+
+    Args:
+        root: The document.
+        kept_names: Names that others outside the document refer to.
+    """
     taken: dict[str, set[str]] = defaultdict(set)
     for element, kind in named(root):
         taken[kind].add(element.get("name", ""))
@@ -53,7 +58,7 @@ def duplicate_names(root: Element) -> Iterator[str]:
     for element, kind in list(named(root)):
         name = element.get("name", "")
         seen[kind, name] += 1
-        if seen[kind, name] == 1 or (kind, name) in referred or _is_replicated(element):
+        if seen[kind, name] == 1 or (kind, name) in referred or name in kept_names or _is_replicated(element):
             continue
         number = seen[kind, name]
         while f"{name}_{number}" in taken[kind] or (kind, f"{name}_{number}") in referred:

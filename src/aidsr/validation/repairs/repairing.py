@@ -41,7 +41,7 @@ class Repaired(Artifact):
     """How often each repair was made, by its name in `REPAIRS`; those never made are left out."""
 
 
-def repair(mjcf: str, *, only: Collection[str] = REPAIRS) -> Repaired:
+def repair(mjcf: str, *, only: Collection[str] = REPAIRS, kept_names: Collection[str] = ()) -> Repaired:
     """Put right what has one possible meaning in an MJCF text.
 
     A text that cannot be read, or that no worker survives, comes back as it was: the validator says what is wrong with
@@ -50,6 +50,7 @@ def repair(mjcf: str, *, only: Collection[str] = REPAIRS) -> Repaired:
     Args:
         mjcf: The text, as its author wrote it.
         only: The repairs that may be made, names from `REPAIRS`.
+        kept_names: Names that others outside the text refer to, as a robot's functional part; they are not changed.
 
     Raises:
         ValueError: `only` names a repair that does not exist.
@@ -57,7 +58,7 @@ def repair(mjcf: str, *, only: Collection[str] = REPAIRS) -> Repaired:
     unknown = set(only) - set(REPAIRS)
     if unknown:
         raise ValueError(f"expected repairs out of {', '.join(REPAIRS)}; found {', '.join(sorted(unknown))}")
-    argument = {"text": mjcf, "only": [name for name in REPAIRS if name in only]}
+    argument = {"text": mjcf, "only": [name for name in REPAIRS if name in only], "kept_names": [*kept_names]}
     try:
         return Repaired.model_validate(call("aidsr.validation.repairs.working:repair_text", argument))
     except IsolationError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 from lxml import etree
@@ -17,7 +18,6 @@ __all__ = ["repair_text"]
 _ON_DOCUMENT: dict[str, Callable[[Element], Iterator[str]]] = {
     "misspelt_attributes": naming.misspelt_attributes,
     "missing_classes": naming.missing_classes,
-    "duplicate_names": naming.duplicate_names,
     "fromto_without_shape": shapes.fromto_without_shape,
     "inherited_fromto": shapes.inherited_fromto,
     "fromto_and_pos": shapes.fromto_and_pos,
@@ -44,7 +44,10 @@ def repair_text(argument: dict[str, Any]) -> dict[str, Any]:
         done["dashes_in_comments"] = notes
     if document is None or unsafe(document):
         return {"mjcf": argument["text"]}
-    changed = {name: list(change(document.root)) for name, change in _ON_DOCUMENT.items() if name in only}
+    changes = _ON_DOCUMENT | {
+        "duplicate_names": partial(naming.duplicate_names, kept_names=frozenset(argument["kept_names"]))
+    }
+    changed = {name: list(changes[name](document.root)) for name in only if name in changes}
     if any(changed.values()):
         text = etree.tostring(document.root.getroottree(), encoding="unicode")
     done |= {name: notes for name, notes in changed.items() if notes}
