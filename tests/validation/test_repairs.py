@@ -193,6 +193,7 @@ def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
         swapped("stiffness=", "stffnes="),
         swapped('gear="-1"', 'gear="-1" joint1="j1"'),
         swapped('"0 0.5"', '"-0.3 0.5"'),
+        swapped('"0 0.5"', '"0 -0.5"'),
         swapped('tendon="t" gear="-1"', 'joint="j1"', swapped('name="j1" range="-0.5 0.5"', 'name="j1" range="-9 9"')),
         swapped('class="skin">', 'class="skin"/>', LIMB),
         "no model at all",

@@ -43,10 +43,14 @@ def missing_limit_flags(root: Element) -> Iterator[str]:
 
 
 def inverted_ranges(root: Element) -> Iterator[str]:
-    """Write the smaller number of a range first."""
+    """Write the smaller number of a range first, where a ball joint's then still begins with 0."""
+    classes = default_classes(root)
     for element, attribute, flag in _ranges(root):
         ends = numbers(element.get(attribute, ""))
-        if len(ends) == 2 and ends[0] > ends[1] and element.get(flag) != "false":
+        if len(ends) != 2 or ends[0] <= ends[1] or element.get(flag) == "false":
+            continue
+        kind = setting(element, "type", classes) if element.tag == "joint" else None
+        if kind is None or kind.value != "ball" or ends[1] == 0.0:
             low_last = element.get(attribute, "").split()
             element.set(attribute, f"{low_last[1]} {low_last[0]}")
             yield told(element, f"wrote {attribute} with the smaller number first")
