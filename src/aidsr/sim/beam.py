@@ -41,7 +41,8 @@ SOLIMP = (0.95, 0.99, 0.001)
 """Impedance of contacts and limits between light bodies. Source: docs/physics.md, soft limits and contacts."""
 
 _CHAIN_TOP_MODE = 78.6
-"""omega_max^2 m l^2 / k of a uniform chain, constant for N >= 5. Source: measured, docs/physics.md, stability."""
+"""omega_max^2 m l^2 / k of a chain of slender links with joints in the middles of its segments, for N >= 5; 48 at most
+with joints at their starts. Source: eigenvalues of M^-1 K, docs/physics.md, stability."""
 
 _DEFAULT_IMPEDANCE = 0.95
 """MuJoCo's default dmax. Source: MuJoCo XML reference, geom solimp."""
@@ -125,10 +126,9 @@ def smallest_damping_time(timestep_s: float) -> float:
 def largest_undamped_stiffness(segment_mass_kg: float, segment_length_m: float, timestep_s: float) -> float:
     """Largest joint stiffness an undamped uniform chain can have [N m/rad]: dt omega_max = 2.
 
-    Holds for Euler and implicitfast without armature.
+    Holds for Euler and implicitfast without armature; thick links and armature only raise it.
 
-    Source: omega_max^2 = 78.6 k / (m l^2), measured for N >= 5 (docs/physics.md); semi-implicit Euler is stable for
-    dt omega < 2.
+    Source: omega_max^2 = 78.6 k / (m l^2) (docs/physics.md); semi-implicit Euler is stable for dt omega < 2.
     """
     return (2.0 / timestep_s) ** 2 * segment_mass_kg * segment_length_m**2 / _CHAIN_TOP_MODE
 
