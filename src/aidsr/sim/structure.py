@@ -117,6 +117,12 @@ class Structure:
     opposite_pairs: tuple[tuple[int, int], ...]
     symmetric_groups: tuple[tuple[int, ...], ...]
 
+    @property
+    def marks(self) -> tuple[int, ...]:
+        """Sites that no tendon runs through: tips and other points named for a purpose."""
+        routing = {site for tendon in self.tendons for site in tendon.sites}
+        return tuple(site for site in self.sites if site not in routing)
+
 
 def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
     """Return the name of an element, or its kind and number where it has none."""

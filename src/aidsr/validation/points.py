@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 def displacements(recording: Recording, structure: Structure, model: mujoco.MjModel, reference: int) -> Array:
     """Distance of every point of the robot from where it is in the reference simulation.
 
-    Points are centres of mass and sites, seen from the root they hang from, so that neither a drifting base nor a
-    moving mount counts as an effect.
+    Points are centres of mass and marks (sites that no tendon runs through), seen from the root they hang from, so that
+    neither a drifting base nor a moving mount counts as an effect.
 
     Returns:
         (n_sims, n_frames, n_points) [m].
@@ -28,15 +28,14 @@ def displacements(recording: Recording, structure: Structure, model: mujoco.MjMo
 
 
 def seen_from_root(recording: Recording, structure: Structure, model: mujoco.MjModel) -> Array:
-    """Return centres of mass and sites of the robot in the frame of their root, (n_sims, n_frames, n_points, 3) [m]."""
+    """Return centres of mass and marks of the robot in the frame of their root, (n_sims, n_frames, n_points, 3) [m]."""
     return _seen_from_root(recording.fields, structure, model)
 
 
 def _seen_from_root(fields: dict[str, Array], structure: Structure, model: mujoco.MjModel) -> Array:
-    points = [*structure.bodies, *(int(model.site_bodyid[site]) for site in structure.sites)]
-    world = np.concatenate(
-        [fields["xipos"][:, :, list(structure.bodies)], fields["site_xpos"][:, :, list(structure.sites)]], axis=2
-    )
+    bodies, marks = list(structure.bodies), list(structure.marks)
+    points = [*bodies, *(int(model.site_bodyid[site]) for site in marks)]
+    world = np.concatenate([fields["xipos"][:, :, bodies], fields["site_xpos"][:, :, marks]], axis=2)
     seen = np.empty_like(world)
     root_of = _roots(model, structure)
     for root in structure.roots:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 import mujoco
@@ -17,7 +18,8 @@ from aidsr.validation.solids import depth_m, half_width_m
 
 __all__ = ["tendon_pushes", "tendon_skips_segments", "tendon_through_body"]
 
-_SAMPLES = 17
+_ALONG = np.linspace(0, 1, 17)[1:-1, None]
+"""Where along a line it is looked at, as shares of its length; a segment is passed in several places."""
 
 
 def tendon_through_body(case: Case) -> Iterator[Fault]:
@@ -25,11 +27,11 @@ def tendon_through_body(case: Case) -> Iterator[Fault]:
 
     MuJoCo pulls a tendon straight from site to site, whatever is between them.
     """
+    lines = _Lines.of(case)
     worst: dict[int, tuple[float, str]] = {}
-    for data in _poses(case):
-        for tendon in case.structure.tendons:
-            for share, body in _buried(case, data, tendon):
-                worst[tendon.id] = max(worst.get(tendon.id, (0.0, "")), (share, body))
+    for data in _poses(case) if lines.tendons else ():
+        for tendon, share, body in lines.buried(case, data):
+            worst[tendon] = max(worst.get(tendon, (0.0, "")), (share, body))
     deep = {tendon: found for tendon, found in worst.items() if found[0] > case.limits.through_body}
     if deep:
         share, body = max(deep.values())
@@ -68,35 +70,63 @@ def _spans(case: Case, tendon: Tendon) -> Iterator[tuple[int, int]]:
             yield site, next_site
 
 
-def _buried(case: Case, data: mujoco.MjData, tendon: Tendon) -> Iterator[tuple[float, str]]:
-    """Depth / half width of every part that the tendon's straight lines pass through, and its name."""
-    model = case.model
-    along = np.linspace(0, 1, _SAMPLES)[1:-1, None]
-    for site, next_site in _spans(case, tendon):
-        begin, end = data.site_xpos[site], data.site_xpos[next_site]
-        own = _own_parts(case, int(model.site_bodyid[site]), int(model.site_bodyid[next_site]))
-        points = begin + along * (end - begin)
-        middle, reach = (begin + end) / 2, float(np.linalg.norm(end - begin)) / 2
-        for geom in case.structure.geoms:
-            if int(model.body_weldid[model.geom_bodyid[geom]]) in own:
-                continue
-            if np.linalg.norm(data.geom_xpos[geom] - middle) > reach + model.geom_rbound[geom]:
-                continue
-            depth = float(depth_m(model, data, geom, points).max())
+@dataclass(frozen=True)
+class _Lines:
+    """All straight lines of tendons between different parts, and the geoms each may touch.
+
+    Attributes:
+        tendons: Tendon of each line, n_lines.
+        sites: Its two sites, (n_lines, 2).
+        own: Geoms it may touch, (n_lines, ngeom).
+    """
+
+    tendons: tuple[int, ...]
+    sites: NDArray[np.int64]
+    own: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, case: Case) -> _Lines:
+        bodies, weld = case.model.site_bodyid, case.model.body_weldid
+        found = [
+            (tendon.id, span)
+            for tendon in case.structure.tendons
+            for span in _spans(case, tendon)
+            if weld[bodies[span[0]]] != weld[bodies[span[1]]]
+        ]
+        ends = [(int(bodies[one]), int(bodies[other])) for _, (one, other) in found]
+        own = {pair: _own_parts(case, *pair) for pair in set(ends)}
+        sites = np.array([span for _, span in found], dtype=int).reshape(-1, 2)
+        return cls(tuple(tendon for tendon, _ in found), sites, np.array([own[pair] for pair in ends]))
+
+    def buried(self, case: Case, data: mujoco.MjData) -> Iterator[tuple[int, float, str]]:
+        """Tendon, depth / half width, and name of every part that a line passes through."""
+        begin, end = data.site_xpos[self.sites[:, 0]], data.site_xpos[self.sites[:, 1]]
+        apart = data.geom_xpos - ((begin + end) / 2)[:, None]
+        reach = np.linalg.norm(end - begin, axis=1)[:, None] / 2 + case.model.geom_rbound
+        near = np.einsum("lgi,lgi->lg", apart, apart) < reach**2
+        for line, geom in np.argwhere(near & ~self.own).tolist():
+            points = begin[line] + _ALONG * (end[line] - begin[line])
+            depth = float(depth_m(case.model, data, geom, points).max())
             if depth > 0:
-                yield depth / half_width_m(model, geom), case.body(int(model.geom_bodyid[geom]))
+                share = depth / half_width_m(case.model, geom)
+                yield self.tendons[line], share, case.body(int(case.model.geom_bodyid[geom]))
 
 
-def _own_parts(case: Case, one: int, other: int) -> set[int]:
-    """Rigid parts a line between two bodies may touch: theirs and their neighbours', but none that it passes over."""
-    weld = case.model.body_weldid
+def _own_parts(case: Case, one: int, other: int) -> NDArray[np.bool_]:
+    """Geoms that a line between two bodies may touch, (ngeom,).
+
+    Those of the bodies and of their neighbours, but none of a body that it passes over; and the environment's.
+    """
+    model, weld = case.model, case.model.body_weldid
     ends = {int(weld[one]), int(weld[other])}
     near = set(ends)
     for body in case.structure.bodies:
-        part, parent = int(weld[body]), int(weld[case.model.body_parentid[body]])
+        part, parent = int(weld[body]), int(weld[model.body_parentid[body]])
         near |= {part} if parent in ends else set()
         near |= {parent} if part in ends else set()
-    return near - ({int(weld[body]) for body in _between(case, one, other)} - ends)
+    near -= {int(weld[body]) for body in _between(case, one, other)} - ends
+    ours = np.isin(np.arange(model.ngeom), case.structure.geoms)
+    return np.asarray(np.isin(weld[model.geom_bodyid], list(near)) | ~ours)
 
 
 def tendon_skips_segments(case: Case) -> Iterator[Fault]:
@@ -132,12 +162,14 @@ def _skipped_joints(case: Case, site: int, next_site: int) -> int:
     begin, end = data.site_xpos[site], data.site_xpos[next_site]
     span_m = float(np.linalg.norm(end - begin))
     between = _between(case, int(model.site_bodyid[site]), int(model.site_bodyid[next_site]))
+    if len(between) < 2:
+        return 0
     anchors: list[NDArray[np.float64]] = []
     for body in between:
         anchor = data.xanchor[int(model.body_jntadr[body])]
         if not anchors or np.linalg.norm(anchor - anchors[-1]) > case.limits.overlap_noticed * case.length_m:
             anchors.append(np.array(anchor))
-    if span_m == 0 or not anchors:
+    if span_m == 0 or len(anchors) < 2:
         return 0
     offsets = np.array(anchors) - begin
     direction = (end - begin) / span_m

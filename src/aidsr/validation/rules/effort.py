@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -131,7 +132,12 @@ def actuator_speed(case: Case) -> Iterator[Fault]:
 
 def no_motor_fits(case: Case) -> Iterator[Fault]:
     """Some motor of the catalogue can hold the tension and take up the stroke."""
-    out_of_reach = [effort for effort in efforts(case) if fastest_motor(effort.tension_n, effort.stroke_m) is None]
+    asked = efforts(case)
+    most = [max((getattr(effort, name) for effort in asked), default=0.0) for name in ("tension_n", "stroke_m")]
+    # one motor that can do the most of everything can do all
+    if not asked or fastest_motor(*most) is not None:
+        return
+    out_of_reach = [effort for effort in asked if fastest_motor(effort.tension_n, effort.stroke_m) is None]
     if out_of_reach:
         worst = max(out_of_reach, key=lambda effort: effort.tension_n * effort.stroke_m)
         yield _fault(
@@ -184,19 +190,31 @@ def implausible_density(case: Case) -> Iterator[Fault]:
 
 
 def motor_measurements(case: Case) -> dict[str, dict[str, float | str]]:
-    """Return what each tendon actuator was asked for, and the cheapest motor that gives it."""
+    """Return what each tendon actuator was asked for, and the cheapest motor that gives it, "" for none."""
     asked: dict[str, dict[str, float | str]] = {}
+    motors: dict[tuple[float, ...], str] = {}
     for effort in efforts(case):
-        fit = cheapest_motor(effort.tension_n, min(effort.speed_m_s, case.limits.cable_speed_m_s), effort.stroke_m)
+        speed_m_s = min(effort.speed_m_s, case.limits.cable_speed_m_s)
+        demand = tuple(_rounded_up(value) for value in (effort.tension_n, speed_m_s, effort.stroke_m))
+        if demand not in motors:
+            motors[demand] = str(cheapest_motor(*demand) or "")
         asked[case.actuator(effort.drive.actuator)] = {
             "tension_n": round(effort.tension_n, 4),
             "speed_m_s": round(effort.speed_m_s, 4),
             "stroke_m": round(effort.stroke_m, 5),
             "power_w": round(effort.power_w, 4),
             "sweep_power_w": round(effort.sweep_power_w, 4),
-            "cheapest_motor": str(fit) if fit else "",
+            "cheapest_motor": motors[demand],
         }
     return asked
+
+
+def _rounded_up(value: float) -> float:
+    """The next number of two digits, so that tendons that ask for the same get the same motor."""
+    if value <= 0:
+        return 0.0
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / step) * step
 
 
 def _fault(

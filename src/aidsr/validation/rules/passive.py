@@ -208,6 +208,6 @@ def underdamped(case: Case) -> Iterator[Fault]:
 def _owner_of_point(case: Case, point: int) -> tuple[str, ...]:
     bodies = case.structure.bodies
     body = (
-        bodies[point] if point < len(bodies) else int(case.model.site_bodyid[case.structure.sites[point - len(bodies)]])
+        bodies[point] if point < len(bodies) else int(case.model.site_bodyid[case.structure.marks[point - len(bodies)]])
     )
     return (case.body(body),)
