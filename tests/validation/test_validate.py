@@ -26,7 +26,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_not_there_is_the_users_mistake(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="expected a readable MJCF file"):
+    with pytest.raises(UserError, match="Expected an MJCF file"):
         validate(tmp_path / "nothing.xml")
 
 
@@ -91,7 +91,14 @@ def test_the_environments_physics_hold() -> None:
 
 
 def test_a_broken_environment_is_a_report() -> None:
-    assert not validate(robots.arm(), environment="<mujoco>").stable
+    report = validate(robots.arm(), environment="<mujoco>")
+    assert not report.stable
+    assert all("environment" in fault.message for fault in report.faults)
+
+
+def test_a_wrong_mount_is_the_users_mistake() -> None:
+    with pytest.raises(UserError, match="auto, fixed, free"):
+        validate(robots.arm(), mount="hanging")  # type: ignore[arg-type]
 
 
 def _scene(robot: str, surroundings: str = "") -> str:

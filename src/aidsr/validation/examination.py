@@ -20,6 +20,7 @@ from aidsr.validation.protocol import Protocol, gather_evidence
 from aidsr.validation.rules import REALIZABILITY_RULES, SIMULATE_RULES, STRUCTURE_RULES
 from aidsr.validation.rules.effort import motor_measurements
 from aidsr.validation.standing import stand
+from aidsr.validation.validating import Mount
 
 __all__ = ["examine", "examine_text"]
 
@@ -32,14 +33,14 @@ def examine(argument: dict[str, Any]) -> dict[str, Any]:
 
 
 def examine_text(
-    text: str, mount: Any = "auto", needs_contact: bool = False, environment: str = "", realizable: bool = False
+    text: str, mount: Mount = "auto", needs_contact: bool = False, environment: str = "", realizable: bool = False
 ) -> ValidationReport:
     """Return the report on an MJCF text; see `aidsr.validation.validate` for the arguments."""
     notes: tuple[str, ...] = ()
     try:
         loaded = load_mjcf(text)
         notes = loaded.notes
-        model, changes = stand(loaded, mount, compile_mjcf(environment) if environment else None)
+        model, changes = stand(loaded, mount, _open_environment(environment) if environment else None)
     except MjcfError as error:
         return make_report(error.faults, {}, notes, realizable)
     case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
@@ -55,6 +56,15 @@ def examine_text(
             apply(REALIZABILITY_RULES, case)
             measurements["motors"] = motor_measurements(case)
     return make_report(without_consequences(case.found), measurements, notes + changes, realizable)
+
+
+def _open_environment(text: str) -> mujoco.MjModel:
+    """The environment, compiled; its faults say that they are not the robot's."""
+    try:
+        return compile_mjcf(text)
+    except MjcfError as error:
+        theirs = [f.model_copy(update={"message": f"in the environment: {f.message}"}) for f in error.faults]
+        raise MjcfError(theirs) from error
 
 
 def too_long(case: Case) -> Iterator[Fault]:

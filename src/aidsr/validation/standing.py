@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import mujoco
 import numpy as np
 
@@ -12,10 +10,9 @@ from aidsr.errors import MjcfError
 from aidsr.sim.compiling import Loaded
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.ownership import read_ownership
+from aidsr.validation.validating import Mount
 
-__all__ = ["Mount", "stand"]
-
-Mount = Literal["auto", "fixed", "free"]
+__all__ = ["stand"]
 
 _FREE = mujoco.mjtJoint.mjJNT_FREE
 _GROUNDS = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))

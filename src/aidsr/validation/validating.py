@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from aidsr import __version__
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.errors import IsolationError, MjcfError, UserError
 from aidsr.sim.isolation import call
+from aidsr.sim.mjcf import open_mjcf
 
-__all__ = ["validate"]
+__all__ = ["Mount", "validate"]
+
+Mount = Literal["auto", "fixed", "free"]
+"""How a robot alone stands while it is tested."""
 
 _CURES = {
     "time": "Use fewer bodies, fewer contacts, or a larger time step.",
@@ -23,7 +27,7 @@ _CURES = {
 def validate(
     mjcf: str | Path,
     *,
-    mount: Literal["auto", "fixed", "free"] = "auto",
+    mount: Mount = "auto",
     needs_contact: bool = False,
     environment: str = "",
     realizable: bool = False,
@@ -43,17 +47,13 @@ def validate(
         realizable: Whether parts that could not be built make the robot unstable; otherwise they are only reported.
 
     Raises:
-        UserError: The file cannot be read.
+        UserError: The file cannot be read, or `mount` is none of the three.
     """
-    text = _read(mjcf) if isinstance(mjcf, Path) else mjcf
-    argument = {
-        "text": text,
-        "mount": mount,
-        "needs_contact": needs_contact,
-        "environment": environment,
-        "realizable": realizable,
-    }
+    if mount not in get_args(Mount):
+        raise UserError(f"Expected mount to be one of {', '.join(get_args(Mount))}, found {mount!r}.")
+    options = {"mount": mount, "needs_contact": needs_contact, "environment": environment, "realizable": realizable}
     try:
+        argument = {"text": open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf, **options}
         return ValidationReport.model_validate(call("aidsr.validation.examination:examine", argument))
     except IsolationError as error:
         fault = Fault(
@@ -62,15 +62,6 @@ def validate(
         return ValidationReport(stable=False, faults=(fault,), versions=_versions())
     except MjcfError as error:
         return ValidationReport(stable=False, faults=error.faults, versions=_versions())
-
-
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise UserError(f"expected MJCF text in UTF-8, found other bytes in {path}") from error
-    except OSError as error:
-        raise UserError(f"expected a readable MJCF file, found {path}: {error.strerror}") from error
 
 
 def _versions() -> dict[str, str]:
