@@ -14,6 +14,8 @@ from aidsr.roles import Feedback
 
 __all__ = ["RuleCoder"]
 
+_FALLS = ("free_fall", "base_not_attached")
+
 _VARIATION = re.compile(r'<mujoco model="\w*?_variation_(\d+)"')
 
 
@@ -38,12 +40,14 @@ class RuleCoder:
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot with the reported faults edited out, or a sturdier one where no edit is left."""
-        del brief
         faults = (
             feedback.errors
             if isinstance(feedback, ValidationReport)
             else tuple(_as_fault(issue) for issue in feedback.issues)
         )
+        if brief.base == "free":
+            # A robot that has to move itself keeps its free joint, however it falls.
+            faults = tuple(fault for fault in faults if fault.code not in _FALLS)
         mended = mend(robot.mjcf, faults)
         if mended.done:
             return robot.model_copy(update={"mjcf": mended.mjcf, "notes": _said(mended)})

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from aidsr.artifacts import Fault
 from aidsr.builtin.editing import Element, parse, to_text
-from aidsr.builtin.repairs import blocks, document, motion, strength
+from aidsr.builtin.repairs import blocks, document, motion, strength, winches
 from aidsr.errors import MjcfError
 
 __all__ = ["REPAIRS", "Mended", "mend"]
@@ -18,8 +18,10 @@ Repair = Callable[[Element, Fault], str | None]
 _CALM: tuple[Repair, ...] = (
     motion.integrate_implicitly,
     motion.damp_hinges,
+    winches.damp_servos,
     motion.stiffen_limits,
     motion.halve_timestep,
+    winches.soften_servos,
     motion.raise_damping,
     strength.weaken,
 )
@@ -46,9 +48,12 @@ REPAIRS: dict[str, tuple[Repair, ...]] = {
     "energy_growth": (motion.make_damping_positive, *_CALM),
     "underdamped": (motion.raise_damping,),
     "chatter": (
+        motion.integrate_implicitly,
         motion.damp_hinges,
+        winches.damp_servos,
         motion.stiffen_contacts,
         motion.stiffen_limits,
+        winches.soften_servos,
         motion.raise_damping,
         motion.halve_timestep,
     ),
@@ -56,6 +61,8 @@ REPAIRS: dict[str, tuple[Repair, ...]] = {
     "initial_penetration": (motion.exclude_overlapping,),
     "self_collision_lock": (motion.exclude_overlapping, motion.pass_through_itself),
     "contact_disabled": (blocks.allow_contact,),
+    "free_fall": (winches.hold_root,),
+    "base_not_attached": (winches.hold_root,),
     "gravity_collapse": (strength.stiffen_springs,),
     "passive_collapse": (motion.straighten, strength.stiffen_springs),
     "tendon_limit_violated": (strength.unlimit_tendons,),
@@ -64,8 +71,11 @@ REPAIRS: dict[str, tuple[Repair, ...]] = {
     "zero_gear": (strength.restore_gear,),
     "actuator_too_weak": (strength.strengthen,),
     "too_stiff": (strength.soften_springs,),
+    "antagonist_lock": (winches.let_go,),
     "mass_ratio": (blocks.cap_mass,),
+    "tendon_pushes": (winches.pull_only,),
     "actuator_overforce": (strength.weaken,),
+    "actuator_power": (strength.weaken,),
 }
 """For each fault code the edits that can remove it, mildest first."""
 
