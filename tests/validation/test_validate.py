@@ -75,6 +75,17 @@ def test_two_roots_cannot_be_set_free() -> None:
     assert codes(validate(two, mount="free")) == ["disconnected"]
 
 
+def test_a_root_with_joints_cannot_be_set_free() -> None:
+    hinged = robots.arm().replace('<body name="base">', '<body name="base"><joint name="swivel" axis="0 0 1"/>')
+    assert codes(validate(hinged, mount="free")) == ["invalid_joint_placement"]
+
+
+def test_what_hangs_on_a_removed_free_joint_goes_with_it() -> None:
+    push = '<motor name="push" joint="root" gear="1 0 0 0 0 0" ctrlrange="-1 1"/></actuator>'
+    report = validate(robots.crawler().replace("</actuator>", push), mount="fixed")
+    assert report.measurements["actuators"] == 8
+
+
 def test_gravity_is_felt_as_at_the_mount() -> None:
     """A limb too soft to stand may hang."""
     standing = faulty.arm(sag=14)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Fault
+from aidsr.artifacts import Fault, Layer
 from aidsr.errors import MjcfError
 from aidsr.sim.compiling import Loaded
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.ownership import read_ownership
+from aidsr.sim.stripping import delete_dangling
 from aidsr.validation.validating import Mount
 
 __all__ = ["stand"]
@@ -52,7 +55,7 @@ def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> t
         environment: Whose physics hold for the robot, or None.
 
     Raises:
-        MjcfError: A robot without a single root cannot be set free.
+        MjcfError: A robot without a single root, or whose root has joints of its own, cannot be set free.
     """
     model = loaded.model
     notes: list[str] = []
@@ -97,28 +100,25 @@ def _fix(spec: mujoco.MjSpec, notes: list[str]) -> None:
         if joint.type == _FREE:
             notes.append(f"free joint of {joint.parent.name or 'the root'} removed: tested with a fixed root")
             spec.delete(joint)
+    notes += delete_dangling(spec)
 
 
 def _set_free(spec: mujoco.MjSpec, notes: list[str]) -> None:
     roots = spec.worldbody.bodies
     if len(roots) != 1:
-        raise MjcfError(
-            [
-                Fault(
-                    code="disconnected",
-                    layer="structure",
-                    severity="error",
-                    names=tuple(body.name for body in roots),
-                    measured=len(roots),
-                    limit=1,
-                    unit="separate parts",
-                    message="a robot that moves freely needs exactly one root body",
-                    cure="Nest every body of the robot, its base included, under one root body.",
-                )
-            ]
-        )
-    roots[0].add_freejoint()
-    notes.append(f"free joint added to {roots[0].name or 'the root'}: tested with a free root")
+        names = tuple(body.name for body in roots)
+        found = f"a robot that moves freely needs one root body, found {len(roots)}"
+        _refuse("disconnected", "structure", names, found, "Nest every body of the robot under one root body.")
+    (root,) = roots
+    if root.joints:
+        found = f"the root {root.name} has joints of its own and cannot be free"
+        _refuse("invalid_joint_placement", "load", (root.name,), found, "Give the robot a root body without joints.")
+    root.add_freejoint()
+    notes.append(f"free joint added to {root.name or 'the root'}: tested with a free root")
+
+
+def _refuse(code: str, layer: Layer, names: tuple[str, ...], message: str, cure: str) -> NoReturn:
+    raise MjcfError([Fault(code=code, layer=layer, severity="error", names=names, message=message, cure=cure)])
 
 
 def _lowest_m(model: mujoco.MjModel) -> float:

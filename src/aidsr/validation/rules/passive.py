@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -81,25 +82,37 @@ def drop(case: Case) -> Iterator[Fault]:
     if not down.any() or not case.settled:
         return
     down /= np.linalg.norm(down)
+    drops: dict[bool, list[_Drop]] = {}
     for root in case.structure.roots:
         if root not in case.structure.moving:
             continue
         path = (evidence.settle.fields["xpos"][_WITH_GRAVITY, :, root] - evidence.start.xpos[root]) @ down
-        share = float(path[-1]) / case.length_m
-        if share > case.limits.drop:
+        if path[-1] > case.limits.drop * case.length_m:
             speed = float(evidence.settle.speed_m_s[_WITH_GRAVITY, -1, root])
             landed = speed < case.limits.landed * math.sqrt(STANDARD_GRAVITY_M_S2 * case.length_m)
             first = int(np.argmax(path > case.limits.drop * case.length_m))
-            yield _drop_fault(case, root, share, landed, (first + 1) * evidence.settle.frame_s)
+            found = _Drop(case.body(root), float(path[-1]) / case.length_m, (first + 1) * evidence.settle.frame_s)
+            drops.setdefault(landed, []).append(found)
+    for landed, dropped in drops.items():
+        yield _drop_fault(case, dropped, landed)
 
 
-def _drop_fault(case: Case, root: int, share: float, landed: bool, first_time_s: float) -> Fault:
+@dataclass(frozen=True)
+class _Drop:
+    """A root that fell: by how much / L, and when that was too much."""
+
+    name: str
+    share: float
+    first_time_s: float
+
+
+def _drop_fault(case: Case, dropped: list[_Drop], landed: bool) -> Fault:
     return Fault(
         code="base_not_attached" if landed else "free_fall",
         layer="simulate",
         severity="error",
-        names=(case.body(root),),
-        measured=share,
+        names=tuple(each.name for each in dropped),
+        measured=max(each.share for each in dropped),
         limit=case.limits.drop,
         unit="of the robot's length",
         message="the root drops and lands" if landed else "the root falls and does not land",
@@ -107,7 +120,7 @@ def _drop_fault(case: Case, root: int, share: float, landed: bool, first_time_s:
         if landed
         else "the root has a free or slide joint and nothing below it that it can touch",
         cure="Remove the root's joint to fix it, or start it on the ground with contacts enabled.",
-        first_time_s=first_time_s,
+        first_time_s=min(each.first_time_s for each in dropped),
     )
 
 

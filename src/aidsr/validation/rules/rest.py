@@ -26,6 +26,13 @@ _BENT_RAD = 0.2
 _FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 
 
+_CURE_WITHIN = (
+    "Move or shorten the parts, or add <contact><exclude body1=... body2=.../></contact> for neighbours that are meant "
+    "to meet."
+)
+_CURE_OUTSIDE = "Place the robot farther away or turned, or make the overlapping parts smaller."
+
+
 def initial_penetration(case: Case) -> Iterator[Fault]:
     """Nothing of the robot overlaps anything in the drawn pose, beyond rounding.
 
@@ -50,19 +57,19 @@ def initial_penetration(case: Case) -> Iterator[Fault]:
             unit="of the thinner part",
             message=f"{worst.names[0]} overlaps {worst.names[1]} by {1000 * worst.depth_m:.3g} mm in the drawn pose"
             + (f", and {others} more pairs overlap" if others else ""),
-            cure="Move or shorten the parts, or add <contact><exclude body1=... body2=.../></contact> for neighbours "
-            "that are meant to meet.",
+            cure=_CURE_OUTSIDE if worst.outside else _CURE_WITHIN,
             first_time_s=0.0,
         )
 
 
 @dataclass(frozen=True)
 class _Overlap:
-    """A contact that is too deep: whose, how deep, and whether its force turns or shifts anything."""
+    """A contact that is too deep: whose, how deep, outside the robot or not, and whether its force moves anything."""
 
     names: tuple[str, str]
     depth_m: float
     share: float
+    outside: bool
     acts: bool
 
 
@@ -79,7 +86,7 @@ def _overlaps(case: Case) -> Iterator[_Overlap]:
             outside = any(geom not in case.structure.geoms for geom in geoms)
             lever_m = max(_lever_m(case, data, geoms) for data in (case.driven.start, bent))
             acts = outside or lever_m > limits.overlap_lever * thickness_m
-            yield _Overlap((case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, acts)
+            yield _Overlap((case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, outside, acts)
 
 
 def _lever_m(case: Case, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
