@@ -103,8 +103,8 @@ def test_half_a_time_step_of_damping_is_stable_at_any_stiffness() -> None:
 def test_moment_arm_of_a_straight_span(angle: float) -> None:
     model, data = at_rest(
         '<mujoco><compiler angle="radian"/><worldbody><site name="a" pos="0.018 0 -0.008"/>'
-        '<body><joint name="bend" axis="0 1 0"/><geom size="0.001"/><site name="b" pos="0.018 0 0.008"/></body></worldbody>'
-        '<tendon><spatial><site site="a"/><site site="b"/></spatial></tendon></mujoco>'
+        '<body><joint name="bend" axis="0 1 0"/><geom size="0.001"/><site name="b" pos="0.018 0 0.008"/></body>'
+        '</worldbody><tendon><spatial><site site="a"/><site site="b"/></spatial></tendon></mujoco>'
     )
     # Bending towards the cable is a positive turn about y, which brings +z to +x.
     data.qpos[0] = angle - 1e-5
@@ -123,8 +123,9 @@ def test_cable_bends_a_section_by_its_moment() -> None:
 @pytest.mark.parametrize("time_constant_s", [0.02, 0.004])
 def test_depth_of_a_soft_contact(time_constant_s: float) -> None:
     model, data = at_rest(
-        f'<mujoco><option timestep="0.001" gravity="0 0 0"/><default><geom solref="{time_constant_s} 1"/></default><worldbody>'
-        '<geom type="plane" size="1 1 1"/><body pos="0 0 0.05"><joint type="slide" axis="0 0 1"/><geom size="0.05" mass="0.01"/>'
+        f'<mujoco><option timestep="0.001" gravity="0 0 0"/><default><geom solref="{time_constant_s} 1"/></default>'
+        '<worldbody><geom type="plane" size="1 1 1"/>'
+        '<body pos="0 0 0.05"><joint type="slide" axis="0 0 1"/><geom size="0.05" mass="0.01"/>'
         "</body></worldbody></mujoco>"
     )
     data.qfrc_applied[0] = -20.0
@@ -136,7 +137,8 @@ def test_depth_of_a_soft_contact(time_constant_s: float) -> None:
 def test_stiffness_of_a_joint_limit() -> None:
     model, data = at_rest(
         '<mujoco><compiler angle="radian"/><option timestep="0.001" gravity="0 0 0"/><worldbody><body>'
-        '<joint axis="0 1 0" range="-1 0" limited="true"/><inertial pos="0 0 0" mass="0.003" diaginertia="1e-6 1e-6 1e-6"/>'
+        '<joint axis="0 1 0" range="-1 0" limited="true"/>'
+        '<inertial pos="0 0 0" mass="0.003" diaginertia="1e-6 1e-6 1e-6"/>'
         "</body></worldbody></mujoco>"
     )
     data.qfrc_applied[0] = 0.005

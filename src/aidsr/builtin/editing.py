@@ -13,6 +13,7 @@ __all__ = [
     "Element",
     "effective",
     "exclude",
+    "gain_sign",
     "numbers",
     "of",
     "parse",
@@ -101,6 +102,15 @@ def _default_of(root: Element, element: Element) -> Element | None:
     if name:
         return next((default for default in root.iter("default") if default.get("class") == name), None)
     return root.find("default")
+
+
+def gain_sign(root: Element, actuator: Element) -> int:
+    """Return the sign of the force a positive control makes: -1 pulls on a tendon, 1 pushes, 0 does nothing."""
+    product = 1.0
+    for name in ("gear", "gainprm"):
+        words = (effective(root, actuator, name) or "1").split()
+        product *= float(words[0]) if words else 1.0
+    return (product > 0) - (product < 0)
 
 
 def exclude(root: Element, first: str, second: str) -> bool:

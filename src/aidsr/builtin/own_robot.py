@@ -27,7 +27,11 @@ _VERSIONS = (
 )
 """Name, sentence, factor on stiffness and damping, factor on actuator forces."""
 
-_WORKING_NAMES = re.compile(r"tip|end_?effector|effector|hook|finger|hand|pad|head|foot", re.IGNORECASE)
+_WORKING_NAMES = tuple(
+    re.compile(words, re.IGNORECASE)
+    for words in (r"end_?effector|tcp|grasp", r"tip", r"hook|pad|hand|palm|head|gripper")
+)
+"""What authors call the part that does the work, the plainest first. Our choice."""
 
 
 def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
@@ -98,10 +102,11 @@ def functional_part(mjcf: str) -> str:
         root = parse(mjcf)
     except MjcfError:
         return ""
-    for tag in ("site", "body"):
-        named = [item for item in root.iter(tag) if _WORKING_NAMES.search(item.get("name") or "")]
-        if named:
-            return str(named[-1].get("name"))
+    for pattern in _WORKING_NAMES:
+        for tag in ("site", "body"):
+            names = [str(item.get("name")) for item in root.iter(tag) if pattern.search(item.get("name") or "")]
+            if names:
+                return min(names, key=len)
     deepest = _deepest(root)
     return "" if deepest is None else deepest.get("name") or "working_end"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lxml import etree
 
 from aidsr.artifacts import Fault
-from aidsr.builtin.editing import Element, effective, numbers, section, set_numbers, without_prefix
+from aidsr.builtin.editing import Element, effective, gain_sign, numbers, section, set_numbers, without_prefix
 
 __all__ = ["add_control_ranges", "add_mass", "add_sensors", "add_winches", "allow_contact", "cap_mass"]
 
@@ -87,8 +87,8 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
         return None
     if not actuator.get("tendon"):
         return -1.0, 1.0
-    pulls = (numbers(actuator, "gear") or [1.0])[0] * (numbers(actuator, "gainprm") or [1.0])[0]
-    return (0.0, _TENSION_N) if pulls < 0 else (-_TENSION_N, 0.0)
+    strongest = max((abs(value) for value in numbers(actuator, "forcerange")), default=_TENSION_N)
+    return (0.0, strongest) if gain_sign(root, actuator) < 0 else (-strongest, 0.0)
 
 
 def add_mass(root: Element, fault: Fault) -> str | None:

@@ -22,6 +22,9 @@ __all__ = [
 ]
 
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
+_STRONGER = 1.5
+"""Factor on forces where nothing says how much is missing. Our choice."""
+
 _SPRINGS = ("stiffness", "damping")
 _WIDE_RAD = 0.6
 _RADIANS_LOOK_LIKE = 2.0 * math.pi
@@ -29,8 +32,15 @@ _RADIANS_LOOK_LIKE = 2.0 * math.pi
 
 
 def strengthen(root: Element, fault: Fault) -> str | None:
-    """Let the actuators in question pull half as hard again; all of them where none is named."""
-    return scale_forces(root, 1.5, {without_prefix(name) for name in fault.names})
+    """Let the actuators in question pull as much harder as was found missing; all of them where none is named."""
+    return scale_forces(root, _missing(fault), {without_prefix(name) for name in fault.names})
+
+
+def _missing(fault: Fault) -> float:
+    """Return by what factor a measured value stays below its limit, with a fifth to spare, within 1.5 to 5."""
+    if not fault.measured or not fault.limit:
+        return _STRONGER
+    return round(min(max(1.2 * fault.limit / fault.measured, _STRONGER), 5.0), 2)
 
 
 def weaken(root: Element, fault: Fault) -> str | None:
@@ -67,9 +77,8 @@ def stiffen_springs(root: Element, fault: Fault) -> str | None:
 
 
 def soften_springs(root: Element, fault: Fault) -> str | None:
-    """Make every joint spring 0.6 times as stiff, with damping in step."""
-    del fault
-    return scale_springs(root, 0.6)
+    """Make every joint spring as much softer as was found too little moved, at most 0.6 times as stiff."""
+    return scale_springs(root, min(1.0 / _missing(fault), 0.6))
 
 
 def scale_springs(root: Element, factor: float) -> str | None:
@@ -128,13 +137,15 @@ def widen_joint_ranges(root: Element, fault: Fault) -> str | None:
 
 
 def restore_gear(root: Element, fault: Fault) -> str | None:
-    """Give actuators whose gear or gain is zero one that acts."""
+    """Give actuators whose gear or gain is zero one that acts, and pulls where only pulling forces are allowed."""
     del fault
+    limits = [numbers(item, "forcerange") for item in of(root, *_ACTUATORS)]
+    sign = -1.0 if any(limit and max(limit) <= 0 for limit in limits) else 1.0
     changed = 0
     for item in of(root, *_ACTUATORS):
         for name in ("gear", "gainprm", "kp"):
             values = numbers(item, name)
             if values and not any(values):
-                set_numbers(item, name, 1.0, *values[1:])
+                set_numbers(item, name, sign if name == "gainprm" else 1.0, *values[1:])
                 changed += 1
-    return f"gave {changed} actuators a gear that acts" if changed else None
+    return f"gave a gear or gain that acts in {changed} places" if changed else None

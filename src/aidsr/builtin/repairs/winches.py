@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aidsr.artifacts import Fault
-from aidsr.builtin.editing import Element, numbers, section, set_numbers, without_prefix
+from aidsr.builtin.editing import Element, gain_sign, numbers, section, set_numbers, without_prefix
 
 __all__ = ["damp_servos", "hold_root", "let_go", "pull_only", "soften_servos"]
 
@@ -70,7 +70,7 @@ def pull_only(root: Element, fault: Fault) -> str | None:
     changed = 0
     for item in _on_tendons(root, "motor", "general"):
         known = not named or item.get("name") in named or item.get("tendon") in named
-        sign = (numbers(item, "gear") or [1.0])[0] * (numbers(item, "gainprm") or [1.0])[0]
+        sign = gain_sign(root, item)
         low_high = numbers(item, "ctrlrange")
         if not known or len(low_high) != 2 or not sign:
             continue

@@ -1,0 +1,150 @@
+"""The Designer reads the job, proposes bodies that differ, and changes them as far as it understands."""
+
+import pytest
+from jobs import DESERT, KINDS, LAMP, MARBLE, brief, free_brief
+
+from aidsr import builtin
+from aidsr.builtin import own_robot
+from aidsr.builtin.designer import IDEAS
+from aidsr.builtin.job import read_job
+
+
+def proposals(task: str, seed: int, count: int = 3):
+    return builtin.team(seed).designer.propose(brief(task), count)
+
+
+@pytest.mark.parametrize(("task", "kind"), KINDS.items())
+def test_the_job_is_read_from_objective_and_environment(task: str, kind: str) -> None:
+    job = read_job(brief(task))
+    assert job.kind == kind
+    assert job.mount_name == "mount"
+
+
+def test_distances_are_seen_from_the_mount() -> None:
+    button, handle = read_job(brief("button_pushing")).target, read_job(brief("drawer_opening")).target
+    assert (button.along_m, button.beside_m) == (pytest.approx(0.26, abs=0.002), pytest.approx(0.12, abs=0.01))
+    assert handle.part == "drawer_2_bar"
+    assert handle.distance_m == pytest.approx(0.25, abs=0.002)
+    grasp = read_job(brief("simple_grasping"))
+    assert (grasp.approach_m, grasp.room_m) == (pytest.approx(0.10), pytest.approx(0.25))
+
+
+@pytest.mark.parametrize("task", KINDS)
+def test_concepts_of_a_run_differ_in_family_or_actuation(task: str) -> None:
+    for seed in range(1, 6):
+        concepts = proposals(task, seed)
+        assert len({(c.family, c.name, c.actuation.split(" of at most")[0]) for c in concepts}) == 3
+        assert len({c.family for c in concepts}) >= 2
+        assert len({c.morphology for c in concepts}) == 3
+
+
+@pytest.mark.parametrize("task", KINDS)
+def test_same_seed_same_bytes_and_other_seeds_other_robots(task: str) -> None:
+    def robots(seed: int) -> list[str]:
+        team = builtin.team(seed)
+        return [team.coder.write(brief(task), c).mjcf for c in team.designer.propose(brief(task), 3)]
+
+    assert robots(7) == robots(7)
+    every = [text for seed in range(1, 6) for text in robots(seed)]
+    assert len(set(every)) == 15
+
+
+def test_more_concepts_than_ideas_still_differ() -> None:
+    concepts = proposals("drawer_opening", 1, 8)
+    assert len({str(c.parameters) for c in concepts}) == 8
+
+
+def test_concepts_say_that_they_are_rules_and_what_the_rules_saw() -> None:
+    concept = proposals("button_pushing", 1)[0]
+    assert "built-in rules" in concept.rationale
+    assert "press" in concept.interpretation
+    assert "260 mm along the axis of mount" in concept.interpretation
+
+
+@pytest.mark.parametrize(
+    ("objective", "environment", "kind", "said"),
+    [
+        ("Flip the switch by touching it.", LAMP, "reach", "speaks of touch"),
+        ("Pick the marble up.", MARBLE, "grasp", "speaks of pick"),
+        ("Do something useful with it.", MARBLE, "grasp", "marble lies free and fits a hand"),
+        ("Do something useful.", LAMP, "reach", "an arm that reaches is assumed"),
+        ("Do something useful.", DESERT, "crawl", "a body that moves itself is assumed"),
+        ("Crawl away.", DESERT, "crawl", "speaks of crawl"),
+    ],
+)
+def test_an_objective_in_words_is_understood_or_its_default_said(
+    objective: str, environment: str, kind: str, said: str
+) -> None:
+    asked = free_brief(objective, environment)
+    concepts = builtin.team(1).designer.propose(asked, 3)
+    assert read_job(asked).kind == kind
+    assert {c.family for c in concepts} <= set(IDEAS[kind])
+    assert all(said in c.interpretation for c in concepts)
+
+
+@pytest.mark.parametrize(
+    ("wish", "parameter", "factor"),
+    [
+        ("Make it longer please", "length_m", 1.25),
+        ("the arm is too stiff", "bending_stiffness_n_m2", 0.8),
+        ("it should be stronger", "tension_n", 1.25),
+        ("thinner", "radius_m", 0.8),
+    ],
+)
+def test_wishes_are_granted(wish: str, parameter: str, factor: float) -> None:
+    concept = next(c for c in proposals("button_pushing", 1) if c.family == "arm")
+    changed = builtin.team(1).designer.revise(brief("button_pushing"), concept, None, wish)
+    assert changed.parameters[parameter] == pytest.approx(concept.parameters[parameter] * factor, rel=0.01)
+    assert "Changed as asked" in changed.rationale
+    assert changed.family == "arm"
+
+
+def test_a_wish_stays_within_the_range_of_its_parameter() -> None:
+    concept = next(c for c in proposals("simple_grasping", 1) if c.family == "gripper")
+    for _ in range(8):
+        concept = builtin.team(1).designer.revise(brief("simple_grasping"), concept, None, "more fingers, stronger")
+    assert concept.parameters["fingers"] == 6
+    assert concept.parameters["closing_n"] == 30
+
+
+def test_another_family_can_be_asked_for() -> None:
+    concept = next(c for c in proposals("simple_grasping", 1) if c.family == "gripper")
+    changed = builtin.team(1).designer.revise(brief("simple_grasping"), concept, None, "Try a tentacle instead.")
+    assert changed.family == "tentacle"
+
+
+def test_what_is_not_understood_is_said_and_changes_nothing() -> None:
+    concept = proposals("flat_ground", 1)[0]
+    changed = builtin.team(1).designer.revise(brief("flat_ground"), concept, None, "Paint it green.")
+    assert changed.parameters == concept.parameters
+    assert "understood no wish" in changed.rationale
+
+
+def test_a_robot_brought_along_is_kept_and_varied() -> None:
+    text = builtin.team(1).coder.write(brief("button_pushing"), proposals("button_pushing", 1)[0]).mjcf
+    asked = free_brief("Touch the switch.", LAMP, text)
+    team = builtin.team(1)
+    concepts = team.designer.propose(asked, 3)
+    robots = [team.coder.write(asked, c) for c in concepts]
+    assert {c.family for c in concepts} == {own_robot.FAMILY}
+    assert robots[0].mjcf == text
+    assert robots[0].functional_part == "tip"
+    assert len({r.mjcf for r in robots}) == 3
+    softer = team.designer.revise(asked, concepts[0], robots[0], "too stiff")
+    assert softer.parameters["stiffness_factor"] == pytest.approx(0.8)
+
+
+def test_a_robot_without_names_gets_one_for_its_working_end() -> None:
+    text = """<mujoco><worldbody><body><geom size="0.01"/><body pos="0 0 0.1"><joint axis="0 1 0"/><geom size="0.01"/>
+    </body></body></worldbody></mujoco>"""
+    asked = free_brief("Touch the switch.", LAMP, text)
+    team = builtin.team(1)
+    robot = team.coder.write(asked, team.designer.propose(asked, 1)[0])
+    assert f'name="{robot.functional_part}"' in robot.mjcf
+
+
+def test_a_robot_that_is_no_mjcf_is_handed_on_for_the_validator_to_say_so() -> None:
+    asked = free_brief("Touch the switch.", LAMP, "no robot")
+    team = builtin.team(1)
+    concept = team.designer.propose(asked, 1)[0]
+    assert team.coder.write(asked, concept).mjcf == "no robot"
