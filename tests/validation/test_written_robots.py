@@ -13,7 +13,6 @@ SERVO = '<position name="act{k}" tendon="tendon{k}" kp="500" ctrlrange="0.2 0.4"
 MUSCLE = '<muscle name="act{k}" tendon="tendon{k}" force="60" ctrlrange="0 1" lengthrange="0.2 0.45"/>'
 PUSHER = '<motor name="act{k}" tendon="tendon{k}" ctrlrange="0 30"/>'
 BOTH_WAYS = '<motor name="act{k}" tendon="tendon{k}" gear="20" ctrlrange="-1 1"/>'
-LOCKED = '<position name="act{k}" tendon="tendon{k}" kp="2000" kv="50" ctrlrange="0.266 0.27" forcerange="-100 0"/>'
 
 
 def arm(actuator: str = SERVO, joint: str = 'damping="0.1" stiffness="2"', tendon: str = 'damping="1"') -> str:
@@ -96,10 +95,6 @@ def test_an_arm_that_works_is_stable_whatever_pulls_it(actuator: str) -> None:
 def test_pushing_a_cable_is_said_but_enforced_only_on_request(actuator: str) -> None:
     assert "tendon_pushes" in [fault.code for fault in validate(arm(actuator)).warnings]
     assert errors(validate(arm(actuator), realizable=True)) == ["tendon_pushes"]
-
-
-def test_servos_that_cannot_let_go_lock_each_other() -> None:
-    assert errors(validate(arm(LOCKED))) == ["antagonist_lock"]
 
 
 def test_a_free_joint_on_an_arm_lets_it_fall_over_its_floor() -> None:
