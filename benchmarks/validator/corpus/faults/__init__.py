@@ -1,0 +1,26 @@
+"""Changes that make a good robot bad in one way.
+
+injection    what such a change is
+anatomy      where limbs run and what is tied to them
+parts        missing or wrong parts, ranges, gaps
+wiring       tendons and actuators that cannot have an effect
+motion       robots that fall, sag, ring, chatter or diverge
+holding      obstacles, weakness and stiffness that keep a robot still
+building     cables and motors that do not exist
+document     MJCF that does not load
+"""
+
+from __future__ import annotations
+
+from benchmarks.validator.corpus.faults.building import BUILDING
+from benchmarks.validator.corpus.faults.document import DOCUMENT
+from benchmarks.validator.corpus.faults.holding import HOLDING
+from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError
+from benchmarks.validator.corpus.faults.motion import MOTION
+from benchmarks.validator.corpus.faults.parts import PARTS
+from benchmarks.validator.corpus.faults.wiring import WIRING
+
+__all__ = ["DOCUMENT", "INJECTIONS", "Injection", "UnsuitableError"]
+
+INJECTIONS: tuple[Injection, ...] = (*PARTS, *WIRING, *MOTION, *HOLDING, *BUILDING)
+"""Changes of models that load; those of `DOCUMENT` do not."""

@@ -1,0 +1,127 @@
+"""Cables and motors that do not exist."""
+
+# ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from benchmarks.validator.corpus.faults.anatomy import inner_joints, pull_actuators, read_anatomy
+from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError, of_spec
+from benchmarks.validator.corpus.faults.parts import tree_of
+from lxml import etree
+
+__all__ = ["BUILDING"]
+
+
+def fewer_guides(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
+    """Of every driven tendon only each `size`-th guide is left, and the last."""
+    anatomy = read_anatomy(mujoco.MjSpec.from_string(mjcf))
+    if not anatomy.routes:
+        raise UnsuitableError("no tendon over sites alone")
+    root, step = tree_of(mjcf), round(size)
+    for element in root.findall("tendon/spatial"):
+        sites = list(element)
+        if any(site.tag != "site" for site in sites) or len(sites) < 2 * step:
+            raise UnsuitableError("few guides")
+        for index, site in enumerate(sites):
+            if index % step and index != len(sites) - 1:
+                element.remove(site)
+    return etree.tostring(root, encoding="unicode"), f"one guide in {step} left"
+
+
+def pushing(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Motors may push with `size` x 0.1 of the force with which they pull."""
+    changed = 0
+    for actuator in pull_actuators(spec):
+        low, high = actuator.ctrlrange
+        if np.array(actuator.biasprm).any() or not (low == 0 or high == 0):
+            continue
+        actuator.ctrlrange = [-0.1 * size * high, high] if low == 0 else [low, -0.1 * size * low]
+        changed += 1
+    if not changed:
+        raise UnsuitableError("no motor that only pulls")
+    return f"{changed} motors push with {10 * size:.3g} % of their pull"
+
+
+def stronger(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Forces, stiffness and damping times `size`: the robot moves as before, by far larger forces."""
+    for actuator in pull_actuators(spec):
+        actuator.gainprm, actuator.biasprm = np.array(actuator.gainprm) * size, np.array(actuator.biasprm) * size
+        actuator.forcerange = np.array(actuator.forcerange) * size
+    for joint in inner_joints(spec):
+        joint.stiffness, joint.damping = np.array(joint.stiffness) * size, np.array(joint.damping) * size
+    return f"forces, stiffness and damping times {size:.3g}"
+
+
+def quicker(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Forces and stiffness times `size`, damping times its root: as far as before, and faster."""
+    root = float(np.sqrt(size))
+    stronger(spec, rng, size)
+    for joint in inner_joints(spec):
+        joint.damping = np.array(joint.damping) / root
+    return f"forces and stiffness times {size:.3g}, damping times {root:.3g}"
+
+
+def longer_levers(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """The whole robot `size` times as large, of the same matter under the same strain."""
+    if any(int(joint.type) == 0 for joint in spec.joints):
+        raise UnsuitableError("a free robot")
+    for body in spec.bodies:
+        body.pos = np.array(body.pos) * size
+    for geom in spec.geoms:
+        if int(geom.type) != int(mujoco.mjtGeom.mjGEOM_PLANE):
+            geom.size, geom.pos = np.array(geom.size) * size, np.array(geom.pos) * size
+            geom.fromto = np.array(geom.fromto) * size
+            geom.mass = geom.mass * size**3
+    for site in spec.sites:
+        site.pos = np.array(site.pos) * size
+    for joint in inner_joints(spec):
+        joint.stiffness, joint.damping = np.array(joint.stiffness) * size**4, np.array(joint.damping) * size**4.5
+    for actuator in pull_actuators(spec):
+        if np.array(actuator.biasprm).any():
+            raise UnsuitableError("servos on lengths")
+        actuator.gainprm = np.array(actuator.gainprm) * size**3
+    return f"{size:.3g} times as large"
+
+
+def odd_density(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """One body has a density of 23,000 kg/m3 x `size`, or of 5 kg/m3 / `size`."""
+    anatomy = read_anatomy(spec)
+    model = anatomy.model
+    names = [model.body(b).name for limb in anatomy.limbs for b in limb.bodies]
+    candidates = [name for name in names if name and spec.body(name).geoms]
+    if not candidates:
+        raise UnsuitableError("bodies without names")
+    name = candidates[int(rng.integers(len(candidates)))]
+    wanted = 23_000 * size if rng.random() < 0.5 else 5 / size
+    for geom in spec.body(name).geoms:
+        geom.mass, geom.density = float("nan"), wanted
+    return f"{name} has a density of {wanted:.3g} kg/m3"
+
+
+BUILDING: tuple[Injection, ...] = (
+    Injection("tendon_through_body", fewer_guides, {"bad": (4, 9), "band": (2, 4)}, {"realizable": True}),
+    Injection("tendon_skips_segments", fewer_guides, {"bad": (4, 8), "near miss": (1, 1)}, {"realizable": True}),
+    Injection(
+        "tendon_pushes",
+        of_spec(pushing),
+        {"bad": (2.1, 10), "near miss": (0.05, 0.45), "band": (0.6, 1.8)},
+        {"realizable": True},
+    ),
+    Injection(
+        "actuator_overforce",
+        of_spec(stronger),
+        {"bad": (3, 200), "near miss": (0.8, 1.2), "band": (1, 20)},
+        {"realizable": True},
+    ),
+    Injection("actuator_power", of_spec(quicker), {"bad": (30, 3000), "near miss": (0.8, 1.2)}, {"realizable": True}),
+    Injection("actuator_speed", of_spec(quicker), {"bad": (5, 500), "near miss": (0.5, 1.0)}, {"realizable": True}),
+    Injection("cable_stroke", of_spec(longer_levers), {"bad": (4, 12), "near miss": (0.8, 1.2)}, {"realizable": True}),
+    Injection(
+        "implausible_density",
+        of_spec(odd_density),
+        {"bad": (2.1, 8), "near miss": (0.1, 0.45)},
+        {"realizable": True},
+    ),
+)
+"""Faults of robots that could be simulated and not built."""

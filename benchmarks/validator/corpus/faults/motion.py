@@ -1,0 +1,209 @@
+"""Robots that fall, sag, ring, chatter or diverge."""
+
+# ruff: noqa: ARG001 - every change takes a generator and a size, whether it needs them or not
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from benchmarks.validator.corpus.faults.anatomy import first_of, inner_joints, pull_actuators, read_anatomy
+from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError, of_spec, present
+
+__all__ = ["MOTION"]
+
+_FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+
+
+def _scale(joints: list[mujoco.MjsJoint], stiffness: float, damping: float) -> None:
+    for joint in joints:
+        joint.stiffness = np.array(joint.stiffness) * stiffness
+        joint.damping = np.array(joint.damping) * damping
+
+
+# --- standing --------------------------------------------------------------------------------------------------------
+
+
+def contact_disabled(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """No geom of a free robot can touch, by its bits or by a flag."""
+    if not any(int(joint.type) == _FREE for joint in spec.joints):
+        raise UnsuitableError("a fixed robot")
+    return _untouchable(spec, rng)
+
+
+def nothing_to_touch_with(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """The same of a fixed robot whose task needs touch."""
+    if any(int(joint.type) == _FREE for joint in spec.joints):
+        raise UnsuitableError("a free robot")
+    return _untouchable(spec, rng)
+
+
+def _untouchable(spec: mujoco.MjSpec, rng: np.random.Generator) -> str:
+    if rng.random() < 0.25:
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+        return "contacts switched off in <option>"
+    for geom in spec.geoms:
+        if geom.parent.name != "world":
+            geom.contype, geom.conaffinity = 0, 0
+    return "contype and conaffinity of all geoms set to 0"
+
+
+def free_fall(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """The base of a fixed robot slides down without end."""
+    if any(int(joint.type) == _FREE for joint in spec.joints):
+        raise UnsuitableError("a free robot")
+    root = spec.worldbody.bodies[0] if len(spec.worldbody.bodies) == 1 else None
+    if root is None or not root.geoms or list(root.joints):
+        raise UnsuitableError("no single root with a mass")
+    gravity = np.array(spec.option.gravity)
+    if not gravity.any():
+        raise UnsuitableError("weightless")
+    root.add_joint(name="lift", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], limited=0)
+    return "a slide joint at the base, with nothing below it"
+
+
+def floor_below(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """A free robot begins `size` x 0.3 of its length above its floor."""
+    if not any(int(joint.type) == _FREE for joint in spec.joints):
+        raise UnsuitableError("a fixed robot")
+    anatomy = read_anatomy(spec)
+    limb = max((np.ptp(limb.anchors_m, axis=0).max() for limb in anatomy.limbs), default=0.1)
+    for geom in [geom for geom in spec.worldbody.geoms if int(geom.type) == _PLANE]:
+        spec.delete(geom)
+    model = spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    lowest = min(data.geom_xpos[g][2] - model.geom_rbound[g] for g in range(model.ngeom) if model.geom_bodyid[g])
+    spec.worldbody.add_geom(
+        name="low_floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, lowest - 0.3 * size * limb]
+    )
+    return f"the floor is {0.3 * size * limb:.3g} m below the robot"
+
+
+# --- shape -----------------------------------------------------------------------------------------------------------
+
+
+def softer(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Joint stiffness and damping are divided by `size`."""
+    _scale(inner_joints(spec), 1 / size, 1 / size)
+    return f"joints {size:.3g} times softer"
+
+
+def sprung(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Springs of hinges rest when the longest limb is bent by `size` rad."""
+    joints = [joint for joint in inner_joints(spec) if int(joint.type) != _BALL]
+    limbs = read_anatomy(spec).limbs
+    if not joints or not limbs or int(inner_joints(spec)[0].type) == _BALL:
+        raise UnsuitableError("no hinges")
+    axis = np.abs(np.array(joints[0].axis))
+    same = [joint for joint in joints if np.allclose(np.abs(np.array(joint.axis)), axis)]
+    unit = np.degrees(1) if spec.compiler.degree else 1.0
+    for joint in same:
+        joint.springref = unit * size / len(limbs[0].bodies)
+        low, high = joint.range
+        if low < high:
+            joint.range = [min(low, -1.2 * abs(joint.springref)), max(high, 1.2 * abs(joint.springref))]
+    return f"springs rest {size:.3g} rad away from the drawn pose"
+
+
+def taut(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """One tendon is a spring that pulls at rest as if it bent its limb by about `size` rad."""
+    anatomy = read_anatomy(spec)
+    tendon = pull_actuators(spec)[0].target
+    index = anatomy.model.tendon(tendon).id
+    length = float(anatomy.data.ten_length[index])
+    joint = inner_joints(spec)[0]
+    offset = float(
+        np.abs(anatomy.data.ten_J[anatomy.model.ten_J_rowadr[index] :][: anatomy.model.ten_J_rownnz[index]]).max()
+    )
+    pull = size * float(joint.stiffness[0]) / max(offset, 1e-4) / len(anatomy.limbs[0].bodies)
+    found = spec.tendon(tendon)
+    rest = 0.3 * length
+    found.stiffness = [pull / (length - rest), 0, 0]
+    found.damping = [0.02 * pull / (length - rest), 0, 0]
+    found.springlength = [rest, rest]
+    return f"tendon {tendon} is a spring much longer than its rest length"
+
+
+# --- losses ----------------------------------------------------------------------------------------------------------
+
+
+def negative_damping(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Damping of some joints has the wrong sign."""
+    joints = inner_joints(spec)
+    chosen = joints if rng.random() < 0.5 else joints[:: int(rng.integers(2, 4))]
+    for joint in chosen:
+        joint.damping = -size * np.abs(np.array(joint.damping))
+    return f"negative damping in {len(chosen)} joints"
+
+
+def undamped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Damping of joints and tendons is divided by `size`, friction removed."""
+    _scale(inner_joints(spec), 1, 1 / size)
+    for tendon in spec.tendons:
+        tendon.damping = np.array(tendon.damping) / size
+        tendon.frictionloss = 0
+    return f"damping divided by {size:.3g}"
+
+
+# --- integration -----------------------------------------------------------------------------------------------------
+
+
+def stiff_and_undamped(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Stiffness times `size` squared, no damping: dt x omega grows by `size`."""
+    for joint in inner_joints(spec):
+        joint.stiffness, joint.damping = np.array(joint.stiffness) * size**2, np.zeros(3)
+    return f"joints {size**2:.3g} times stiffer and without damping"
+
+
+def explicit_damping(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Runge-Kutta, which treats damping explicitly, with damping times `size`."""
+    spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)
+    _scale(inner_joints(spec), 1, size)
+    return f"RK4 with {size:.3g} times the damping"
+
+
+def wild_force(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Actuator forces times `size`."""
+    for actuator in pull_actuators(spec):
+        actuator.gainprm, actuator.biasprm = np.array(actuator.gainprm) * size, np.array(actuator.biasprm) * size
+        actuator.forcerange = np.array(actuator.forcerange) * size
+    _scale(inner_joints(spec), 1, 1 / np.sqrt(size))
+    return f"forces times {size:.3g}"
+
+
+def hammering(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Servos whose velocity gain the explicit integrator cannot follow, held between force limits."""
+    anatomy = read_anatomy(spec)
+    spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
+    for actuator in pull_actuators(spec):
+        index = anatomy.model.tendon(actuator.target).id
+        length = float(anatomy.data.ten_length[index])
+        force = 4 * float(inner_joints(spec)[0].stiffness[0]) / anatomy.half_width_m(first_of(anatomy.limbs).bodies[0])
+        kp = 3 * force / length
+        actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+        actuator.dyntype = mujoco.mjtDyn.mjDYN_NONE
+        actuator.gainprm[:] = [kp, *[0] * 9]
+        actuator.biasprm[:] = [0, -kp, -kp * size, *[0] * 7]
+        actuator.gear[:] = [1, 0, 0, 0, 0, 0]
+        actuator.ctrlrange, actuator.ctrllimited = [0.9 * length, 1.1 * length], 1
+        actuator.forcerange, actuator.forcelimited = [-force, force], 1
+    return f"velocity gain {size:.3g} s times kp under the Euler integrator"
+
+
+MOTION: tuple[Injection, ...] = (
+    Injection("contact_disabled", of_spec(contact_disabled), present()),
+    Injection("contact_disabled", of_spec(nothing_to_touch_with), present(), {"needs_contact": True}),
+    Injection("free_fall", of_spec(free_fall), present()),
+    Injection("free_fall", of_spec(floor_below), {"bad": (600, 3000)}),
+    Injection("base_not_attached", of_spec(floor_below), {"bad": (3, 15), "near miss": (0.02, 0.3), "band": (0.6, 2)}),
+    Injection("gravity_collapse", of_spec(softer), {"bad": (20, 400), "near miss": (1.1, 3), "band": (4, 16)}),
+    Injection("passive_collapse", of_spec(sprung), {"bad": (3, 7), "near miss": (0.1, 0.35), "band": (0.6, 2)}),
+    Injection("passive_collapse", of_spec(taut), {"bad": (4, 12), "near miss": (0.05, 0.3), "band": (0.6, 2)}),
+    Injection("energy_growth", of_spec(negative_damping), {"bad": (0.05, 1.0)}),
+    Injection("underdamped", of_spec(undamped), {"bad": (200, 5e4), "near miss": (1.5, 4), "band": (10, 100)}),
+    Injection("numerical_instability", of_spec(stiff_and_undamped), {"bad": (10, 100), "band": (1, 5)}),
+    Injection("numerical_instability", of_spec(explicit_damping), {"bad": (8, 200), "near miss": (0.001, 0.02)}),
+    Injection("numerical_instability", of_spec(wild_force), {"bad": (100, 5000), "near miss": (1.1, 2)}),
+    Injection("chatter", of_spec(hammering), {"bad": (0.5, 30), "near miss": (1e-6, 1e-4), "band": (1e-4, 1e-2)}),
+)
+"""Faults of robots that nobody drives, or that cannot be driven."""

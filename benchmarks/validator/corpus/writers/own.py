@@ -1,0 +1,20 @@
+"""Robots of this project's own built-in team: a minority, because the rules were looked at with them."""
+
+from __future__ import annotations
+
+import numpy as np
+from benchmarks.validator.corpus.writers.written import Written
+
+from aidsr.builtin import team
+from aidsr.tasks import load_task, task_names
+
+__all__ = ["write_own_robot"]
+
+
+def write_own_robot(rng: np.random.Generator) -> Written:
+    """Let the built-in team write a robot for a task of the benchmark."""
+    brief = load_task(str(rng.choice(task_names()))).brief()
+    roles = team(int(rng.integers(1000)))
+    concepts = roles.designer.propose(brief, 3)
+    concept = concepts[int(rng.integers(len(concepts)))]
+    return Written(f"built-in {concept.family}", roles.coder.write(brief, concept).mjcf)

@@ -1,0 +1,21 @@
+"""A second opinion on robots that shares no code with the validator: plain `mj_step` at half the time step.
+
+loop        the simulation loop: let a robot settle, drive it, write everything down
+still       what can be measured before anything moves
+passive     what it does when nobody drives it
+driven      what it does when driven
+building    whether cables and motors for it exist
+severity    for each fault code, how large the symptom is compared with the limit
+"""
+
+from __future__ import annotations
+
+from benchmarks.validator.oracle.severity import (
+    BUILDING_SEVERITIES,
+    SEVERITIES,
+    building_severities,
+    good_robot_severities,
+    severity_of,
+)
+
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "building_severities", "good_robot_severities", "severity_of"]

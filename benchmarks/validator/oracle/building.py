@@ -1,0 +1,195 @@
+"""Could it be built: cables, forces, speeds and densities, as symptom / limit."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from functools import cache
+from importlib.resources import files
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Array, Bench, Trace
+
+__all__ = ["buried", "density", "force", "power", "pushing", "skipping", "speed", "stroke"]
+
+_SITE, _JOINT = int(mujoco.mjtWrap.mjWRAP_SITE), int(mujoco.mjtWrap.mjWRAP_JOINT)
+_PROBE_M = 1e-6
+
+
+def buried(bench: Bench) -> float:
+    """Deepest point of a straight cable inside a part that neither of its guides is on / half its width / 0.25.
+
+    Depth is asked of MuJoCo's own collision detector with a ball as small as a point.
+    """
+    spec = mujoco.MjSpec.from_string(bench.mjcf)
+    spec.worldbody.add_geom(
+        name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_M, 0, 0], contype=0, conaffinity=0
+    )
+    model = spec.compile()
+    probe = model.geom("probe").id
+    data, worst = mujoco.MjData(model), 0.0
+    poses = [bench.start.qpos] + [bench.alone(i, bench.ends(i)[0]).end.qpos for i in bench.pulling]
+    for pose in poses:
+        data.qpos[:] = pose
+        mujoco.mj_kinematics(model, data)
+        for begin, end in _spans(model):
+            welds = {int(model.body_weldid[model.site_bodyid[site]]) for site in (begin, end)}
+            for share in np.linspace(0.05, 0.95, 19):
+                data.geom_xpos[probe] = (1 - share) * data.site_xpos[begin] + share * data.site_xpos[end]
+                worst = max(worst, *(_depth(model, data, probe, geom) for geom in _others(model, welds, probe)), 0.0)
+    return worst / 0.25
+
+
+def _others(model: mujoco.MjModel, welds: set[int], probe: int) -> list[int]:
+    weld = model.body_weldid[model.geom_bodyid]
+    return [g for g in range(model.ngeom) if int(weld[g]) not in welds and g != probe and model.geom_type[g] != 0]
+
+
+def _depth(model: mujoco.MjModel, data: mujoco.MjData, probe: int, geom: int) -> float:
+    if np.linalg.norm(data.geom_xpos[probe] - data.geom_xpos[geom]) > model.geom_rbound[geom]:
+        return 0.0
+    distance = mujoco.mj_geomDistance(model, data, probe, geom, 1.0, None)
+    return max(0.0, -distance) / float(model.geom_aabb[geom][3:].min())
+
+
+def _spans(model: mujoco.MjModel) -> list[tuple[int, int]]:
+    found = []
+    for tendon in range(model.ntendon):
+        first = int(model.tendon_adr[tendon])
+        wraps = [
+            (int(model.wrap_type[k]), int(model.wrap_objid[k]))
+            for k in range(first, first + int(model.tendon_num[tendon]))
+        ]
+        found += [(a, b) for (kind, a), (other, b) in pairwise(wraps) if kind == other == _SITE]
+    return found
+
+
+def skipping(bench: Bench) -> float:
+    """Most joints between neighbouring guides, where these joints lie within a segment's width of the cable."""
+    model, worst = bench.model, 0
+    for begin, end in _spans(model):
+        line = _line(model, int(model.site_bodyid[begin]), int(model.site_bodyid[end]))
+        anchors = [np.array(bench.start.xanchor[model.body_jntadr[body]]) for body in line if model.body_jntnum[body]]
+        points: list[Array] = []
+        for anchor in anchors:
+            if not points or np.linalg.norm(anchor - points[-1]) > 1e-4:
+                points.append(anchor)
+        a, b = bench.start.site_xpos[begin], bench.start.site_xpos[end]
+        span = float(np.linalg.norm(b - a))
+        away = [float(np.linalg.norm(np.cross(point - a, b - a))) / max(span, 1e-9) for point in points]
+        if span > 0 and away and max(away) < 0.25 * span:
+            worst = max(worst, len(points))
+    return worst / 1 if worst > 1 else 0.5 * worst
+
+
+def _line(model: mujoco.MjModel, one: int, other: int) -> list[int]:
+    """Bodies passed between two bodies of the tree."""
+
+    def up(body: int) -> list[int]:
+        line = [body]
+        while line[-1]:
+            line.append(int(model.body_parentid[line[-1]]))
+        return line
+
+    first, second = up(one), up(other)
+    return [b for b in first if b not in second] + [b for b in second if b not in first][::-1]
+
+
+def _traces(bench: Bench) -> list[Trace]:
+    """Everything but the random sweep."""
+    return [bench.together(), *(bench.alone(i, bench.ends(i)[0]) for i in range(bench.model.nu))]
+
+
+def _spatial(bench: Bench) -> list[int]:
+    model = bench.model
+    return [i for i in bench.pulling if model.wrap_type[model.tendon_adr[model.actuator_trnid[i, 0]]] != _JOINT]
+
+
+def pushing(bench: Bench) -> float:
+    """Greatest push / greatest pull / 0.1, of the worst actuator."""
+    worst = 0.0
+    for i in _spatial(bench):
+        forces = np.concatenate([trace.forces_n[:, i] for trace in [*_traces(bench), bench.sweep()]])
+        worst = max(worst, float(max(forces.max(), 0.0) / max(-forces.min(), 1e-12)) / 0.1)
+    return worst
+
+
+def force(bench: Bench) -> float:
+    """Greatest pull / min(500 N, max(30 N, 50 times the weight))."""
+    pull = max(
+        (-float(t.forces_n[:, i].min()) for t in [*_traces(bench), bench.sweep()] for i in bench.pulling), default=0.0
+    )
+    return pull / min(500.0, max(30.0, 50 * bench.weight_n))
+
+
+def _reeling(bench: Bench, trace: Trace, actuator: int) -> tuple[Array, Array]:
+    """Pull [N] and speed of the cable [m/s], positive when it is reeled in."""
+    lengths = trace.tendons_m[:, int(bench.model.actuator_trnid[actuator, 0])]
+    return np.maximum(-trace.forces_n[1:, actuator], 0.0), -np.diff(lengths) / trace.timestep_s
+
+
+def power(bench: Bench) -> float:
+    """Greatest power / min(300 W, max(50 W, 200 W/kg)), or in the sweep / 1500 W."""
+    allowed = min(300.0, max(50.0, 200 * bench.weight_n / GRAVITY_M_S2))
+    worst = 0.0
+    for trace, limit in [(trace, allowed) for trace in _traces(bench)] + [(bench.sweep(), 1500.0)]:
+        for i in bench.pulling:
+            pull, speed_m_s = _reeling(bench, trace, i)
+            worst = max(worst, float((pull * speed_m_s).max(initial=0.0)) / limit)
+    return worst
+
+
+def speed(bench: Bench) -> float:
+    """Greatest speed of a cable that is pulled / 0.5 m/s."""
+    worst = 0.0
+    for trace in _traces(bench):
+        for i in bench.pulling:
+            pull, speed_m_s = _reeling(bench, trace, i)
+            worst = max(worst, float(np.abs(speed_m_s[pull > 0]).max(initial=0.0)) / 0.5)
+    return worst
+
+
+def stroke(bench: Bench) -> float:
+    """Tension times stroke / what the strongest motor of the catalogue can hold over ten turns of any spool."""
+    worst = 0.0
+    for i in bench.pulling:
+        lengths = [
+            trace.tendons_m[:, int(bench.model.actuator_trnid[i, 0])] for trace in [*_traces(bench), bench.sweep()]
+        ]
+        pull = max(-float(trace.forces_n[:, i].min()) for trace in [*_traces(bench), bench.sweep()])
+        travel = float(max(length.max() for length in lengths) - min(length.min() for length in lengths))
+        worst = max(worst, pull * travel / _most_work_j(), travel / (10 * 2 * math.pi * 0.03))
+    return worst
+
+
+@cache
+def _most_work_j() -> float:
+    """Largest torque held / spool radius x ten turns of that spool."""
+    table = tomllib.loads(files("aidsr.validation").joinpath("motors.toml").read_text("utf-8"))
+    motors = next(value for value in table.values() if isinstance(value, list))
+    held = [max(m.get("rated_torque_n_m", 0.0), 0.2 * m.get("stall_torque_n_m", 0.0)) for m in motors]
+    return max(held) * 10 * 2 * math.pi
+
+
+def density(bench: Bench) -> float:
+    """Density of the oddest moving body / 23,000 kg/m3, or 5 kg/m3 / density.
+
+    Volumes are what MuJoCo weighs when everything has a density of 1.
+    """
+    spec = mujoco.MjSpec.from_string(bench.mjcf)
+    for geom in spec.geoms:
+        geom.mass, geom.density = math.nan, 1.0
+    for body in spec.bodies:
+        body.explicitinertial = 0
+    try:
+        volumes = spec.compile().body_mass
+    except ValueError:  # a body without geoms
+        return 0.0
+    worst = 0.0
+    for body in bench.moving:
+        mass, volume = float(bench.model.body_mass[body]), float(volumes[body])
+        if volume > 0 and mass > 0:
+            worst = max(worst, mass / volume / 23_000, 5 * volume / mass)
+    return worst

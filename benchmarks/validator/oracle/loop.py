@@ -1,0 +1,343 @@
+"""The oracle's simulation loop: one robot, one `mj_step` after the other, everything written down."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Bench", "Trace"]
+
+Array = NDArray[np.float64]
+Change = Callable[[mujoco.MjModel], None]
+
+GRAVITY_M_S2 = 9.81
+_KICK_RAD = 0.02
+_SLACK = 29  # actuator group that is switched off
+_BAD = [int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "INERTIA")]
+_FREE, _BALL, _HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "HINGE"))
+_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What one simulation did, one row a time step.
+
+    Attributes:
+        timestep_s: Of the simulation, not of the model.
+        com_m: Centres of mass seen from the root body, (n_steps, nbody, 3).
+        world_m: The same in the world.
+        qpos, qvel, sensors, tendons_m: As in MjData.
+        forces_n: Force of every actuator on its joint or tendon, negative where a tendon is pulled, (n_steps, nu).
+        energy_j: Potential and kinetic energy together.
+        contacts: Number of contacts.
+        failed: Whether MuJoCo warned of bad numbers, or one is not finite.
+    """
+
+    timestep_s: float
+    com_m: Array
+    world_m: Array
+    qpos: Array
+    qvel: Array
+    sensors: Array
+    tendons_m: Array
+    forces_n: Array
+    energy_j: Array
+    contacts: NDArray[np.int64]
+    failed: bool
+    end: mujoco.MjData
+
+
+class Bench:
+    """A robot and the tests made with it so far.
+
+    Args:
+        mjcf: The robot; one with a free joint and no floor gets a floor at its lowest point.
+        step: Time step of the oracle / time step of the robot.
+    """
+
+    def __init__(self, mjcf: str, step: float = 0.5) -> None:
+        spec = mujoco.MjSpec.from_string(mjcf)
+        model = spec.compile()
+        self.free = bool((model.jnt_type == _FREE).any())
+        flat = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+        if self.free and not np.isin(model.geom_type, flat).any():
+            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, _lowest_m(model)])
+            model = spec.compile()
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+        model.opt.timestep *= step
+        self.model, self.mjcf = model, mjcf
+        self.start = mujoco.MjData(model)
+        mujoco.mj_forward(model, self.start)
+        self._kept: dict[str, Trace] = {}
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """Bodies that move against the world."""
+        return [body for body in range(1, self.model.nbody) if self.model.body_weldid[body] != 0]
+
+    @cached_property
+    def root(self) -> int:
+        """First body that moves freely, else the first body."""
+        free = [int(self.model.jnt_bodyid[j]) for j in range(self.model.njnt) if self.model.jnt_type[j] == _FREE]
+        return free[0] if free else 1
+
+    @cached_property
+    def length_m(self) -> float:
+        """The smaller of the longest way along joints and the diagonal around the moving bodies."""
+        points = np.concatenate([_corners(self.model, self.start, geom) for geom in self._moving_geoms])
+        diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+        return min(diagonal, self._longest_way_m) if self._longest_way_m else diagonal
+
+    @cached_property
+    def _moving_geoms(self) -> list[int]:
+        return [geom for geom in range(self.model.ngeom) if int(self.model.geom_bodyid[geom]) in self.moving]
+
+    @cached_property
+    def _longest_way_m(self) -> float:
+        way: dict[int, tuple[float, Array]] = {}
+        longest = 0.0
+        for body in self.moving:
+            first = int(self.model.body_jntadr[body])
+            anchors = [self.start.xanchor[first + k] for k in range(self.model.body_jntnum[body])]
+            begin = anchors[0] if anchors else self.start.xpos[body]
+            travelled, here = way.get(int(self.model.body_parentid[body]), (0.0, begin))
+            for anchor in anchors:
+                travelled, here = travelled + float(np.linalg.norm(anchor - here)), anchor
+            way[body] = travelled, np.array(here)
+            mine = [geom for geom in self._moving_geoms if self.model.geom_bodyid[geom] == body]
+            far = [np.linalg.norm(_corners(self.model, self.start, geom) - here, axis=1).max() for geom in mine]
+            longest = max(longest, travelled + float(max(far, default=0.0)))
+        return longest
+
+    @property
+    def time_s(self) -> float:
+        """sqrt(L / g), in which durations are counted."""
+        return math.sqrt(self.length_m / GRAVITY_M_S2)
+
+    @cached_property
+    def weight_n(self) -> float:
+        """Of what moves."""
+        return float(self.model.body_mass[self.moving].sum()) * GRAVITY_M_S2
+
+    @cached_property
+    def pulling(self) -> list[int]:
+        """Actuators on tendons."""
+        return [i for i in range(self.model.nu) if int(self.model.actuator_trntype[i]) == _TENDON]
+
+    def settle(self, name: str = "settle", change: Change | None = None, gravity: float = 1.0) -> Trace:
+        """Kick every joint a little and wait, the tendons slack."""
+        name = f"{name} {gravity}"
+        if name not in self._kept:
+            duration = min(max(12 * self.time_s, 1.0), 4.0)
+            neutral = self.neutral(self.start)
+            self._kept[name] = self._run(self._kicked(), neutral, None, duration, self.pulling, change, gravity)
+        return self._kept[name]
+
+    def drive(
+        self,
+        name: str,
+        target: dict[int, float],
+        slack: Sequence[int] = (),
+        change: Change | None = None,
+    ) -> Trace:
+        """From rest, lead some commands to a target over a quarter of the time and hold them."""
+        if name not in self._kept:
+            neutral = self.neutral(self.settle().end)
+            end = neutral.copy()
+            for actuator, value in target.items():
+                end[actuator] = value
+            self._kept[name] = self._run(self._resting(), neutral, end, self._test_s, slack, change)
+        return self._kept[name]
+
+    def reference(self, name: str = "reference", change: Change | None = None) -> Trace:
+        """The tendons slack, for as long as a test takes."""
+        return self.drive(name, {}, self.pulling, change)
+
+    def alone(self, actuator: int, end: float, name: str = "", change: Change | None = None) -> Trace:
+        """One actuator to one end, the other tendons slack."""
+        others = [i for i in self.pulling if i != actuator]
+        return self.drive(f"{name} alone {actuator} {end}", {actuator: end}, others, change)
+
+    def together(self) -> Trace:
+        """Every actuator to the end at which it pulls hardest."""
+        return self.drive("together", {i: self.ends(i)[0] for i in range(self.model.nu)})
+
+    def ends(self, actuator: int) -> tuple[float, float]:
+        """The end at which a tendon is pulled hardest (a joint: its high end), and the other."""
+        return self._ends[actuator]
+
+    @cached_property
+    def _ends(self) -> list[tuple[float, float]]:
+        ends = []
+        for actuator in range(self.model.nu):
+            low, high = self.range_of(actuator)
+            forces = [self.force_n(actuator, end) for end in (low, high)]
+            pulls_low = actuator in self.pulling and forces[0] < forces[1]
+            ends.append((low, high) if pulls_low else (high, low))
+        return ends
+
+    @property
+    def _test_s(self) -> float:
+        return min(max(9 * self.time_s, 0.8), 3.0)
+
+    def range_of(self, actuator: int) -> tuple[float, float]:
+        """Control range, -1 to 1 where there is none."""
+        if not self.model.actuator_ctrllimited[actuator]:
+            return -1.0, 1.0
+        low, high = self.model.actuator_ctrlrange[actuator]
+        return float(low), float(high)
+
+    def force_n(self, actuator: int, command: float) -> float:
+        """Force on the joint or tendon where the robot rests, negative where a tendon is pulled."""
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = self.settle().end.qpos
+        data.ctrl[:] = command
+        data.act[:] = command
+        mujoco.mj_forward(self.model, data)
+        return float(data.actuator_force[actuator] * self.model.actuator_gear[actuator, 0])
+
+    def sweep(self) -> Trace:
+        """Random ends for every actuator, changed together."""
+        rng = np.random.default_rng(11)
+        low, high = (np.array([self.range_of(i)[k] for i in range(self.model.nu)]) for k in (0, 1))
+        hold_s = 0.35 * self.time_s
+        ends = np.where(rng.random((math.ceil(self._test_s / hold_s) + 1, self.model.nu)) < 0.5, low, high)
+        if "sweep" not in self._kept:
+            neutral = self.neutral(self.settle().end)
+            self._kept["sweep"] = self._run(
+                self._resting(), neutral, lambda time_s: ends[int(time_s / hold_s)], self._test_s, ()
+            )
+        return self._kept["sweep"]
+
+    def neutral(self, data: mujoco.MjData) -> Array:
+        """Commands without force: a servo is told to stay where it is."""
+        ctrl = np.zeros(self.model.nu)
+        for i in range(self.model.nu):
+            gain, bias = self.model.actuator_gainprm[i, 0], self.model.actuator_biasprm[i]
+            if gain and bias.any():
+                ctrl[i] = -(bias[0] + bias[1] * data.actuator_length[i]) / gain
+            if self.model.actuator_ctrllimited[i]:
+                ctrl[i] = np.clip(ctrl[i], *self.model.actuator_ctrlrange[i])
+        return ctrl
+
+    def _kicked(self) -> mujoco.MjData:
+        rng, turn = np.random.default_rng(5), np.zeros(self.model.nv)
+        for joint in range(self.model.njnt):
+            dof, kind = int(self.model.jnt_dofadr[joint]), int(self.model.jnt_type[joint])
+            count = {_HINGE: 1, _BALL: 3}.get(kind, 0)
+            turn[dof : dof + count] = rng.choice((-1, 1), size=count) * _KICK_RAD / math.sqrt(max(count, 1))
+        data = mujoco.MjData(self.model)
+        mujoco.mj_integratePos(self.model, data.qpos, turn, 1.0)
+        return data
+
+    def _resting(self) -> mujoco.MjData:
+        data, rest = mujoco.MjData(self.model), self.settle().end
+        data.qpos[:], data.qvel[:] = rest.qpos, rest.qvel
+        return data
+
+    def _run(
+        self,
+        data: mujoco.MjData,
+        begin: Array,
+        target: Array | Callable[[float], Array] | None,
+        duration_s: float,
+        slack: Sequence[int],
+        change: Change | None = None,
+        gravity: float = 1.0,
+    ) -> Trace:
+        model = copy.copy(self.model)  # each test may change its own
+        model.opt.gravity[:] *= gravity
+        model.actuator_group[:] = 0
+        model.actuator_group[list(slack)] = _SLACK
+        model.opt.disableactuator = 1 << _SLACK
+        if change:
+            change(model)
+        return _record(model, data, begin, target, duration_s, self.root)
+
+
+def _record(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    begin: Array,
+    target: Array | Callable[[float], Array] | None,
+    duration_s: float,
+    root: int,
+) -> Trace:
+    dt = float(model.opt.timestep)
+    steps = round(duration_s / dt)
+    data.time = 0
+    data.ctrl[:] = begin
+    for i in range(model.nu):
+        if model.actuator_actnum[i] == 1:
+            data.act[model.actuator_actadr[i]] = begin[i]
+    rows: dict[str, list[Array]] = {k: [] for k in ("world", "seen", "qpos", "qvel", "sensors", "tendons", "forces")}
+    gears = model.actuator_gear[:, 0].copy()
+    energy, contacts, failed = [], [], False
+    for step in range(steps):
+        if callable(target):
+            data.ctrl[:] = target(step * dt)
+        elif target is not None:
+            data.ctrl[:] = begin + min(1.0, step / (0.25 * steps)) * (target - begin)
+        mujoco.mj_step(model, data)
+        failed = not math.isfinite(data.energy[0] + data.energy[1]) or (
+            step % 16 == 0 and any(data.warning[kind].number for kind in _BAD)
+        )
+        if failed:
+            break
+        rows["world"].append(data.xipos.copy())
+        rows["seen"].append((data.xipos - data.xpos[root]) @ data.xmat[root].reshape(3, 3))
+        rows["qpos"].append(data.qpos.copy())
+        rows["qvel"].append(data.qvel.copy())
+        rows["sensors"].append(data.sensordata.copy())
+        rows["tendons"].append(data.ten_length.copy())
+        rows["forces"].append(data.actuator_force * gears)
+        energy.append(float(data.energy.sum()))
+        contacts.append(int(data.ncon))
+    failed = failed or any(data.warning[kind].number for kind in _BAD)
+    shapes = {"world": (model.nbody, 3), "seen": (model.nbody, 3), "qpos": (model.nq,), "qvel": (model.nv,)}
+    shapes |= {"sensors": (model.nsensordata,), "tendons": (model.ntendon,), "forces": (model.nu,)}
+    made = {key: np.array(values).reshape(len(values), *shapes[key]) for key, values in rows.items()}
+    return Trace(
+        timestep_s=dt,
+        com_m=made["seen"],
+        world_m=made["world"],
+        qpos=made["qpos"],
+        qvel=made["qvel"],
+        sensors=made["sensors"],
+        tendons_m=made["tendons"],
+        forces_n=made["forces"],
+        energy_j=np.array(energy),
+        contacts=np.array(contacts, dtype=np.int64),
+        failed=failed,
+        end=data,
+    )
+
+
+def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
+    """Corners of the box around a geom, in the world."""
+    box = model.geom_aabb[geom]
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    return np.asarray(data.geom_xpos[geom] + (box[:3] + signs * box[3:]) @ data.geom_xmat[geom].reshape(3, 3).T)
+
+
+def _lowest_m(model: mujoco.MjModel) -> float:
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    lowest = math.inf
+    for geom in range(model.ngeom):
+        if model.geom_bodyid[geom]:
+            points = _corners(model, data, geom)
+            kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+            if kind in (int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_CAPSULE)):
+                half = size[1] * abs(data.geom_xmat[geom][8]) if kind == int(mujoco.mjtGeom.mjGEOM_CAPSULE) else 0.0
+                points = data.geom_xpos[geom][None] - np.array([0, 0, half + size[0]])
+            lowest = min(lowest, float(points[:, 2].min()))
+    return lowest

@@ -1,0 +1,95 @@
+"""For each fault code, how large the symptom is compared with the limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from benchmarks.validator.oracle import building, driven, passive, still
+from benchmarks.validator.oracle.loop import Bench
+
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "building_severities", "good_robot_severities", "severity_of"]
+
+SEVERITIES: dict[str, Callable[[Bench], float]] = {
+    "no_tendons": partial(still.missing_parts, kind="tendon"),
+    "no_actuators": partial(still.missing_parts, kind="u"),
+    "no_sensors": partial(still.missing_parts, kind="sensor"),
+    "tendons_not_actuated": still.driven_joints_only,
+    "no_soft_chain": still.series,
+    "disconnected": still.separate_parts,
+    "segments_gap": still.widest_gap,
+    "fully_actuated": still.rank_of_actuation,
+    "ctrlrange_missing": still.missing_ranges,
+    "range_inverted_ignored": still.inverted_ranges,
+    "joint_range_too_small": still.narrow_ranges,
+    "initial_penetration": still.overlap,
+    "tendon_limit_violated": still.tendon_beyond_range,
+    "zero_gear": still.dead_commands,
+    "tendon_one_body": still.tendon_without_length,
+    "tendon_no_moment": still.levers,
+    "numerical_instability": driven.instability,
+    "energy_growth": passive.energy_rise,
+    "gravity_collapse": passive.collapse_by_gravity,
+    "passive_collapse": passive.collapse_by_springs,
+    "free_fall": passive.drop,
+    "base_not_attached": passive.drop,
+    "contact_disabled": passive.touches_nothing,
+    "underdamped": passive.ringing,
+    "chatter": driven.chatter,
+    "limit_overrun": driven.overrun,
+    "self_collision_lock": driven.held_by_contact,
+    "antagonist_lock": driven.held_by_antagonists,
+    "tendon_against_limit": driven.held_by_limits,
+    "mass_ratio": driven.held_by_mass,
+    "actuator_too_weak": driven.too_weak,
+    "too_stiff": driven.too_stiff,
+    "no_effect": driven.no_effect,
+    "sensor_constant": driven.constant_sensors,
+}
+"""Fault code: symptom / limit of what makes a robot unstable. 2 is twice too much, 0.5 is half of what is allowed."""
+
+BUILDING_SEVERITIES: dict[str, Callable[[Bench], float]] = {
+    "tendon_through_body": building.buried,
+    "tendon_skips_segments": building.skipping,
+    "tendon_pushes": building.pushing,
+    "actuator_overforce": building.force,
+    "actuator_power": building.power,
+    "actuator_speed": building.speed,
+    "cable_stroke": building.stroke,
+    "implausible_density": building.density,
+}
+"""The same of what could not be built. Good robots may have some of it, and it is known which."""
+
+_FIXED_ROBOTS_MAY = {"contact_disabled"}
+"""Only a robot that must touch something is judged by these."""
+
+
+def severity_of(code: str, mjcf: str) -> float:
+    """Return how large the symptom of a fault is in a robot, compared with the limit."""
+    return (SEVERITIES | BUILDING_SEVERITIES)[code](Bench(mjcf))
+
+
+def building_severities(mjcf: str) -> dict[str, float]:
+    """Return how large each symptom of a robot that could not be built is."""
+    bench = Bench(mjcf)
+    return {code: measure(bench) for code, measure in BUILDING_SEVERITIES.items()}
+
+
+def good_robot_severities(mjcf: str, ceiling: float = 0.5) -> dict[str, float]:
+    """Return the symptoms of a robot that are larger than a share of their limits; a good robot has none.
+
+    Cheap tests come first, and a robot that fails them is not looked at further.
+    """
+    bench = Bench(mjcf)
+    found: dict[str, float] = {}
+    for code, measure in SEVERITIES.items():
+        if code in _FIXED_ROBOTS_MAY and not bench.free:
+            continue
+        severity = measure(bench)
+        if severity > ceiling or math.isnan(severity):
+            found[code] = severity
+            break
+    if not found and (idle := driven.idle_actuator(bench)) > 1.0:
+        found["idle actuator"] = idle
+    return found

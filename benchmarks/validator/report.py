@@ -1,0 +1,232 @@
+"""Measure the validator on the corpus: what it finds, what it misses, whom it blames without reason.
+
+python -m benchmarks.validator.report --split tuning
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+from benchmarks.validator.corpus.making import PLANS, Corpus, codes_in, load_or_make
+from benchmarks.validator.corpus.specimen import Specimen, Split
+from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, severity_of
+from benchmarks.validator.tables import markdown
+
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.validation import validate
+
+__all__ = ["Verdict", "judge_corpus", "main"]
+
+_HERE = Path(__file__).parent
+_WARNINGS = ("tendon_skips_segments",)
+"""Codes whose faults are never more than warnings."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One robot and what the validator said."""
+
+    specimen: Specimen
+    report: ValidationReport
+
+    @property
+    def found(self) -> bool:
+        """Whether the fault the robot has was reported, as an error where its rule knows errors."""
+        faults = self.report.faults if self.specimen.code in _WARNINGS else self.report.errors
+        return self.specimen.code in {fault.code for fault in faults}
+
+    @property
+    def others(self) -> list[Fault]:
+        """Errors with other codes than the robot's own."""
+        return [fault for fault in self.report.errors if fault.code != self.specimen.code]
+
+
+@dataclass
+class RuleScore:
+    """What came of one code.
+
+    Attributes:
+        bad, found: Robots with the fault, and those in which it was reported.
+        instead: What was reported in the others.
+        near, near_blamed: Robots with at most half of it, and those blamed for it.
+        band, band_blamed: Robots in between.
+        good_blamed: Good robots blamed for it, by name.
+        beside: Robots with another fault in which it was reported too, and the oracle finds it there.
+        beside_false: The same where the oracle does not.
+    """
+
+    bad: int = 0
+    found: int = 0
+    instead: Counter[str] = field(default_factory=Counter)
+    near: int = 0
+    near_blamed: int = 0
+    band: int = 0
+    band_blamed: int = 0
+    good_blamed: list[str] = field(default_factory=list)
+    beside: int = 0
+    beside_false: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def recall(self) -> float:
+        """Share of the robots with the fault in which it was reported."""
+        return self.found / self.bad if self.bad else float("nan")
+
+    @property
+    def precision(self) -> float:
+        """Share of the reports that are true; those in the band count neither way."""
+        false = self.near_blamed + len(self.good_blamed) + self.beside_false.total()
+        true = self.found + self.beside
+        return true / (true + false) if true + false else float("nan")
+
+
+def judge_corpus(specimens: Sequence[Specimen], threads: int = 2) -> list[Verdict]:
+    """Validate every robot; each call has a worker process of its own."""
+
+    def judge(specimen: Specimen) -> Verdict:
+        return Verdict(specimen, validate(specimen.mjcf, **specimen.arguments))
+
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(judge, specimens))
+
+
+def score(verdicts: Sequence[Verdict]) -> dict[str, RuleScore]:
+    """Return what came of every code that the corpus knows."""
+    scores = {code: RuleScore() for code in codes_in(v.specimen for v in verdicts)}
+    for verdict in verdicts:
+        specimen = verdict.specimen
+        if specimen.grade == "good":
+            for code in {fault.code for fault in verdict.report.errors}:
+                scores.setdefault(code, RuleScore()).good_blamed.append(specimen.name)
+            for fault in verdict.report.warnings:
+                if fault.code in specimen.symptoms and specimen.symptoms[fault.code] <= 0.5:
+                    scores.setdefault(fault.code, RuleScore()).good_blamed.append(specimen.name)
+            continue
+        own = scores[specimen.code]
+        if specimen.grade == "bad":
+            own.bad += 1
+            own.found += verdict.found
+            if not verdict.found:
+                own.instead[_summary(verdict.report)] += 1
+        elif specimen.grade == "band":
+            own.band += 1
+            own.band_blamed += verdict.found
+        else:
+            own.near += 1
+            own.near_blamed += verdict.found
+        _judge_others(scores, verdict)
+    return scores
+
+
+def _judge_others(scores: dict[str, RuleScore], verdict: Verdict) -> None:
+    """Ask the oracle about every other fault reported in a robot that loads."""
+    for code in {fault.code for fault in verdict.others}:
+        other = scores.setdefault(code, RuleScore())
+        if not verdict.specimen.loads:
+            # a document with one mistake can break what refers to it; there is no oracle for that
+            other.beside += 1
+        elif code in SEVERITIES | BUILDING_SEVERITIES and severity_of(code, verdict.specimen.mjcf) >= 0.5:
+            other.beside += 1
+        else:
+            other.beside_false[verdict.specimen.name] += 1
+
+
+def _summary(report: ValidationReport) -> str:
+    errors = sorted({fault.code for fault in report.errors})
+    warnings = sorted({f"({fault.code})" for fault in report.warnings if fault.layer != "realizability"})
+    return ", ".join([*errors, *warnings]) or "nothing"
+
+
+def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, RuleScore]) -> dict[str, Any]:
+    """Return all figures as plain values."""
+    good = [verdict for verdict in verdicts if verdict.specimen.grade == "good"]
+    blamed = [verdict for verdict in good if verdict.report.errors]
+    warned = [v for v in good if any(f.layer != "realizability" for f in v.report.warnings)]
+    bad, found = (sum(getattr(s, name) for s in scores.values()) for name in ("bad", "found"))
+    return {
+        "good": len(good),
+        "families": dict(Counter(verdict.specimen.family for verdict in good)),
+        "writers": dict(Counter(verdict.specimen.style for verdict in good)),
+        "good_with_errors": {v.specimen.name: _summary(v.report) for v in blamed},
+        "good_with_warnings": {v.specimen.name: _summary(v.report) for v in warned},
+        "false_alarm_share": len(blamed) / max(1, len(good)),
+        "bad": bad,
+        "recall": found / max(1, bad),
+        "rules": {
+            code: {
+                "bad": s.bad,
+                "found": s.found,
+                "recall": s.recall,
+                "precision": s.precision,
+                "instead": dict(s.instead),
+                "near_misses": s.near,
+                "near_misses_blamed": s.near_blamed,
+                "band": s.band,
+                "band_blamed": s.band_blamed,
+                "good_blamed": s.good_blamed,
+                "also_there": s.beside,
+                "also_said_and_not_there": dict(s.beside_false),
+            }
+            for code, s in scores.items()
+        },
+        "put_aside": corpus.put_aside,
+        "versions": {**verdicts[0].report.versions, "python": platform.python_version()},
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Make or read the corpus, validate it, write `report.md` and `report.json`."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--split", action="append", choices=list(PLANS), help="default: both")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")
+    parser.add_argument("--out", type=Path, default=_HERE, help="folder of report.md and report.json")
+    parser.add_argument("--code", help="only robots with this fault, and nothing is written")
+    options = parser.parse_args(arguments)
+    mujoco.set_mju_user_warning(lambda _message: None)
+    figures: dict[str, Any] = {}
+    splits: list[Split] = options.split or list(PLANS)
+    for split in splits:
+        corpus = load_or_make(split, options.kept, options.processes, lambda text: _say(text))
+        chosen = [s for s in corpus.specimens if options.code in (None, s.code or "good")]
+        verdicts = judge_corpus(chosen, options.processes)
+        scores = score(verdicts)
+        figures[split] = summarize(corpus, verdicts, scores)
+        _say_misses(verdicts)
+    text = markdown(figures)
+    if options.code:
+        _say(text)
+        return
+    command = "make corpus-report" if options.split is None else f"make corpus-report SPLIT={splits}"
+    options.out.joinpath("report.md").write_text(text.replace("COMMAND", command), "utf-8")
+    options.out.joinpath("report.json").write_text(json.dumps(figures, indent=1, default=str) + "\n", "utf-8")
+    _say(f"written to {options.out / 'report.md'}")
+
+
+def _say_misses(verdicts: Sequence[Verdict]) -> None:
+    for verdict in verdicts:
+        specimen = verdict.specimen
+        wrong = specimen.grade == "bad" and not verdict.found
+        wrong |= specimen.grade == "near miss" and verdict.found
+        wrong |= specimen.grade == "good" and bool(verdict.report.errors)
+        if wrong:
+            severity = "" if specimen.severity is None else f" {specimen.severity:.3g} x the limit;"
+            _say(f"{specimen.name} ({specimen.grade};{severity} {specimen.change}): {_summary(verdict.report)}")
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(text + "\n")
+    sys.stderr.flush()
+
+
+if __name__ == "__main__":
+    main()
