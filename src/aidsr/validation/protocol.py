@@ -10,7 +10,6 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import mujoco
 import numpy as np
@@ -18,10 +17,11 @@ from numpy.typing import NDArray
 
 from aidsr.sim.rollout import Recording, Simulation, integration_state, simulate
 from aidsr.sim.structure import Structure
+from aidsr.validation.battery import BatteryTest, commands_at_end, list_tests, random_commands, slack_in
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.validation.points import displacements, drawn_seen_from_root, seen_from_root
 
-__all__ = ["BatteryTest", "Evidence", "Protocol", "Variant", "gather_evidence", "rerun"]
+__all__ = ["Evidence", "Protocol", "Variant", "gather_evidence", "rerun"]
 
 Array = NDArray[np.float64]
 Variant = Callable[[mujoco.MjModel], None]
@@ -96,23 +96,6 @@ def pendulum_time_s(length_m: float) -> float:
 
 
 @dataclass(frozen=True)
-class BatteryTest:
-    """One row of the battery.
-
-    Attributes:
-        kind: "reference" tendons slack, joint servos holding; "rest" everything commanded to do nothing; "single" one
-            actuator to one end, the other tendons slack; "released" one actuator pulling, the others let go by command;
-            "all" everything to its pulling end; "sweep" random ends.
-        drive: Index of the actuator in `Evidence.drives`, -1 where none is singled out.
-        command: What that actuator is told at the end of the ramp.
-    """
-
-    kind: Literal["reference", "rest", "single", "released", "all", "sweep"]
-    drive: int = -1
-    command: float = 0.0
-
-
-@dataclass(frozen=True)
 class Evidence:
     """What the robot did.
 
@@ -159,7 +142,7 @@ def gather_evidence(
         return Evidence(protocol, frame_steps, start, settle, drawn_m, settling_m, settled, (), (), None, np.zeros(0))
     mujoco.mj_forward(model, settled)
     drives = read_drives(model, settled, structure)
-    tests = _list_tests(drives)
+    tests = list_tests(drives)
     battery = _run_tests(model, structure, settled, drives, tests, protocol, frame_steps, threads)
     effects = displacements(battery, structure, model, reference=0).max(axis=(1, 2), initial=0.0) / length_m
     return Evidence(protocol, frame_steps, start, settle, drawn_m, settling_m, settled, drives, tests, battery, effects)
@@ -231,20 +214,6 @@ def _with_slack(model: mujoco.MjModel, slack: Sequence[int]) -> mujoco.MjModel:
     return changed
 
 
-def _list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
-    tests = [BatteryTest("reference"), BatteryTest("rest")]
-    for index, drive in enumerate(drives):
-        ends = [end for end in (drive.low, drive.high) if not math.isclose(end, drive.neutral, abs_tol=1e-12)]
-        tests += [BatteryTest("single", index, end) for end in ends]
-        others = [other for other in drives if other is not drive and other.on_tendon]
-        # others that go slack by command make the same test as others switched off
-        if drive.on_tendon and not all(other.goes_slack for other in others):
-            tests.append(BatteryTest("released", index, drive.pull))
-    if drives:
-        tests += [BatteryTest("all"), BatteryTest("sweep")]
-    return tuple(tests)
-
-
 def _run_tests(
     model: mujoco.MjModel,
     structure: Structure,
@@ -264,42 +233,12 @@ def _run_tests(
     mujoco.mj_setState(model, begin, integration_state(model, settled), mujoco.mjtState.mjSTATE_INTEGRATION)
     set_act(model, begin, neutral)
     state = integration_state(model, begin)
-    models = {slack: _with_slack(model, slack) for slack in {_slack(test, drives) for test in tests}}
+    models = {slack: _with_slack(model, slack) for slack in {slack_in(test, drives) for test in tests}}
     simulations = []
     for test in tests:
         if test.kind == "sweep":
-            ctrl = _sweep(neutral, drives, frames, hold, protocol.seed)
+            ctrl = random_commands(neutral, drives, frames, hold, protocol.seed)
         else:
-            ctrl = neutral + ramp * (_target(test, neutral, drives) - neutral)
-        simulations.append(Simulation(models[_slack(test, drives)], state, ctrl))
+            ctrl = neutral + ramp * (commands_at_end(test, neutral, drives) - neutral)
+        simulations.append(Simulation(models[slack_in(test, drives)], state, ctrl))
     return simulate(simulations, frame_steps=frame_steps, fields=_FIELDS, threads=threads)
-
-
-def _slack(test: BatteryTest, drives: Sequence[Drive]) -> tuple[int, ...]:
-    """Actuators switched off during a test."""
-    if test.kind not in ("reference", "single"):
-        return ()
-    return tuple(drive.actuator for index, drive in enumerate(drives) if drive.on_tendon and index != test.drive)
-
-
-def _target(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) -> Array:
-    """Commands at the end of the ramp, (nu,)."""
-    target = neutral.copy()
-    for index, drive in enumerate(drives):
-        if index == test.drive:
-            target[drive.ctrl] = test.command
-        elif test.kind == "released" and drive.on_tendon:
-            target[drive.ctrl] = drive.release
-        elif test.kind == "all":
-            target[drive.ctrl] = drive.pull
-    return target
-
-
-def _sweep(neutral: Array, drives: Sequence[Drive], frames: int, hold: int, seed: int) -> Array:
-    """Random ends for every actuator, changed together, (n_frames, nu)."""
-    rng = np.random.default_rng(seed)
-    ctrl = np.tile(neutral, (frames, 1))
-    for begin in range(0, frames, hold):
-        for drive in drives:
-            ctrl[begin : begin + hold, drive.ctrl] = rng.choice((drive.low, drive.high))
-    return ctrl

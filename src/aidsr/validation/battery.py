@@ -1,0 +1,79 @@
+"""The tests of the battery: who is told what, and who hangs slack."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.validation.drive import Drive
+
+__all__ = ["BatteryTest", "commands_at_end", "list_tests", "random_commands", "slack_in"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BatteryTest:
+    """One row of the battery.
+
+    Attributes:
+        kind: "reference" tendons slack, joint servos holding; "rest" everything commanded to do nothing; "single" one
+            actuator to one end, the other tendons slack; "released" one actuator pulling, the others let go by command;
+            "all" everything to its pulling end; "sweep" random ends.
+        drive: Index of the actuator in `Evidence.drives`, -1 where none is singled out.
+        command: What that actuator is told at the end of the ramp.
+    """
+
+    kind: Literal["reference", "rest", "single", "released", "all", "sweep"]
+    drive: int = -1
+    command: float = 0.0
+
+
+def list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
+    """Return the tests for some actuators, the reference first."""
+    tests = [BatteryTest("reference"), BatteryTest("rest")]
+    for index, drive in enumerate(drives):
+        ends = [end for end in (drive.low, drive.high) if not math.isclose(end, drive.neutral, abs_tol=1e-12)]
+        tests += [BatteryTest("single", index, end) for end in ends]
+        others = [other for other in drives if other is not drive and other.on_tendon]
+        # others that go slack by command make the same test as others switched off
+        if drive.on_tendon and not all(other.goes_slack for other in others):
+            tests.append(BatteryTest("released", index, drive.pull))
+    if drives:
+        tests += [BatteryTest("all"), BatteryTest("sweep")]
+    return tuple(tests)
+
+
+def slack_in(test: BatteryTest, drives: Sequence[Drive]) -> tuple[int, ...]:
+    """Return the actuators switched off during a test."""
+    if test.kind not in ("reference", "single"):
+        return ()
+    return tuple(drive.actuator for index, drive in enumerate(drives) if drive.on_tendon and index != test.drive)
+
+
+def commands_at_end(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) -> Array:
+    """Return the commands at the end of the ramp, (nu,)."""
+    target = neutral.copy()
+    for index, drive in enumerate(drives):
+        if index == test.drive:
+            target[drive.ctrl] = test.command
+        elif test.kind == "released" and drive.on_tendon:
+            target[drive.ctrl] = drive.release
+        elif test.kind == "all":
+            target[drive.ctrl] = drive.pull
+    return target
+
+
+def random_commands(neutral: Array, drives: Sequence[Drive], frames: int, hold: int, seed: int) -> Array:
+    """Return random ends for every actuator, changed together every `hold` frames, (n_frames, nu)."""
+    rng = np.random.default_rng(seed)
+    ctrl = np.tile(neutral, (frames, 1))
+    for begin in range(0, frames, hold):
+        for drive in drives:
+            ctrl[begin : begin + hold, drive.ctrl] = rng.choice((drive.low, drive.high))
+    return ctrl
