@@ -1,0 +1,55 @@
+"""Whole episodes from their beginning to their end, without learning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aidsr.rl.episodes import Episodes, Moment
+from aidsr.rl.policy import Actor
+from aidsr.tasks.readings import BoolArray, FloatArray
+
+__all__ = ["Course", "play"]
+
+
+@dataclass(frozen=True)
+class Course:
+    """How n episodes went, each (n,)."""
+
+    succeeded: BoolArray
+    failed: BoolArray
+    diverged: BoolArray
+    progress: FloatArray
+    """At the end, 0 to 1."""
+    best_progress: FloatArray
+    """Largest at any time."""
+    reward: FloatArray
+    """Sum over the episode."""
+    time_s: FloatArray
+    """How long the episode lasted [s]."""
+
+
+def play(episodes: Episodes, actor: Actor, look: Callable[[Moment], None] = lambda _moment: None) -> Course:
+    """Play the running episodes to their end.
+
+    Args:
+        episodes: Just begun.
+        actor: Decides on the actions.
+        look: Called after every control step.
+    """
+    n = episodes.n
+    succeeded, failed, diverged = np.zeros((3, n), dtype=np.bool_)
+    progress, best_progress, reward, time_s = np.zeros((4, n))
+    while episodes.running.any():
+        before = episodes.running
+        moment = episodes.step(actor.act(episodes.observation))
+        succeeded |= moment.succeeded
+        failed |= moment.failed
+        diverged |= moment.diverged
+        reward += moment.reward
+        progress, time_s = np.where(before, moment.progress, progress), np.where(before, moment.time_s, time_s)
+        best_progress = np.maximum(best_progress, moment.progress)
+        look(moment)
+    return Course(succeeded, failed, diverged, progress, best_progress, reward, time_s)

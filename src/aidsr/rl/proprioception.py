@@ -1,0 +1,77 @@
+"""What every policy knows of its own body, the same for all designs and tasks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from aidsr.sim.structure import Structure
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["Proprioception"]
+
+_QPOS = {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4}
+_DOF = {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3}
+
+
+@dataclass(frozen=True)
+class Proprioception:
+    """Which numbers of a simulation are the robot's own.
+
+    Base and joint positions (quaternions as they are) and velocities, tendon lengths and velocities, actuator forces.
+    The base of a robot that hangs from a moving mount are the joints that move the mount.
+    """
+
+    qpos: tuple[int, ...]
+    qvel: tuple[int, ...]
+    tendons: tuple[int, ...]
+    actuators: tuple[int, ...]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, structure: Structure) -> Self:
+        """Return what a robot in a compiled scene knows of itself."""
+        joints = [*_carrying_joints(model, structure), *structure.joints]
+        return cls(
+            qpos=tuple(_columns(model, joints, model.jnt_qposadr, _QPOS)),
+            qvel=tuple(_columns(model, joints, model.jnt_dofadr, _DOF)),
+            tendons=tuple(tendon.id for tendon in structure.tendons),
+            actuators=structure.actuators,
+        )
+
+    @property
+    def size(self) -> int:
+        """How many numbers."""
+        return len(self.qpos) + len(self.qvel) + 2 * len(self.tendons) + len(self.actuators)
+
+    def read(self, batch: Batch) -> FloatArray:
+        """Return the numbers for every simulation of a batch, (n, size)."""
+        return np.concatenate(
+            [
+                batch.bind("qpos")[:, list(self.qpos)],
+                batch.bind("qvel")[:, list(self.qvel)],
+                batch.bind("ten_length")[:, list(self.tendons)],
+                batch.bind("ten_velocity")[:, list(self.tendons)],
+                batch.bind("actuator_force")[:, list(self.actuators)],
+            ],
+            axis=1,
+        )
+
+
+def _carrying_joints(model: mujoco.MjModel, structure: Structure) -> list[int]:
+    """Return the environment's joints that carry the robot, outermost first."""
+    joints: set[int] = set()
+    for root in structure.roots:
+        body = int(model.body_parentid[root])
+        while body:
+            first = int(model.body_jntadr[body])
+            joints.update(range(first, first + int(model.body_jntnum[body])))
+            body = int(model.body_parentid[body])
+    return sorted(joints)
+
+
+def _columns(model: mujoco.MjModel, joints: list[int], starts: FloatArray, sizes: dict[int, int]) -> list[int]:
+    return [int(starts[j]) + k for j in joints for k in range(sizes.get(int(model.jnt_type[j]), 1))]

@@ -1,0 +1,102 @@
+"""A scene as training and evaluation take it: text, compiled model, task, and what an action drives."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import mujoco
+from lxml import etree
+
+from aidsr.artifacts import ActuatorGroup
+from aidsr.errors import UserError
+from aidsr.rl.actions import ActionMap, Grouping, map_actions
+from aidsr.sim.compiling import compile_mjcf
+from aidsr.tasks import Level, Task, load_task
+
+__all__ = ["LearningScene", "read_mjcf_text"]
+
+
+@dataclass(frozen=True, eq=False)
+class LearningScene:
+    """A robot in the environment of a task, ready to be learned with.
+
+    Scenes come from our own assembly, out of a robot that was validated in isolation; here they are checked by the safe
+    loader once more and then stepped in this process, where a policy can be trained at full speed.
+    """
+
+    mjcf: str
+    task: Task
+    model: mujoco.MjModel
+    actions: ActionMap
+
+    @classmethod
+    def of(
+        cls,
+        scene: str | Path,
+        task: str | Task,
+        *,
+        level: Level = "standard",
+        groups: Sequence[ActuatorGroup] = (),
+        grouping: Grouping = "auto",
+    ) -> Self:
+        """Return a scene for a task.
+
+        Args:
+            scene: MJCF of the scene, or the path of a file that holds it.
+            task: A task or its name.
+            level: Level of a task given by name.
+            groups: Actuators that act together, as the robot's author says.
+            grouping: See `map_actions`.
+
+        Raises:
+            UserError: There is no such file or task, or the scene is not one of this task.
+            MjcfError: The scene cannot be loaded.
+        """
+        task = load_task(task, level) if isinstance(task, str) else task
+        mjcf = read_mjcf_text(scene)
+        _check_names(mjcf, task)
+        model = compile_mjcf(mjcf)
+        return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
+
+    @property
+    def fingerprint(self) -> str:
+        """Of the scene's text: tells whether a policy was trained on this very scene."""
+        return hashlib.sha256(self.mjcf.encode()).hexdigest()
+
+
+def read_mjcf_text(scene: str | Path) -> str:
+    """Return an MJCF text, given as itself or as the path of its file.
+
+    Raises:
+        UserError: There is no such file.
+    """
+    if isinstance(scene, str) and "<" in scene:
+        return scene
+    try:
+        return Path(scene).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"the MJCF of a scene was expected, and {scene} cannot be read ({error})") from None
+
+
+def _check_names(mjcf: str, task: Task) -> None:
+    """Refuse a scene that lacks what the task looks at.
+
+    Raises:
+        UserError: The scene is not one of this task.
+    """
+    try:
+        root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
+    except etree.XMLSyntaxError:
+        return  # the safe loader says it better
+    names = {element.get("name") for element in root.iter(etree.Element)}
+    wanted = [*task.required_names, *(sensor.name for sensor in task.sensors)]
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise UserError(
+            f"a scene of the task {task.name} was expected, and this one lacks {', '.join(missing)}; "
+            "use the final.xml of a design for this task, or assemble the robot into the task's environment"
+        )

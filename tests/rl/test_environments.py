@@ -1,0 +1,126 @@
+"""The same episodes as a VecEnv of Stable-Baselines3 and as environments of Gymnasium."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+import gymnasium
+from gymnasium.utils.env_checker import check_env
+from scenes import builtin_scene, small_learning, small_scene
+from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
+
+from aidsr.rl.episodes import Episodes
+from aidsr.rl.single_env import TaskEnv, environment_id
+from aidsr.rl.vector_env import BatchedVecEnv
+from aidsr.tasks import task_names
+
+
+def vector_env(n=4) -> BatchedVecEnv:
+    scene = small_learning()
+    rng = np.random.default_rng(0)
+
+    def following():
+        return scene.task.variation("development", int(rng.integers(1000)))
+
+    episodes = Episodes(scene.model, scene.task, scene.actions, [following() for _ in range(n)], threads=1)
+    return BatchedVecEnv(episodes, following)
+
+
+def test_a_time_limit_is_a_truncation_with_the_last_sight_of_the_old_episode():
+    env = vector_env()
+    env.reset()
+    still = np.full((4, 2), -1.0)
+    for _ in range(24):
+        last, _, dones, infos = env.step(still)
+        assert not dones.any()
+        assert infos == [{}] * 4
+    first, rewards, dones, infos = env.step(still)
+    assert dones.all()
+    for index, info in enumerate(infos):
+        assert info["TimeLimit.truncated"]
+        assert not info["is_success"]
+        assert info["episode"]["l"] == 25
+        assert np.allclose(info["terminal_observation"], last[index], atol=0.05)
+        assert not np.allclose(info["terminal_observation"][16:19], first[index][16:19])
+    assert rewards.dtype == np.float32
+    assert env.episodes.running.all()
+
+
+def test_success_is_no_truncation_and_returns_add_up():
+    env = vector_env(2)
+    env.reset()
+    total = np.zeros(2)
+    for _ in range(25):
+        _, rewards, dones, infos = env.step(np.tile([1.0, -1.0], (2, 1)))
+        total += rewards
+        if dones.any():
+            break
+    assert dones.all()
+    assert not any(info["TimeLimit.truncated"] for info in infos)
+    assert all(info["is_success"] for info in infos)
+    assert [info["episode"]["r"] for info in infos] == pytest.approx(total, rel=1e-5)
+
+
+def test_first_episodes_can_be_made_to_end_at_different_times():
+    env = vector_env(5)
+    env.reset()
+    env.desynchronize(np.random.default_rng(1))
+    ends = []
+    for step in range(1, 26):
+        dones = env.step(np.full((5, 2), -1.0))[2]
+        ends += [step] * int(dones.sum())
+    assert ends == [5, 10, 15, 20, 25]
+
+
+def test_what_simulations_share_cannot_be_set_for_some():
+    env = vector_env(3)
+    assert env.get_attr("render_mode") == [None] * 3
+    assert env.env_is_wrapped(object) == [False] * 3
+    with pytest.raises(NotImplementedError):
+        env.set_attr("render_mode", "human")
+    with pytest.raises(NotImplementedError):
+        env.env_method("render")
+
+
+def test_every_task_is_registered():
+    assert environment_id("reaching/button_pushing") == "aidsr/ButtonPushing-v0"
+    for name in task_names():
+        assert environment_id(name) in gymnasium.registry
+
+
+@pytest.mark.parametrize(
+    ("name", "pick"),
+    [
+        ("reaching/button_pushing", 1),
+        ("grasping/simple_grasping", 1),
+        ("locomotion/gap", 0),
+        ("reaching/pipe_inserting", 0),
+    ],
+)
+def test_environments_of_built_in_robots_pass_the_checks(name, pick):
+    env = gymnasium.make(environment_id(name), scene=builtin_scene(name, pick))
+    check_env(env.unwrapped)
+    check_env_of_sb3(env.unwrapped)
+
+
+def test_one_environment_goes_as_the_batch_does():
+    scene = small_learning("button_pushing")
+    env = TaskEnv("button_pushing", small_scene())
+    observation, info = env.reset(options={"variation": 7})
+    assert info == {"variation": 7}
+    episodes = Episodes(scene.model, scene.task, scene.actions, [scene.task.variation("development", 7)], threads=1)
+    assert np.array_equal(observation, episodes.observation[0])
+    action = np.array([0.5, -1.0], dtype=np.float32)
+    observation, reward, terminated, truncated, info = env.step(action)
+    moment = episodes.step(action[None])
+    assert np.array_equal(observation, moment.observation[0])
+    assert (reward, terminated, truncated) == (moment.reward[0], False, False)
+    assert info["progress"] == moment.progress[0]
+
+
+def test_a_seed_decides_which_variations_come():
+    env = TaskEnv("button_pushing", small_scene())
+    drawn = [[env.reset(seed=seed)[1]["variation"], env.reset()[1]["variation"]] for seed in (3, 3, 4)]
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert drawn[0][0] != drawn[0][1]
