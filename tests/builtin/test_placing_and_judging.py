@@ -94,6 +94,19 @@ def test_a_world_without_mounts_takes_free_robots_at_its_origin() -> None:
     assert (placement.mount, placement.base) == ("world", "free")
 
 
+def test_a_mount_that_hangs_is_not_for_a_free_robot() -> None:
+    raised = MARBLE.replace('type="plane"', 'type="plane" pos="0 0 -0.1"')
+    asked = free_brief("Roll to the marble.", raised)
+    idea = RULES.designer.propose(asked, 1)[0]
+    robot = RULES.coder.write(asked, idea)
+    placement = RULES.integrator.place(asked, idea, robot)
+    on_ground = RULES.integrator.place(free_brief("Crawl away.", DESERT), idea, robot)
+    assert (placement.mount, placement.base) == ("world", "free")
+    assert placement.position_m[2] == pytest.approx(on_ground.position_m[2] - 0.1)
+    back = RULES.integrator.adjust(asked, idea, robot, placement, report("initial_penetration", "marble", "robot/tail"))
+    assert back.position_m[0] == pytest.approx(-0.1)
+
+
 def test_overlaps_move_the_robot_back_or_up() -> None:
     idea, robot, placement = placed("simple_grasping", "gripper", "four fingers")
     back = RULES.integrator.adjust(

@@ -24,6 +24,7 @@ _TILT_DEG = 25.0
 """How far an arm on a fixed mount leans aside where it would otherwise grow into its target."""
 
 _STEP_M = 0.012
+_FREE_STEP_M = 0.1
 _STEP_DEG = 12.0
 """One step away from what the robot overlaps."""
 
@@ -39,7 +40,7 @@ class RuleIntegrator:
         turn, turned = _rotation(job, concept)
         height, stood = (0.0, "")
         if base == "free":
-            height, stood = _rest_height(robot)
+            height, stood = _rest_height(robot, job)
         return Placement(
             mount=job.mount_name,
             base=base,
@@ -59,7 +60,7 @@ class RuleIntegrator:
         codes = {fault.code: fault for fault in feedback.errors} if isinstance(feedback, ValidationReport) else {}
         blamed = {issue.component for issue in feedback.issues} if not isinstance(feedback, ValidationReport) else set()
         if overlap := codes.get("initial_penetration"):
-            done.append(_step_away(job, placement, overlap, update))
+            done.append(_step_away(job, brief, placement, overlap, update))
         if {"free_fall", "base_not_attached"} & (codes.keys() | blamed) and job.base != "free":
             update["base"] = "fixed"
             done.append("fixed the base to the mount")
@@ -122,10 +123,10 @@ def _angle_to_down(job: Job) -> float:
     return round(math.degrees(math.atan2(float(np.cross(x, down) @ z), float(x @ down))), 3) + 0.0
 
 
-def _rest_height(robot: Robot) -> tuple[float, str]:
+def _rest_height(robot: Robot, job: Job) -> tuple[float, str]:
     """Return the height at which the robot just stands on the ground [m], and a sentence about it."""
     try:
-        height = lowest_point_m(robot) + _ABOVE_GROUND_M
+        height = job.ground_m + lowest_point_m(robot) + _ABOVE_GROUND_M
     except (MjcfError, IsolationError):
         return 0.05, "Its resting height could not be measured, because the robot does not load; 50 mm are assumed."
     return round(
@@ -144,6 +145,12 @@ def _contacts(job: Job, brief: Brief) -> tuple[str, ...]:
         alike = [name for name in bodies if _stem(name) == _stem(job.target.body)]
         return tuple(alike)
     return (job.target.body,)
+
+
+def _ground_names(brief: Brief) -> set[str]:
+    """Return the names of planes and of the bodies they belong to."""
+    planes = [(body, geom) for body in brief.summary.bodies for geom in body.geoms if geom.shape == "plane"]
+    return {name for body, geom in planes for name in (body.name, geom.name)}
 
 
 def _stem(name: str) -> str:
@@ -167,12 +174,16 @@ def _where(job: Job, base: str) -> str:
     return f"It is fixed to {job.mount_name}" + (", which the environment moves." if job.base == "moving" else ".")
 
 
-def _step_away(job: Job, placement: Placement, fault: Fault, update: dict[str, object]) -> str:
+def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, update: dict[str, object]) -> str:
     """Move the robot one step away from what it overlaps: up from the ground, back from what is in front, or aside."""
     x, y, z = placement.position_m
-    if placement.base == "free":
+    if placement.base == "free" and set(fault.names) & _ground_names(brief):
         update["position_m"] = (x, y, round(z + _STEP_M / 4.0, 5))
         return f"raised it by {250 * _STEP_M:g} mm"
+    if placement.base == "free":
+        step = max(_FREE_STEP_M, abs(x))
+        update["position_m"] = (round(x - step, 5), y, z)
+        return f"set it back by {1000 * step:g} mm from {', '.join(fault.names[:2])}"
     if job.kind == "reach" and job.base == "fixed" and stands_in_front(job):
         turn = placement.rotation_deg
         update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])

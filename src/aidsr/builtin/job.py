@@ -42,6 +42,9 @@ _TRAVEL = re.compile(rf"slide along ({_NUMBER}) ({_NUMBER}) ({_NUMBER}),? ({_NUM
 _GRASPABLE_M = 0.06
 """A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
 
+_UPRIGHT = 0.7
+"""Share of a mount's axis that points up where something can stand on it. Our choice: less than 45 deg aslant."""
+
 Vector = NDArray[np.float64]
 
 
@@ -85,7 +88,7 @@ class Job:
         target: What has to be reached, held or pulled, if there is anything.
         approach_m: How far the mount itself can travel along its own z axis.
         room_m: Free length along the mount's z at its nearest, up to the first thing that stands still.
-        gravity_m_s2: Size of gravity.
+        ground_m: Height of the ground over the mount; a mount to stand on is on the ground.
     """
 
     kind: Kind
@@ -95,7 +98,7 @@ class Job:
     target: Target | None
     approach_m: float
     room_m: float
-    gravity_m_s2: float
+    ground_m: float
 
     @property
     def mount_name(self) -> str:
@@ -124,6 +127,8 @@ def read_job(brief: Brief) -> Job:
     mount = summary.mounts[0] if summary.mounts else None
     kind, because = _kind(brief)
     base = _base(brief, kind, mount)
+    if base == "free" and mount is not None and (mount.z_axis[2] < _UPRIGHT or mount.moved_by):
+        mount = None  # made for something that hangs from it, not for something that stands
     target = _target(brief.objective, kind, summary, mount)
     return Job(
         kind=kind,
@@ -133,7 +138,7 @@ def read_job(brief: Brief) -> Job:
         target=target,
         approach_m=_approach(summary, mount),
         room_m=_room(summary, mount, target),
-        gravity_m_s2=float(np.linalg.norm(summary.gravity_m_s2)),
+        ground_m=_ground(summary) if mount is None else 0.0,
     )
 
 
@@ -251,6 +256,12 @@ def _room(summary: EnvironmentSummary, mount: MountSummary | None, target: Targe
     reach = [_surface(geom, axis, start) for body in summary.bodies if not body.joints for geom in body.geoms]
     beyond = [distance for distance in reach if target is None or distance > target.along_m * 0.5]
     return min(beyond, default=math.inf) - _approach(summary, mount)
+
+
+def _ground(summary: EnvironmentSummary) -> float:
+    """Return the height of the highest plane, 0 where there is none [m]."""
+    planes = [geom.position_m[2] for body in summary.bodies for geom in body.geoms if geom.shape == "plane"]
+    return max(planes, default=0.0)
 
 
 def _surface(geom: GeomSummary, axis: Vector, start: Vector) -> float:

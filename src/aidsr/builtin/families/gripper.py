@@ -109,9 +109,11 @@ def _wrist(job: Job, half_width_m: float, finger_reach_m: float) -> float:
     """Length of the post between mount and palm, so that the fingertips come to the object's lower half [m]."""
     if job.target is None:
         return 0.05
-    if job.kind == "pull":
+    if job.kind == "pull" and job.approach_m > 0:
         # Clear of the handle at the start: the mount drives the open fingers around it.
         return float(np.clip(job.target.along_m - half_width_m - _START_GAP_M - finger_reach_m, 0.02, 0.4))
+    if job.kind == "pull":
+        return float(np.clip(job.target.along_m - 0.6 * finger_reach_m, 0.02, 0.4))
     depth = job.target.along_m - job.approach_m + 0.55 * half_width_m
     return float(np.clip(min(depth, job.room_m - _FLOOR_CLEARANCE_M) - finger_reach_m, 0.02, 0.4))
 
