@@ -24,6 +24,7 @@ from aidsr.pipeline import Parts, start
 from aidsr.pipeline.person import approve_at_once
 from aidsr.roles import Feedback, Team
 from aidsr.runs import Run, RunConfig
+from aidsr.validation.repairs import Repaired
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -106,6 +107,14 @@ class Scripted:
         return word
 
 
+def repair(mjcf: str, *, kept_names=()) -> Repaired:
+    """Put the word "misspelt" right."""
+    if "misspelt" not in mjcf:
+        return Repaired(mjcf=mjcf)
+    notes = ("<robot>: renamed 'misspelt' 'ok'.",)
+    return Repaired(mjcf=mjcf.replace("misspelt", "ok"), notes=notes, counts={"misspelt_attributes": 1})
+
+
 def validate(mjcf: str, *, mount="auto", needs_contact=False, environment="") -> ValidationReport:
     """Report the faults written into the text: those of the robot alone, and with a scene those of its placement."""
     words = re.search(r"<scene faults='(.*?)'" if mjcf.startswith("<scene") else r"faults='(.*?)'", mjcf).group(1)
@@ -123,6 +132,7 @@ def assemble(robot: Robot, environment: str, placement: Placement) -> Scene:
 def parts(scripted: Scripted, **changes: object) -> Parts:
     values = {
         "team_for": scripted.team,
+        "repair": repair,
         "validate": validate,
         "assemble": assemble,
         "picture": lambda _mjcf: PNG,

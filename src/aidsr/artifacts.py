@@ -34,6 +34,7 @@ __all__ = [
     "Outcome",
     "Placement",
     "Question",
+    "Repairs",
     "Robot",
     "Role",
     "Scene",
@@ -169,6 +170,20 @@ class Robot(Artifact):
     """Name of the body or site that does the work."""
     actuator_groups: tuple[ActuatorGroup, ...] = ()
     notes: str = ""
+
+
+class Repairs(Artifact):
+    """What code put right in a robot's MJCF where only one meaning was possible, before anyone looked at it."""
+
+    notes: tuple[str, ...] = ()
+    """One sentence each: element, name, line, what was done."""
+    counts: dict[str, int] = Field(default_factory=dict)
+    """How often each kind of repair was made; those never made are left out."""
+
+    @property
+    def total(self) -> int:
+        """How many repairs were made."""
+        return sum(self.counts.values())
 
 
 class Placement(Artifact):

@@ -100,13 +100,14 @@ def test_show_prints_layout_status_and_files(tmp_path, capsys) -> None:
     assert run_main("show", "--layout") == 0
     assert capsys.readouterr().out == layout_text() + "\n"
     run = new_run(tmp_path, concepts=2)
-    work(run, parts(Scripted([Script(), Script(robots=[ModelError("no answer from x")])])))
+    work(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=[ModelError("no answer from x")])])))
     assert run_main("show", str(run.path)) == 0
     said = capsys.readouterr().out
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
     assert run_main("show", str(run.path), "--json") == 0
     status = json.loads(capsys.readouterr().out)
     assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]
+    assert [design["mechanical_repairs"] for design in status["designs"]] == [1, 0]
 
 
 def test_tasks_are_listed_with_their_objectives(capsys) -> None:

@@ -24,13 +24,14 @@ def terminal(width: int = 80) -> Console:
 
 def test_follow_tells_the_story_in_lines(tmp_path, capsys) -> None:
     run = new_run(tmp_path, concepts=2, iterations=0)
-    assert follow(run, parts(Scripted([Script(), Script(robots=["chatter"])]))) == 0
+    assert follow(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=["chatter"])]))) == 0
     said = capsys.readouterr().out
     story = [
         "builtin",
         "not a language model",
         "concepts: concept 1; concept 2",
         "design 2  iteration 1  robot: 1 fault: chatter",
+        "design 1  iteration 1  1 mechanical repair: misspelt_attributes",
         "design 1  iteration 1  Judge: passed",
         "design 1  approved",
         "design 2  invalid: Still wrong after 1 attempt: chatter: chatter was seen.",

@@ -20,7 +20,7 @@ from aidsr.pipeline import Parts, work
 from aidsr.pipeline.person import approve_at_once
 from aidsr.roles import Team
 from aidsr.runs import RecordedModel, Run, read_status, write_summary
-from scripted import Script, Scripted, assemble, new_run, validate
+from scripted import Script, Scripted, assemble, new_run, repair, validate
 
 POINTS = {"os.rename", "os.mkdir", "os.truncate", "os.remove"}
 
@@ -83,7 +83,7 @@ class AskingTeam(Scripted):
         # the same question twice, as a role that re-asks word for word does
         self._ask("coder", f"repair {robot.mjcf}")
         self._ask("coder", f"repair {robot.mjcf}")
-        return robot.model_copy(update={"mjcf": robot.mjcf.replace("'chatter'", "'ok'") + "<!-- repaired -->"})
+        return robot.model_copy(update={"mjcf": robot.mjcf.replace("'chatter'", "'misspelt'") + "<!-- repaired -->"})
 
     def place(self, brief, concept, robot):
         self._ask("integrator", f"place {robot.mjcf}")
@@ -112,7 +112,7 @@ def live(run: Run, log: Path, last: int | None) -> int:
             roles = AskingTeam(RecordedModel(model, folder))
             return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
-        work(run, Parts(team, validate, assemble, str.encode, str.encode, approve_at_once))
+        work(run, Parts(team, repair, validate, assemble, str.encode, str.encode, approve_at_once))
         os._exit(0)
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):

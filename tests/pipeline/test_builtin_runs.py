@@ -56,6 +56,13 @@ def test_a_robot_of_ones_own_reaches_the_team(tmp_path) -> None:
     assert run.brief() == brief
 
 
+def test_run_json_decides_whether_code_repairs(tmp_path) -> None:
+    brief, misspelt = brief_for(task="button_pushing"), '<mujoco><option timestap="0.001"/></mujoco>'
+    for repairs, count in ((True, 1), (False, 0)):
+        asked = start(brief, RunConfig(repairs=repairs), level="standard", runs=tmp_path)
+        assert parts_of(Run(asked.path)).repair(misspelt).total == count
+
+
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [

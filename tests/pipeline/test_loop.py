@@ -1,14 +1,17 @@
 """Whole runs with scripted roles: what is asked of whom, what is written, and how designs end."""
 
 import json
+import re
 
 import pytest
 
-from aidsr.artifacts import Critique, Decision, ValidationReport
+from aidsr.artifacts import ActuatorGroup, Critique, Decision, ValidationReport
 from aidsr.errors import IsolationError, ModelError, ReplyError
 from aidsr.pipeline import work
 from aidsr.runs import read_events, read_status
 from aidsr.runs.events import NoPicture, Stopped
+from aidsr.runs.events import Repaired as RepairedEvent
+from aidsr.validation.repairs import Repaired, leave_as_written
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -60,6 +63,58 @@ def test_faults_of_the_robot_go_back_to_the_coder(tmp_path) -> None:
     assert status.designs[0].iteration == 3
     assert not (run.design(1).iteration(1).path / "placement.json").exists()
     assert run.design(1).iteration(1).preview.read() is not None
+
+
+def test_code_repairs_what_is_plain_without_a_call_or_an_iteration(tmp_path) -> None:
+    run, scripted, status = grow(tmp_path, Script(robots=["misspelt"]))
+    assert roles(scripted) == ["designer", "coder", "integrator", "judge"]
+    assert (status.designs[0].iteration, status.designs[0].mechanical_repairs) == (1, 1)
+    first = run.design(1).iteration(1)
+    assert "misspelt" in first.robot_as_written.read().decode()
+    assert "faults='ok'" in first.robot.read().mjcf
+    assert first.repairs.read().notes == ("<robot>: renamed 'misspelt' 'ok'.",)
+    told = [event for event in read_events(run.design(1).events) if isinstance(event, RepairedEvent)]
+    assert [(event.iteration, event.counts) for event in told] == [(1, {"misspelt_attributes": 1})]
+    assert run.design(1).final_robot.read() == first.robot.xml.read()
+
+
+def test_a_coder_that_is_asked_again_sees_the_repaired_robot(tmp_path) -> None:
+    seen = []
+
+    class Watching(Scripted):
+        def repair(self, brief, concept, robot, feedback):
+            seen.append(robot.mjcf)
+            return super().repair(brief, concept, robot, feedback)
+
+    run = new_run(tmp_path)
+    work(run, parts(Watching([Script(robots=["misspelt+chatter", "ok"])])))
+    assert [re.search("faults='(.*?)'", mjcf).group(1) for mjcf in seen] == ["ok+chatter"]
+
+
+def test_names_used_outside_the_mjcf_are_kept(tmp_path) -> None:
+    kept = []
+
+    class Grouping(Scripted):
+        def write(self, brief, concept):
+            groups = (ActuatorGroup(name="close", actuators=("m0", "m1")),)
+            return super().write(brief, concept).model_copy(update={"actuator_groups": groups})
+
+    def watch(mjcf, *, kept_names=()):
+        kept.append(set(kept_names))
+        return Repaired(mjcf=mjcf)
+
+    work(new_run(tmp_path), parts(Grouping(), repair=watch))
+    assert kept == [{"tip", "m0", "m1"}]
+
+
+def test_without_repairs_the_robot_stays_as_written(tmp_path) -> None:
+    run, _, status = grow(
+        tmp_path, Script(robots=["misspelt"]), changes={"repair": leave_as_written}, iterations=0, repairs=False
+    )
+    assert status.designs[0].outcome.outcome == "invalid"
+    assert status.designs[0].mechanical_repairs == 0
+    assert not {"repairs.json", "robot_as_written.xml"} & names(run.design(1).iteration(1).path)
+    assert json.loads((run.path / "run.json").read_text())["config"]["repairs"] is False
 
 
 def test_faults_of_the_scene_go_to_whoever_can_cure_them(tmp_path) -> None:

@@ -24,6 +24,7 @@ def design(
     iterations: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 8,
     max_output_tokens: Annotated[int, Parameter(validator=Number(gte=256))] = 20_000,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    repairs: bool = True,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     runs: Path = Path("runs"),
 ) -> int:
@@ -61,6 +62,9 @@ def design(
         Cap on the output of one call to a language model, reasoning included.
     seed
         Seed of the built-in rules; the same seed gives the same robots.
+    repairs
+        Put right by code what can mean only one thing in a robot, before it is validated; that costs neither a call
+        nor an iteration.
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
     runs
@@ -76,6 +80,7 @@ def design(
         iterations=iterations,
         max_output_tokens=max_output_tokens,
         seed=seed,
+        repairs=repairs,
         human=human,
     )
     brief = brief_for(objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "")

@@ -19,9 +19,20 @@ from aidsr.cli.asking import Asker
 from aidsr.cli.reporting import print_introduction, print_result
 from aidsr.pipeline import Parts, work
 from aidsr.runs import Run, read_status
-from aidsr.runs.events import Begun, Decided, DecisionUnreadable, Done, Event, Finished, NoPicture, Stopped, Waiting
+from aidsr.runs.events import (
+    Begun,
+    Decided,
+    DecisionUnreadable,
+    Done,
+    Event,
+    Finished,
+    NoPicture,
+    Repaired,
+    Stopped,
+    Waiting,
+)
 from aidsr.runs.status import newest
-from aidsr.runs.summary import cost_in_words
+from aidsr.runs.summary import cost_in_words, repairs_in_words
 
 __all__ = ["Lines", "Panel", "View", "follow", "sentence"]
 
@@ -75,6 +86,8 @@ def sentence(event: Event) -> str:
     match event:
         case Done(step=step, summary=summary) if step in _FOUND:
             return f"{_FOUND[step]}: {summary}"
+        case Repaired(counts=counts):
+            return repairs_in_words(counts)
         case Waiting():
             return "waiting for your decision"
         case DecisionUnreadable(reason=reason):

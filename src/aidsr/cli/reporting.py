@@ -32,7 +32,7 @@ def print_introduction(console: Console, run: Run) -> None:
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
     """Print one line for each design, what went wrong, and the page to open."""
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
-    for title in ("design", "concept", "state", "iterations", "paid", "time"):
+    for title in ("design", "concept", "state", "iterations", "mechanical repairs", "paid", "time"):
         table.add_column(title, overflow="fold")
     for design in status.designs:
         state = design.outcome.outcome if design.outcome else design.state
@@ -41,6 +41,7 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
             escape(design.concept),
             f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
             str(design.iteration),
+            str(design.mechanical_repairs),
             cost_in_words(design.usage),
             duration_in_words(design.latency_s),
         )

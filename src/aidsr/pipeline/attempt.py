@@ -24,6 +24,7 @@ from aidsr.pipeline.routing import Change, after_critique, after_scene_faults
 from aidsr.pipeline.steps import Steps
 from aidsr.roles import Team
 from aidsr.runs import EventLog, IterationFolder
+from aidsr.runs.events import Repaired
 
 __all__ = ["Attempt", "Draft"]
 
@@ -97,14 +98,29 @@ class Attempt:
             draft = Draft(concept)
         before, feedback = draft.robot, asked.robot
         if before is None:
-            robot = self._steps.take("robot", self.folder.robot, lambda: team.coder.write(self.brief, draft.concept))
+            robot = self._steps.take(
+                "robot", self.folder.robot, lambda: self._repaired(team.coder.write(self.brief, draft.concept))
+            )
         elif feedback is None:
             return draft, before
         else:
             robot = self._steps.take(
-                "robot", self.folder.robot, lambda: team.coder.repair(self.brief, draft.concept, before, feedback)
+                "robot",
+                self.folder.robot,
+                lambda: self._repaired(team.coder.repair(self.brief, draft.concept, before, feedback)),
             )
         return replace(draft, robot_report=None), robot
+
+    def _repaired(self, written: Robot) -> Robot:
+        """Return what the Coder wrote after its mechanical repairs; these, and the original, are kept beside it."""
+        actuators = (name for group in written.actuator_groups for name in group.actuators)
+        repaired = self.parts.repair(written.mjcf, kept_names={written.functional_part, *actuators})
+        if not repaired.total:
+            return written
+        self.folder.robot_as_written.write(written.mjcf.encode())
+        self.folder.repairs.write(repaired.repairs)
+        self.log.write(Repaired(iteration=self.folder.number, counts=repaired.counts))
+        return written.model_copy(update={"mjcf": repaired.mjcf})
 
     def _robot_report(self, draft: Draft, robot: Robot) -> ValidationReport:
         return draft.robot_report or self._steps.take(

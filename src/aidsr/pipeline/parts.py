@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from aidsr.artifacts import Decision, Placement, Robot, Scene, ValidationReport
 from aidsr.roles import Team
 from aidsr.runs import EventLog, IterationFolder
 
-__all__ = ["Assemble", "Halt", "Mount", "Parts", "Person", "Picture", "TeamFor", "Validate"]
+if TYPE_CHECKING:
+    from aidsr.validation.repairs import Repaired
+
+__all__ = ["Assemble", "Halt", "Mount", "Parts", "Person", "Picture", "Repair", "TeamFor", "Validate"]
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone is held while it is validated."""
@@ -24,6 +27,14 @@ Picture = Callable[[str], bytes]
 
 Halt = Callable[[], bool]
 """Whether work should stop as soon as it can."""
+
+
+class Repair(Protocol):
+    """Puts right by code what can mean only one thing in the MJCF of a robot."""
+
+    def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> Repaired:
+        """Return the text and what was done to it; `kept_names` are referred to from outside the text."""
+        ...
 
 
 class Validate(Protocol):
@@ -61,6 +72,8 @@ class Parts:
     """Everything the loop calls that is not a file."""
 
     team_for: TeamFor
+    repair: Repair
+    """Between the Coder and the validator."""
     validate: Validate
     assemble: Assemble
     picture: Picture

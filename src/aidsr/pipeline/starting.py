@@ -39,6 +39,7 @@ def design(
     iterations: int = 8,
     max_output_tokens: int = 20_000,
     seed: int = 0,
+    repairs: bool = True,
     human: bool = False,
     runs: str | Path = "runs",
     listen: Listen = lambda _design, _event: None,
@@ -60,6 +61,8 @@ def design(
         iterations: Repairs allowed after the first attempt, per concept and round.
         max_output_tokens: Cap on the output of one call to a language model.
         seed: Seed of the built-in rules.
+        repairs: Put right by code what can mean only one thing in a robot (see docs/repairs.md), before it is
+            validated; neither a call nor an iteration is spent on that.
         human: Wait for a person's decision.json after each scene the Judge passed.
         runs: Folder in which the run's folder is made.
         listen: Told of every event as it happens: number of the design (0 for the run), event.
@@ -74,6 +77,7 @@ def design(
         iterations=iterations,
         max_output_tokens=max_output_tokens,
         seed=seed,
+        repairs=repairs,
         human=human,
     )
     brief = brief_for(objective, task=task, level=level, environment=environment, robot=robot)
@@ -158,11 +162,13 @@ def parts_of(run: Run) -> Parts:
     from aidsr.sim.rendering import filmstrip, picture
     from aidsr.tasks import load_task
     from aidsr.validation import validate
+    from aidsr.validation.repairs import leave_as_written, repair
 
     record = run.asked()
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     return Parts(
         team_for=_team_for(record.config),
+        repair=repair if record.config.repairs else leave_as_written,
         validate=validate,
         assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
         picture=picture,

@@ -29,6 +29,7 @@ __all__ = [
     "EventLog",
     "Finished",
     "NoPicture",
+    "Repaired",
     "Started",
     "Step",
     "Stopped",
@@ -82,6 +83,15 @@ class Done(_Event):
     """What came out, in a few words: "stable", "2 faults: chatter, underdamped", "passed"."""
 
 
+class Repaired(_Event):
+    """Code put right what can mean only one thing in the robot just written; the text and notes are in files."""
+
+    kind: Literal["repaired"] = "repaired"
+    iteration: int
+    counts: dict[str, int]
+    """How often each kind of repair was made."""
+
+
 class NoPicture(_Event):
     """A picture could not be drawn, and why."""
 
@@ -132,7 +142,7 @@ class Finished(_Event):
 
 
 Event = Annotated[
-    Started | Begun | Done | NoPicture | Waiting | DecisionUnreadable | Decided | Stopped | Finished,
+    Started | Begun | Done | Repaired | NoPicture | Waiting | DecisionUnreadable | Decided | Stopped | Finished,
     Field(discriminator="kind"),
 ]
 _ADAPTER: TypeAdapter[Event] = TypeAdapter(Event)

@@ -22,6 +22,7 @@ from aidsr.artifacts import (
     Decision,
     Outcome,
     Placement,
+    Repairs,
     Robot,
     Scene,
     ValidationReport,
@@ -43,7 +44,9 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("summary.html", "the page to open first; computed from the other files, the only one ever rewritten"),
     ("designs/N/events.jsonl", "what happened to design N"),
     ("designs/N/II/concept.json", "the concept; in iteration 01 and wherever it changed"),
-    ("designs/N/II/robot.xml", "the robot's MJCF; wherever it changed"),
+    ("designs/N/II/robot.xml", "the robot's MJCF, after mechanical repairs; wherever it changed"),
+    ("designs/N/II/robot_as_written.xml", "the same as the Coder wrote it, where repairs changed it"),
+    ("designs/N/II/repairs.json", "what the mechanical repairs changed, by code and without a call"),
     ("designs/N/II/robot.json", "functional part, actuator groups and notes of that robot"),
     ("designs/N/II/robot_report.json", "the validator's report on that robot"),
     ("designs/N/II/placement.json", "where the robot stands; wherever it changed"),
@@ -86,8 +89,18 @@ class IterationFolder:
 
     @property
     def robot(self) -> MjcfFile[Robot]:
-        """Wherever the Coder wrote or repaired it."""
+        """Wherever the Coder wrote or repaired it, after the mechanical repairs."""
         return MjcfFile(self.path, "robot", Robot)
+
+    @property
+    def robot_as_written(self) -> BytesFile:
+        """The Coder's MJCF, where mechanical repairs changed it."""
+        return BytesFile(self.path / "robot_as_written.xml")
+
+    @property
+    def repairs(self) -> JsonFile[Repairs]:
+        """The mechanical repairs, where any were made."""
+        return JsonFile(self.path / "repairs.json", Repairs)
 
     @property
     def robot_report(self) -> JsonFile[ValidationReport]:

@@ -24,6 +24,8 @@ class RunConfig(Artifact):
     """Cap on the output of one call, reasoning included. Source: AID-SR, 20,000 tokens."""
     seed: Annotated[int, Field(ge=0)] = 0
     """Seed of the built-in rules; the same seed gives the same MJCF."""
+    repairs: bool = True
+    """Whether code puts right what can mean only one thing in a robot, before it is validated."""
     human: bool = False
     """Whether a person answers each judged scene before it counts as approved."""
 

@@ -38,6 +38,8 @@ class DesignStatus(Artifact):
     state: State
     iteration: int
     """Number of the newest iteration, 0 before the first."""
+    mechanical_repairs: int
+    """Made by code, over all iterations; they cost neither a call nor an iteration."""
     round: int
     """1, and one more for each refinement a person asked for."""
     doing: str
@@ -117,6 +119,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
         family=concept.family if concept else "",
         state="finished" if outcome else _state(events),
         iteration=iterations[-1].number if iterations else 0,
+        mechanical_repairs=sum(repairs.total for it in iterations if (repairs := it.repairs.read())),
         round=1 + sum(it.decision.read() is not None for it in iterations[:-1]),
         doing=_doing(events),
         stable=report.stable if report else None,

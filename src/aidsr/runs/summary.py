@@ -16,7 +16,7 @@ from aidsr.runs.status import DesignStatus, newest, read_status
 if TYPE_CHECKING:
     from jinja2 import Template
 
-__all__ = ["cost_in_words", "duration_in_words", "write_summary"]
+__all__ = ["cost_in_words", "duration_in_words", "repairs_in_words", "write_summary"]
 
 
 def write_summary(run: Run) -> Path:
@@ -52,12 +52,20 @@ def duration_in_words(seconds: float) -> str:
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
 
 
+def repairs_in_words(counts: dict[str, int]) -> str:
+    """Return how many mechanical repairs were made, and of which kinds."""
+    total = sum(counts.values())
+    return f"{total} mechanical {'repair' if total == 1 else 'repairs'}: {', '.join(counts)}"
+
+
 @dataclass(frozen=True)
 class _Row:
     """One iteration, as the page tells it."""
 
     number: int
     made: str
+    repairs: tuple[str, ...]
+    """Sentences on what code put right."""
     robot: str
     scene: str
     judge: str
@@ -112,11 +120,12 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
 
 def _row(iteration: IterationFolder) -> _Row:
     robot, scene = iteration.robot_report.read(), iteration.scene_report.read()
-    critique = iteration.critique.read()
+    critique, repairs = iteration.critique.read(), iteration.repairs.read()
     made = {"concept": iteration.concept.path, "robot": iteration.robot.xml.path, "placement": iteration.placement.path}
     return _Row(
         number=iteration.number,
         made=", ".join(name for name, path in made.items() if path.exists()),
+        repairs=repairs.notes if repairs else (),
         robot=_verdict(robot.stable, len(robot.errors)) if robot else "",
         scene=_verdict(scene.stable, len(scene.errors)) if scene else "",
         judge=("passed" if critique.passed else "not passed") if critique else "",

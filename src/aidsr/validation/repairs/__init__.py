@@ -9,6 +9,6 @@
 A robot without such faults comes back as it was, byte for byte.
 """
 
-from aidsr.validation.repairs.repairing import REPAIRS, Repaired, repair
+from aidsr.validation.repairs.repairing import REPAIRS, Repaired, leave_as_written, repair
 
-__all__ = ["REPAIRS", "Repaired", "repair"]
+__all__ = ["REPAIRS", "Repaired", "leave_as_written", "repair"]

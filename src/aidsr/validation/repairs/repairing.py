@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from pydantic import Field
-
-from aidsr.artifacts import Artifact
+from aidsr.artifacts import Repairs
 from aidsr.errors import IsolationError
 from aidsr.sim.isolation import call
 
-__all__ = ["REPAIRS", "Repaired", "repair"]
+__all__ = ["REPAIRS", "Repaired", "leave_as_written", "repair"]
 
 REPAIRS = (
     "dashes_in_comments",
@@ -30,15 +28,16 @@ REPAIRS = (
 """Names of all repairs in the order in which they are made."""
 
 
-class Repaired(Artifact):
-    """An MJCF text after its mechanical repairs."""
+class Repaired(Repairs):
+    """An MJCF text after its mechanical repairs, and what they were, by their names in `REPAIRS`."""
 
     mjcf: str
     """The text; the very one that was given when nothing was done."""
-    notes: tuple[str, ...] = ()
-    """What was done, one sentence each with element, name and line; empty when nothing was."""
-    counts: dict[str, int] = Field(default_factory=dict)
-    """How often each repair was made, by its name in `REPAIRS`; those never made are left out."""
+
+    @property
+    def repairs(self) -> Repairs:
+        """What was done, without the text."""
+        return Repairs(notes=self.notes, counts=self.counts)
 
 
 def repair(mjcf: str, *, only: Collection[str] = REPAIRS, kept_names: Collection[str] = ()) -> Repaired:
@@ -63,3 +62,9 @@ def repair(mjcf: str, *, only: Collection[str] = REPAIRS, kept_names: Collection
         return Repaired.model_validate(call("aidsr.validation.repairs.working:repair_text", argument))
     except IsolationError:
         return Repaired(mjcf=mjcf)
+
+
+def leave_as_written(mjcf: str, *, kept_names: Collection[str] = ()) -> Repaired:
+    """Repair nothing: what takes the place of `repair` where robots are to be seen as they were written."""
+    del kept_names
+    return Repaired(mjcf=mjcf)
