@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.validator.corpus.faults import DOCUMENT, INJECTIONS, Injection, UnsuitableError
 from benchmarks.validator.corpus.specimen import Grade, Specimen, Split
 from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
-from benchmarks.validator.oracle import BUILDING_SEVERITIES, building_severities, good_robot_severities, severity_of
+from benchmarks.validator.oracle import BUILDING_SEVERITIES, examine_good, severity_of
 
 __all__ = ["Corpus", "Plan", "grade_of", "load_or_make", "make_bad", "make_good", "make_mistake"]
 
@@ -87,13 +87,12 @@ def make_good(writer: str, split: Split, index: int, patience: int) -> tuple[lis
     for attempt in range(patience):
         rng = np.random.default_rng([_FIRST_SEED[split], _number(writer), index, attempt])
         written = HELD_OUT_WRITERS[writer](rng)
-        found = good_robot_severities(written.mjcf)
+        found, symptoms = examine_good(written.mjcf)
         if found:
             reason = f"good, {writer}: {next(iter(found))}"
             put_aside[reason] = put_aside.get(reason, 0) + 1
             continue
         name = f"{writer}-{index}"
-        symptoms = building_severities(written.mjcf)
         made = Specimen(name, split, written.family, writer, written.mjcf, symptoms=symptoms)
         return [made], put_aside
     return [], put_aside

@@ -10,12 +10,6 @@ severity    for each fault code, how large the symptom is compared with the limi
 
 from __future__ import annotations
 
-from benchmarks.validator.oracle.severity import (
-    BUILDING_SEVERITIES,
-    SEVERITIES,
-    building_severities,
-    good_robot_severities,
-    severity_of,
-)
+from benchmarks.validator.oracle.severity import BUILDING_SEVERITIES, SEVERITIES, examine_good, severity_of
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "building_severities", "good_robot_severities", "severity_of"]
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "severity_of"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
@@ -11,6 +12,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Array, Bench, Trace
+from numpy.typing import NDArray
 
 __all__ = ["buried", "density", "force", "power", "pushing", "skipping", "speed", "stroke"]
 
@@ -30,28 +32,34 @@ def buried(bench: Bench) -> float:
     model = spec.compile()
     probe = model.geom("probe").id
     data, worst = mujoco.MjData(model), 0.0
+    spans = np.array(_spans(model)).reshape(-1, 2)
     poses = [bench.start.qpos] + [bench.alone(i, bench.ends(i)[0]).end.qpos for i in bench.pulling]
     for pose in poses:
         data.qpos[:] = pose
         mujoco.mj_kinematics(model, data)
-        for begin, end in _spans(model):
-            welds = {int(model.body_weldid[model.site_bodyid[site]]) for site in (begin, end)}
-            for share in np.linspace(0.05, 0.95, 19):
-                data.geom_xpos[probe] = (1 - share) * data.site_xpos[begin] + share * data.site_xpos[end]
-                worst = max(worst, *(_depth(model, data, probe, geom) for geom in _others(model, welds, probe)), 0.0)
+        for point, geom in _near(model, data, spans, probe):
+            data.geom_xpos[probe] = point
+            distance = mujoco.mj_geomDistance(model, data, probe, geom, 1.0, None)
+            worst = max(worst, -distance / float(model.geom_aabb[geom][3:].min()))
     return worst / 0.25
 
 
-def _others(model: mujoco.MjModel, welds: set[int], probe: int) -> list[int]:
+def _near(
+    model: mujoco.MjModel, data: mujoco.MjData, spans: NDArray[np.int64], probe: int
+) -> Iterator[tuple[Array, int]]:
+    """Points of cables and the parts they could be inside of: near enough, and not the part of either guide."""
+    along = np.linspace(0.05, 0.95, 19)[:, None]
+    begins, ends = data.site_xpos[spans[:, 0]], data.site_xpos[spans[:, 1]]
+    points = begins[:, None] + along * (ends - begins)[:, None]
     weld = model.body_weldid[model.geom_bodyid]
-    return [g for g in range(model.ngeom) if int(weld[g]) not in welds and g != probe and model.geom_type[g] != 0]
-
-
-def _depth(model: mujoco.MjModel, data: mujoco.MjData, probe: int, geom: int) -> float:
-    if np.linalg.norm(data.geom_xpos[probe] - data.geom_xpos[geom]) > model.geom_rbound[geom]:
-        return 0.0
-    distance = mujoco.mj_geomDistance(model, data, probe, geom, 1.0, None)
-    return max(0.0, -distance) / float(model.geom_aabb[geom][3:].min())
+    guides = model.body_weldid[model.site_bodyid[spans]]
+    for geom in range(model.ngeom):
+        if geom == probe or model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_PLANE):
+            continue
+        close = np.linalg.norm(points - data.geom_xpos[geom], axis=2) < model.geom_rbound[geom]
+        close[(guides == weld[geom]).any(axis=1)] = False
+        for span, step in np.argwhere(close):
+            yield points[span, step], geom
 
 
 def _spans(model: mujoco.MjModel) -> list[tuple[int, int]]:

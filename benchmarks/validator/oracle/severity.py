@@ -9,7 +9,7 @@ from functools import partial
 from benchmarks.validator.oracle import building, driven, passive, still
 from benchmarks.validator.oracle.loop import Bench
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "building_severities", "good_robot_severities", "severity_of"]
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "severity_of"]
 
 SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "no_tendons": partial(still.missing_parts, kind="tendon"),
@@ -70,16 +70,10 @@ def severity_of(code: str, mjcf: str) -> float:
     return (SEVERITIES | BUILDING_SEVERITIES)[code](Bench(mjcf))
 
 
-def building_severities(mjcf: str) -> dict[str, float]:
-    """Return how large each symptom of a robot that could not be built is."""
-    bench = Bench(mjcf)
-    return {code: measure(bench) for code, measure in BUILDING_SEVERITIES.items()}
+def examine_good(mjcf: str, ceiling: float = 0.5) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the first symptom larger than a share of its limit, and all symptoms of what could not be built.
 
-
-def good_robot_severities(mjcf: str, ceiling: float = 0.5) -> dict[str, float]:
-    """Return the symptoms of a robot that are larger than a share of their limits; a good robot has none.
-
-    Cheap tests come first, and a robot that fails them is not looked at further.
+    A good robot has none of the first kind. Cheap tests come first, and the first that fails ends it.
     """
     bench = Bench(mjcf)
     found: dict[str, float] = {}
@@ -92,4 +86,5 @@ def good_robot_severities(mjcf: str, ceiling: float = 0.5) -> dict[str, float]:
             break
     if not found and (idle := driven.idle_actuator(bench)) > 1.0:
         found["idle actuator"] = idle
-    return found
+    building = {} if found else {code: measure(bench) for code, measure in BUILDING_SEVERITIES.items()}
+    return found, building

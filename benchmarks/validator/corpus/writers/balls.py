@@ -15,8 +15,8 @@ def write_ball_robot(rng: np.random.Generator) -> Written:
     """Write an arm on a wall or ceiling, or an octopus of several arms around a fixed head."""
     octopus = bool(rng.random() < 0.35)
     if octopus:
-        limb = draw_physique(rng, length_m=(0.15, 0.35), segments=(5, 8), sag=(0.2, 0.5))
-        count = int(rng.choice([3, 4, 5]))
+        limb = draw_physique(rng, length_m=(0.15, 0.35), segments=(4, 6), sag=(0.2, 0.5))
+        count = int(rng.choice([3, 4]))
     else:
         limb = draw_physique(rng, segments=(6, 14), sag=(0.3, 1.0))
         count = 1

@@ -14,8 +14,9 @@ __all__ = ["write_frame_robot"]
 def write_frame_robot(rng: np.random.Generator) -> Written:
     """Write an arm held at a slant, a fish tail under weightlessness, or a pair of feelers."""
     kind = str(rng.choice(["slanted arm", "tail", "feelers"]))
+    segments = (5, 9) if kind == "feelers" else (7, 20)
     limb = draw_physique(
-        rng, length_m=(0.1, 0.8), segments=(7, 20), sag=(0.2, 0.6), slenderness=(9, 22), bend_rad=(0.9, 2.4)
+        rng, length_m=(0.1, 0.8), segments=segments, sag=(0.2, 0.6), slenderness=(9, 22), bend_rad=(0.9, 2.4)
     )
     planar = kind == "tail"
     limbs = 2 if kind == "feelers" else 1

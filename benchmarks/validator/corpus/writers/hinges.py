@@ -147,7 +147,8 @@ def write_hinge_robot(rng: np.random.Generator) -> Written:
     """Write one arm, two beside each other, or three around a plate."""
     arms = int(rng.choice([1, 1, 1, 2, 3]))
     pose = str(rng.choice(list(_POSES)))
-    limb = draw_physique(rng, sag=(0.2, 0.6) if pose == "lying" else (0.3, 1.2))
+    segments = (6, 16) if arms == 1 else (4, 8)
+    limb = draw_physique(rng, segments=segments, sag=(0.2, 0.6) if pose == "lying" else (0.3, 1.2))
     robot = HingeArms(
         limb=limb,
         arms=arms,

@@ -1,0 +1,269 @@
+"""Feed thousands of broken robots to the validator and see that nothing but an answer ever comes back.
+
+    python -m benchmarks.validator.fuzz --cases 10000 --battery 500
+
+What must hold: the caller never crashes and sees no other exception than the documented ones, no process is left
+behind, and no file is touched: neither in the working directory nor in a folder that documents name on purpose.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
+from benchmarks.validator.mutation import mutate
+
+from aidsr.errors import IsolationError, MjcfError
+from aidsr.sim import isolation
+from aidsr.validation import validate
+
+__all__ = ["Campaign", "main", "run_case", "seeds"]
+
+_HERE = Path(__file__).parent
+_LOOK = "aidsr.validation.examination:examine"
+_LIMITS = isolation.Limits(wall_s=30.0, cpu_s=30.0, memory_mib=3072)
+
+
+@dataclass
+class Campaign:
+    """What came of many cases.
+
+    Attributes:
+        endings: How calls ended: "accepted", "refused", or the kind of an IsolationError.
+        codes: Fault codes reported.
+        isolated: Cases that ended their worker, with how.
+        failures: Cases in which something happened that must not.
+    """
+
+    endings: Counter[str] = field(default_factory=Counter)
+    codes: Counter[str] = field(default_factory=Counter)
+    isolated: dict[int, str] = field(default_factory=dict)
+    failures: dict[int, str] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, kept: dict[str, dict[str, Any]]) -> Campaign:
+        """Return a campaign from its JSON form."""
+        numbered = ({int(index): text for index, text in kept[name].items()} for name in ("isolated", "failures"))
+        return cls(Counter(kept["endings"]), Counter(kept["codes"]), *numbered)
+
+
+def seeds() -> list[str]:
+    """Return the robots that mutations start from: two of every writer."""
+    return [
+        writer(np.random.default_rng([3, number])).mjcf for writer in HELD_OUT_WRITERS.values() for number in range(2)
+    ]
+
+
+def case_text(index: int, seed: int, documents: Sequence[str], canary: str) -> str:
+    """Return the document of one case; the same for the same seed and index."""
+    return mutate(documents, np.random.default_rng([seed, index]), canary)
+
+
+def run_case(text: str, *, battery: bool) -> tuple[str, list[str]]:
+    """Validate one document; return how it ended and the codes found.
+
+    Raises:
+        Exception: Whatever must not happen.
+    """
+    if battery:
+        report = validate(text)
+        return "accepted" if report.stable else "refused", [fault.code for fault in report.faults]
+    try:
+        answer = isolation.call(_LOOK, {"text": text, "drive": False}, _LIMITS)
+    except MjcfError as error:
+        return "refused", [fault.code for fault in error.faults]
+    except IsolationError as error:
+        return error.kind, [str(error)]
+    codes = [fault["code"] for fault in answer["faults"]]
+    return "refused" if codes else "accepted", codes
+
+
+def run_campaign(
+    indices: Sequence[int], seed: int, canary: str, kept: Path, *, battery: bool, threads: int = 2
+) -> Campaign:
+    """Run some cases; each that fails is written to a file from which it can be run again."""
+    documents, campaign = seeds(), Campaign()
+
+    def run(index: int) -> tuple[int, str, list[str], str]:
+        text = case_text(index, seed, documents, canary)
+        try:
+            ending, codes = run_case(text, battery=battery)
+        except Exception as error:  # whatever it is, the campaign reports it and goes on
+            kept.mkdir(parents=True, exist_ok=True)
+            kept.joinpath(f"case-{seed}-{index}.xml").write_bytes(text.encode("utf-8", "surrogatepass"))
+            return index, "failed", [], f"{type(error).__name__}: {error}"
+        return index, ending, codes, ""
+
+    with ThreadPoolExecutor(threads) as pool:
+        for done, (index, ending, codes, failure) in enumerate(pool.map(run, indices), start=1):
+            campaign.endings[ending] += 1
+            if failure:
+                campaign.failures[index] = failure
+            elif ending in ("time", "memory", "crash"):
+                campaign.isolated[index] = codes[0]
+            else:
+                campaign.codes.update(set(codes))
+            if done % 1000 == 0:
+                _say(f"{done} of {len(indices)}: {dict(campaign.endings)}")
+    return campaign
+
+
+# --- what must not happen --------------------------------------------------------------------------------------------
+
+
+def fingerprint(folder: Path) -> dict[str, str]:
+    """Return a digest of every file below a folder, its time of change included."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        if path.is_file():
+            digest = hashlib.sha256(path.read_bytes()).hexdigest()
+            found[str(path.relative_to(folder))] = f"{digest} {path.stat().st_mtime_ns} {path.stat().st_atime_ns}"
+    return found
+
+
+def marked_processes(marker: str) -> list[int]:
+    """Return the processes whose environment mentions a marker. Linux only, elsewhere none."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            environment = folder.joinpath("environ").read_bytes()
+        except OSError:  # it has ended meanwhile, or belongs to somebody else
+            continue
+        if marker.encode() in environment and int(folder.name) != os.getpid():
+            found.append(int(folder.name))
+    return found
+
+
+def make_canary(folder: Path) -> None:
+    """Fill a folder with what documents try to read and overwrite."""
+    folder.joinpath("model.xml").write_text("<mujoco><worldbody/></mujoco>", "utf-8")
+    folder.joinpath("secret.txt").write_text("not to be read", "utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run both campaigns in a process of their own and write `fuzz.md`; exit with 1 when anything is not as it must."""
+    options = _options(arguments)
+    if options.replay:
+        text = options.replay.read_bytes().decode("utf-8", "surrogatepass")
+        _say(json.dumps([run_case(text, battery=False), run_case(text, battery=True)], indent=1))
+        return
+    if options.inner:
+        _run_inner(options)
+        return
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as canary, tempfile.TemporaryDirectory() as work:
+        make_canary(Path(canary))
+        untouched = fingerprint(Path(canary))
+        result = Path(canary).with_suffix(".json")
+        code = _run_outer(options, canary, work, result)
+        touched = [f"in the working directory: {name}" for name in fingerprint(Path(work))]
+        changed = set(fingerprint(Path(canary)).items()) ^ set(untouched.items())
+        touched += [f"in the canary folder: {name}" for name, _ in changed]
+        left = _left_behind(canary)
+    if code:
+        sys.exit(f"the campaign itself ended with exit code {code}")
+    light, heavy = (Campaign.read(kept) for kept in json.loads(result.read_text("utf-8")))
+    result.unlink()
+    text = _markdown(options, light, heavy, touched, left, time.monotonic() - began)
+    options.out.joinpath("fuzz.md").write_text(text, "utf-8")
+    if light.failures or heavy.failures or touched or left:
+        _say(text)
+        sys.exit(1)
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--cases", type=int, default=1000, help="through load and structure")
+    parser.add_argument("--battery", type=int, default=50, help="through the whole validation")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--kept", type=Path, default=Path("build/validator/fuzz"), help="where failing cases are kept")
+    parser.add_argument("--out", type=Path, default=_HERE, help="folder of fuzz.md")
+    parser.add_argument("--replay", type=Path, help="run one kept case instead")
+    parser.add_argument("--inner", nargs=2, metavar=("CANARY", "RESULT"), help="used by the program itself")
+    return parser.parse_args(arguments)
+
+
+def _run_outer(options: argparse.Namespace, canary: str, work: str, result: Path) -> int:
+    """Run the campaigns in another process; the canary's name in its environment marks it and its children."""
+    root = str(_HERE.parents[1])
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([root, canary])}
+    command = [sys.executable, "-m", "benchmarks.validator.fuzz", "--inner", canary, str(result)]
+    command += ["--cases", str(options.cases), "--battery", str(options.battery), "--seed", str(options.seed)]
+    command += ["--kept", str(options.kept.resolve())]
+    return subprocess.run(command, cwd=work, env=environment, check=False).returncode
+
+
+def _run_inner(options: argparse.Namespace) -> None:
+    canary, result = options.inner
+    light = run_campaign(range(options.cases), options.seed, canary, options.kept, battery=False)
+    heavy_cases = range(options.cases, options.cases + options.battery)
+    heavy = run_campaign(heavy_cases, options.seed, canary, options.kept, battery=True)
+    Path(result).write_text(json.dumps([vars(light), vars(heavy)]), "utf-8")
+
+
+def _left_behind(marker: str) -> list[int]:
+    """Processes that are still there some time after the campaign's end."""
+    for _ in range(50):
+        if not marked_processes(marker):
+            return []
+        time.sleep(0.1)
+    return marked_processes(marker)
+
+
+def _markdown(
+    options: argparse.Namespace, light: Campaign, heavy: Campaign, touched: list[str], left: list[int], spent_s: float
+) -> str:
+    def endings(campaign: Campaign) -> str:
+        return ", ".join(f"{count} {ending}" for ending, count in sorted(campaign.endings.items())) or "none"
+
+    failures = light.failures | heavy.failures
+    isolated = light.isolated | heavy.isolated
+    codes = ", ".join(f"`{code}` {count}" for code, count in (light.codes + heavy.codes).most_common())
+    return f"""# What broken documents do to the validator
+
+Made by `make fuzz CASES={options.cases} BATTERY={options.battery}`, seed {options.seed}, in {spent_s / 60:.1f} min.
+
+| | |
+|---|---|
+| documents through load and structure | {options.cases}: {endings(light)} |
+| documents through the whole validation | {options.battery}: {endings(heavy)} |
+| crashes of the caller, exceptions that are not documented | {len(failures)} |
+| files touched | {len(touched)} |
+| processes left behind | {len(left)} |
+| calls ended by isolation (native crash, time, memory) | {len(isolated)} |
+
+Faults reported: {codes}.
+
+{_listing("Failures", failures)}
+{_listing("Ended by isolation, which is its job", isolated)}
+{_listing("Files touched", dict(enumerate(touched)))}"""
+
+
+def _listing(title: str, entries: dict[int, str]) -> str:
+    if not entries:
+        return ""
+    shown = "\n".join(f"- case {index}: {text.splitlines()[0][:200]}" for index, text in sorted(entries.items())[:50])
+    return f"## {title}\n\n{shown}\n"
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(text + "\n")
+    sys.stderr.flush()
+
+
+if __name__ == "__main__":
+    main()
