@@ -26,8 +26,8 @@ PROPERTY = settings(
 )
 ANY_TEXT = st.text(max_size=300)
 PIECES = (
-    "<mujoco>", "</mujoco>", "<body ", "/>", ">", "<!--", "-->", "<![CDATA[", "]]>", "<!DOCTYPE x>", "<?xml?>", "```", "&a;",
-    "&lt;", '"', "'", "name=", "pos='1 2 3'", "\n", "\x00", "\ufeff", "é", "\ud800", "worldbody", "geom",
+    "<mujoco>", "</mujoco>", "<body ", "/>", ">", "<!--", "-->", "<![CDATA[", "]]>", "<!DOCTYPE x>", "<?xml?>", "```",
+    "&a;", "&lt;", '"', "'", "name=", "pos='1 2 3'", "\n", "\x00", "\ufeff", "é", "\ud800", "worldbody", "geom",
 )  # fmt: skip
 MARKUP = st.lists(st.sampled_from(PIECES), max_size=40).map("".join)
 NAMES = st.sampled_from(["a", "b", "s1", "s2", "s10", "tip", "Größe", "x" * 40, "a b", "&", "<", '"', "'"])
