@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability corpus-report bench-validator fuzz
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -38,6 +38,15 @@ demo: $(VENV)/core  ## design three robots for button_pushing with the built-in 
 
 bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable scenes (minutes)
 	$(BIN)/python benchmarks/stability/run.py
+
+corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (half an hour)
+	$(BIN)/python -m benchmarks.validator.report
+
+bench-validator: $(VENV)/core  ## how long a validation takes, beside a plain loop over mj_step
+	$(BIN)/python -m benchmarks.validator.speed
+
+fuzz: $(VENV)/core  ## feed CASES=1000 broken documents to the validator, BATTERY=50 of them driven
+	$(BIN)/python -m benchmarks.validator.fuzz --cases $(or $(CASES),1000) --battery $(or $(BATTERY),50)
 
 docs: $(VENV)/dev  ## build the documentation into build/site
 	$(BIN)/mkdocs build --strict --quiet
