@@ -1,6 +1,7 @@
 """The human step by file."""
 
 import threading
+import time
 
 import pytest
 
@@ -79,3 +80,17 @@ def test_an_interrupt_ends_the_waiting(tmp_path) -> None:
     assert not [thread for thread in threading.enumerate() if thread.name == "design 1"]
     assert read_status(run).state == "stopped"
     assert read_status(run).designs[0].stopped.cause == "interrupted"
+
+
+def test_an_empty_file_is_one_that_is_being_written(tmp_path) -> None:
+    run = new_run(tmp_path, human=True)
+
+    def slow_editor(number: int, event) -> None:
+        if isinstance(event, Waiting):
+            path = run.design(number).iteration(event.iteration).decision.path
+            path.touch()
+            time.sleep(10 * PERSON.poll_s)
+            path.write_text('{"verdict": "approve"}')
+
+    work(run, parts(Scripted(), person=PERSON), slow_editor)
+    assert kinds(run) == [Waiting, Decided]

@@ -47,7 +47,13 @@ class DecisionFile:
 
 
 def _look(iteration: IterationFolder) -> tuple[Decision | None, str]:
-    """Return the decision, or what is wrong with the file; neither while there is no file."""
+    """Return the decision, or what is wrong with the file; neither while there is none, or one just being written.
+
+    An editor empties a file before it fills it.
+    """
+    path = iteration.decision.path
+    if path.exists() and not path.stat().st_size:
+        return None, ""
     try:
         return iteration.decision.read(), ""
     except UserError as error:
