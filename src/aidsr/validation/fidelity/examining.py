@@ -29,8 +29,7 @@ def examine(argument: dict[str, Any]) -> dict[str, Any]:
     Raises:
         MjcfError: The text is no model.
     """
-    standing = stand(load_mjcf(argument["text"]), "fixed", None)
-    model, notes = standing.model, standing.notes
+    model, notes = stand(load_mjcf(argument["text"]), "fixed", None)
     structure = read_structure(model)
     builds: list[tuple[Limb, list[str], Chain]] = []
     left_out = []
