@@ -114,7 +114,7 @@ def battery_of(mjcf: str) -> list[tuple[mujoco.MjModel, Any, Any, int]]:
         return simulate(simulations, frame_steps=frame_steps, **other)
 
     loaded = load_mjcf(mjcf)
-    model, _ = stand(loaded, "auto", None)
+    model = stand(loaded, "auto", None).model
     protocol.simulate = listening
     try:
         protocol.gather_evidence(model, read_structure(model))

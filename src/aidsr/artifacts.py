@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
 
 __all__ = [
     "ActuatorGroup",
@@ -24,6 +24,8 @@ __all__ = [
     "CritiqueIssue",
     "Decision",
     "EnvironmentSummary",
+    "EpisodeResult",
+    "Evaluation",
     "FailedAttempt",
     "Fault",
     "Finish",
@@ -33,6 +35,7 @@ __all__ = [
     "MountSummary",
     "Outcome",
     "Placement",
+    "PlausibilityCheck",
     "Question",
     "Repairs",
     "Robot",
@@ -334,6 +337,65 @@ class Decision(Artifact):
         if self.verdict == "refine" and not self.text.strip():
             raise ValueError('a "refine" decision needs a text that says what to change')
         return self
+
+
+class EpisodeResult(Artifact):
+    """How one episode of a trained policy went."""
+
+    variation: int
+    """Index among the held-out variations."""
+    ended: Literal["succeeded", "failed", "out_of_time", "diverged"]
+    progress: float
+    best_progress: float
+    """The largest at any time, 0 to 1; `progress` is that at the end."""
+    reward: float
+    """Sum over the episode."""
+    time_s: float
+
+
+class PlausibilityCheck(Artifact):
+    """One condition of a valid result: what was measured (None where nothing could be), and whether it holds."""
+
+    name: str
+    passed: bool
+    measured: float | None
+    limit: float
+    unit: str = ""
+    message: str
+
+
+class Evaluation(Artifact):
+    """What a trained policy did at variations of its task it had never seen, and whether to believe it.
+
+    The verdict stands in the file as well; when the file is read, it is computed anew from episodes and checks.
+    """
+
+    model_config = ConfigDict(extra="ignore")
+
+    task: str
+    level: str
+    benchmark_version: int
+    episodes: Annotated[tuple[EpisodeResult, ...], Field(min_length=1)]
+    checks: tuple[PlausibilityCheck, ...]
+    versions: dict[str, str] = Field(default_factory=dict)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def success_share(self) -> float:
+        """Share of the episodes that succeeded."""
+        return sum(episode.ended == "succeeded" for episode in self.episodes) / len(self.episodes)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def valid(self) -> bool:
+        """Trained without failure and plausible as a continuum robot: every check passed."""
+        return all(check.passed for check in self.checks)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def successful(self) -> bool:
+        """Valid, and success in at least half of the episodes."""
+        return self.valid and self.success_share >= 0.5
 
 
 class Outcome(Artifact):

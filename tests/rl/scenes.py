@@ -48,9 +48,9 @@ def small_arm(tension: float = 8.0, damping: float = 0.02, third: str = "") -> s
 
 
 @cache
-def small_scene(**changes) -> str:
-    """The small arm at the button."""
-    task = load_task("button_pushing")
+def small_scene(task_name: str = "button_pushing", **changes) -> str:
+    """The small arm at a task with a fixed mount."""
+    task = load_task(task_name)
     robot = Robot(mjcf=small_arm(**changes), functional_part="tip")
     return assemble(robot, task.environment, Placement(mount="mount", base="fixed"), task.sensors).mjcf
 

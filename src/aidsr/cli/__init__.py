@@ -7,7 +7,7 @@ import sys
 from cyclopts import App
 
 from aidsr import __version__
-from aidsr.cli import design, doctor, resume, show, tasks, validate, view
+from aidsr.cli import design, doctor, evaluate, resume, show, tasks, train, validate, view
 from aidsr.errors import AidsrError, UserError
 
 __all__ = ["app", "main"]
@@ -26,7 +26,17 @@ app = App(
     result_action="return_value",
 )
 
-for command in (design.design, resume.resume, show.show, tasks.tasks, validate.validate, view.view, doctor.doctor):
+for command in (
+    design.design,
+    resume.resume,
+    show.show,
+    tasks.tasks,
+    validate.validate,
+    view.view,
+    train.train,
+    evaluate.evaluate,
+    doctor.doctor,
+):
     app.command(command)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import zipfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.vec_env import VecNormalize
 
-__all__ = ["Actor", "Normalisation", "TrainedPolicy", "network_options"]
+__all__ = ["Actor", "Normalisation", "TrainedPolicy", "network_options", "one_torch_thread"]
 
 
 class Actor(Protocol):
@@ -88,6 +90,19 @@ class Normalisation:
 def network_options(recipe: Recipe) -> dict[str, Any]:
     """Return what makes the network of a recipe, in the words of Stable-Baselines3."""
     return {"net_arch": list(recipe.hidden_sizes), "log_std_init": float(np.log(recipe.action_noise_std))}
+
+
+@contextlib.contextmanager
+def one_torch_thread() -> Iterator[None]:
+    """Let torch use one thread: for networks this small more of them only wait for each other."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -19,17 +19,32 @@ from aidsr.validation.causes import without_consequences
 from aidsr.validation.protocol import Protocol, gather_evidence
 from aidsr.validation.rules import REALIZABILITY_RULES, SIMULATE_RULES, STRUCTURE_RULES
 from aidsr.validation.rules.effort import motor_measurements
-from aidsr.validation.standing import stand
+from aidsr.validation.standing import Standing, stand
 from aidsr.validation.validating import Mount
 
-__all__ = ["examine", "examine_text"]
+__all__ = ["Examination", "examine", "examine_text"]
 
 _LAYERS = ("load", "structure", "simulate", "realizability")
 
 
+@dataclass(frozen=True, eq=False)
+class Examination:
+    """A report and what it was read off, for those who show more than the report says.
+
+    Attributes:
+        report: What `validate` returns.
+        standing: What was driven; None for a document that cannot be loaded.
+        case: What the rules looked at; without evidence where nothing was driven.
+    """
+
+    report: ValidationReport
+    standing: Standing | None = None
+    case: Case | None = None
+
+
 def examine(argument: dict[str, Any]) -> dict[str, Any]:
     """Answer a request of `aidsr.validation.validate`."""
-    return examine_text(**argument).model_dump(mode="json")
+    return examine_text(**argument).report.model_dump(mode="json")
 
 
 def examine_text(
@@ -39,8 +54,8 @@ def examine_text(
     environment: str = "",
     realizable: bool = False,
     drive: bool = True,
-) -> ValidationReport:
-    """Return the report on an MJCF text; see `aidsr.validation.validate` for the arguments.
+) -> Examination:
+    """Return the report on an MJCF text with what it was read off; see `aidsr.validation.validate` for the arguments.
 
     Without `drive` it ends with what can be read off the compiled model, which takes milliseconds.
     """
@@ -48,9 +63,10 @@ def examine_text(
     try:
         loaded = load_mjcf(text)
         notes = loaded.notes
-        model, changes = stand(loaded, mount, _open_environment(environment) if environment else None)
+        standing = stand(loaded, mount, _open_environment(environment) if environment else None)
     except MjcfError as error:
-        return make_report(error.faults, {}, notes, realizable)
+        return Examination(make_report(error.faults, {}, notes, realizable))
+    model = standing.model
     case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
     apply(STRUCTURE_RULES, case)
     measurements = describe(case.model, case.structure)
@@ -63,7 +79,8 @@ def examine_text(
         if all(fault.severity != "error" for fault in case.found):
             apply(REALIZABILITY_RULES, case)
             measurements["motors"] = motor_measurements(case)
-    return make_report(without_consequences(case.found), measurements, notes + changes, realizable)
+    report = make_report(without_consequences(case.found), measurements, notes + standing.notes, realizable)
+    return Examination(report, standing, case)
 
 
 def _open_environment(text: str) -> mujoco.MjModel:

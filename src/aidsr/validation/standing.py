@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NoReturn
 
 import mujoco
@@ -15,7 +16,7 @@ from aidsr.sim.ownership import read_ownership
 from aidsr.sim.stripping import delete_dangling
 from aidsr.validation.validating import Mount
 
-__all__ = ["stand"]
+__all__ = ["Standing", "stand"]
 
 _FREE = mujoco.mjtJoint.mjJNT_FREE
 _GROUNDS = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
@@ -43,8 +44,23 @@ _PHYSICS = (
 )
 
 
-def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """Return the model to be driven, and notes on what was changed to let it stand.
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A robot or scene as it is driven.
+
+    Attributes:
+        model: What is driven.
+        spec: What it was compiled from, for pictures of it; its physics may be the environment's in `model` only.
+        notes: What was changed to let it stand, one sentence each.
+    """
+
+    model: mujoco.MjModel
+    spec: mujoco.MjSpec
+    notes: tuple[str, ...]
+
+
+def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> Standing:
+    """Return the model to be driven.
 
     A scene is driven as it is. A robot alone keeps the ground it brings along; a free one without gets a plane at its
     lowest point.
@@ -57,25 +73,25 @@ def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> t
     Raises:
         MjcfError: A robot without a single root, or whose root has joints of its own, cannot be set free.
     """
-    model = loaded.model
+    model, spec = loaded.model, loaded.spec
     notes: list[str] = []
     if not read_ownership(model).is_scene:
-        model = _mounted(loaded, mount, notes)
+        model, spec = _mounted(loaded, mount, notes)
         if environment is not None:
             _apply_physics(model, environment, free=_is_free(model))
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     # a sleeping body would look like one without effect
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    return model, tuple(notes)
+    return Standing(model, spec, tuple(notes))
 
 
-def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> mujoco.MjModel:
+def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
     model, free = loaded.model, _is_free(loaded.model)
     wanted = free if mount == "auto" else mount == "free"
     grounded = any(int(model.geom_type[geom]) in _GROUNDS for geom in range(model.ngeom))
     if wanted == free and (grounded or not wanted):
-        return model
+        return model, loaded.spec
     spec = loaded.spec.copy()
     if wanted != free:
         # keyframes hold one number per coordinate and would no longer fit
@@ -88,7 +104,7 @@ def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> mujoco.MjModel:
             name=_GROUND_NAME, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], pos=[0, 0, height_m]
         )
         notes.append(f"stands on a plane at z = {height_m:.4g} m")
-    return spec.compile()
+    return spec.compile(), spec
 
 
 def _is_free(model: mujoco.MjModel) -> bool:

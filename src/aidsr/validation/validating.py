@@ -12,7 +12,7 @@ from aidsr.errors import IsolationError, MjcfError, UserError
 from aidsr.sim.isolation import call
 from aidsr.sim.mjcf import open_mjcf
 
-__all__ = ["Mount", "validate"]
+__all__ = ["Mount", "unexamined", "validate"]
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone stands while it is tested."""
@@ -55,14 +55,16 @@ def validate(
     try:
         argument = {"text": open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf, **options}
         return ValidationReport.model_validate(call("aidsr.validation.examination:examine", argument))
-    except IsolationError as error:
-        fault = Fault(
-            code="load_error", layer="load", severity="error", message=str(error), cure=_CURES.get(error.kind, "")
-        )
-        return ValidationReport(stable=False, faults=(fault,), versions=_versions())
-    except MjcfError as error:
-        return ValidationReport(stable=False, faults=error.faults, versions=_versions())
+    except (IsolationError, MjcfError) as error:
+        return unexamined(error)
 
 
-def _versions() -> dict[str, str]:
-    return {"aidsr": __version__, "mujoco": version("mujoco")}
+def unexamined(error: IsolationError | MjcfError) -> ValidationReport:
+    """Return the report on a document that no worker could look at."""
+    if isinstance(error, MjcfError):
+        faults = error.faults
+    else:
+        cure = _CURES.get(error.kind, "")
+        faults = (Fault(code="load_error", layer="load", severity="error", message=str(error), cure=cure),)
+    versions = {"aidsr": __version__, "mujoco": version("mujoco")}
+    return ValidationReport(stable=False, faults=faults, versions=versions)

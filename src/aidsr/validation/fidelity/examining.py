@@ -29,7 +29,8 @@ def examine(argument: dict[str, Any]) -> dict[str, Any]:
     Raises:
         MjcfError: The text is no model.
     """
-    model, notes = stand(load_mjcf(argument["text"]), "fixed", None)
+    standing = stand(load_mjcf(argument["text"]), "fixed", None)
+    model, notes = standing.model, standing.notes
     structure = read_structure(model)
     builds: list[tuple[Limb, list[str], Chain]] = []
     left_out = []

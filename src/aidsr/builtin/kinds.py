@@ -1,0 +1,68 @@
+"""What kind of job an objective speaks of."""
+
+from __future__ import annotations
+
+import re
+from typing import Literal
+
+from aidsr.artifacts import BodySummary, Brief
+
+__all__ = ["Kind", "is_loose", "kind_of"]
+
+Kind = Literal["reach", "insert", "grasp", "pull", "crawl", "squeeze"]
+
+_WORDS: dict[Kind, str] = {
+    "grasp": "grasp|grip|pick|hold|catch|lift|grab|carry|retain",
+    "pull": "open (?:it|the|a|all|each|one|two|three|both)\\b|pull|hook|drawer|handle|unlatch",
+    "squeeze": "tunnel|squeeze|narrow|duct|through a pipe",
+    "crawl": "crawl|walk|climb|locomot|forward|travel|cross|stair|roll|traverse|get past",
+    "insert": "insert|pipe|tube|deep|borehole",
+    "reach": "reach|press|push|touch|point|brush|wipe|follow|surface|button",
+}
+"""Beginnings of words that speak for a kind of job. Our choice, from the objectives of the 14 benchmark tasks."""
+
+_MOVING_ITSELF: tuple[Kind, ...] = ("squeeze", "crawl")
+
+_GRASPABLE_M = 0.06
+"""A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
+
+
+def kind_of(brief: Brief) -> tuple[Kind, str]:
+    """Return the kind of job and what made the rules think so.
+
+    A free base means a body that moves itself, whatever else the words say. Without a known word the environment
+    decides, and the sentence says that a default was taken.
+    """
+    found = {kind: _spoken(words, brief.objective) for kind, words in _WORDS.items()}
+    if brief.base == "free":
+        best = max(_MOVING_ITSELF[:1], key=lambda kind: len(found[kind]))
+        because = "the robot's base is free, so the body has to carry itself"
+        return (best, f"{because}, and the objective speaks of {found[best][0]}") if found[best] else ("crawl", because)
+    best = max(found, key=lambda kind: len(found[kind]))
+    if found[best]:
+        return best, f"the objective speaks of {', '.join(found[best])}"
+    return _default(brief)
+
+
+def _default(brief: Brief) -> tuple[Kind, str]:
+    unknown = "the objective names no action known to the rules"
+    loose = [body for body in brief.summary.bodies if is_loose(body) and _widest(body) <= _GRASPABLE_M]
+    if loose:
+        return "grasp", f"{unknown}; {loose[0].name} lies free and fits a hand"
+    if brief.summary.mounts:
+        return "reach", f"{unknown}; there is a mount, so an arm that reaches is assumed"
+    return "crawl", f"{unknown} and there is no mount; a body that moves itself is assumed"
+
+
+def _spoken(words: str, objective: str) -> list[str]:
+    """Return the words of a kind that an objective uses, each once."""
+    return list(dict.fromkeys(re.findall(rf"\b({words})", objective.lower())))
+
+
+def is_loose(body: BodySummary) -> bool:
+    """Whether a body can move in every direction."""
+    return any(joint.endswith(": free") for joint in body.joints)
+
+
+def _widest(body: BodySummary) -> float:
+    return max((max(geom.size_m) for geom in body.geoms), default=0.0)

@@ -1,0 +1,132 @@
+"""What `aidsr train` and `aidsr evaluate` share: what to learn in, and what the terminal says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Literal, Self
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from aidsr.artifacts import ActuatorGroup, Evaluation
+from aidsr.errors import UserError
+
+if TYPE_CHECKING:
+    from aidsr.rl.watching import CurvePoint
+
+__all__ = ["Subject", "TrainingBar", "print_evaluation", "print_evaluations", "require_learning", "subject_of"]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A scene to learn in, and what its run knows about it."""
+
+    scene: Path
+    task: str
+    level: Literal["standard", "hard"]
+    groups: tuple[ActuatorGroup, ...]
+    home: Path
+    """Where a folder training/ belongs."""
+
+
+def require_learning() -> None:
+    """Raise UserError where the libraries of the extra "rl" are not installed."""
+    try:
+        import gymnasium  # noqa: F401
+        import stable_baselines3  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise UserError(f'training needs {error.name}; install it with: pip install "aidsr[rl]"') from None
+
+
+def subject_of(path: Path, task: str | None, level: Literal["standard", "hard"] | None) -> Subject:
+    """Return what a path stands for: the MJCF of a scene, or a design's folder with a final scene in it.
+
+    Raises:
+        UserError: There is no scene, or nobody says for which task it is.
+    """
+    from aidsr.runs import Run
+    from aidsr.runs.folders import DesignFolder
+
+    if not path.is_dir():
+        if task is None:
+            raise UserError(f"which task should be learned in {path}? Name it with --task; aidsr tasks lists them")
+        return Subject(path, task, level or "standard", (), Path())
+    design = DesignFolder(path)
+    if not design.final_scene.path.exists():
+        raise UserError(
+            f"a design with a final.xml was expected, and {path} has none; give the folder of an approved design, as "
+            "runs/…/designs/1, or the file of a scene"
+        )
+    record = Run(path.parent.parent).record.read()
+    task = task or (record.task if record else "")
+    if not task:
+        raise UserError(
+            f"{path} was designed for an objective in words, which has no measure of success; name a task it can be "
+            "trained on with --task"
+        )
+    robots = [robot for one in design.iterations if (robot := one.robot.read()) is not None]
+    known = record.level if record and record.task else ""
+    groups = robots[-1].actuator_groups if robots else ()
+    return Subject(design.final_scene.path, task, level or known or "standard", groups, path)
+
+
+class TrainingBar:
+    """A line that grows while a policy learns, or a line now and then where there is no terminal."""
+
+    def __init__(self, console: Console, title: str, steps: int) -> None:
+        self._console, self._title, self._steps = console, title, steps
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.completed:>7.0f} steps  {task.fields[speed]:>6.0f}/s  success {task.fields[success]}"),
+            TimeRemainingColumn(),
+        )
+        self._progress = Progress(*columns, console=console, transient=True)
+        self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–")
+        self._next_line = 0
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._progress.stop()
+
+    def listen(self, point: CurvePoint) -> None:
+        """Take a point of the curve in."""
+        success = f"{point.success_share:.0%}" if point.episodes else "–"
+        self._progress.update(self._bar, completed=point.steps, speed=point.steps_per_s, success=success)
+        if not self._console.is_terminal and point.steps >= self._next_line:
+            self._next_line = point.steps + self._steps // 10
+            told = f"{self._title}: {point.steps} steps, {point.steps_per_s:.0f}/s, success {success}"
+            self._console.print(escape(told), soft_wrap=True)
+
+
+def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:
+    """Say what a policy is worth, and why it is not believed where it is not."""
+    print_evaluations(console, {folder: evaluation})
+    for check in evaluation.checks:
+        if not check.passed:
+            measured = "" if check.measured is None else f" ({check.measured:.3g} {check.unit}, limit {check.limit:g})"
+            console.print(f"[red]{check.name}[/]: {escape(check.message)}{measured}", soft_wrap=True)
+
+
+def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:
+    """Print one line for each policy."""
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+    for title in ("training", "success", "progress", "valid", "successful"):
+        table.add_column(title, overflow="fold")
+    for folder, evaluation in evaluations.items():
+        progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
+        verdict = ["[green]yes[/]" if yes else "[red]no[/]" for yes in (evaluation.valid, evaluation.successful)]
+        won = round(evaluation.success_share * len(evaluation.episodes))
+        share = f"{evaluation.success_share:.0%} ({won} of {len(evaluation.episodes)})"
+        table.add_row(escape(str(folder)), share, f"{progress:.2f}", *verdict)
+    console.print(table)

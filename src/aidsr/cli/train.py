@@ -1,0 +1,126 @@
+"""`aidsr train`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from aidsr.rl.scene import LearningScene
+
+__all__ = ["train"]
+
+
+def train(
+    scene: Path,
+    /,
+    *,
+    task: str | None = None,
+    level: Literal["standard", "hard"] | None = None,
+    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
+    first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    out: Path | None = None,
+    grouping: Literal["auto", "off"] = "auto",
+    threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    evaluate: bool = True,
+    videos: bool = True,
+) -> int:
+    """Teach a robot its task by reinforcement learning, and judge the policy.
+
+    Exit code 0 means that at least one policy is successful (or that none was to be judged), 1 that none is, 2 a
+    mistake in the command, 130 an interruption; the same command then goes on where it stopped.
+
+        aidsr train runs/2026-01-31_1002_button_pushing_7f3a/designs/1
+
+        aidsr train scene.xml --task button_pushing --seeds 3 --out learned
+
+    Parameters
+    ----------
+    scene
+        Folder of an approved design, or MJCF of a robot placed in the environment of a task.
+    task
+        Task to learn; a design knows its own.
+    level
+        Level of the task.
+    steps
+        Budget of control steps for each seed; training ends earlier when success is saturated.
+    seeds
+        How many policies to train, one after the other.
+    first_seed
+        Seed of the first; the others follow it.
+    out
+        Where folders 001, 002 … are made: training/ in the design's folder, or here, unless named.
+    grouping
+        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
+    threads
+        Native threads for physics; 0 takes all processors. Results do not depend on it.
+    tensorboard
+        Also write logs for TensorBoard.
+    evaluate
+        Judge each policy on held-out variations.
+    videos
+        Draw the best and the median of those episodes.
+    """
+    from rich.console import Console
+    from rich.markup import escape
+
+    from aidsr.cli.learning import require_learning, subject_of
+
+    require_learning()
+    from aidsr.rl.scene import LearningScene
+
+    subject = subject_of(scene, task, level)
+    learning = LearningScene.of(
+        subject.scene, subject.task, level=subject.level, groups=subject.groups, grouping=grouping
+    )
+    console = Console(highlight=False)
+    told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"
+    console.print(f"[bold]{escape(told)}[/]", soft_wrap=True)
+    home = out if out is not None else subject.home / "training"
+    verdicts = []
+    for seed in range(first_seed, first_seed + seeds):
+        try:
+            folder = _learn(console, learning, home, steps=steps, seed=seed, threads=threads, tensorboard=tensorboard)
+        except KeyboardInterrupt:
+            console.print("\nInterrupted. What was learned is kept; the same command goes on", soft_wrap=True)
+            return 130
+        if evaluate:
+            verdicts.append(_judge(console, folder, threads=threads, videos=videos))
+    return 0 if any(verdicts) or not evaluate else 1
+
+
+def _learn(
+    console: Console, learning: LearningScene, home: Path, *, steps: int, seed: int, threads: int, tensorboard: bool
+) -> Path:
+    """Train one policy while a person watches; return its folder."""
+    from rich.markup import escape
+
+    from aidsr.cli.learning import TrainingBar
+    from aidsr.rl.training import folder_for
+    from aidsr.rl.training import train as learn
+
+    folder = folder_for(home, learning, steps=steps, seed=seed)
+    with TrainingBar(console, f"seed {seed}", steps) as bar:
+        result = learn(
+            learning, folder, steps=steps, seed=seed, threads=threads, tensorboard=tensorboard, listen=bar.listen
+        )
+    ended = f"{folder}: {result.steps} steps in {result.wall_s:.0f} s, ended by {result.stopped}"
+    console.print(escape(ended), soft_wrap=True)
+    return folder
+
+
+def _judge(console: Console, folder: Path, *, threads: int, videos: bool) -> bool:
+    """Evaluate one policy, say how it did, and return whether it is successful."""
+    from aidsr.cli.learning import print_evaluation
+    from aidsr.rl.trained import evaluate_training
+
+    verdict = evaluate_training(folder, threads=threads, videos=videos)
+    print_evaluation(console, folder, verdict)
+    return verdict.successful

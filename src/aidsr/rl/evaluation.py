@@ -1,0 +1,128 @@
+"""The verdict on a trained policy: held-out variations, no noise, and whether to believe what it does."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.errors import UserError
+from aidsr.rl.episodes import Episodes
+from aidsr.rl.evidence import RECORDED, Evidence, Witness
+from aidsr.rl.plausibility import (
+    behaviour_checks,
+    exploit_check,
+    penetration_check,
+    structure_check,
+    training_check,
+)
+from aidsr.rl.playing import Course, play
+from aidsr.rl.policy import Actor
+from aidsr.rl.scene import LearningScene
+from aidsr.rl.training import TrainingResult
+from aidsr.tasks import BENCHMARK_VERSION, Variation
+
+__all__ = ["LEAST_EPISODES", "Watched", "evaluate", "watch"]
+
+LEAST_EPISODES = 20
+"""Source: docs/tasks.md, evaluation of one design."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Held-out episodes as they were played."""
+
+    variations: tuple[Variation, ...]
+    course: Course
+    evidence: Evidence
+    models: tuple[mujoco.MjModel, ...]
+    """The scene as varied for each episode."""
+
+
+def evaluate(
+    scene: LearningScene,
+    actor: Actor,
+    *,
+    episodes: int = LEAST_EPISODES,
+    threads: int = 0,
+    smoothing: float = 0.0,
+    training: TrainingResult | None = None,
+) -> tuple[Evaluation, Watched]:
+    """Judge a policy on held-out variations.
+
+    Args:
+        scene: What it acts in.
+        actor: The policy, without noise.
+        episodes: How many variations, at least 20.
+        threads: Native threads; 0 takes all processors.
+        smoothing: What the policy was trained with.
+        training: How it was trained, for the check that the simulation held meanwhile.
+
+    Returns:
+        The verdict, and the episodes behind it.
+    """
+    if episodes < LEAST_EPISODES:
+        raise UserError(f"an evaluation needs at least {LEAST_EPISODES} episodes to mean something, found {episodes}")
+    watched = watch(scene, actor, range(episodes), threads=threads, smoothing=smoothing)
+    structure = Episodes(scene.model, scene.task, scene.actions, watched.variations[:1], threads=1).structure
+    checks = [structure_check(structure)]
+    if training is not None:
+        checks.append(training_check(training.episodes, training.diverged_episodes))
+    checks += behaviour_checks(watched.course, watched.evidence, structure)
+    checks.append(penetration_check(watched.models, watched.evidence, structure))
+    checks += _exploit_checks(scene, actor, watched, threads, smoothing)
+    results = tuple(_result(watched.course, index) for index in range(episodes))
+    facts = {"task": scene.task.name, "level": scene.task.level, "benchmark_version": BENCHMARK_VERSION}
+    versions = {"mujoco": mujoco.__version__}
+    return Evaluation(episodes=results, checks=tuple(checks), versions=versions, **facts), watched
+
+
+def watch(scene: LearningScene, actor: Actor, indices: range, *, threads: int = 0, smoothing: float = 0.0) -> Watched:
+    """Play held-out variations and look closely."""
+    model = copy.copy(scene.model)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    variations = tuple(scene.task.variation("held_out", index) for index in indices)
+    episodes = Episodes(
+        model, scene.task, scene.actions, variations, threads=threads, smoothing=smoothing, record=RECORDED
+    )
+    witness = Witness(episodes)
+    course = play(episodes, actor, witness.look)
+    models = tuple(episodes.batch.get_model(index) for index in range(episodes.n))
+    return Watched(variations, course, witness.evidence(), models)
+
+
+def _exploit_checks(
+    scene: LearningScene, actor: Actor, watched: Watched, threads: int, smoothing: float
+) -> list[PlausibilityCheck]:
+    """Play the successes again with half the time step and with another integrator."""
+    won = [v for v, succeeded in zip(watched.variations, watched.course.succeeded, strict=True) if succeeded]
+    finer, other = copy.copy(scene.model), copy.copy(scene.model)
+    finer.opt.timestep /= 2
+    discrete, fast = int(mujoco.mjtIntegrator.mjINT_DISCRETE), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+    other.opt.integrator = discrete if scene.model.opt.integrator != discrete else fast
+    checks = []
+    for name, model, how in (
+        ("survives_half_time_step", finer, "at half the time step"),
+        ("survives_other_integrator", other, "with another integrator"),
+    ):
+        survived = 0
+        if won:
+            again = Episodes(model, scene.task, scene.actions, won, threads=threads, smoothing=smoothing)
+            survived = int(play(again, actor).succeeded.sum())
+        checks.append(exploit_check(name, how, survived, len(won)))
+    return checks
+
+
+def _result(course: Course, index: int) -> EpisodeResult:
+    ends = (("diverged", course.diverged), ("succeeded", course.succeeded), ("failed", course.failed))
+    return EpisodeResult(
+        variation=index,
+        ended=next((name for name, where in ends if where[index]), "out_of_time"),
+        progress=float(course.progress[index]),
+        best_progress=float(course.best_progress[index]),
+        reward=float(course.reward[index]),
+        time_s=float(np.round(course.time_s[index], 6)),
+    )

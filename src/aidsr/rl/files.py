@@ -1,0 +1,77 @@
+"""The folder of one training, and what each of its files holds."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+__all__ = ["TrainingFolder"]
+
+
+@dataclass(frozen=True)
+class TrainingFolder:
+    """One trained policy: what was asked, how it went, what came out.
+
+    | file               | content                                                                        |
+    |--------------------|--------------------------------------------------------------------------------|
+    | config.json        | what was asked: task, recipe, seed, budget, groups, versions                   |
+    | scene.xml          | the scene it was trained in                                                    |
+    | events.jsonl       | started, resumed, saturated, finished: order and times                         |
+    | curve.csv          | success, progress, return and speed over the steps                             |
+    | checkpoint/        | the policy so far, while training goes on                                      |
+    | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |
+    | normalisation.json | mean and variance of the observations, without which the policy is blind       |
+    | training.json      | how it ended: steps, time, episodes, divergences; written last                 |
+    | evaluation.json    | the verdict on held-out variations                                             |
+    | curve.png          | the curve as a picture                                                         |
+    | best.mp4, median.mp4 | the best and the median held-out episode                                     |
+    """
+
+    path: Path
+
+    def __truediv__(self, name: str) -> Path:
+        return self.path / name
+
+    def write(self, name: str, content: bytes | str) -> Path:
+        """Put a file in its place in one step, so that a reader sees it whole or not at all."""
+        target = self.path / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+        temporary.replace(target)
+        return target
+
+    def write_json(self, name: str, value: Mapping[str, Any]) -> Path:
+        """Write a mapping as indented JSON."""
+        return self.write(name, json.dumps(value, indent=2) + "\n")
+
+    def read_json(self, name: str) -> dict[str, Any]:
+        """Return what `write_json` wrote."""
+        value: dict[str, Any] = json.loads((self.path / name).read_text(encoding="utf-8"))
+        return value
+
+    def note(self, kind: str, **facts: Any) -> None:
+        """Append an event with the present time."""
+        event = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "kind": kind, **facts}
+        with (self.path / "events.jsonl").open("a", encoding="utf-8") as file:
+            file.write(json.dumps(event) + "\n")
+
+    def replace_folder(self, name: str, made: Path) -> None:
+        """Put a folder made elsewhere in the place of one of this training's."""
+        target = self.path / name
+        old = target.with_name(f".{name}.old")
+        shutil.rmtree(old, ignore_errors=True)
+        if target.exists():
+            target.replace(old)
+        made.replace(target)
+        shutil.rmtree(old, ignore_errors=True)
+
+    def remove_folder(self, name: str) -> None:
+        """Remove a folder of this training's."""
+        shutil.rmtree(self.path / name)

@@ -1,0 +1,170 @@
+"""Whether what a policy did is to be believed: the paper's "valid", made checkable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import PlausibilityCheck
+from aidsr.rl.evidence import Evidence
+from aidsr.rl.playing import Course
+from aidsr.sim.structure import Structure
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["behaviour_checks", "exploit_check", "penetration_check", "structure_check", "training_check"]
+
+MOVED_LENGTHS = 0.02
+"""A robot that moves less than this share of its length stays still. Source: docs/tasks.md, after the paper's word."""
+
+TRAINING_DIVERGED = 0.01
+"""Share of training episodes that may diverge. Source: docs/tasks.md."""
+
+ENERGY_OF_WEIGHT = 0.05
+ENERGY_OF_WORK = 0.1
+"""Rise of energy that nobody paid for, of weight x length and of the work done, that is allowed together.
+
+Source: the first is the validator's energy_growth; the second is our choice. Soft contacts store energy that the
+balance does not see: five fingers that squeeze a body and let it pop out gave back 0.07 of their work at most, robots
+that squeeze nothing below 0.002."""
+
+DEEP = 1.0
+"""Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
+of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
+
+SURVIVING = 0.5
+"""Share of the successes that must remain. Source: our choice, the same half that makes a design successful."""
+
+
+def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
+    """Whether the simulation held while the policy learned."""
+    share = diverged / max(episodes, 1)
+    return PlausibilityCheck(
+        name="training_stable",
+        passed=share <= TRAINING_DIVERGED,
+        measured=share,
+        limit=TRAINING_DIVERGED,
+        message=f"the simulation broke down in {diverged} of {episodes} training episodes",
+    )
+
+
+def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -> tuple[PlausibilityCheck, ...]:
+    """Whether the simulation held, the robot moved, gained no energy from nothing and kept to its joints' ranges."""
+    broken = float(course.diverged.mean())
+    moved = float(np.median(evidence.moved))
+    weight_j = structure.mass_kg * 9.81 * structure.characteristic_length_m
+    allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * evidence.work_j
+    gain = float((evidence.energy_gain_j / allowed_j).max())
+    over = float(evidence.over_limit.max())
+    return (
+        PlausibilityCheck(
+            name="evaluation_stable",
+            passed=broken == 0.0,
+            measured=broken,
+            limit=0.0,
+            message=f"the simulation broke down in {int(course.diverged.sum())} of {course.diverged.size} episodes",
+        ),
+        PlausibilityCheck(
+            name="moves",
+            passed=moved > MOVED_LENGTHS,
+            measured=moved,
+            limit=MOVED_LENGTHS,
+            unit="lengths",
+            message="farthest that a part of the robot came from where it began, median over the episodes",
+        ),
+        PlausibilityCheck(
+            name="energy_paid_for",
+            passed=gain <= 1.0,
+            measured=gain,
+            limit=1.0,
+            unit="of what is allowed",
+            message="largest rise of mechanical energy that no actuator paid for",
+        ),
+        PlausibilityCheck(
+            name="within_limits",
+            passed=over <= 1.0,
+            measured=over,
+            limit=1.0,
+            unit="of what is allowed",
+            message="farthest that a joint went beyond its range; 30 degrees are allowed",
+        ),
+    )
+
+
+def penetration_check(
+    models: Sequence[mujoco.MjModel], evidence: Evidence, structure: Structure, *, frames: int = 100
+) -> PlausibilityCheck:
+    """Whether bodies stayed out of each other.
+
+    Args:
+        models: The scene as varied for each episode.
+        evidence: What was seen of them.
+        structure: The robot.
+        frames: Moments looked at in each episode, evenly spread.
+    """
+    ours = set(structure.geoms)
+    depth = 0.0
+    for model, qpos in zip(models, evidence.qpos, strict=True):
+        data = mujoco.MjData(model)
+        thin_m = model.geom_aabb[:, 3:].min(axis=1)
+        half_m = np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
+        for row in qpos[np.linspace(0, len(qpos) - 1, frames).astype(int)]:
+            data.qpos[:] = row
+            mujoco.mj_fwdPosition(model, data)
+            depth = max(depth, _deepest(data, half_m, ours))
+    return PlausibilityCheck(
+        name="no_deep_overlap",
+        passed=depth <= DEEP,
+        measured=depth,
+        limit=DEEP,
+        unit="of half the thinner body",
+        message="deepest overlap of the robot with itself or with anything else",
+    )
+
+
+def _deepest(data: mujoco.MjData, half_m: FloatArray, ours: set[int]) -> float:
+    """Return the deepest overlap that concerns the robot, as a share of half the thinner geom's thickness."""
+    deepest = 0.0
+    for pair, distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+        if distance < 0.0 and min(pair) >= 0 and not ours.isdisjoint(pair):
+            deepest = max(deepest, -distance / min(half_m[pair[0]], half_m[pair[1]]))
+    return deepest
+
+
+def structure_check(structure: Structure) -> PlausibilityCheck:
+    """Whether the robot is a tendon-driven continuum robot at all.
+
+    Source: docs/validation.md, structure: tendons, driven by actuators, along a series of three turning points or more,
+    in one piece.
+    """
+    joints = structure.longest_series
+    whole = bool(structure.tendons) and bool(structure.tendon_actuators) and len(structure.roots) == 1
+    return PlausibilityCheck(
+        name="continuum_robot",
+        passed=whole and joints >= 3,
+        measured=float(joints),
+        limit=3.0,
+        unit="turning points in series",
+        message=f"{len(structure.tendons)} tendons, {len(structure.tendon_actuators)} of its actuators pull on one, "
+        f"in {len(structure.roots)} piece(s)",
+    )
+
+
+def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
+    """Whether success remains when the same physics is computed in another way.
+
+    Args:
+        name: Of the check.
+        how: What was changed, in words.
+        survived: Episodes that succeeded again.
+        successes: Episodes that had succeeded.
+    """
+    share = survived / successes if successes else None
+    return PlausibilityCheck(
+        name=name,
+        passed=share is None or share >= SURVIVING,
+        measured=share,
+        limit=SURVIVING,
+        message=f"{survived} of {successes} successes remain {how}; fewer than half would exploit the simulator",
+    )

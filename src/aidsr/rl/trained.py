@@ -1,0 +1,92 @@
+"""A finished training on disk: read it, judge it, keep the verdict beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from aidsr.artifacts import Evaluation
+from aidsr.errors import UserError
+from aidsr.rl.evaluation import LEAST_EPISODES, evaluate
+from aidsr.rl.files import TrainingFolder
+from aidsr.rl.policy import TrainedPolicy, one_torch_thread
+from aidsr.rl.scene import LearningScene
+from aidsr.rl.training import TrainingConfig, TrainingResult
+
+__all__ = ["FinishedTraining", "evaluate_training"]
+
+
+@dataclass(frozen=True)
+class FinishedTraining:
+    """What a training leaves behind."""
+
+    folder: TrainingFolder
+    config: TrainingConfig
+    result: TrainingResult
+    scene: LearningScene
+    policy: TrainedPolicy
+
+    @classmethod
+    def load(cls, folder: Path) -> Self:
+        """Return the training in a folder.
+
+        Raises:
+            UserError: There is none, or it is not finished.
+        """
+        home = TrainingFolder(folder)
+        try:
+            config = TrainingConfig.model_validate(home.read_json("config.json"))
+            result = TrainingResult.model_validate(home.read_json("training.json"))
+        except FileNotFoundError as error:
+            missing = Path(error.filename).name
+            raise UserError(
+                f"the folder of a finished training was expected, and {folder} has no {missing}; train first, with "
+                "aidsr train"
+            ) from None
+        scene = LearningScene.of(
+            folder / "scene.xml",
+            config.task,
+            level=config.level,
+            groups=[group for group in config.groups if len(group.actuators) > 1],
+            grouping="auto" if config.groups_from != "none" else "off",
+        )
+        policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
+        return cls(home, config, result, scene, policy)
+
+
+def evaluate_training(
+    folder: Path, *, episodes: int = LEAST_EPISODES, threads: int = 0, videos: bool = True
+) -> Evaluation:
+    """Judge a finished training on held-out variations; the verdict, the curve and two videos go into its folder.
+
+    Args:
+        folder: Of the training.
+        episodes: How many held-out variations.
+        threads: Native threads; 0 takes all processors.
+        videos: Whether the best and the median episode are drawn, where there is OpenGL.
+
+    Raises:
+        UserError: The folder holds no finished training.
+    """
+    from aidsr.rl.pictures import curve_picture, episode_videos
+
+    training = FinishedTraining.load(folder)
+    with one_torch_thread():
+        evaluation, watched = evaluate(
+            training.scene,
+            training.policy,
+            episodes=episodes,
+            threads=threads,
+            smoothing=training.config.recipe.smoothing,
+            training=training.result,
+        )
+    home = training.folder
+    home.write("curve.png", curve_picture(home / "curve.csv"))
+    if videos:
+        films = episode_videos(training.scene.mjcf, watched, training.scene.task.control_dt_s)
+        for name, film in films.items():
+            home.write(f"{name}.mp4", film)
+    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
+    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
+    return evaluation

@@ -1,0 +1,279 @@
+"""Training of one policy: PPO on batched simulations, kept in a folder, taken up again where it stopped."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from aidsr.artifacts import ActuatorGroup, Artifact
+from aidsr.errors import UserError
+from aidsr.rl.actions import GroupsFrom
+from aidsr.rl.episodes import Episodes
+from aidsr.rl.files import TrainingFolder
+from aidsr.rl.playing import play
+from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
+from aidsr.rl.recipe import Recipe
+from aidsr.rl.scene import LearningScene
+from aidsr.tasks import BENCHMARK_VERSION, Level, Variation
+
+if TYPE_CHECKING:
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    from aidsr.rl.watching import CurvePoint
+
+__all__ = ["BUDGET_STEPS", "TrainingConfig", "TrainingResult", "folder_for", "train"]
+
+BUDGET_STEPS = 300_000
+"""Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
+
+_DEVELOPMENT = 2**31
+"""Development variations to draw from: practically all of them, so that a policy learns the task, not a few scenes."""
+
+_TESTED = 20
+"""Development episodes that say whether training is saturated."""
+
+_PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
+
+
+class TrainingConfig(Artifact):
+    """What was asked of a training, enough to repeat it."""
+
+    task: str
+    level: Level
+    benchmark_version: int
+    steps: int
+    seed: int
+    recipe: Recipe
+    groups: tuple[ActuatorGroup, ...]
+    """What each number of an action drives."""
+    groups_from: GroupsFrom
+    scene_sha256: str
+    versions: dict[str, str]
+
+
+class TrainingResult(Artifact):
+    """How a training ended."""
+
+    steps: int
+    wall_s: float
+    episodes: int
+    diverged_episodes: int
+    """Episodes in which the simulation broke down."""
+    success_share: float | None
+    """Of the last 100 episodes, with the noise of learning; None without any."""
+    stopped: Literal["budget", "saturated"]
+
+
+def train(
+    scene: LearningScene,
+    folder: Path,
+    *,
+    steps: int = BUDGET_STEPS,
+    seed: int = 0,
+    recipe: Recipe | None = None,
+    threads: int = 0,
+    tensorboard: bool = False,
+    listen: Callable[[CurvePoint], None] = lambda _point: None,
+) -> TrainingResult:
+    """Train a policy, or go on where an earlier call with the same folder stopped.
+
+    Args:
+        scene: What to learn in.
+        folder: Becomes the training's folder, see `TrainingFolder`.
+        steps: Budget of control steps over all simulations; training ends earlier when success is saturated.
+        seed: Of the network, of exploration and of the variations drawn.
+        recipe: How to train; the same for every task unless given.
+        threads: Native threads for physics; 0 takes all processors.
+        tensorboard: Also write logs for TensorBoard into the folder.
+        listen: Called with every point of the curve.
+
+    Raises:
+        UserError: The folder holds a training of something else.
+    """
+    home = TrainingFolder(folder)
+    config = _config(scene, steps, seed, recipe or Recipe())
+    if not _is_new(home, config):
+        if (home / "training.json").exists():
+            return TrainingResult.model_validate(home.read_json("training.json"))
+        home.note("resumed", versions=config.versions)
+    else:
+        home.write("scene.xml", scene.mjcf)
+        home.write("config.json", config.model_dump_json(indent=2) + "\n")
+        home.note("started")
+    with one_torch_thread():
+        return _Training(scene, home, config, threads, tensorboard).run(listen)
+
+
+def folder_for(
+    home: Path, scene: LearningScene, *, steps: int = BUDGET_STEPS, seed: int = 0, recipe: Recipe | None = None
+) -> Path:
+    """Return where to train: an unfinished training of the very same under `home`, else the next of 001, 002."""
+    config = _config(scene, steps, seed, recipe or Recipe())
+    numbered = sorted(path for path in home.glob("[0-9]*") if path.name.isdigit())
+    for path in numbered:
+        folder = TrainingFolder(path)
+        if (folder / "config.json").exists() and not (folder / "training.json").exists():
+            begun = TrainingConfig.model_validate(folder.read_json("config.json"))
+            if not _differences(begun, config):
+                return path
+    return home / f"{max((int(path.name) for path in numbered), default=0) + 1:03d}"
+
+
+def _config(scene: LearningScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
+    return TrainingConfig(
+        task=scene.task.name,
+        level=scene.task.level,
+        benchmark_version=BENCHMARK_VERSION,
+        steps=steps,
+        seed=seed,
+        recipe=recipe,
+        groups=scene.actions.groups,
+        groups_from=scene.actions.groups_from,
+        scene_sha256=scene.fingerprint,
+        versions={package: version(package) for package in _PACKAGES},
+    )
+
+
+def _is_new(home: TrainingFolder, config: TrainingConfig) -> bool:
+    """Return whether nothing was trained in this folder yet.
+
+    Raises:
+        UserError: Something else was.
+    """
+    if not (home / "config.json").exists():
+        return True
+    differing = _differences(TrainingConfig.model_validate(home.read_json("config.json")), config)
+    if differing:
+        raise UserError(
+            f"{home.path} holds a training that differs in {', '.join(differing)}; name another folder, or ask for "
+            "the same training to go on with it"
+        )
+    return False
+
+
+def _differences(begun: TrainingConfig, asked: TrainingConfig) -> list[str]:
+    """Return in which fields two trainings differ, versions of libraries aside."""
+    names = TrainingConfig.model_fields.keys() - {"versions"}
+    return sorted(name for name in names if getattr(begun, name) != getattr(asked, name))
+
+
+class _Training:
+    """The moving parts of one call of `train`."""
+
+    def __init__(
+        self, scene: LearningScene, home: TrainingFolder, config: TrainingConfig, threads: int, tensorboard: bool
+    ) -> None:
+        from stable_baselines3.common.vec_env import VecNormalize
+
+        from aidsr.rl.vector_env import BatchedVecEnv
+        from aidsr.rl.watching import History
+
+        self.scene, self.home, self.config, self.threads = scene, home, config, threads
+        saved = home / "checkpoint"
+        resumed = saved.exists()
+        self.history = History.from_json(home.read_json("checkpoint/history.json")) if resumed else History()
+        # a training taken up again must not draw the same episodes a second time
+        self.rng = np.random.default_rng([config.seed, self.history.steps])
+        recipe = config.recipe
+        first = [self._development() for _ in range(recipe.simulations)]
+        self.env = BatchedVecEnv(self._episodes(first), self._development)
+        self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
+        self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
+        if resumed:
+            Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
+            self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
+            self.model.num_timesteps = self.history.steps
+
+    def _development(self) -> Variation:
+        return self.scene.task.variation("development", int(self.rng.integers(_DEVELOPMENT)))
+
+    def _episodes(self, variations: list[Variation]) -> Episodes:
+        scene, smoothing = self.scene, self.config.recipe.smoothing
+        return Episodes(scene.model, scene.task, scene.actions, variations, threads=self.threads, smoothing=smoothing)
+
+    def _make_model(self, tensorboard: str | None) -> PPO:
+        from stable_baselines3 import PPO
+
+        recipe = self.config.recipe
+        return PPO(
+            "MlpPolicy",
+            self.normalised,
+            n_steps=recipe.rollout_steps,
+            batch_size=recipe.batch_size,
+            n_epochs=recipe.epochs,
+            learning_rate=recipe.learning_rate,
+            gamma=recipe.gamma,
+            gae_lambda=recipe.gae_lambda,
+            clip_range=recipe.clip_range,
+            policy_kwargs=dict(network_options(recipe)),
+            tensorboard_log=tensorboard,
+            seed=int(self.rng.integers(2**31)),
+            device="cpu",
+        )
+
+    def run(self, listen: Callable[[CurvePoint], None]) -> TrainingResult:
+        """Learn to the end of the budget or until there is nothing left to learn."""
+        from aidsr.rl.watching import Watch
+
+        watch = Watch(
+            self.history,
+            self.config.steps,
+            self.home,
+            checkpoint=self._checkpoint,
+            saturated=self._saturated,
+            listen=listen,
+            begin=lambda: self.env.desynchronize(self.rng),
+        )
+        left = self.config.steps - self.history.steps
+        try:
+            if left > 0:
+                self.model.learn(left, callback=watch, reset_num_timesteps=False)
+        except KeyboardInterrupt:
+            self._checkpoint()
+            raise
+        return self._finish("saturated" if watch.is_saturated else "budget")
+
+    def _saturated(self) -> bool:
+        """Whether the policy without noise succeeds at fresh development variations."""
+        policy = TrainedPolicy(self.model.policy, Normalisation.of(self.normalised))
+        self.model.policy.set_training_mode(False)
+        course = play(self._episodes([self._development() for _ in range(_TESTED)]), policy)
+        share = float(course.succeeded.mean())
+        self.home.note("tested", steps=self.history.steps, success_share=share)
+        return share >= self.config.recipe.saturation
+
+    def _checkpoint(self) -> None:
+        with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:
+            self._save(Path(made) / "checkpoint")
+            self.home.replace_folder("checkpoint", Path(made) / "checkpoint")
+        self.home.note("checkpoint", steps=self.history.steps)
+
+    def _save(self, folder: Path) -> None:
+        saved = TrainingFolder(folder)
+        saved.write("normalisation.json", Normalisation.of(self.normalised).to_json())
+        saved.write_json("history.json", self.history.to_json())
+        self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
+
+    def _finish(self, stopped: Literal["budget", "saturated"]) -> TrainingResult:
+        history = self.history
+        result = TrainingResult(
+            steps=history.steps,
+            wall_s=round(history.wall_s, 2),
+            episodes=history.episodes,
+            diverged_episodes=history.diverged,
+            success_share=history.success_share if history.recent else None,
+            stopped=stopped,
+        )
+        self._checkpoint()
+        for name in ("normalisation.json", "policy.zip"):
+            self.home.write(name, (self.home / "checkpoint" / name).read_bytes())
+        self.home.write("training.json", result.model_dump_json(indent=2) + "\n")
+        self.home.note("finished", **result.model_dump(mode="json"))
+        self.home.remove_folder("checkpoint")
+        return result

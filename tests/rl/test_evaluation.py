@@ -1,0 +1,222 @@
+"""The verdict on a policy: held-out episodes, and whether to believe them."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from scenes import Always, QuickPushing, small_learning, small_scene
+from test_training import SMALL
+
+from aidsr.artifacts import Evaluation
+from aidsr.errors import UserError
+from aidsr.rl.evaluation import evaluate, watch
+from aidsr.rl.evidence import Evidence
+from aidsr.rl.pictures import curve_picture, varied_mjcf
+from aidsr.rl.plausibility import (
+    behaviour_checks,
+    exploit_check,
+    penetration_check,
+    structure_check,
+    training_check,
+)
+from aidsr.rl.scene import LearningScene
+from aidsr.rl.trained import FinishedTraining, evaluate_training
+from aidsr.rl.training import TrainingResult, train
+from aidsr.sim.structure import read_structure
+from aidsr.tasks import Change, Variation, apply_to_simulation, load_task
+
+BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
+
+
+class Restless:
+    """Random actions, the same ones every time."""
+
+    def __init__(self) -> None:
+        self.rng = np.random.default_rng(4)
+
+    def act(self, observation):
+        return self.rng.uniform(-1.0, 1.0, (len(observation), 2))
+
+
+def named(evaluation: Evaluation) -> dict[str, object]:
+    return {check.name: check for check in evaluation.checks}
+
+
+def behaviour(watched, scene) -> dict[str, object]:
+    return {
+        check.name: check for check in behaviour_checks(watched.course, watched.evidence, read_structure(scene.model))
+    }
+
+
+def test_a_policy_that_does_the_job_is_valid_and_successful():
+    result = TrainingResult(steps=1, wall_s=1.0, episodes=200, diverged_episodes=2, success_share=1.0, stopped="budget")
+    evaluation, watched = evaluate(small_learning(), BENDING, threads=1, training=result)
+    assert [check.name for check in evaluation.checks if not check.passed] == []
+    assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (1.0, True, True)
+    assert [episode.variation for episode in evaluation.episodes] == list(range(20))
+    assert {episode.ended for episode in evaluation.episodes} == {"succeeded"}
+    assert named(evaluation)["survives_half_time_step"].measured == 1.0
+    assert named(evaluation)["survives_other_integrator"].measured == 1.0
+    steps = round(evaluation.episodes[0].time_s / 0.04)
+    assert watched.evidence.qpos[0].shape == (steps + 1, watched.models[0].nq)
+    assert Evaluation.model_validate_json(evaluation.model_dump_json()) == evaluation
+
+
+def test_a_robot_that_stays_still_is_neither():
+    evaluation, _ = evaluate(small_learning(), STILL, threads=1)
+    assert [check.name for check in evaluation.checks if not check.passed] == ["moves"]
+    assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (0.0, False, False)
+    assert {episode.ended for episode in evaluation.episodes} == {"out_of_time"}
+    assert named(evaluation)["survives_half_time_step"].measured is None
+
+
+def test_the_verdict_in_a_file_follows_from_its_evidence():
+    evaluation, _ = evaluate(small_learning(), STILL, threads=1)
+    written = json.loads(evaluation.model_dump_json())
+    assert (written["success_share"], written["valid"], written["successful"]) == (0.0, False, False)
+    assert Evaluation.model_validate(written | {"successful": True}) == evaluation
+    assert not Evaluation.model_validate(written | {"successful": True}).successful
+
+
+def test_fewer_than_twenty_episodes_are_no_evaluation():
+    with pytest.raises(UserError, match="at least 20"):
+        evaluate(small_learning(), STILL, episodes=5)
+
+
+def test_held_out_variations_are_watched():
+    watched = watch(small_learning(), STILL, range(3), threads=1)
+    assert watched.variations == tuple(QuickPushing().variation("held_out", index) for index in range(3))
+    button = watched.models[1].body("button").id
+    assert watched.models[1].body_pos[button] == pytest.approx(watched.variations[1].changes[0].value)
+
+
+# --- each check fails for what it is there for ---
+
+
+def test_ordinary_motion_pays_for_its_energy_and_keeps_its_ranges():
+    scene = small_learning()
+    checks = behaviour(watch(scene, Restless(), range(4), threads=1), scene)
+    assert all(check.passed for check in checks.values())
+    assert checks["energy_paid_for"].measured < 0.2
+
+
+def test_energy_from_nothing_is_noticed():
+    pushing = LearningScene.of(small_scene(damping=-1e-4), QuickPushing())
+    watched = watch(pushing, Restless(), range(2), threads=1)
+    assert not watched.course.diverged.any()
+    checks = behaviour(watched, pushing)
+    assert not checks["energy_paid_for"].passed
+    assert watched.evidence.energy_gain_j.max() > 0.0
+
+
+def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
+    floating = small_scene().replace('<body name="robot/seg1"', '<body name="robot/seg1" gravcomp="1"')
+    assert "gravcomp" in floating
+    scene = LearningScene.of(floating, QuickPushing())
+    assert behaviour(watch(scene, Restless(), range(4), threads=1), scene)["energy_paid_for"].passed
+
+
+def test_a_joint_pulled_far_beyond_its_range_is_noticed():
+    scene = LearningScene.of(small_scene().replace('range="-0.698132 0.698132"', 'range="-0.01 0.01"'), QuickPushing())
+    assert scene.model.jnt_range[scene.model.joint("robot/bend1").id, 1] == 0.01
+    strong = LearningScene.of(small_scene(tension=800.0).replace("0.698132", "0.01"), QuickPushing())
+    mild = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
+    wild = behaviour(watch(strong, BENDING, range(2), threads=1), strong)["within_limits"]
+    assert mild.passed
+    assert wild.measured > mild.measured
+    assert not wild.passed
+
+
+def test_a_simulation_that_breaks_down_is_not_valid():
+    scene = small_learning()
+    watched = watch(scene, STILL, range(2), threads=1)
+    watched.course.diverged[1] = True
+    assert not behaviour(watched, scene)["evaluation_stable"].passed
+
+
+def test_deep_overlap_is_noticed():
+    scene = small_learning()
+    data = mujoco.MjData(scene.model)
+    place = scene.task.variation("held_out", 0)
+    watched = watch(scene, STILL, range(1), threads=1)
+    structure = read_structure(scene.model)
+    assert penetration_check(watched.models, watched.evidence, structure).passed
+    # the button is put where the arm is
+    mujoco.mj_forward(scene.model, data)
+    inside = Variation((Change("body_pos", "button", tuple(data.body("robot/seg3").xipos)), *place.changes[1:]))
+    apply_to_simulation(inside, model := watched.models[0], mujoco.MjData(model))
+    check = penetration_check([model], watched.evidence, structure)
+    assert not check.passed
+    assert check.measured > 1.0
+
+
+def test_training_that_breaks_down_in_more_than_one_of_a_hundred_episodes_is_not_valid():
+    assert training_check(1000, 10).passed
+    assert not training_check(1000, 11).passed
+    assert training_check(0, 0).passed
+
+
+def test_success_that_vanishes_is_an_exploit():
+    assert exploit_check("a", "so", 10, 20).passed
+    assert not exploit_check("a", "so", 9, 20).passed
+    assert exploit_check("a", "so", 0, 0).measured is None
+
+
+def test_a_stiff_rod_with_one_joint_is_no_continuum_robot():
+    assert structure_check(read_structure(small_learning().model)).passed
+    rigid = small_scene()
+    for i in (2, 3, 4):
+        start = rigid.index(f'<joint name="robot/bend{i}"')
+        rigid = rigid[:start] + rigid[rigid.index("/>", start) + 2 :]
+    assert not structure_check(read_structure(mujoco.MjModel.from_xml_string(rigid))).passed
+
+
+# --- what is kept ---
+
+
+def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
+    """At the catching task, where twenty episodes cost little because they are over soon."""
+    scene = LearningScene.of(small_scene("dynamic_catching"), "dynamic_catching")
+    train(scene, tmp_path, steps=128, recipe=SMALL, threads=1)
+    finished = FinishedTraining.load(tmp_path)
+    assert finished.scene.fingerprint == scene.fingerprint
+    assert finished.scene.actions.groups == scene.actions.groups
+    evaluation = evaluate_training(tmp_path, threads=1, videos=False)
+    assert Evaluation.model_validate_json((tmp_path / "evaluation.json").read_text()) == evaluation
+    assert named(evaluation)["training_stable"].passed
+    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads((tmp_path / "events.jsonl").read_text().splitlines()[-1])["kind"] == "evaluated"
+
+
+def test_an_unfinished_training_cannot_be_judged(tmp_path):
+    with pytest.raises(UserError, match=r"config\.json"):
+        FinishedTraining.load(tmp_path)
+
+
+def test_a_curve_without_points_is_drawn_empty(tmp_path):
+    (tmp_path / "curve.csv").write_text("steps,success_share,progress,reward\n")
+    assert curve_picture(tmp_path / "curve.csv").startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("name", ["reaching/button_pushing", "grasping/simple_grasping", "locomotion/gap"])
+def test_a_picture_of_an_episode_shows_what_was_varied(name):
+    task = load_task(name)
+    variation = task.variation("held_out", 3)
+    shown = mujoco.MjModel.from_xml_string(varied_mjcf(task.environment, variation))
+    varied = mujoco.MjModel.from_xml_string(task.environment)
+    apply_to_simulation(variation, varied, mujoco.MjData(varied))
+    for field in ("body_pos", "body_quat", "geom_pos", "geom_type"):
+        assert getattr(shown, field) == pytest.approx(getattr(varied, field), abs=1e-6)
+    one_number = varied.geom_type == int(mujoco.mjtGeom.mjGEOM_SPHERE)
+    assert shown.geom_size[~one_number, 0] == pytest.approx(varied.geom_size[~one_number, 0])
+
+
+def test_evidence_is_taken_from_the_root_of_a_held_robot():
+    watched = watch(small_learning(), STILL, range(1), threads=1)
+    assert isinstance(watched.evidence, Evidence)
+    assert watched.evidence.moved[0] < 0.02
+    assert watch(small_learning(), BENDING, range(1), threads=1).evidence.moved[0] > 0.1

@@ -1,0 +1,172 @@
+"""Training: the same seed gives the same policy, is taken up where it stopped, and ends when success is saturated."""
+
+import csv
+import json
+import zipfile
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from scenes import QuickPushing, small_learning
+
+from aidsr.errors import UserError
+from aidsr.rl.files import TrainingFolder
+from aidsr.rl.policy import Normalisation, TrainedPolicy
+from aidsr.rl.recipe import Recipe
+from aidsr.rl.training import TrainingConfig, TrainingResult, folder_for, train
+
+SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16))
+STEPS = 512
+
+
+def trained(folder, *, task=None, steps=STEPS, seed=0, recipe=SMALL, threads=1, **options) -> TrainingResult:
+    scene = small_learning(task)
+    return train(scene, folder, steps=steps, seed=seed, recipe=recipe, threads=threads, **options)
+
+
+def policy_of(folder) -> TrainedPolicy:
+    return TrainedPolicy.load(folder, SMALL, 2)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("finished") / "001"
+    trained(folder)
+    return folder
+
+
+def events(folder) -> list[dict]:
+    return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+
+
+def test_a_training_leaves_what_its_folder_promises(finished):
+    promised = {line.split("|")[1].strip() for line in TrainingFolder.__doc__.splitlines() if line.count("|") == 3}
+    made = {path.name for path in finished.iterdir()}
+    assert made <= promised
+    assert made >= {
+        "config.json",
+        "scene.xml",
+        "events.jsonl",
+        "curve.csv",
+        "policy.zip",
+        "normalisation.json",
+        "training.json",
+    }
+    assert "checkpoint" not in made
+    config = TrainingConfig.model_validate_json((finished / "config.json").read_text())
+    assert (config.task, config.seed, config.recipe) == ("reaching/button_pushing", 0, SMALL)
+    assert config.versions["mujoco"]
+    assert [event["kind"] for event in events(finished)][0 :: len(events(finished)) - 1] == ["started", "finished"]
+
+
+def test_the_curve_tells_how_it_went(finished):
+    rows = list(csv.DictReader((finished / "curve.csv").read_text().splitlines()))
+    steps = [int(row["steps"]) for row in rows]
+    assert steps == sorted(set(steps))
+    assert steps[-1] == STEPS
+    result = TrainingResult.model_validate_json((finished / "training.json").read_text())
+    assert int(rows[-1]["episodes"]) == result.episodes > 8
+    assert result.stopped == "budget"
+    assert result.diverged_episodes == 0
+
+
+def test_the_same_seed_gives_the_same_policy_whatever_the_threads(finished, tmp_path):
+    trained(tmp_path / "again", threads=3)
+    trained(tmp_path / "other", seed=1)
+    seen = np.random.default_rng(0).normal(size=(5, 24))
+    first, again, other = (policy_of(folder).act(seen) for folder in (finished, tmp_path / "again", tmp_path / "other"))
+    assert np.array_equal(first, again)
+    assert not np.allclose(first, other)
+
+
+def test_a_finished_training_is_not_trained_again(finished):
+    before = (finished / "policy.zip").read_bytes()
+    heard = []
+    assert trained(finished, listen=heard.append).steps == STEPS
+    assert heard == []
+    assert (finished / "policy.zip").read_bytes() == before
+
+
+def test_another_training_in_the_same_folder_is_refused(finished):
+    with pytest.raises(UserError, match="differs in seed"):
+        trained(finished, seed=5)
+
+
+def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
+    def interrupt(point):
+        if point.steps >= STEPS // 2:
+            raise KeyboardInterrupt
+
+    home, scene = tmp_path / "training", small_learning()
+    folder = folder_for(home, scene, steps=STEPS, recipe=SMALL)
+    assert folder == home / "001"
+    with pytest.raises(KeyboardInterrupt):
+        trained(folder, listen=interrupt)
+    assert (folder / "checkpoint" / "policy.zip").exists()
+    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == folder
+    assert folder_for(home, scene, steps=STEPS, recipe=SMALL, seed=1) == home / "002"
+    heard = []
+    result = trained(folder, listen=heard.append)
+    assert result.steps == STEPS
+    assert heard[0].steps > STEPS // 2
+    assert heard[0].episodes > 0
+    kinds = [event["kind"] for event in events(folder)]
+    assert kinds[0] == "started"
+    assert "resumed" in kinds
+    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == home / "002"
+
+
+def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
+    """The policy, its optimizer's steps and the statistics of what it saw go on; they do not begin anew."""
+
+    def interrupt(point):
+        if point.steps >= STEPS // 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path / "one", listen=interrupt)
+    half = Normalisation.from_json((tmp_path / "one" / "checkpoint" / "normalisation.json").read_text())
+    trained(tmp_path / "one")
+    whole = policy_of(tmp_path / "one").normalisation
+    assert half.count > STEPS // 2
+    assert whole.count > half.count + STEPS // 4
+    assert Normalisation.from_json(whole.to_json()).count == whole.count
+
+
+def test_training_ends_when_success_is_saturated(tmp_path):
+    class Given(QuickPushing):
+        def succeeded(self, readings, memory):
+            return readings.time_s > 0.0
+
+    result = trained(tmp_path / "001", task=Given(), steps=20_000)
+    assert result.stopped == "saturated"
+    assert result.steps < 5_000
+    assert result.success_share > 0.9
+    assert events(tmp_path / "001")[-1]["kind"] == "finished"
+
+
+def test_learning_gets_better(tmp_path):
+    points = []
+    recipe = Recipe(simulations=32, epochs=5)
+    trained(tmp_path / "001", steps=6_000, recipe=recipe, listen=points.append)
+    first = next(point for point in points if point.episodes >= 64)
+    assert points[-1].success_share > first.success_share + 0.2 or points[-1].success_share > 0.9
+
+
+def test_only_numbers_are_read_from_a_policy_file(finished, tmp_path):
+    """What such a file may hold beside them would be run as Python by others who load it."""
+    (tmp_path / "normalisation.json").write_bytes((finished / "normalisation.json").read_bytes())
+    with zipfile.ZipFile(finished / "policy.zip") as old, zipfile.ZipFile(tmp_path / "policy.zip", "w") as new:
+        new.writestr("data", b"no pickle at all")
+        new.writestr("policy.pth", old.read("policy.pth"))
+    seen = np.ones((1, 24))
+    assert np.array_equal(policy_of(tmp_path).act(seen), policy_of(finished).act(seen))
+
+
+def test_the_policy_of_another_robot_is_refused(finished, tmp_path):
+    with pytest.raises(UserError, match="other actuators"):
+        TrainedPolicy.load(finished, SMALL, 3)
+    with pytest.raises(UserError, match="expected"):
+        TrainedPolicy.load(tmp_path, SMALL, 2)
