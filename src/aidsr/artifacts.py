@@ -18,7 +18,6 @@ __all__ = [
     "Base",
     "BodySummary",
     "Brief",
-    "CallRecord",
     "Concept",
     "Critique",
     "CritiqueIssue",
@@ -26,23 +25,18 @@ __all__ = [
     "EnvironmentSummary",
     "EpisodeResult",
     "Evaluation",
-    "FailedAttempt",
     "Fault",
-    "Finish",
     "GeomSummary",
     "Layer",
-    "Message",
     "MountSummary",
     "Outcome",
     "Placement",
     "PlausibilityCheck",
-    "Question",
     "Repairs",
     "Robot",
     "Role",
     "Scene",
     "SiteSummary",
-    "Usage",
     "ValidationReport",
     "Vec3",
 ]
@@ -405,72 +399,3 @@ class Outcome(Artifact):
     reason: str
     iteration: int | None = None
     """Folder number of the iteration that was approved or given up."""
-
-
-# --- what it cost ----------------------------------------------------------------------------------------------------
-
-Finish = Literal["stop", "length", "refusal", "other"]
-
-
-class Message(Artifact):
-    """One turn of a conversation with a language model."""
-
-    role: Literal["system", "user", "assistant"]
-    text: str
-
-
-class Question(Artifact):
-    """Everything that is sent to a language model in one call."""
-
-    role: Role
-    """Which of the four roles is asking."""
-    messages: tuple[Message, ...]
-    max_output_tokens: int = 20_000
-
-
-class Usage(Artifact):
-    """Tokens, money and time of one call or of many."""
-
-    calls: int = 0
-    input_tokens: int = 0
-    cached_input_tokens: int = 0
-    output_tokens: int = 0
-    """Reasoning included."""
-    cost_usd: float | None = 0.0
-    """None when a price is unknown; unknown is never counted as free."""
-    latency_s: float = 0.0
-    retries: int = 0
-
-    def __add__(self, other: Usage) -> Usage:
-        """Return the sum; one unknown price makes the sum unknown."""
-        known = self.cost_usd is not None and other.cost_usd is not None
-        return Usage(
-            calls=self.calls + other.calls,
-            input_tokens=self.input_tokens + other.input_tokens,
-            cached_input_tokens=self.cached_input_tokens + other.cached_input_tokens,
-            output_tokens=self.output_tokens + other.output_tokens,
-            cost_usd=(self.cost_usd or 0.0) + (other.cost_usd or 0.0) if known else None,
-            latency_s=self.latency_s + other.latency_s,
-            retries=self.retries + other.retries,
-        )
-
-
-class FailedAttempt(Artifact):
-    """One attempt at a call that brought no reply and was tried again."""
-
-    error: str
-    waited_s: float
-    """Pause before the next attempt [s]."""
-
-
-class CallRecord(Artifact):
-    """One answered call, whole: enough to answer the same question again without asking."""
-
-    question: Question
-    model: str
-    reply: str
-    finish: Finish
-    usage: Usage
-    started: str
-    """Time of the first attempt, ISO 8601 with zone."""
-    failed_attempts: tuple[FailedAttempt, ...] = ()

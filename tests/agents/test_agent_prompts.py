@@ -17,7 +17,8 @@ from aidsr.agents.designer import _read
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.prompts import render
 from aidsr.agents.replies import blocks, json_in, read_as
-from aidsr.artifacts import CallRecord, Critique, EnvironmentSummary, Placement, Question, Usage
+from aidsr.artifacts import Critique, EnvironmentSummary, Placement
+from aidsr.calls import CallRecord, Question, Usage
 from aidsr.errors import ReplyError
 from aidsr.roles import Team
 

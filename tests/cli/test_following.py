@@ -6,7 +6,8 @@ import time
 import pytest
 from rich.console import Console
 
-from aidsr.artifacts import Decision, Usage
+from aidsr.artifacts import Decision
+from aidsr.calls import Usage
 from aidsr.cli.asking import Asker, parse_answer
 from aidsr.cli.following import Lines, Panel, follow
 from aidsr.errors import ModelError

@@ -7,7 +7,7 @@ import traceback
 
 import pytest
 
-from aidsr.artifacts import Message, Question
+from aidsr.calls import Message, Question
 from aidsr.errors import AidsrError, UserError
 from aidsr.models import Access, Patience, connect
 from aidsr.models.failures import explain

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from aidsr.artifacts import CallRecord, FailedAttempt, Message, Question
+from aidsr.calls import CallRecord, FailedAttempt, Message, Question
 from aidsr.errors import ModelError, UserError
 from aidsr.models import Access, Patience, connect
 from aidsr.models.retrying import TransientError, persist

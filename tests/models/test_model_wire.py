@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aidsr.artifacts import CallRecord, Message, Question
+from aidsr.calls import CallRecord, Message, Question
 from aidsr.models import Access, Model, connect
 from loopback import Act, Loopback, Received, Say
 

@@ -15,7 +15,8 @@ import signal
 import sys
 from pathlib import Path
 
-from aidsr.artifacts import CallRecord, Critique, CritiqueIssue, Message, Question, Usage
+from aidsr.artifacts import Critique, CritiqueIssue
+from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.pipeline import Parts, work
 from aidsr.pipeline.person import approve_at_once
 from aidsr.roles import Team

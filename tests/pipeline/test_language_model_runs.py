@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import aidsr
-from aidsr.artifacts import CallRecord
+from aidsr.calls import CallRecord
 from aidsr.pipeline import resume
 from aidsr.runs import read_status
 from loopback import Act, Fail, Loopback, Received, Say

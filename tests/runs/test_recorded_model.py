@@ -2,7 +2,7 @@
 
 import pytest
 
-from aidsr.artifacts import CallRecord, Message, Question, Usage
+from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import ModelError
 from aidsr.runs import RecordedModel
 

@@ -2,20 +2,8 @@
 
 import pytest
 
-from aidsr.artifacts import (
-    Brief,
-    CallRecord,
-    Concept,
-    Critique,
-    Decision,
-    EnvironmentSummary,
-    Fault,
-    Message,
-    Outcome,
-    Question,
-    Usage,
-    ValidationReport,
-)
+from aidsr.artifacts import Brief, Concept, Critique, Decision, EnvironmentSummary, Fault, Outcome, ValidationReport
+from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunConfig, RunRecord, new_run, read_status
 from aidsr.runs.events import Begun, Started, Stopped, Waiting

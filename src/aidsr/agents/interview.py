@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from aidsr.agents.prompts import render
-from aidsr.artifacts import CallRecord, Message, Question, Role
+from aidsr.artifacts import Role
+from aidsr.calls import CallRecord, Message, Question
 from aidsr.errors import ReplyError
 from aidsr.models import Model
 

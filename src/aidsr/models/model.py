@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from aidsr.artifacts import CallRecord, Question
+from aidsr.calls import CallRecord, Question
 
 __all__ = ["Model"]
 

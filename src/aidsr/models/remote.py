@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from aidsr.artifacts import CallRecord, FailedAttempt, Finish, Message, Question, Usage
+from aidsr.calls import CallRecord, FailedAttempt, Finish, Message, Question, Usage
 from aidsr.models import background
 from aidsr.models.access import Access
 from aidsr.models.failures import explain

@@ -10,7 +10,7 @@ from typing import TypeVar
 from pydantic import Field, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from aidsr.artifacts import FailedAttempt
+from aidsr.calls import FailedAttempt
 from aidsr.errors import ModelError, UserError
 
 __all__ = ["Clock", "Patience", "TransientError", "persist"]

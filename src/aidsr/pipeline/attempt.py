@@ -7,17 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from aidsr.artifacts import (
-    Brief,
-    Concept,
-    Critique,
-    Decision,
-    Fault,
-    Placement,
-    Robot,
-    Scene,
-    ValidationReport,
-)
+from aidsr.artifacts import Brief, Concept, Critique, Decision, Fault, Placement, Robot, Scene, ValidationReport
 from aidsr.errors import IsolationError, MjcfError
 from aidsr.pipeline.parts import Halt, Mount, Parts
 from aidsr.pipeline.routing import Change, after_critique, after_scene_faults

@@ -8,7 +8,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from aidsr.artifacts import Brief, CallRecord, Question
+from aidsr.artifacts import Brief
+from aidsr.calls import CallRecord, Question
 from aidsr.errors import MjcfError, UserError
 from aidsr.pipeline.parts import Parts, TeamFor
 from aidsr.pipeline.person import DecisionFile, approve_at_once

@@ -16,7 +16,6 @@ from typing import Any
 
 from aidsr.artifacts import (
     Brief,
-    CallRecord,
     Concept,
     Critique,
     Decision,
@@ -27,6 +26,7 @@ from aidsr.artifacts import (
     Scene,
     ValidationReport,
 )
+from aidsr.calls import CallRecord
 from aidsr.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
 from aidsr.runs.record import RunRecord

@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aidsr.artifacts import CallRecord, Question
+from aidsr.calls import CallRecord, Question
 from aidsr.runs.files import JsonFile
 from aidsr.runs.folders import calls_in
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Literal, TypeVar
 
-from aidsr.artifacts import Artifact, Outcome, Usage
+from aidsr.artifacts import Artifact, Outcome
+from aidsr.calls import Usage
 from aidsr.runs.events import (
     Begun,
     DecisionUnreadable,
