@@ -1,7 +1,7 @@
 """The Designer reads the job, proposes bodies that differ, and changes them as far as it understands."""
 
 import pytest
-from jobs import DESERT, KINDS, LAMP, MARBLE, brief, free_brief
+from jobs import DESERT, KINDS, LAMP, MARBLE, OTHER_KINDS, brief, free_brief
 
 from aidsr import builtin
 from aidsr.builtin import own_robot
@@ -13,7 +13,7 @@ def proposals(task: str, seed: int, count: int = 3):
     return builtin.team(seed).designer.propose(brief(task), count)
 
 
-@pytest.mark.parametrize(("task", "kind"), KINDS.items())
+@pytest.mark.parametrize(("task", "kind"), {**KINDS, **OTHER_KINDS}.items())
 def test_the_job_is_read_from_objective_and_environment(task: str, kind: str) -> None:
     job = read_job(brief(task))
     assert job.kind == kind
@@ -27,6 +27,12 @@ def test_distances_are_seen_from_the_mount() -> None:
     assert handle.distance_m == pytest.approx(0.25, abs=0.002)
     grasp = read_job(brief("simple_grasping"))
     assert (grasp.approach_m, grasp.room_m) == (pytest.approx(0.10), pytest.approx(0.25))
+
+
+def test_a_ball_that_is_caught_is_met_where_the_objective_says() -> None:
+    target = read_job(brief("dynamic_catching")).target
+    assert target.body == "ball"
+    assert (target.along_m, target.beside_m) == (pytest.approx(0.12, abs=1e-4), pytest.approx(0, abs=1e-4))
 
 
 @pytest.mark.parametrize("task", KINDS)

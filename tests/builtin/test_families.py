@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from jobs import KINDS, brief, concept
+from jobs import KINDS, OTHER_KINDS, brief, concept
 from lxml import etree
 
 from aidsr import builtin
@@ -14,7 +14,7 @@ from aidsr.sim.mjcf import read_mjcf
 from aidsr.tasks import load_task
 from aidsr.validation import validate
 
-TASKS = {kind: task for task, kind in KINDS.items()}
+TASKS = {kind: task for task, kind in {**KINDS, **OTHER_KINDS}.items()}
 EVERY = [
     pytest.param(TASKS[kind], family, variant, id=f"{kind}-{family}-{variant}")
     for kind, table in IDEAS.items()

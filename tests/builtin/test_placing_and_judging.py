@@ -1,5 +1,6 @@
 """The Integrator puts robots where their job is; the Judge passes what is right and blames who made it wrong."""
 
+import mujoco
 import pytest
 from jobs import DESERT, LAMP, MARBLE, brief, concept, free_brief
 from lxml import etree
@@ -54,6 +55,11 @@ def test_a_free_body_stands_just_above_the_ground(family: str, variant: str) -> 
     assert placement.base == "free"
     assert placement.position_m[2] == pytest.approx(float(root.get("pos").split()[2]) + 0.0005, abs=2e-5)
     assert placement.intended_contacts == ("world",)
+    whole = scene("flat_ground", robot, placement)
+    model = mujoco.MjModel.from_xml_string(whole.mjcf)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert abs(data.subtree_com[0][0]) < 0.02
 
 
 def test_a_hook_looks_down_whichever_way_the_mount_is_turned() -> None:
@@ -75,9 +81,10 @@ def test_an_arm_leans_away_from_what_stands_straight_in_front_of_it() -> None:
     idea = RULES.designer.propose(asked, 1)[0]
     robot = RULES.coder.write(asked, idea)
     placement = RULES.integrator.place(asked, idea, robot)
-    assert placement.rotation_deg[1] == 25
+    lean = placement.rotation_deg[1]
+    assert 25 <= lean <= 60
     further = RULES.integrator.adjust(asked, idea, robot, placement, report("initial_penetration", "switch"))
-    assert further.rotation_deg[1] == 37
+    assert further.rotation_deg[1] == pytest.approx(lean + 12)
 
 
 def test_a_fixed_gripper_is_put_over_its_object() -> None:
@@ -104,7 +111,7 @@ def test_a_mount_that_hangs_is_not_for_a_free_robot() -> None:
     assert (placement.mount, placement.base) == ("world", "free")
     assert placement.position_m[2] == pytest.approx(on_ground.position_m[2] - 0.1)
     back = RULES.integrator.adjust(asked, idea, robot, placement, report("initial_penetration", "marble", "robot/tail"))
-    assert back.position_m[0] == pytest.approx(-0.1)
+    assert back.position_m[0] <= placement.position_m[0] - 0.1
 
 
 def test_overlaps_move_the_robot_back_or_up() -> None:

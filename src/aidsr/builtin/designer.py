@@ -11,7 +11,8 @@ import numpy as np
 from aidsr.artifacts import Brief, Concept, Robot
 from aidsr.builtin import own_robot, wishes
 from aidsr.builtin.families import FAMILIES, Parameters
-from aidsr.builtin.job import Job, Kind, read_job
+from aidsr.builtin.job import Job, read_job
+from aidsr.builtin.kinds import Kind
 from aidsr.builtin.phrases import mm
 
 __all__ = ["IDEAS", "RuleDesigner"]
@@ -30,6 +31,8 @@ IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
         "worm": ("inchworm", "wave", "long wave"),
         "ring": ("four sectors", "five sectors", "six sectors"),
     },
+    "insert": {"arm": ("two sections", "three sections"), "tentacle": ("space", "two stages")},
+    "squeeze": {"worm": ("wave", "inchworm", "long wave"), "crawler": ("narrow",)},
     "pull": {"arm": ("hook",), "tentacle": ("curl",), "gripper": ("pincer", "facing pairs", "three fingers")},
 }
 """Families and variants that can do each kind of job. Our choice: all were driven
@@ -39,6 +42,8 @@ _DEMANDS: dict[Kind, str] = {
     "reach": "The functional part has to be brought to a place beside the mount and press there",
     "grasp": "An object has to be enclosed from several sides and kept while the mount moves",
     "crawl": "The body has to carry and move itself on the ground, with the same friction in every direction",
+    "insert": "A slender body has to go in lengthwise and give way where the way bends",
+    "squeeze": "The body has to carry and move itself and stay narrow and low, with no one-way friction to help",
     "pull": "Something has to be hooked or held behind its handle, because friction alone would slip, and drawn back",
 }
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from aidsr.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport
 from aidsr.builtin.job import Job, read_job
-from aidsr.builtin.measuring import lowest_point_m
+from aidsr.builtin.measuring import footprint
 from aidsr.builtin.sizing import stands_in_front
 from aidsr.errors import IsolationError, MjcfError
 from aidsr.roles import Feedback
@@ -24,6 +24,9 @@ _TILT_DEG = 25.0
 """How far an arm on a fixed mount leans aside where it would otherwise grow into its target."""
 
 _STEP_M = 0.012
+_LEAN_GAP_M = 0.03
+"""What a leaning robot's end keeps clear: its pad and 15 mm. Our choice."""
+
 _FREE_STEP_M = 0.1
 _STEP_DEG = 12.0
 """One step away from what the robot overlaps."""
@@ -38,13 +41,13 @@ class RuleIntegrator:
         job = read_job(brief)
         base: Literal["fixed", "free"] = "free" if job.base == "free" else "fixed"
         turn, turned = _rotation(job, concept)
-        height, stood = (0.0, "")
+        (x, y), height, stood = _over_target(job), 0.0, ""
         if base == "free":
-            height, stood = _rest_height(robot, job)
+            x, height, stood = _standing(robot, job)
         return Placement(
             mount=job.mount_name,
             base=base,
-            position_m=(*_over_target(job), height),
+            position_m=(x, y, height),
             rotation_deg=turn,
             intended_contacts=_contacts(job, brief),
             reason=" ".join(part for part in (_where(job, base), stood, turned) if part),
@@ -104,14 +107,24 @@ def _rotation(job: Job, concept: Concept) -> tuple[tuple[float, float, float], s
             0.0,
             angle,
         ), "Its bending plane is upright, its +x down, so that it reaches over the handle from above."
-    ahead = job.kind == "reach" and stands_in_front(job) and job.base == "fixed"
-    if ahead and concept.family in ("arm", "tentacle"):
-        return (
-            0.0,
-            _TILT_DEG,
-            0.0,
-        ), f"It leans aside by {_TILT_DEG:g} deg, because its target stands straight in front of the mount."
+    if _must_lean(job) and concept.family in ("arm", "tentacle"):
+        lean = _lean_deg(job, concept)
+        why = f"It leans aside by {lean:g} deg, because its target stands straight in front of the mount."
+        return (0.0, lean, 0.0), why
     return (0.0, 0.0, 0.0), ""
+
+
+def _must_lean(job: Job) -> bool:
+    """Whether a straight robot would grow into a target that the mount cannot drive up to."""
+    return job.kind == "reach" and stands_in_front(job) and job.approach_m == 0
+
+
+def _lean_deg(job: Job, concept: Concept) -> float:
+    """Return how far a robot leans so that its end, when straight, keeps a gap to what is in front [deg]."""
+    length = concept.parameters.get("length_m", 0.0)
+    free = min(job.room_m, job.target.along_m if job.target else job.room_m) - _LEAN_GAP_M
+    share = max(free / length, 0.5) if length > 0 else 1.0
+    return round(max(math.degrees(math.acos(min(share, 1.0))), _TILT_DEG), 1)
 
 
 def _angle_to_down(job: Job) -> float:
@@ -123,21 +136,23 @@ def _angle_to_down(job: Job) -> float:
     return round(math.degrees(math.atan2(float(np.cross(x, down) @ z), float(x @ down))), 3) + 0.0
 
 
-def _rest_height(robot: Robot, job: Job) -> tuple[float, str]:
-    """Return the height at which the robot just stands on the ground [m], and a sentence about it."""
+def _standing(robot: Robot, job: Job) -> tuple[float, float, str]:
+    """Return how far forward and up a free robot stands, its middle over the mount [m], and a sentence about it."""
     try:
-        height = job.ground_m + lowest_point_m(robot) + _ABOVE_GROUND_M
+        measured = footprint(robot)
     except (MjcfError, IsolationError):
-        return 0.05, "Its resting height could not be measured, because the robot does not load; 50 mm are assumed."
-    return round(
-        height, 5
-    ), f"Its root is {1000 * height:.0f} mm above the ground, where its feet touch, and it looks along +x."
+        return 0.0, 0.05, "It does not load, so its resting height could not be measured; 50 mm are assumed."
+    height = job.ground_m + measured.depth_m + _ABOVE_GROUND_M
+    words = (
+        f"Its root is {1000 * height:.0f} mm up, where its feet touch; its middle is over the start; it looks along +x."
+    )
+    return round(-measured.middle_x_m, 5) + 0.0, round(height, 5), words
 
 
 def _contacts(job: Job, brief: Brief) -> tuple[str, ...]:
     """Return the environment's bodies the robot is meant to touch."""
     bodies = {body.name: body for body in brief.summary.bodies}
-    if job.kind == "crawl":
+    if job.moves_itself:
         return tuple(name for name, body in bodies.items() if any(geom.shape == "plane" for geom in body.geoms))
     if job.target is None:
         return ()
@@ -184,7 +199,7 @@ def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, updat
         step = max(_FREE_STEP_M, abs(x))
         update["position_m"] = (round(x - step, 5), y, z)
         return f"set it back by {1000 * step:g} mm from {', '.join(fault.names[:2])}"
-    if job.kind == "reach" and job.base == "fixed" and stands_in_front(job):
+    if _must_lean(job):
         turn = placement.rotation_deg
         update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
         return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"

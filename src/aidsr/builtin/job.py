@@ -10,70 +10,18 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import BodySummary, Brief, EnvironmentSummary, GeomSummary, MountSummary
+from aidsr.artifacts import Brief, EnvironmentSummary, GeomSummary, MountSummary
+from aidsr.builtin.kinds import Kind, kind_of
+from aidsr.builtin.targets import Target, find_target
 
-__all__ = ["Job", "Kind", "Target", "read_job"]
+__all__ = ["Job", "read_job"]
 
-Kind = Literal["reach", "grasp", "pull", "crawl"]
-
-_WORDS: dict[Kind, tuple[str, ...]] = {
-    "grasp": ("grasp", "grip", "pick", "hold", "catch", "lift", "grab", "carry", "retain"),
-    "pull": ("open", "pull", "hook", "drawer", "handle", "unlatch"),
-    "crawl": (
-        "crawl",
-        "walk",
-        "climb",
-        "locomot",
-        "forward",
-        "travel",
-        "cross",
-        "stair",
-        "roll",
-        "traverse",
-        "get past",
-    ),
-    "reach": ("reach", "press", "push", "touch", "point", "brush", "wipe", "insert", "follow", "surface", "button"),
-}
-"""Word stems that speak for a kind of job. Our choice, from the objectives of the 14 benchmark tasks."""
-
-_HANDLE = re.compile(r"handle|bar|knob|grip|hook|ring", re.IGNORECASE)
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
 _TRAVEL = re.compile(rf"slide along ({_NUMBER}) ({_NUMBER}) ({_NUMBER}),? ({_NUMBER}) to ({_NUMBER})")
-_GRASPABLE_M = 0.06
-"""A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
-
 _UPRIGHT = 0.7
 """Share of a mount's axis that points up where something can stand on it. Our choice: less than 45 deg aslant."""
 
 Vector = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Target:
-    """What the job is about, seen from the mount.
-
-    Attributes:
-        body: Name of the environment's body.
-        part: Name of the geom that is meant, for a handle; else the body's name.
-        along_m: Distance from the mount along its z axis.
-        beside_m: Distance from that axis.
-        half_width_m: Largest half extent across.
-        mass_kg: Mass of the body.
-        position_m: In world coordinates.
-    """
-
-    body: str
-    part: str
-    along_m: float
-    beside_m: float
-    half_width_m: float
-    mass_kg: float
-    position_m: tuple[float, float, float]
-
-    @property
-    def distance_m(self) -> float:
-        """Straight distance from the mount [m]."""
-        return math.hypot(self.along_m, self.beside_m)
 
 
 @dataclass(frozen=True)
@@ -101,6 +49,11 @@ class Job:
     ground_m: float
 
     @property
+    def moves_itself(self) -> bool:
+        """Whether the robot's work is to get somewhere."""
+        return self.kind in ("crawl", "squeeze")
+
+    @property
     def mount_name(self) -> str:
         """Name of the mount as a Placement wants it."""
         return self.mount.name if self.mount else "world"
@@ -125,11 +78,11 @@ def read_job(brief: Brief) -> Job:
     """Understand a brief. Deterministic; reads only words and the environment's facts."""
     summary = brief.summary
     mount = summary.mounts[0] if summary.mounts else None
-    kind, because = _kind(brief)
+    kind, because = kind_of(brief)
     base = _base(brief, kind, mount)
     if base == "free" and mount is not None and (mount.z_axis[2] < _UPRIGHT or mount.moved_by):
         mount = None  # made for something that hangs from it, not for something that stands
-    target = _target(brief.objective, kind, summary, mount)
+    target = find_target(brief.objective, kind, summary, mount)
     return Job(
         kind=kind,
         because=because,
@@ -142,95 +95,12 @@ def read_job(brief: Brief) -> Job:
     )
 
 
-def _kind(brief: Brief) -> tuple[Kind, str]:
-    words = brief.objective.lower()
-    found = {kind: [stem for stem in stems if re.search(rf"\b{stem}", words)] for kind, stems in _WORDS.items()}
-    if brief.base == "free":
-        return "crawl", "the robot's base is free, so the body has to carry itself"
-    best = max(found, key=lambda kind: len(found[kind]))
-    if found[best]:
-        return best, f"the objective speaks of {', '.join(found[best])}"
-    loose = [body for body in brief.summary.bodies if _is_loose(body) and _half_width(body.geoms) <= _GRASPABLE_M]
-    if loose:
-        return "grasp", f"the objective names no action known to the rules; {loose[0].name} lies free and fits a hand"
-    if brief.summary.mounts:
-        return (
-            "reach",
-            "the objective names no action known to the rules; there is a mount, so an arm that reaches is assumed",
-        )
-    return (
-        "crawl",
-        "the objective names no action known to the rules and there is no mount; a body that moves itself is assumed",
-    )
-
-
 def _base(brief: Brief, kind: Kind, mount: MountSummary | None) -> Literal["fixed", "free", "moving"]:
     if brief.base != "any":
         return brief.base
-    if kind == "crawl":
+    if kind in ("crawl", "squeeze"):
         return "free"
     return "moving" if mount and mount.moved_by else "fixed"
-
-
-def _is_loose(body: BodySummary) -> bool:
-    return any(joint.endswith(": free") for joint in body.joints)
-
-
-def _target(objective: str, kind: Kind, summary: EnvironmentSummary, mount: MountSummary | None) -> Target | None:
-    """Choose what the job is about: a handle to pull, else what moves and is named, nearest to the mount."""
-    driven = set(mount.moved_by) if mount else set()
-    bodies = [body for body in summary.bodies if body.parent and body.geoms and not _carries_mount(body, driven)]
-    if kind == "crawl" or not bodies:
-        return None
-    if kind == "pull":
-        handles = [(body, geom) for body in bodies for geom in body.geoms if _HANDLE.search(geom.name)]
-        if handles:
-            return _nearest([_seen(body, (geom,), geom.name, mount) for body, geom in handles])
-    movable = [body for body in bodies if body.joints] or bodies
-    named = [body for body in movable if any(word in objective.lower() for word in _names(body))]
-    return _nearest([_seen(body, body.geoms, body.name, mount) for body in named or movable])
-
-
-def _nearest(targets: list[Target]) -> Target:
-    return min(targets, key=lambda target: target.distance_m)
-
-
-def _carries_mount(body: BodySummary, driven: set[str]) -> bool:
-    return any(joint.split(":")[0] in driven for joint in body.joints)
-
-
-def _names(body: BodySummary) -> list[str]:
-    return [word for word in re.split(r"[^a-z]+", body.name.lower()) if len(word) > 3]
-
-
-def _seen(body: BodySummary, geoms: tuple[GeomSummary, ...], part: str, mount: MountSummary | None) -> Target:
-    position = np.mean([geom.position_m for geom in geoms], axis=0)
-    along, beside = _in_mount(position, mount)
-    return Target(
-        body=body.name,
-        part=part,
-        along_m=along,
-        beside_m=beside,
-        half_width_m=_half_width(geoms),
-        mass_kg=body.mass_kg,
-        position_m=(float(position[0]), float(position[1]), float(position[2])),
-    )
-
-
-def _in_mount(position: Vector, mount: MountSummary | None) -> tuple[float, float]:
-    """Return the distance along the mount's z and off that axis [m]."""
-    offset = position - np.array(mount.position_m if mount else (0.0, 0.0, 0.0))
-    axis = np.array(mount.z_axis if mount else (0.0, 0.0, 1.0))
-    along = float(offset @ axis)
-    return along, float(np.linalg.norm(offset - along * axis))
-
-
-def _half_width(geoms: tuple[GeomSummary, ...]) -> float:
-    """Largest half extent across [m]; a plane has none."""
-    widths = [
-        max(geom.size_m[:2]) if geom.shape == "box" else geom.size_m[0] for geom in geoms if geom.shape != "plane"
-    ]
-    return max(widths, default=0.0)
 
 
 def _approach(summary: EnvironmentSummary, mount: MountSummary | None) -> float:

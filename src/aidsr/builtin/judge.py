@@ -97,7 +97,7 @@ def _base(brief: Brief, scene: Scene) -> Iterator[CritiqueIssue]:
 def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
     """Stretched out, the functional part gets as far as the target; a grasp begins over its object."""
     path = _functional_path(root)
-    if job.target is None or job.kind == "crawl" or not path:
+    if job.target is None or job.moves_itself or not path:
         return
     reach = _path_length_m(path) + job.approach_m
     x, y, z = (at - root for at, root in zip(job.target_in_mount_m, scene.placement.position_m, strict=True))

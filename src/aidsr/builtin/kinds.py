@@ -21,8 +21,6 @@ _WORDS: dict[Kind, str] = {
 }
 """Beginnings of words that speak for a kind of job. Our choice, from the objectives of the 14 benchmark tasks."""
 
-_MOVING_ITSELF: tuple[Kind, ...] = ("squeeze", "crawl")
-
 _GRASPABLE_M = 0.06
 """A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
 
@@ -35,9 +33,10 @@ def kind_of(brief: Brief) -> tuple[Kind, str]:
     """
     found = {kind: _spoken(words, brief.objective) for kind, words in _WORDS.items()}
     if brief.base == "free":
-        best = max(_MOVING_ITSELF[:1], key=lambda kind: len(found[kind]))
         because = "the robot's base is free, so the body has to carry itself"
-        return (best, f"{because}, and the objective speaks of {found[best][0]}") if found[best] else ("crawl", because)
+        if found["squeeze"]:
+            return "squeeze", f"{because}, and the objective speaks of {', '.join(found['squeeze'])}"
+        return "crawl", because
     best = max(found, key=lambda kind: len(found[kind]))
     if found[best]:
         return best, f"the objective speaks of {', '.join(found[best])}"

@@ -4,25 +4,34 @@ from __future__ import annotations
 
 from typing import Any
 
-from aidsr.artifacts import Robot
+from aidsr.artifacts import Artifact, Robot
 from aidsr.sim import isolation
 
-__all__ = ["lowest_point_in_worker", "lowest_point_m"]
+__all__ = ["Footprint", "footprint", "footprint_in_worker"]
 
 
-def lowest_point_m(robot: Robot) -> float:
-    """Return how far the robot's shapes reach below its root's origin, in its own file's axes [m].
+class Footprint(Artifact):
+    """Where a robot's shapes are, seen from its root's origin, in its own file's axes."""
+
+    depth_m: float
+    """How far they reach below it."""
+    middle_x_m: float
+    """Middle between their foremost and hindmost point."""
+
+
+def footprint(robot: Robot) -> Footprint:
+    """Measure a robot as it is drawn.
 
     Raises:
         MjcfError: The robot cannot be loaded.
         IsolationError: Loading it ran past its limits.
     """
-    found = isolation.call("aidsr.builtin.measuring:lowest_point_in_worker", {"mjcf": robot.mjcf})
-    return float(found["depth_m"])
+    found = isolation.call("aidsr.builtin.measuring:footprint_in_worker", {"mjcf": robot.mjcf})
+    return Footprint.model_validate(found)
 
 
-def lowest_point_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Do the work of `lowest_point_m` on plain values.
+def footprint_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
+    """Do the work of `footprint` on plain values.
 
     Raises:
         MjcfError: The robot cannot be loaded.
@@ -36,6 +45,6 @@ def lowest_point_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     # Body 1 is the first root; a floor that came with the robot belongs to body 0 and does not count.
-    low, _ = bounding_box_m(model, data, range(1, model.nbody))
+    low, high = bounding_box_m(model, data, range(1, model.nbody))
     root = data.xpos[1] if model.nbody > 1 else (0.0, 0.0, 0.0)
-    return {"depth_m": float(root[2] - low[2])}
+    return {"depth_m": float(root[2] - low[2]), "middle_x_m": float((low[0] + high[0]) / 2.0 - root[0])}

@@ -42,6 +42,8 @@ def reach_length(job: Job, rng: np.random.Generator) -> float:
     """
     if job.target is None:
         return _DEFAULT_LENGTH_M * rng.uniform(0.95, 1.1)
+    if job.kind == "insert":
+        return float(np.clip(job.target.near_m - rng.uniform(0.03, 0.05), *_LENGTH_RANGE_M))
     if stands_in_front(job) and job.approach_m > 0:
         free = job.target.along_m - job.target.half_width_m - _START_GAP_M
         return float(np.clip(free - rng.uniform(0.0, 0.012), *_LENGTH_RANGE_M))
