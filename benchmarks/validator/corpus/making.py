@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,6 +23,9 @@ from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
 from benchmarks.validator.oracle import BUILDING_SEVERITIES, examine_good, severity_of
 
 __all__ = ["Corpus", "Plan", "grade_of", "load_or_make", "make_bad", "make_good", "make_mistake"]
+
+Made = tuple[list[Specimen], dict[str, int]]
+"""Robots, and how many attempts were put aside by reason."""
 
 _FIRST_SEED: dict[Split, int] = {"tuning": 1000, "held out": 2000}
 
@@ -81,7 +85,7 @@ def grade_of(severity: float) -> Grade:
     return "near miss" if severity <= 0.5 else "band"
 
 
-def make_good(writer: str, split: Split, index: int, patience: int) -> tuple[list[Specimen], dict[str, int]]:
+def make_good(writer: str, split: Split, index: int, patience: int) -> Made:
     """Write robots until the oracle finds nothing wrong with one."""
     put_aside: dict[str, int] = {}
     for attempt in range(patience):
@@ -98,9 +102,7 @@ def make_good(writer: str, split: Split, index: int, patience: int) -> tuple[lis
     return [], put_aside
 
 
-def make_bad(
-    number: int, grade: Grade, count: int, split: Split, bases: Sequence[Specimen], patience: int
-) -> tuple[list[Specimen], dict[str, int]]:
+def make_bad(number: int, grade: Grade, count: int, split: Split, bases: Sequence[Specimen], patience: int) -> Made:
     """Make robots bad by one injection until enough came out as meant."""
     injection, made, put_aside = INJECTIONS[number], list[Specimen](), dict[str, int]()
     rng = np.random.default_rng([_FIRST_SEED[split], 1, number, _number(grade)])
@@ -134,9 +136,7 @@ def _is_as_named(injection: Injection, mjcf: str) -> bool:
     return injection.code != "free_fall" or not lands(mjcf)
 
 
-def make_mistake(
-    number: int, count: int, split: Split, bases: Sequence[Specimen]
-) -> tuple[list[Specimen], dict[str, int]]:
+def make_mistake(number: int, count: int, split: Split, bases: Sequence[Specimen]) -> Made:
     """Make documents with one mistake; all must be refused by MuJoCo, or be forbidden here."""
     injection, made, put_aside = DOCUMENT[number], list[Specimen](), dict[str, int]()
     rng = np.random.default_rng([_FIRST_SEED[split], 2, number])
@@ -199,58 +199,84 @@ def _quiet() -> None:
     mujoco.set_mju_user_warning(lambda _message: None)
 
 
+@dataclass(frozen=True)
+class _Job:
+    """Robots that one worker makes; what it made is kept, so that a stopped run goes on where it was.
+
+    Attributes:
+        label: What is made, in words.
+        file: Where it is kept.
+        function: Makes it.
+        arguments: Of that function.
+    """
+
+    label: str
+    file: Path
+    function: Callable[..., Made]
+    arguments: tuple[Any, ...]
+
+    def run(self) -> Made:
+        if not self.file.exists():
+            specimens, put_aside = self.function(*self.arguments)
+            text = json.dumps([[asdict(specimen) for specimen in specimens], put_aside])
+            self.file.with_suffix(".part").write_text(text, "utf-8")
+            self.file.with_suffix(".part").replace(self.file)
+        specimens, put_aside = json.loads(self.file.read_text("utf-8"))
+        return [Specimen(**each) for each in specimens], put_aside
+
+
 def load_or_make(split: Split, folder: Path, processes: int, say: Callable[[str], None]) -> Corpus:
-    """Return the corpus of a split, from a file if writers, faults and oracle are what they were when it was made."""
-    path = folder / f"corpus-{split.replace(' ', '-')}-{_fingerprint(split)}.json"
-    if path.exists():
-        kept = json.loads(path.read_text("utf-8"))
-        return Corpus([Specimen(**each) for each in kept["specimens"]], kept["put_aside"])
-    corpus = _make(split, processes, say)
-    folder.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"specimens": [asdict(s) for s in corpus.specimens], "put_aside": corpus.put_aside})
-    path.with_suffix(".part").write_text(text, "utf-8")
-    path.with_suffix(".part").replace(path)
-    return corpus
-
-
-def _fingerprint(split: Split) -> str:
-    """Of everything that decides what the corpus is."""
-    here = Path(__file__).parents[1]
-    sources = sorted([*(here / "corpus").rglob("*.py"), *(here / "oracle").rglob("*.py")])
-    text = "".join(source.read_text("utf-8") for source in sources) + mujoco.__version__ + split
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def _make(split: Split, processes: int, say: Callable[[str], None]) -> Corpus:
+    """Return the corpus of a split; what was made before by the same writers, faults and oracle is read from files."""
     plan, corpus = PLANS[split], Corpus()
+    kept = folder / f"corpus-{split.replace(' ', '-')}-{_fingerprint()}"
+    kept.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(processes, initializer=_quiet) as pool:
-        wanted = [(writer, split, i, plan.patience) for writer, count in plan.good.items() for i in range(count)]
-        for made, put_aside in pool.map(_good, wanted):
-            corpus.add(made, put_aside)
-            say(f"good robots: {len(corpus.specimens)} of {len(wanted)}")
+        for job, made in _all(pool, _good_jobs(plan, split, kept)):
+            corpus.add(*made)
+            say(f"{job.label}: {len(made[0])}")
         good = list(corpus.specimens)
-        small = [base for base in good if mujoco.MjModel.from_xml_string(base.mjcf).nv <= plan.largest]
-        jobs = [
-            (number, grade, plan.graded[grade], split, small, plan.patience)
-            for number, injection in enumerate(INJECTIONS)
-            for grade in injection.sizes
-            if grade in plan.graded
-        ]
-        for job, (made, put_aside) in zip(jobs, pool.map(_bad, jobs), strict=True):
-            corpus.add(made, put_aside)
-            say(f"{INJECTIONS[job[0]].code}, {job[1]}: {len(made)} of {job[2]}")
+        for job, made in _all(pool, _bad_jobs(plan, split, good, kept)):
+            corpus.add(*made)
+            say(f"{job.label}: {len(made[0])}")
     each = max(1, plan.graded["bad"] // 3)
     for number in range(len(DOCUMENT)):
         corpus.add(*make_mistake(number, each, split, good))
     return corpus
 
 
-def _good(job: tuple[str, Split, int, int]) -> tuple[list[Specimen], dict[str, int]]:
-    return make_good(*job)
+def _all(pool: ProcessPoolExecutor, jobs: Sequence[_Job]) -> Iterator[tuple[_Job, Made]]:
+    return zip(jobs, pool.map(_Job.run, jobs), strict=True)
 
 
-def _bad(job: tuple[int, Grade, int, Split, Sequence[Specimen], int]) -> tuple[list[Specimen], dict[str, int]]:
-    return make_bad(*job)
+def _good_jobs(plan: Plan, split: Split, kept: Path) -> list[_Job]:
+    return [
+        _Job(f"good, {writer} {i}", kept / f"good-{writer}-{i}.json", make_good, (writer, split, i, plan.patience))
+        for writer, count in plan.good.items()
+        for i in range(count)
+    ]
+
+
+def _bad_jobs(plan: Plan, split: Split, good: Sequence[Specimen], kept: Path) -> list[_Job]:
+    small = [base for base in good if mujoco.MjModel.from_xml_string(base.mjcf).nv <= plan.largest]
+    return [
+        _Job(
+            f"{injection.code}, {grade}, wanted {plan.graded[grade]}",
+            kept / f"{injection.code}-{number}-{grade.replace(' ', '-')}.json",
+            make_bad,
+            (number, grade, plan.graded[grade], split, small, plan.patience),
+        )
+        for number, injection in enumerate(INJECTIONS)
+        for grade in injection.sizes
+        if grade in plan.graded
+    ]
+
+
+def _fingerprint() -> str:
+    """Of everything that decides what the corpus is."""
+    here = Path(__file__).parents[1]
+    sources = sorted([*(here / "corpus").rglob("*.py"), *(here / "oracle").rglob("*.py")])
+    text = "".join(source.read_text("utf-8") for source in sources) + mujoco.__version__
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def codes_in(specimens: Iterable[Specimen]) -> list[str]:
