@@ -7,14 +7,13 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-from scenes import small_arm, small_scene
-
 from aidsr.artifacts import ActuatorGroup, Evaluation, Robot
 from aidsr.cli import main
 from aidsr.rl.training import TrainingConfig
 from aidsr.runs import RunConfig
 from aidsr.runs.folders import Run
 from aidsr.runs.record import RunRecord
+from scenes import small_arm, small_scene
 
 QUICK = ("--steps", "64", "--threads", "1", "--no-videos")
 

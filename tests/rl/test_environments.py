@@ -7,13 +7,13 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 import gymnasium
 from gymnasium.utils.env_checker import check_env
-from scenes import builtin_scene, small_learning, small_scene
 from stable_baselines3.common.env_checker import check_env as check_env_of_sb3
 
-from aidsr.rl.episodes import Episodes
+from aidsr.episodes.batch import Episodes
 from aidsr.rl.single_env import TaskEnv, environment_id
 from aidsr.rl.vector_env import BatchedVecEnv
 from aidsr.tasks import task_names
+from scenes import builtin_scene, small_learning, small_scene
 
 
 def vector_env(n=4) -> BatchedVecEnv:

@@ -8,10 +8,10 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-from scenes import Always, QuickPushing, small_learning, small_scene
 from test_training import SMALL
 
 from aidsr.artifacts import Evaluation
+from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.rl.evaluation import evaluate, watch
 from aidsr.rl.evidence import Evidence
@@ -23,11 +23,11 @@ from aidsr.rl.plausibility import (
     structure_check,
     training_check,
 )
-from aidsr.rl.scene import LearningScene
 from aidsr.rl.trained import FinishedTraining, evaluate_training
 from aidsr.rl.training import TrainingResult, train
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Change, Variation, apply_to_simulation, load_task
+from scenes import Always, QuickPushing, small_learning, small_scene
 
 BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
 
@@ -105,7 +105,7 @@ def test_ordinary_motion_pays_for_its_energy_and_keeps_its_ranges():
 
 
 def test_energy_from_nothing_is_noticed():
-    pushing = LearningScene.of(small_scene(damping=-1e-4), QuickPushing())
+    pushing = TaskScene.of(small_scene(damping=-1e-4), QuickPushing())
     watched = watch(pushing, Restless(), range(2), threads=1)
     assert not watched.course.diverged.any()
     checks = behaviour(watched, pushing)
@@ -116,14 +116,14 @@ def test_energy_from_nothing_is_noticed():
 def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
     floating = small_scene().replace('<body name="robot/seg1"', '<body name="robot/seg1" gravcomp="1"')
     assert "gravcomp" in floating
-    scene = LearningScene.of(floating, QuickPushing())
+    scene = TaskScene.of(floating, QuickPushing())
     assert behaviour(watch(scene, Restless(), range(4), threads=1), scene)["energy_paid_for"].passed
 
 
 def test_a_joint_pulled_far_beyond_its_range_is_noticed():
-    scene = LearningScene.of(small_scene().replace('range="-0.698132 0.698132"', 'range="-0.01 0.01"'), QuickPushing())
+    scene = TaskScene.of(small_scene().replace('range="-0.698132 0.698132"', 'range="-0.01 0.01"'), QuickPushing())
     assert scene.model.jnt_range[scene.model.joint("robot/bend1").id, 1] == 0.01
-    strong = LearningScene.of(small_scene(tension=800.0).replace("0.698132", "0.01"), QuickPushing())
+    strong = TaskScene.of(small_scene(tension=800.0).replace("0.698132", "0.01"), QuickPushing())
     mild = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
     wild = behaviour(watch(strong, BENDING, range(2), threads=1), strong)["within_limits"]
     assert mild.passed
@@ -180,7 +180,7 @@ def test_a_stiff_rod_with_one_joint_is_no_continuum_robot():
 
 def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
     """At the catching task, where twenty episodes cost little because they are over soon."""
-    scene = LearningScene.of(small_scene("dynamic_catching"), "dynamic_catching")
+    scene = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching")
     train(scene, tmp_path, steps=128, recipe=SMALL, threads=1)
     finished = FinishedTraining.load(tmp_path)
     assert finished.scene.fingerprint == scene.fingerprint

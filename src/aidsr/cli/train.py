@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from aidsr.rl.scene import LearningScene
+    from aidsr.episodes.scene import TaskScene
 
 __all__ = ["train"]
 
@@ -74,12 +74,10 @@ def train(
     from aidsr.cli.learning import require_learning, subject_of
 
     require_learning()
-    from aidsr.rl.scene import LearningScene
+    from aidsr.episodes.scene import TaskScene
 
     subject = subject_of(scene, task, level)
-    learning = LearningScene.of(
-        subject.scene, subject.task, level=subject.level, groups=subject.groups, grouping=grouping
-    )
+    learning = TaskScene.of(subject.scene, subject.task, level=subject.level, groups=subject.groups, grouping=grouping)
     console = Console(highlight=False)
     told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"
     console.print(f"[bold]{escape(told)}[/]", soft_wrap=True)
@@ -97,7 +95,7 @@ def train(
 
 
 def _learn(
-    console: Console, learning: LearningScene, home: Path, *, steps: int, seed: int, threads: int, tensorboard: bool
+    console: Console, learning: TaskScene, home: Path, *, steps: int, seed: int, threads: int, tensorboard: bool
 ) -> Path:
     """Train one policy while a person watches; return its folder."""
     from rich.markup import escape

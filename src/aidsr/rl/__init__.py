@@ -1,8 +1,8 @@
 """Learning: gymnasium, stable-baselines3 and torch live here only.
 
-    actions, proprioception       what a policy does and what it knows of its body
-    episodes                      many simulations of a task at once, observed and scored as arrays
-    vector_env, single_env        the same as a VecEnv of Stable-Baselines3 and as an environment of Gymnasium
+    vector_env, single_env        batched episodes as a VecEnv of Stable-Baselines3 and as an environment of Gymnasium
+    recipe, training, policy      PPO, the same for every task, and what it leaves behind
+    evaluation, plausibility      held-out episodes, and whether their motion can be believed
 
 Importing this package makes the tasks known to `gymnasium.make`; torch is loaded when a policy is.
 """

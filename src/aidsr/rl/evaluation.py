@@ -9,8 +9,10 @@ import mujoco
 import numpy as np
 
 from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.episodes.batch import Episodes
+from aidsr.episodes.playing import Actor, Course, play
+from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
-from aidsr.rl.episodes import Episodes
 from aidsr.rl.evidence import RECORDED, Evidence, Witness
 from aidsr.rl.plausibility import (
     behaviour_checks,
@@ -19,9 +21,6 @@ from aidsr.rl.plausibility import (
     structure_check,
     training_check,
 )
-from aidsr.rl.playing import Course, play
-from aidsr.rl.policy import Actor
-from aidsr.rl.scene import LearningScene
 from aidsr.rl.training import TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, Variation
 
@@ -43,7 +42,7 @@ class Watched:
 
 
 def evaluate(
-    scene: LearningScene,
+    scene: TaskScene,
     actor: Actor,
     *,
     episodes: int = LEAST_EPISODES,
@@ -80,7 +79,7 @@ def evaluate(
     return Evaluation(episodes=results, checks=tuple(checks), versions=versions, **facts), watched
 
 
-def watch(scene: LearningScene, actor: Actor, indices: range, *, threads: int = 0, smoothing: float = 0.0) -> Watched:
+def watch(scene: TaskScene, actor: Actor, indices: range, *, threads: int = 0, smoothing: float = 0.0) -> Watched:
     """Play held-out variations and look closely."""
     model = copy.copy(scene.model)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
@@ -95,7 +94,7 @@ def watch(scene: LearningScene, actor: Actor, indices: range, *, threads: int = 
 
 
 def _exploit_checks(
-    scene: LearningScene, actor: Actor, watched: Watched, threads: int, smoothing: float
+    scene: TaskScene, actor: Actor, watched: Watched, threads: int, smoothing: float
 ) -> list[PlausibilityCheck]:
     """Play the successes again with half the time step and with another integrator."""
     won = [v for v, succeeded in zip(watched.variations, watched.course.succeeded, strict=True) if succeeded]

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.rl.episodes import Episodes, Moment
+from aidsr.episodes.batch import Episodes, Moment
 from aidsr.tasks.readings import FloatArray
 
 __all__ = ["RECORDED", "Evidence", "Witness"]

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from aidsr.artifacts import PlausibilityCheck
+from aidsr.episodes.playing import Course
 from aidsr.rl.evidence import Evidence
-from aidsr.rl.playing import Course
 from aidsr.sim.structure import Structure
 from aidsr.tasks.readings import FloatArray
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from gymnasium import spaces
@@ -23,15 +23,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.vec_env import VecNormalize
 
-__all__ = ["Actor", "Normalisation", "TrainedPolicy", "network_options", "one_torch_thread"]
-
-
-class Actor(Protocol):
-    """Anything that acts on what it sees."""
-
-    def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return actions for observations, (n, n_observations) -> (n, n_actions), -1 to 1."""
-        ...
+__all__ = ["Normalisation", "TrainedPolicy", "network_options", "one_torch_thread"]
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.artifacts import ActuatorGroup
-from aidsr.rl.actions import Grouping
-from aidsr.rl.episodes import Episodes
-from aidsr.rl.scene import LearningScene
+from aidsr.episodes.actions import Grouping
+from aidsr.episodes.batch import Episodes
+from aidsr.episodes.scene import TaskScene
 from aidsr.rl.spaces import action_space, observation_space
 from aidsr.tasks import Level, Task, task_names
 
@@ -60,7 +60,7 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
         render_mode: None = None,
     ) -> None:
         self.render_mode = render_mode
-        self.scene = LearningScene.of(scene, task, level=level, groups=groups, grouping=grouping)
+        self.scene = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
         self.split = split
         first = self.scene.task.variation(split, 0)
         self.episodes = Episodes(

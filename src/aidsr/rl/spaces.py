@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from aidsr.rl.episodes import OBSERVED_LIMIT, Episodes
+from aidsr.episodes.batch import OBSERVED_LIMIT, Episodes
 
 __all__ = ["action_space", "observation_space"]
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Self
 
 from aidsr.artifacts import Evaluation
+from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.rl.evaluation import LEAST_EPISODES, evaluate
 from aidsr.rl.files import TrainingFolder
 from aidsr.rl.policy import TrainedPolicy, one_torch_thread
-from aidsr.rl.scene import LearningScene
 from aidsr.rl.training import TrainingConfig, TrainingResult
 
 __all__ = ["FinishedTraining", "evaluate_training"]
@@ -24,7 +24,7 @@ class FinishedTraining:
     folder: TrainingFolder
     config: TrainingConfig
     result: TrainingResult
-    scene: LearningScene
+    scene: TaskScene
     policy: TrainedPolicy
 
     @classmethod
@@ -44,7 +44,7 @@ class FinishedTraining:
                 f"the folder of a finished training was expected, and {folder} has no {missing}; train first, with "
                 "aidsr train"
             ) from None
-        scene = LearningScene.of(
+        scene = TaskScene.of(
             folder / "scene.xml",
             config.task,
             level=config.level,

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from aidsr.artifacts import ActuatorGroup, Artifact
+from aidsr.episodes.actions import GroupsFrom
+from aidsr.episodes.batch import Episodes
+from aidsr.episodes.playing import play
+from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
-from aidsr.rl.actions import GroupsFrom
-from aidsr.rl.episodes import Episodes
 from aidsr.rl.files import TrainingFolder
-from aidsr.rl.playing import play
 from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.rl.recipe import Recipe
-from aidsr.rl.scene import LearningScene
 from aidsr.tasks import BENCHMARK_VERSION, Level, Variation
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class TrainingResult(Artifact):
 
 
 def train(
-    scene: LearningScene,
+    scene: TaskScene,
     folder: Path,
     *,
     steps: int = BUDGET_STEPS,
@@ -111,7 +111,7 @@ def train(
 
 
 def folder_for(
-    home: Path, scene: LearningScene, *, steps: int = BUDGET_STEPS, seed: int = 0, recipe: Recipe | None = None
+    home: Path, scene: TaskScene, *, steps: int = BUDGET_STEPS, seed: int = 0, recipe: Recipe | None = None
 ) -> Path:
     """Return where to train: an unfinished training of the very same under `home`, else the next of 001, 002."""
     config = _config(scene, steps, seed, recipe or Recipe())
@@ -125,7 +125,7 @@ def folder_for(
     return home / f"{max((int(path.name) for path in numbered), default=0) + 1:03d}"
 
 
-def _config(scene: LearningScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
+def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
     return TrainingConfig(
         task=scene.task.name,
         level=scene.task.level,
@@ -167,7 +167,7 @@ class _Training:
     """The moving parts of one call of `train`."""
 
     def __init__(
-        self, scene: LearningScene, home: TrainingFolder, config: TrainingConfig, threads: int, tensorboard: bool
+        self, scene: TaskScene, home: TrainingFolder, config: TrainingConfig, threads: int, tensorboard: bool
     ) -> None:
         from stable_baselines3.common.vec_env import VecNormalize
 

@@ -9,7 +9,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from aidsr.rl.episodes import Episodes, Moment
+from aidsr.episodes.batch import Episodes, Moment
 from aidsr.rl.spaces import action_space, observation_space
 from aidsr.tasks import Variation
 from aidsr.tasks.readings import FloatArray

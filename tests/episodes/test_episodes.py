@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium", reason="needs the extra rl")
-
-from scenes import Always, QuickPushing, builtin_scene, small_learning
-
-from aidsr.rl.divergence import fastest_m_s
-from aidsr.rl.episodes import Episodes
-from aidsr.rl.playing import play
-from aidsr.rl.scene import LearningScene
+from aidsr.episodes.batch import Episodes
+from aidsr.episodes.divergence import fastest_m_s
+from aidsr.episodes.playing import play
+from aidsr.episodes.scene import TaskScene
 from aidsr.tasks import load_task
+from scenes import Always, QuickPushing, builtin_scene, small_learning
 
 
 def begun(n=3, *, task=None, threads=1, first=0, **options) -> Episodes:
@@ -59,7 +56,7 @@ def test_what_is_observed():
 
 def test_a_moving_base_is_part_of_the_body():
     task = load_task("pipe_inserting")
-    scene = LearningScene.of(builtin_scene(task.name), task)
+    scene = TaskScene.of(builtin_scene(task.name), task)
     episodes = Episodes(scene.model, task, scene.actions, [task.variation("development", 0)], threads=1)
     action = np.zeros((1, scene.actions.size))
     action[0, -1] = 1.0
@@ -71,7 +68,7 @@ def test_a_moving_base_is_part_of_the_body():
 
 def test_a_scripted_base_follows_its_timetable():
     task = load_task("simple_grasping")
-    scene = LearningScene.of(builtin_scene(task.name, 1), task)
+    scene = TaskScene.of(builtin_scene(task.name, 1), task)
     episodes = Episodes(scene.model, task, scene.actions, [task.variation("development", 0)], threads=1)
     for _ in range(40):
         episodes.step(np.full((1, scene.actions.size), -1.0))

@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium", reason="needs the extra rl")
-
-from scenes import builtin_scene, small_arm, small_learning, small_scene
-
 from aidsr.artifacts import ActuatorGroup
+from aidsr.episodes.actions import map_actions
+from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
-from aidsr.rl.actions import map_actions
-from aidsr.rl.scene import LearningScene
 from aidsr.sim.compiling import compile_mjcf
 from aidsr.tasks import load_task
+from scenes import builtin_scene, small_arm, small_learning, small_scene
 
 
 def test_an_action_of_minus_one_to_one_spans_the_control_range():
@@ -79,9 +76,9 @@ def test_an_actuator_without_a_range_cannot_be_driven():
     scene = small_scene(third=boundless)
     assert boundless.split()[1] in small_arm(third=boundless)
     with pytest.raises(UserError, match="robot/turn"):
-        LearningScene.of(scene, "button_pushing")
+        TaskScene.of(scene, "button_pushing")
 
 
 def test_a_scene_of_another_task_is_refused_with_what_it_lacks():
     with pytest.raises(UserError, match="object_push"):
-        LearningScene.of(small_scene(), "simple_grasping")
+        TaskScene.of(small_scene(), "simple_grasping")

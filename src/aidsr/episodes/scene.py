@@ -12,16 +12,16 @@ import mujoco
 from lxml import etree
 
 from aidsr.artifacts import ActuatorGroup
+from aidsr.episodes.actions import ActionMap, Grouping, map_actions
 from aidsr.errors import UserError
-from aidsr.rl.actions import ActionMap, Grouping, map_actions
 from aidsr.sim.compiling import compile_mjcf
 from aidsr.tasks import Level, Task, load_task
 
-__all__ = ["LearningScene", "read_mjcf_text"]
+__all__ = ["TaskScene", "read_mjcf_text"]
 
 
 @dataclass(frozen=True, eq=False)
-class LearningScene:
+class TaskScene:
     """A robot in the environment of a task, ready to be learned with.
 
     Scenes come from our own assembly, out of a robot that was validated in isolation; here they are checked by the safe

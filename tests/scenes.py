@@ -7,7 +7,7 @@ import numpy as np
 
 from aidsr.artifacts import Placement, Robot
 from aidsr.builtin import team
-from aidsr.rl.scene import LearningScene
+from aidsr.episodes.scene import TaskScene
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import load_task
 from aidsr.tasks.reaching.button_pushing import ButtonPushing
@@ -75,9 +75,9 @@ class QuickPushing(ButtonPushing):
         return np.abs(readings["tip_position"][:, 0]) > 0.05
 
 
-def small_learning(task=None, **options) -> LearningScene:
+def small_learning(task=None, **options) -> TaskScene:
     """The small arm, ready to learn."""
-    return LearningScene.of(small_scene(), task or QuickPushing(), **options)
+    return TaskScene.of(small_scene(), task or QuickPushing(), **options)
 
 
 class Always:

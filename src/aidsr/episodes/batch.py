@@ -12,9 +12,9 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from aidsr.rl.actions import ActionMap
-from aidsr.rl.divergence import broken_down, quiet
-from aidsr.rl.proprioception import Proprioception
+from aidsr.episodes.actions import ActionMap
+from aidsr.episodes.divergence import broken_down, quiet
+from aidsr.episodes.proprioception import Proprioception
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
 from aidsr.tasks.readings import BoolArray, FloatArray

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from aidsr.rl.episodes import Episodes, Moment
-from aidsr.rl.policy import Actor
+from aidsr.episodes.batch import Episodes, Moment
 from aidsr.tasks.readings import BoolArray, FloatArray
 
-__all__ = ["Course", "play"]
+__all__ = ["Actor", "Course", "play"]
+
+
+class Actor(Protocol):
+    """Anything that acts on what it sees."""
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """Return actions for observations, (n, n_observations) -> (n, n_actions), -1 to 1."""
+        ...
 
 
 @dataclass(frozen=True)

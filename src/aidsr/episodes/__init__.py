@@ -1,0 +1,8 @@
+"""Many simulations of a task at once, observed and scored as arrays; what training, evaluation and the probe share.
+
+scene           a scene and its task, ready to be simulated
+actions         what one action drives: single actuators or groups that act together
+proprioception  what is known of the body, the same for every design
+batch           the running episodes
+playing         whole episodes from beginning to end
+"""
