@@ -2,6 +2,7 @@
 
 from aidsr.runs.events import EventLog, read_events
 from aidsr.runs.folders import LAYOUT, DesignFolder, IterationFolder, Run, layout_text, new_run
+from aidsr.runs.library import Library
 from aidsr.runs.record import RunConfig, RunRecord
 from aidsr.runs.recording import RecordedModel
 from aidsr.runs.status import DesignStatus, RunStatus, read_status
@@ -13,6 +14,7 @@ __all__ = [
     "DesignStatus",
     "EventLog",
     "IterationFolder",
+    "Library",
     "RecordedModel",
     "Run",
     "RunConfig",

@@ -9,6 +9,7 @@ import errno
 import itertools
 import os
 import re
+import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,6 +35,7 @@ __all__ = [
     "Step",
     "Stopped",
     "Waiting",
+    "at_work",
     "read_events",
     "without_secrets",
     "working_time_s",
@@ -147,6 +149,8 @@ Event = Annotated[
 ]
 _ADAPTER: TypeAdapter[Event] = TypeAdapter(Event)
 
+_GLANCES_S = (0.01, 0.05)
+"""Pauses before a log counts as taken [s]: `at_work` holds it for an instant when it looks."""
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
 _SHORTEST_SECRET = 8
 """Shorter values are words like "1" or "true"; our choice, so that ordinary text stays readable."""
@@ -217,12 +221,38 @@ def _lock(file: int, path: Path) -> None:
     except ImportError:  # Windows has no flock: there, nothing keeps two processes from one run
         return
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for pause_s in (*_GLANCES_S, None):
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                if pause_s is None:
+                    raise
+                time.sleep(pause_s)
+            else:
+                return
     except BlockingIOError:
         raise UserError(f"another process is at work on {path.parent}; wait for it or end it, then try again") from None
     except OSError as error:
         if error.errno not in (errno.ENOLCK, errno.ENOTSUP):  # file systems without locks: as on Windows
             raise
+
+
+def at_work(path: Path) -> bool | None:
+    """Whether a process of this machine has a log open for writing; None on a system that cannot tell."""
+    try:
+        import fcntl
+    except ImportError:  # as in `_lock`
+        return None
+    if not path.exists():
+        return False
+    with path.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return None
+    return False
 
 
 def read_events(path: Path) -> tuple[Event, ...]:

@@ -1,0 +1,108 @@
+"""What training made of a design, read from the folders training/001, 002 … beside its iterations.
+
+The files are written by `aidsr.rl`; whoever only wants to look needs none of its libraries.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from aidsr.artifacts import Artifact, Evaluation
+from aidsr.runs.files import BytesFile, JsonFile, replace_file
+from aidsr.runs.folders import DesignFolder
+
+__all__ = ["CurveRow", "Inspection", "Training", "read_curve", "trainings_of"]
+
+
+class Inspection(Artifact):
+    """A person's word on whether a trained robot moves as a continuum robot could.
+
+    It stands beside the automatic verdict and changes nothing in it.
+
+    Source: AID-SR counts a design as valid after a person has looked at it.
+    """
+
+    plausible: bool
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class CurveRow:
+    """How a training stood after some steps; nan where nothing was measured yet."""
+
+    steps: int
+    wall_s: float
+    success_share: float
+    progress: float
+    reward: float
+    steps_per_s: float
+
+
+@dataclass(frozen=True)
+class Training:
+    """One trained policy, or one that is learning."""
+
+    path: Path
+
+    @property
+    def number(self) -> int:
+        """Counts from 1 within the design."""
+        return int(self.path.name)
+
+    @property
+    def config(self) -> JsonFile[dict[str, Any]]:
+        """What was asked: task, level, steps, seed, recipe."""
+        return JsonFile(self.path / "config.json", dict[str, Any])
+
+    @property
+    def result(self) -> JsonFile[dict[str, Any]]:
+        """How it ended; absent while it learns."""
+        return JsonFile(self.path / "training.json", dict[str, Any])
+
+    @property
+    def evaluation(self) -> JsonFile[Evaluation]:
+        """The verdict on held-out variations."""
+        return JsonFile(self.path / "evaluation.json", Evaluation)
+
+    @property
+    def inspection(self) -> JsonFile[Inspection]:
+        """What a person said of it."""
+        return JsonFile(self.path / "inspection.json", Inspection)
+
+    def inspect(self, inspection: Inspection) -> None:
+        """Keep what a person says; unlike other files of a run it may be said anew."""
+        replace_file(self.inspection.path, inspection.model_dump_json(indent=2).encode() + b"\n")
+
+    @property
+    def films(self) -> tuple[BytesFile, ...]:
+        """The films of held-out episodes that exist, the best first."""
+        return tuple(BytesFile(self.path / name) for name in ("best.mp4", "median.mp4") if (self.path / name).exists())
+
+
+def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
+    """Return the trainings of a design, in order."""
+    folder = design.path / "training"
+    found = folder.glob("[0-9]*") if folder.is_dir() else ()
+    return tuple(Training(path) for path in sorted(found) if path.name.isdigit() and (path / "config.json").exists())
+
+
+def read_curve(training: Training) -> tuple[CurveRow, ...]:
+    """Return the curve so far; a line that is just being written is left out."""
+    try:
+        text = (training.path / "curve.csv").read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return ()
+    whole = text[: text.rfind("\n") + 1]
+    rows = csv.DictReader(whole.splitlines())
+    return tuple(
+        CurveRow(int(row["steps"]), *(_number(row[name]) for name in list(CurveRow.__dataclass_fields__)[1:]))
+        for row in rows
+    )
+
+
+def _number(text: str | None) -> float:
+    return float(text) if text else math.nan

@@ -1,0 +1,143 @@
+"""Finding runs by name, throwing them away and taking them back; who is at work; trainings and comparisons."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from aidsr.artifacts import Concept, Fault, Placement, ValidationReport
+from aidsr.errors import UserError
+from aidsr.runs import EventLog, Library, Run, RunConfig, RunRecord
+from aidsr.runs.comparing import Attempted, compare
+from aidsr.runs.events import Started, at_work
+from aidsr.runs.library import fingerprint
+from aidsr.runs.trainings import Inspection, read_curve, trainings_of
+
+
+def written(folder: Path, name: str, started: str = "2026-01-31T10:00:00+00:00") -> Run:
+    run = Run(folder / name)
+    run.path.mkdir(parents=True)
+    run.record.write(RunRecord(objective="press", config=RunConfig(), started=started, versions={}))
+    return run
+
+
+def test_runs_come_newest_first_by_what_they_say_themselves(tmp_path: Path) -> None:
+    written(tmp_path, "b_old", "2025-01-01T00:00:00+00:00")
+    written(tmp_path, "a_new", "2026-05-01T00:00:00+02:00")
+    (tmp_path / "no_run").mkdir()
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "run.json").write_text("{")
+    os.utime(tmp_path / "damaged" / "run.json", (0, 0))
+    assert [run.path.name for run in Library(tmp_path).runs()] == ["a_new", "b_old", "damaged"]
+    assert Library(tmp_path / "nowhere").runs() == ()
+
+
+@pytest.mark.parametrize("name", ["..", ".", "", "../outside", "a/b", "/etc", ".trash", "x\0y", "nowhere", "link"])
+def test_only_runs_directly_in_the_folder_have_names(tmp_path: Path, name: str) -> None:
+    home, outside = tmp_path / "home", tmp_path / "outside"
+    written(home, "mine")
+    written(tmp_path, "outside")
+    (home / "link").symlink_to(outside)
+    with pytest.raises(UserError, match="the name of a run"):
+        Library(home).run(name)
+
+
+def test_what_was_thrown_away_can_be_taken_back(tmp_path: Path) -> None:
+    library = Library(tmp_path)
+    written(tmp_path, "mine")
+    library.trash("mine")
+    assert library.runs() == ()
+    library.restore("mine")
+    assert [run.path.name for run in library.runs()] == ["mine"]
+    with pytest.raises(UserError, match="the name of a run"):
+        library.restore("mine")
+
+
+def test_a_run_at_work_is_not_thrown_away(tmp_path: Path) -> None:
+    run = written(tmp_path, "mine")
+    assert at_work(run.events) is False
+    with EventLog(run.events) as log:
+        log.write(Started())
+        assert at_work(run.events) is True
+        with pytest.raises(UserError, match="stop it first"):
+            Library(tmp_path).trash("mine")
+    assert at_work(run.events) is False
+
+
+def test_the_fingerprint_changes_with_what_happens(tmp_path: Path) -> None:
+    run = written(tmp_path, "mine")
+    marks = [fingerprint(run)]
+    with EventLog(run.events) as log:
+        log.write(Started())
+    marks.append(fingerprint(run))
+    run.design(1).iteration(1).path.mkdir(parents=True)
+    marks.append(fingerprint(run))
+    folder = run.design(1).path / "training" / "001"
+    folder.mkdir(parents=True)
+    (folder / "curve.csv").write_text("steps\n")
+    marks.append(fingerprint(run))
+    assert len(set(marks)) == 4
+    assert fingerprint(run) == marks[-1]
+
+
+def test_a_training_is_read_while_it_goes_on(tmp_path: Path) -> None:
+    design = written(tmp_path, "mine").design(1)
+    assert trainings_of(design) == ()
+    folder = design.path / "training" / "001"
+    folder.mkdir(parents=True)
+    (folder / "config.json").write_text('{"task": "reaching/button_pushing", "steps": 100}')
+    (folder / "curve.csv").write_text(
+        "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n"
+        "50,1.5,0,nan,nan,nan,0,33.0\n100,3.0,4,0.25,0.5,2.0,0,33.0\n150,"
+    )
+    (training,) = trainings_of(design)
+    assert [row.steps for row in read_curve(training)] == [50, 100]
+    assert read_curve(training)[1].success_share == 0.25
+    assert training.evaluation.read() is None
+    training.inspect(Inspection(plausible=False, text="it slides"))
+    training.inspect(Inspection(plausible=True))
+    assert training.inspection.read() == Inspection(plausible=True)
+
+
+def fault(code: str, measured: float) -> Fault:
+    return Fault(
+        code=code, layer="simulate", severity="error", measured=measured, limit=1.0, unit="mm", message="measured"
+    )
+
+
+def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
+    concept = Concept(
+        name="Arm", interpretation="", morphology="", actuation="", functional_part="", family="arm",
+        parameters={"length_m": 0.3},
+    )  # fmt: skip
+    before = Attempted(
+        number=1,
+        concept=concept,
+        robot="<a/>\n<b/>",
+        placement=Placement(mount="mount", base="fixed"),
+        report=ValidationReport(stable=False, faults=(fault("chatter", 9.0), fault("underdamped", 3.0))),
+        judged=None,
+    )
+    after = before.model_copy(
+        update={
+            "concept": concept.model_copy(update={"parameters": {"length_m": 0.25}}),
+            "robot": "<a/>\n<c/>\n<d/>",
+            "placement": Placement(mount="mount", base="fixed", scale=0.8),
+            "report": ValidationReport(stable=False, faults=(fault("chatter", 2.0), fault("sinks", 3.0))),
+        }
+    )
+    told = compare(before, after)
+    assert told.changed == (
+        "length_m: 0.3 → 0.25",
+        "the robot's MJCF: 2 lines added, 1 removed",
+        "scale: 1 → 0.8",
+    )
+    assert told.better == ("underdamped is gone (1 place)", "chatter: 9 → 2 mm (limit 1)")
+    assert told.worse == ("sinks is new (1 place)",)
+    stable = after.model_copy(update={"report": ValidationReport(stable=True), "judged": True})
+    assert compare(after.model_copy(update={"judged": False}), stable).better == (
+        "it became stable",
+        "chatter is gone (1 place)",
+        "sinks is gone (1 place)",
+        "the Judge now passes it",
+    )
