@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 
 from cyclopts import App
@@ -42,6 +43,8 @@ for command in (
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command line and exit: 0 for success, 2 for a mistake of the person's, else what the command says."""
+    # A scheduler, or the page, ends a command as a person's Control-C does: what is done is kept and said to be.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = app(arguments)
     except UserError as error:
@@ -50,6 +53,8 @@ def main(arguments: list[str] | None = None) -> None:
     except AidsrError as error:
         _say(error)
         code = 1
+    except KeyboardInterrupt:
+        code = 130
     sys.exit(code)
 
 

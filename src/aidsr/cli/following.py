@@ -19,43 +19,12 @@ from aidsr.cli.asking import Asker
 from aidsr.cli.reporting import print_introduction, print_result
 from aidsr.pipeline import Parts, work
 from aidsr.runs import Run, read_status
-from aidsr.runs.events import (
-    Begun,
-    Decided,
-    DecisionUnreadable,
-    Done,
-    Event,
-    Finished,
-    NoPicture,
-    Repaired,
-    Stopped,
-    Waiting,
-)
+from aidsr.runs.events import Begun, Done, Event
 from aidsr.runs.status import newest
-from aidsr.runs.summary import cost_in_words, repairs_in_words
+from aidsr.runs.summary import cost_in_words
+from aidsr.runs.telling import DOING, sentence
 
-__all__ = ["Lines", "Panel", "View", "follow", "sentence"]
-
-_DOING = {
-    "concepts": "the Designer thinks of concepts",
-    "concept": "the Designer revises the concept",
-    "robot": "the Coder writes the robot",
-    "robot_report": "the robot is validated",
-    "placement": "the Scene Integrator places the robot",
-    "scene": "robot and environment are put together",
-    "scene_report": "the scene is validated",
-    "preview": "a picture is drawn",
-    "critique": "the Judge looks at the scene",
-    "motion": "its motion is drawn",
-}
-_FOUND = {
-    "concepts": "concepts",
-    "concept": "new concept",
-    "robot_report": "robot",
-    "scene_report": "scene",
-    "critique": "Judge",
-}
-"""The steps whose result a person wants to read, and what they looked at."""
+__all__ = ["Lines", "Panel", "View", "follow"]
 
 
 def follow(run: Run, parts: Parts) -> int:
@@ -79,29 +48,6 @@ def follow(run: Run, parts: Parts) -> int:
         )
         return 130
     return print_result(console, run)
-
-
-def sentence(event: Event) -> str:
-    """Return what happened in a few words; empty for what a person watching need not read."""
-    match event:
-        case Done(step=step, summary=summary) if step in _FOUND:
-            return f"{_FOUND[step]}: {summary}"
-        case Repaired(counts=counts):
-            return repairs_in_words(counts)
-        case Waiting():
-            return "waiting for your decision"
-        case DecisionUnreadable(reason=reason):
-            return reason
-        case Decided(verdict=verdict):
-            return f"your decision: {verdict}"
-        case NoPicture(reason=reason):
-            return f"no picture: {reason}"
-        case Stopped(message=message):
-            return f"stopped: {message}"
-        case Finished(outcome=outcome) if outcome is not None:
-            return f"{outcome.outcome}: {outcome.reason}"
-        case _:
-            return ""
 
 
 class View(Protocol):
@@ -186,7 +132,7 @@ class Panel:
             concept = newest(it.concept.read() for it in reversed(self._run.design(number).iterations))
             line.concept = concept.name if concept else ""
         line.iteration = getattr(event, "iteration", None) or line.iteration
-        line.doing = _DOING[event.step] if isinstance(event, Begun) else ""
+        line.doing = DOING[event.step] if isinstance(event, Begun) else ""
         line.found = sentence(event) or line.found
         if self._paid and number and isinstance(event, Done):
             line.cost = cost_in_words(read_status(self._run).designs[number - 1].usage)
@@ -204,7 +150,7 @@ class Panel:
         """Draw the panel."""
         designs = {number: line for number, line in sorted(self._lines.items()) if number}
         if not designs:
-            return self._with_mark(Text(_DOING["concepts"], style="cyan"), working=True)
+            return self._with_mark(Text(DOING["concepts"], style="cyan"), working=True)
         return Group(*(self._draw(number, line) for number, line in designs.items()))
 
     def _draw(self, number: int, line: _Line) -> RenderableType:

@@ -1,0 +1,63 @@
+"""What happens in a run, in a few words, as a terminal and a page say it alike."""
+
+from __future__ import annotations
+
+from aidsr.runs.events import (
+    Decided,
+    DecisionUnreadable,
+    Done,
+    Event,
+    Finished,
+    NoPicture,
+    Repaired,
+    Stopped,
+    Waiting,
+)
+from aidsr.runs.summary import repairs_in_words
+
+__all__ = ["DOING", "sentence"]
+
+DOING = {
+    "concepts": "the Designer thinks of concepts",
+    "concept": "the Designer revises the concept",
+    "robot": "the Coder writes the robot",
+    "robot_report": "the robot is validated",
+    "placement": "the Scene Integrator places the robot",
+    "scene": "robot and environment are put together",
+    "scene_report": "the scene is validated",
+    "preview": "a picture is drawn",
+    "critique": "the Judge looks at the scene",
+    "motion": "its motion is drawn",
+}
+"""Each step while it is at work."""
+_FOUND = {
+    "concepts": "concepts",
+    "concept": "new concept",
+    "robot_report": "robot",
+    "scene_report": "scene",
+    "critique": "Judge",
+}
+"""The steps whose result a person wants to read, and what they looked at."""
+
+
+def sentence(event: Event) -> str:
+    """Return what happened in a few words; empty for what a person watching need not read."""
+    match event:
+        case Done(step=step, summary=summary) if step in _FOUND:
+            return f"{_FOUND[step]}: {summary}"
+        case Repaired(counts=counts):
+            return repairs_in_words(counts)
+        case Waiting():
+            return "waiting for your decision"
+        case DecisionUnreadable(reason=reason):
+            return reason
+        case Decided(verdict=verdict):
+            return f"your decision: {verdict}"
+        case NoPicture(reason=reason):
+            return f"no picture: {reason}"
+        case Stopped(message=message):
+            return f"stopped: {message}"
+        case Finished(outcome=outcome) if outcome is not None:
+            return f"{outcome.outcome}: {outcome.reason}"
+        case _:
+            return ""
