@@ -87,12 +87,39 @@ def test_a_role_gives_up_after_so_many_replies(reasks: int) -> None:
     assert len(server.requests) == 1 + reasks
 
 
-def test_a_repair_is_told_what_is_wrong_and_what_there_is() -> None:
-    with Loopback([Say(f"{HEADER}\n{MJCF}")]) as server:
-        team_at(server).coder.repair(BRIEF, CONCEPT, ROBOT, REPORT)
+def test_a_repair_is_a_patch_and_keeps_the_header() -> None:
+    patch = '<patch><add sel="//body[@name=\'base\']"><geom name="shell" size="0.01"/></add></patch>'
+    with Loopback([Say(f"```xml\n{patch}\n```")]) as server:
+        mended = team_at(server).coder.repair(BRIEF, CONCEPT, ROBOT, REPORT)
     (_, (_, user)) = turns(server.requests[0])
-    assert ROBOT.mjcf.strip() in user
     assert REPORT.account() in user
+    assert '<geom name="shell" size="0.01"/>' in mended.mjcf
+    assert mended.model_copy(update={"mjcf": ROBOT.mjcf}) == ROBOT
+
+
+def test_a_patch_that_cannot_be_carried_out_is_asked_for_again_with_names_that_come_near() -> None:
+    wrong = "<patch><remove sel=\"//general[@name='pull_aa']\"/></patch>"
+    right = '<patch><set sel="//general[@name=\'pull_a\']" gear="2"/></patch>'
+    with Loopback([Say(wrong), Say(right)]) as server:
+        mended = team_at(server).coder.repair(BRIEF, CONCEPT, ROBOT, REPORT)
+    assert "selects no element. Names that come near: pull_a, pull_b." in turns(server.requests[1])[-1][1]
+    assert 'gear="2"' in mended.mjcf
+
+
+def test_a_patch_may_come_with_a_new_header_or_be_a_whole_robot() -> None:
+    patch = '<patch><set sel="//body[@name=\'base\']" name="root"/></patch>'
+    header = '{"functional_part": "root"}'
+    with Loopback([Say(f"{header}\n{patch}"), Say(f"{HEADER}\n{MJCF}")]) as server:
+        coder = team_at(server).coder
+        assert coder.repair(BRIEF, CONCEPT, ROBOT, REPORT).functional_part == "root"
+        assert coder.repair(BRIEF, CONCEPT, ROBOT, REPORT).mjcf == MJCF
+
+
+def test_a_robot_that_cannot_be_read_is_mended_whole() -> None:
+    broken = ROBOT.model_copy(update={"mjcf": "<mujoco><body></mujoco>"})
+    with Loopback([Say(f"{HEADER}\n{MJCF}")]) as server:
+        team_at(server).coder.repair(BRIEF, CONCEPT, broken, REPORT)
+    assert broken.mjcf in turns(server.requests[0])[-1][1]
 
 
 def test_a_revision_stays_one_concept() -> None:

@@ -15,6 +15,7 @@ from aidsr.agents import team
 from aidsr.agents.coder import _Reader
 from aidsr.agents.designer import _read
 from aidsr.agents.environment import describe_environment
+from aidsr.agents.patching import apply_patch, patch_in
 from aidsr.agents.prompts import render
 from aidsr.agents.replies import blocks, json_in, read_as
 from aidsr.artifacts import Critique, EnvironmentSummary, Placement
@@ -25,6 +26,11 @@ from aidsr.roles import Team
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
 ANY = BRIEF.model_copy(update={"base": "any"})
+UNREADABLE = ROBOT.model_copy(update={"mjcf": ROBOT.mjcf.replace("</body>", "")})
+LIMB = ROBOT.model_copy(
+    update={"mjcf": next(block.text for block in blocks(render("coder")) if block.language == "xml")}
+)
+"""A robot long enough to be shown shortened."""
 MOVING = BRIEF.model_copy(update={"base": "moving"})
 
 
@@ -57,10 +63,13 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "designer_revise_before_robot": lambda t: t.designer.revise(BRIEF, CONCEPT, None, "Make it thinner."),
     "coder_write": lambda t: t.coder.write(BRIEF, CONCEPT),
     "coder_write_from_own_robot": lambda t: t.coder.write(FREE, CONCEPT),
-    "coder_repair_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, REPORT),
-    "coder_repair_critique": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, CRITIQUE),
+    "coder_repair_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, UNREADABLE, REPORT),
+    "coder_edit_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, REPORT),
+    "coder_edit_critique": lambda t: t.coder.repair(FREE, CONCEPT, LIMB, CRITIQUE),
     "integrator_place": lambda t: t.integrator.place(MOVING, CONCEPT, ROBOT),
     "integrator_adjust_faults": lambda t: t.integrator.adjust(BRIEF, CONCEPT, ROBOT, PLACEMENT, REPORT),
+    "integrator_place_limb": lambda t: t.integrator.place(BRIEF, CONCEPT, LIMB),
+    "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, REPORT),
     "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
 }
 
@@ -85,10 +94,19 @@ def test_what_a_role_is_told_for_one_job(name: str) -> None:
     agrees(name, question.messages[1].text)
 
 
-@pytest.mark.parametrize("role", ["designer", "coder", "integrator", "judge"])
-def test_what_a_role_is_always_told(role: str) -> None:
+@pytest.mark.parametrize(
+    ("role", "jobs"),
+    [
+        ("designer", "designer_"),
+        ("coder", ("coder_write", "coder_repair")),
+        ("coder_editor", "coder_edit"),
+        ("integrator", "integrator_"),
+        ("judge", "judge_"),
+    ],
+)
+def test_what_a_role_is_always_told(role: str, jobs: str | tuple[str, ...]) -> None:
     agrees(role, render(role))
-    told = {heard_from(job)[0].messages[0].text for name, job in JOBS.items() if name.startswith(role)}
+    told = {heard_from(job)[0].messages[0].text for name, job in JOBS.items() if name.startswith(jobs)}
     assert told == {render(role)}, "a prefix that changes cannot be cached by a provider"
 
 
@@ -101,7 +119,7 @@ def test_what_a_role_is_told_when_its_reply_is_of_no_use() -> None:
 
 
 def test_no_snapshot_is_left_over() -> None:
-    names = {*JOBS, "designer", "coder", "integrator", "judge", "reask"}
+    names = {*JOBS, "designer", "coder", "coder_editor", "integrator", "judge", "reask"}
     assert {path.stem for path in SNAPSHOTS.glob("*.md")} == names
 
 
@@ -115,6 +133,14 @@ def test_the_job_comes_first_so_that_calls_share_it() -> None:
     job_and_concept = write.partition("# What to reply")[0]
     assert CONCEPT.rationale in job_and_concept
     assert repair.startswith(job_and_concept)
+
+
+def test_the_patch_that_is_shown_can_be_carried_out() -> None:
+    patch = patch_in(render("coder_editor"))
+    with_old = LIMB.mjcf.replace(
+        "</sensor>", '<framepos name="old_position" objtype="site" objname="flex_1a"/></sensor>'
+    )
+    assert 'name="pad_touch"' in apply_patch(with_old, patch)
 
 
 def test_the_examples_in_the_prompts_are_replies_that_can_be_used() -> None:

@@ -15,17 +15,19 @@ from aidsr.roles import Team
 __all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "team"]
 
 
-def team(model: Model, *, reasks: int = 2) -> Team:
+def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool = True) -> Team:
     """Return a team whose four roles are played by one language model.
 
     Args:
         model: The model; it is asked from several threads when concepts run side by side.
         reasks: How often a reply that cannot be used is asked for again before the role gives up.
+        edits: Whether the Coder mends a robot by a patch rather than by writing it anew.
+        condensed: Whether the Integrator and the Judge see a robot without its repetitions.
     """
     interview = Interview(model, reasks)
     return Team(
         designer=DesignerAgent(interview),
-        coder=CoderAgent(interview),
-        integrator=IntegratorAgent(interview),
-        judge=JudgeAgent(interview),
+        coder=CoderAgent(interview, edits),
+        integrator=IntegratorAgent(interview, condensed),
+        judge=JudgeAgent(interview, condensed),
     )

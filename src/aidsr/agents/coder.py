@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
+from aidsr.agents.condensing import condense
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.feedback import describe_feedback
 from aidsr.agents.interview import Interview
+from aidsr.agents.patching import apply_patch, patch_in
 from aidsr.agents.prompts import as_json, render
 from aidsr.agents.replies import json_in, mjcf_in, names_of, read_as
-from aidsr.artifacts import ActuatorGroup, Artifact, Brief, Concept, Robot
+from aidsr.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critique, Robot
 from aidsr.errors import ReplyError
 from aidsr.roles import Feedback
 
@@ -39,9 +41,16 @@ class _Header(Artifact):
 
 @dataclass(frozen=True)
 class CoderAgent:
-    """A language model as the Coder."""
+    """A language model as the Coder.
+
+    Attributes:
+        interview: Who is asked, and how often again.
+        edits: Whether repairs are asked for as edits of a shortened view of the robot. A robot that cannot be read is
+            always asked for whole.
+    """
 
     interview: Interview
+    edits: bool = True
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
         """Return a first robot for the concept.
@@ -63,37 +72,54 @@ class CoderAgent:
         Raises:
             ReplyError: No reply could be used.
         """
+        shortened = condense(robot.mjcf) if self.edits else None
+        by_edits = shortened is not None
         user = render(
-            "coder_repair",
+            "coder_edit" if by_edits else "coder_repair",
             brief=brief,
             environment=describe_environment(brief.summary),
-            concept=as_json(concept),
+            concept=concept if by_edits else as_json(concept),
             header=as_json(robot, "mjcf"),
-            robot=robot,
+            mjcf=(shortened or robot.mjcf).strip(),
+            critique=isinstance(feedback, Critique),
             feedback=describe_feedback(feedback),
         )
-        return self.interview.ask("coder", render("coder"), user, _Reader().read)
+        system = render("coder_editor" if by_edits else "coder")
+        return self.interview.ask("coder", system, user, _Reader(robot if by_edits else None).read)
 
 
 class _Reader:
     """Reads the Coder's replies of one conversation.
 
-    The MJCF is the long part: once it has arrived, a wrong header can be put right by a header alone.
+    The MJCF is the long part: once it has arrived, a wrong header can be put right by a header alone. Where there is a
+    robot already, its header holds until another one is sent, and a patch of its MJCF is enough.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot | None = None) -> None:
+        self._robot = robot
         self._mjcf = ""
 
     def read(self, reply: str) -> Robot:
-        self._mjcf = mjcf_in(reply) or self._mjcf
+        patch = patch_in(reply) if self._robot else None
+        if self._robot and patch:
+            self._mjcf = apply_patch(self._robot.mjcf, patch)
+            reply = reply.replace(patch, "")
+        else:
+            self._mjcf = mjcf_in(reply) or self._mjcf
         if not self._mjcf:
-            raise ReplyError("It has no MJCF; a complete <mujoco> document in one fenced block was asked for.")
+            asked = "one <patch>" if self._robot else "a complete <mujoco> document in one fenced block"
+            raise ReplyError(f"It has no MJCF; {asked} was asked for.")
         try:
-            header = read_as(_Header, json_in(_without(reply, self._mjcf)))
+            header = self._header(_without(reply, self._mjcf))
             _check_names(header, self._mjcf)
         except ReplyError as error:
             raise ReplyError(f"{error} The MJCF has arrived: the JSON header alone is enough now.") from None
         return Robot(mjcf=self._mjcf, **dict(header))
+
+    def _header(self, rest: str) -> _Header:
+        if self._robot and "{" not in rest:
+            return _Header(**self._robot.model_dump(exclude={"mjcf"}))
+        return read_as(_Header, json_in(rest))
 
 
 def _without(reply: str, mjcf: str) -> str:

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from aidsr.agents.condensing import condense
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.feedback import describe_feedback
 from aidsr.agents.interview import Interview
 from aidsr.agents.prompts import as_json, render
 from aidsr.agents.replies import json_in, names_of, read_as
 from aidsr.artifacts import Brief, Concept, Placement, Robot
-from aidsr.errors import ReplyError
+from aidsr.errors import IsolationError, MjcfError, ReplyError
 from aidsr.roles import Feedback
+from aidsr.sim.measuring import Extent, measure
 
 __all__ = ["IntegratorAgent"]
 
 
 @dataclass(frozen=True)
 class IntegratorAgent:
-    """A language model as the Scene Integrator."""
+    """A language model as the Scene Integrator.
+
+    Attributes:
+        interview: Who is asked, and how often again.
+        condensed: Whether the robot is shown without its repetitions.
+    """
 
     interview: Interview
+    condensed: bool = True
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return a first placement.
@@ -28,8 +37,7 @@ class IntegratorAgent:
         Raises:
             ReplyError: No reply could be used.
         """
-        environment = describe_environment(brief.summary)
-        user = render("integrator_place", brief=brief, environment=environment, concept=concept, robot=robot)
+        user = render("integrator_place", **self._known(brief, concept, robot))
         return self._placement(user, brief, robot)
 
     def adjust(
@@ -42,14 +50,21 @@ class IntegratorAgent:
         """
         user = render(
             "integrator_adjust",
-            brief=brief,
-            environment=describe_environment(brief.summary),
-            concept=concept,
-            robot=robot,
+            **self._known(brief, concept, robot),
             placement=as_json(placement),
             feedback=describe_feedback(feedback),
         )
         return self._placement(user, brief, robot)
+
+    def _known(self, brief: Brief, concept: Concept, robot: Robot) -> dict[str, Any]:
+        return {
+            "brief": brief,
+            "environment": describe_environment(brief.summary),
+            "concept": concept,
+            "robot": robot,
+            "extent": _measured(robot),
+            "mjcf": ((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
+        }
 
     def _placement(self, user: str, brief: Brief, robot: Robot) -> Placement:
         def read(reply: str) -> Placement:
@@ -60,6 +75,14 @@ class IntegratorAgent:
             return placement
 
         return self.interview.ask("integrator", render("integrator"), user, read)
+
+
+def _measured(robot: Robot) -> Extent | None:
+    """Return where the robot's parts are; None for one that does not load, which its report says better."""
+    try:
+        return measure(robot)
+    except (MjcfError, IsolationError):
+        return None
 
 
 def _complaints(placement: Placement, brief: Brief, robot: Robot) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from aidsr.agents.condensing import condense
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.interview import Interview
 from aidsr.agents.prompts import as_json, render
@@ -15,9 +16,15 @@ __all__ = ["JudgeAgent"]
 
 @dataclass(frozen=True)
 class JudgeAgent:
-    """A language model as the Judge."""
+    """A language model as the Judge.
+
+    Attributes:
+        interview: Who is asked, and how often again.
+        condensed: Whether the robot is shown without its repetitions.
+    """
 
     interview: Interview
+    condensed: bool = True
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
         """Return a pass, or a fail with issues that each blame a role.
@@ -31,6 +38,7 @@ class JudgeAgent:
             environment=describe_environment(brief.summary),
             concept=as_json(concept),
             robot=robot,
+            mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
             placement=as_json(scene.placement),
             notes=scene.notes,
             report=report.account(),

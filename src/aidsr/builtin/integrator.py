@@ -10,10 +10,10 @@ import numpy as np
 
 from aidsr.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport
 from aidsr.builtin.job import Job, read_job
-from aidsr.builtin.measuring import footprint
 from aidsr.builtin.sizing import stands_in_front
 from aidsr.errors import IsolationError, MjcfError
 from aidsr.roles import Feedback
+from aidsr.sim.measuring import measure
 
 __all__ = ["RuleIntegrator"]
 
@@ -139,14 +139,14 @@ def _angle_to_down(job: Job) -> float:
 def _standing(robot: Robot, job: Job) -> tuple[float, float, str]:
     """Return how far forward and up a free robot stands, its middle over the mount [m], and a sentence about it."""
     try:
-        measured = footprint(robot)
+        measured = measure(robot)
     except (MjcfError, IsolationError):
         return 0.0, 0.05, "It does not load, so its resting height could not be measured; 50 mm are assumed."
-    height = job.ground_m + measured.depth_m + _ABOVE_GROUND_M
+    height = job.ground_m - measured.low_m[2] + _ABOVE_GROUND_M
     words = (
         f"Its root is {1000 * height:.0f} mm up, where its feet touch; its middle is over the start; it looks along +x."
     )
-    return round(-measured.middle_x_m, 5) + 0.0, round(height, 5), words
+    return round(-(measured.low_m[0] + measured.high_m[0]) / 2, 5) + 0.0, round(height, 5), words
 
 
 def _contacts(job: Job, brief: Brief) -> tuple[str, ...]:

@@ -1,0 +1,76 @@
+"""A shortened robot shows every pattern once and says truly what it leaves out."""
+
+from __future__ import annotations
+
+import re
+
+from lxml import etree
+
+from aidsr.agents.condensing import condense
+
+
+def limb(name: str, links: int = 6, stiffness: str = "0.2", place: str = "0 0 0") -> str:
+    text = ""
+    for i in range(links, 0, -1):
+        text = (
+            f'<body name="{name}_{i}" pos="0 0 0.02"><joint name="{name}_bend_{i}" stiffness="{stiffness}"/>'
+            f'<geom name="{name}_skin_{i}" size="0.01"/>{text}</body>'
+        )
+    return f'<body name="{name}" pos="{place}">{text}</body>'
+
+
+def robot(*limbs: str, rest: str = "") -> str:
+    return f"<mujoco><worldbody><body name='palm'>{''.join(limbs)}</body></worldbody>{rest}</mujoco>"
+
+
+def comments(text: str) -> list[str]:
+    return [" ".join(found.split()) for found in re.findall(r"<!--(.*?)-->", text, re.DOTALL)]
+
+
+def test_links_like_the_first_are_told_by_name() -> None:
+    text = condense(robot(limb("arm")))
+    assert comments(text) == ["5 more, arm_2, arm_3 … arm_6: each inside the one before and like arm_1"]
+    assert [body.get("name") for body in etree.fromstring(text).iter("body")] == ["palm", "arm", "arm_1"]
+
+
+def test_numbers_that_differ_are_told() -> None:
+    text = condense(robot(limb("arm").replace('bend_4" stiffness="0.2"', 'bend_4" stiffness="0.1"')))
+    (said,) = comments(text)
+    assert said.endswith("like arm_1, but joint stiffness 0.2 | 0.2 | 0.1 | 0.2 | 0.2")
+
+
+def test_what_stands_after_a_chain_is_kept() -> None:
+    pad = (
+        '<geom name="arm_skin_6" size="0.01"/><body name="pad"><geom name="pad_shell" type="box" size="1 1 1"/></body>'
+    )
+    text = condense(robot(limb("arm").replace('<geom name="arm_skin_6" size="0.01"/>', pad)))
+    assert "pad_shell" in text
+    assert "arm_6" in comments(text)[0]
+
+
+def test_limbs_of_one_build_are_shown_once() -> None:
+    text = condense(robot(limb("finger_a"), limb("finger_b", place="1 0 0"), limb("finger_c", place="0 1 0")))
+    assert comments(text)[-1] == "finger_b, finger_c: like finger_a, but body pos 1 0 0 | 0 1 0"
+    assert "finger_c_1" not in text
+
+
+def test_a_limb_that_differs_within_says_so() -> None:
+    text = condense(robot(limb("finger_a"), limb("finger_b", stiffness="0.3")))
+    assert "stiffness 0.3" in comments(text)[-1]
+
+
+def test_limbs_of_different_builds_are_both_shown() -> None:
+    text = condense(robot(limb("finger_a"), limb("finger_b", links=4)))
+    assert "finger_b_1" in text
+
+
+def test_rows_keep_their_first_and_last() -> None:
+    sites = "".join(f'<site site="way_{i}"/>' for i in range(1, 8))
+    text = condense(robot(rest=f'<tendon><spatial name="flex">{sites}</spatial></tendon>'))
+    assert comments(text) == ["5 more: way_2, way_3 … way_6"]
+    assert [site.get("site") for site in etree.fromstring(text).iter("site")] == ["way_1", "way_7"]
+
+
+def test_looks_are_left_out_and_a_robot_that_cannot_be_read_is_not_shortened() -> None:
+    assert "rgba" not in condense(robot('<geom name="g" size="1" rgba="1 0 0 1"/>'))
+    assert condense("<mujoco><body></mujoco>") is None
