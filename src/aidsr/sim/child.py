@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, cast
 import aidsr
 from aidsr.sim.worker import GL_WANTED, INSIDE, read_message, write_message
 
-__all__ = ["Child"]
+__all__ = ["Child", "child_environment"]
 
 _START_LIMIT_S = 120.0  # our choice: importing MuJoCo takes 1 s, and many times that on a machine under heavy load
 _MAX_CALLS = 200  # our choice: then a fresh process, in case a native library loses memory on each model
@@ -39,7 +39,7 @@ class Child:
             stdout=subprocess.PIPE,
             stderr=self._output,
             cwd=self._folder,
-            env=_environment(self._folder),
+            env=child_environment(self._folder),
             start_new_session=True,  # Ctrl-C in a terminal is for the parent, which then ends its children
         )
         self._requests = cast(BinaryIO, self._process.stdin)
@@ -114,7 +114,7 @@ class Child:
         return {"crash": f"{name}\n{output[-_OUTPUT_TAIL:]}".strip()}
 
 
-def _environment(folder: Path) -> dict[str, str]:
+def child_environment(folder: Path) -> dict[str, str]:
     """Return the variables a child gets: what libraries need to load, and nothing that could be a key."""
     kept = {name: value for name, value in os.environ.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
     root = str(Path(aidsr.__file__).parents[1])

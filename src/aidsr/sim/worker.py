@@ -27,7 +27,17 @@ from typing import Any, BinaryIO
 
 from aidsr.errors import MjcfError, UserError
 
-__all__ = ["GL_WANTED", "INSIDE", "main", "read_message", "resolve", "write_message"]
+__all__ = [
+    "GL_WANTED",
+    "INSIDE",
+    "limit_for_good",
+    "listen",
+    "main",
+    "read_message",
+    "resolve",
+    "take_over_pipes",
+    "write_message",
+]
 
 INSIDE = "AIDSR_INSIDE_WORKER"
 """Environment variable that tells a worker's code that it is already isolated."""
@@ -80,11 +90,11 @@ def resolve(function: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
 
 def main() -> None:
     """Answer requests until the parent closes the pipe."""
-    requests, replies = _take_over_pipes()
+    requests, replies = take_over_pipes()
     faulthandler.enable()
-    _limit_for_good()
+    limit_for_good()
     inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(requests, inbox), daemon=True).start()
+    threading.Thread(target=listen, args=(requests, inbox), daemon=True).start()
     import mujoco
 
     # Without a handler MuJoCo appends its warnings to MUJOCO_LOG.TXT in the working directory.
@@ -94,7 +104,7 @@ def main() -> None:
         _reply(replies, _answer(inbox.get()))
 
 
-def _take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
+def take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
     """Return the request and reply pipes; whatever is printed from now on goes to standard error."""
     requests = os.fdopen(os.dup(0), "rb")
     replies = os.fdopen(os.dup(1), "wb")
@@ -105,7 +115,7 @@ def _take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
     return requests, replies
 
 
-def _listen(requests: BinaryIO, inbox: queue.SimpleQueue[dict[str, Any]]) -> None:
+def listen(requests: BinaryIO, inbox: queue.SimpleQueue[dict[str, Any]]) -> None:
     """Pass requests on; end the process when the parent has gone, also in the middle of a call."""
     while (request := read_message(requests)) is not None:
         inbox.put(request)
@@ -135,7 +145,7 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         return {"bug": traceback.format_exc()}
 
 
-def _limit_for_good() -> None:
+def limit_for_good() -> None:
     """Set the limits that hold for every call: no core dumps, no giant files."""
     if sys.platform != "win32":
         import resource

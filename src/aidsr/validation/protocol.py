@@ -21,7 +21,7 @@ from aidsr.validation.battery import BatteryTest, commands_at_end, list_tests, r
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.validation.points import displacements, drawn_seen_from_root, seen_from_root
 
-__all__ = ["Evidence", "Protocol", "Variant", "gather_evidence", "rerun"]
+__all__ = ["Evidence", "PlannedTests", "Protocol", "Variant", "gather_evidence", "plan_tests", "rerun"]
 
 Array = NDArray[np.float64]
 Variant = Callable[[mujoco.MjModel], None]
@@ -126,6 +126,40 @@ class Evidence:
     effects: Array
 
 
+@dataclass(frozen=True)
+class PlannedTests:
+    """The battery before it is run, for those who show one test of it.
+
+    Attributes:
+        frame_steps: Time steps in a frame.
+        drives: Commands of the robot's actuators where it settled.
+        tests: What is tested.
+        simulations: The same as simulations.
+    """
+
+    frame_steps: int
+    drives: tuple[Drive, ...]
+    tests: tuple[BatteryTest, ...]
+    simulations: tuple[Simulation, ...]
+
+
+def plan_tests(
+    model: mujoco.MjModel, structure: Structure, protocol: Protocol = Protocol(), threads: int = 2
+) -> PlannedTests | None:
+    """Return the battery of `gather_evidence`, or None for a robot that does not survive settling."""
+    frame_steps = protocol.frame_steps(model, structure.characteristic_length_m)
+    start = mujoco.MjData(model)
+    mujoco.mj_forward(model, start)
+    settle = _settle(model, structure, start, protocol, frame_steps, threads)
+    if settle.failed(0):
+        return None
+    settled = _settled(model, settle)
+    drives = read_drives(model, settled, structure)
+    tests = list_tests(drives)
+    simulations = _simulations(model, structure, settled, drives, tests, protocol, frame_steps)
+    return PlannedTests(frame_steps, drives, tests, tuple(simulations))
+
+
 def gather_evidence(
     model: mujoco.MjModel, structure: Structure, protocol: Protocol = Protocol(), threads: int = 2
 ) -> Evidence:
@@ -136,11 +170,9 @@ def gather_evidence(
     mujoco.mj_forward(model, start)
     settle = _settle(model, structure, start, protocol, frame_steps, threads)
     drawn_m, settling_m = drawn_seen_from_root(start, structure, model), seen_from_root(settle, structure, model)
-    settled = mujoco.MjData(model)
-    mujoco.mj_setState(model, settled, settle.states[0], mujoco.mjtState.mjSTATE_INTEGRATION)
+    settled = _settled(model, settle)
     if settle.failed(0):
         return Evidence(protocol, frame_steps, start, settle, drawn_m, settling_m, settled, (), (), None, np.zeros(0))
-    mujoco.mj_forward(model, settled)
     drives = read_drives(model, settled, structure)
     tests = list_tests(drives)
     battery = _run_tests(model, structure, settled, drives, tests, protocol, frame_steps, threads)
@@ -188,6 +220,15 @@ def _settle(
     return simulate(simulations, frame_steps=frame_steps, fields=_FIELDS, threads=threads)
 
 
+def _settled(model: mujoco.MjModel, settle: Recording) -> mujoco.MjData:
+    """Data at the end of the passive phase."""
+    settled = mujoco.MjData(model)
+    mujoco.mj_setState(model, settled, settle.states[0], mujoco.mjtState.mjSTATE_INTEGRATION)
+    if not settle.failed(0):
+        mujoco.mj_forward(model, settled)
+    return settled
+
+
 def _kick(model: mujoco.MjModel, structure: Structure, start: mujoco.MjData, protocol: Protocol) -> mujoco.MjData:
     """The reference pose with every hinge and ball of the robot turned a little."""
     rng = np.random.default_rng(protocol.seed)
@@ -224,6 +265,19 @@ def _run_tests(
     frame_steps: int,
     threads: int,
 ) -> Recording:
+    simulations = _simulations(model, structure, settled, drives, tests, protocol, frame_steps)
+    return simulate(simulations, frame_steps=frame_steps, fields=_FIELDS, threads=threads)
+
+
+def _simulations(
+    model: mujoco.MjModel,
+    structure: Structure,
+    settled: mujoco.MjData,
+    drives: Sequence[Drive],
+    tests: Sequence[BatteryTest],
+    protocol: Protocol,
+    frame_steps: int,
+) -> list[Simulation]:
     frame_s = frame_steps * float(model.opt.timestep)
     frames = protocol.frames(protocol.test, protocol.test_bounds_s, structure.characteristic_length_m, frame_s)
     hold = max(1, round(protocol.hold * pendulum_time_s(structure.characteristic_length_m) / frame_s))
@@ -241,4 +295,4 @@ def _run_tests(
         else:
             ctrl = neutral + ramp * (commands_at_end(test, neutral, drives) - neutral)
         simulations.append(Simulation(models[slack_in(test, drives)], state, ctrl))
-    return simulate(simulations, frame_steps=frame_steps, fields=_FIELDS, threads=threads)
+    return simulations
