@@ -14,7 +14,9 @@ from aidsr.roles import Team
 from loopback import Act, Fail, Loopback, Received, Say
 
 IDEA = {name: f"some {name}" for name in ("name", "family", "morphology", "actuation", "functional_part")}
-PROPOSAL = json.dumps({"interpretation": "reach down", "concepts": [IDEA, IDEA | {"family": "other"}]})
+PROPOSAL = json.dumps(
+    {"interpretation": "reach down", "concepts": [IDEA, IDEA | {"family": "other", "morphology": "rings"}]}
+)
 HEADER = '{"functional_part": "tip"}'
 MJCF = ROBOT.mjcf
 
@@ -120,6 +122,15 @@ def test_a_robot_that_cannot_be_read_is_mended_whole() -> None:
     with Loopback([Say(f"{HEADER}\n{MJCF}")]) as server:
         team_at(server).coder.repair(BRIEF, CONCEPT, broken, REPORT)
     assert broken.mjcf in turns(server.requests[0])[-1][1]
+
+
+@pytest.mark.parametrize("alike", [IDEA | {"name": "twin"}, IDEA | {"name": "twin", "family": "other"}])
+def test_concepts_that_are_alike_are_asked_for_again_once(alike: dict[str, str]) -> None:
+    twins = json.dumps({"interpretation": "reach down", "concepts": [IDEA, alike]})
+    with Loopback([Say(twins), Say(twins)]) as server:
+        concepts = team_at(server).designer.propose(BRIEF, 2)
+    assert '"some name" and "twin" are nearly the same robot.' in turns(server.requests[1])[-1][1]
+    assert [concept.name for concept in concepts] == ["some name", "twin"]
 
 
 def test_a_revision_stays_one_concept() -> None:

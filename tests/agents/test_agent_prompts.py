@@ -13,7 +13,7 @@ from agent_samples import BRIEF, CONCEPT, CRITIQUE, PLACEMENT, REPORT, ROBOT, SC
 
 from aidsr.agents import team
 from aidsr.agents.coder import _Reader
-from aidsr.agents.designer import _read
+from aidsr.agents.designer import _Reader as DesignerReader
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.patching import apply_patch, patch_in
 from aidsr.agents.prompts import render
@@ -144,7 +144,7 @@ def test_the_patch_that_is_shown_can_be_carried_out() -> None:
 
 
 def test_the_examples_in_the_prompts_are_replies_that_can_be_used() -> None:
-    assert len(_read(render("designer"), 1)) == 1
+    assert len(DesignerReader(1).read(render("designer"))) == 1
     assert read_as(Placement, json_in(render("integrator"))).scale == 0.9
     assert not read_as(Critique, json_in(render("judge"))).passed
 

@@ -8,7 +8,7 @@ import pytest
 from agent_samples import BRIEF, PLACEMENT, ROBOT
 
 from aidsr.agents.coder import _Reader
-from aidsr.agents.designer import _read as read_concepts
+from aidsr.agents.designer import _Reader as DesignerReader
 from aidsr.agents.integrator import _complaints
 from aidsr.agents.replies import json_in, mjcf_in, names_of, read_as
 from aidsr.artifacts import Critique, Placement
@@ -94,7 +94,7 @@ def test_many_problems_are_counted_not_listed() -> None:
     concept = dict.fromkeys(("name", "family", "morphology", "actuation", "functional_part"), 1)
     reply = json.dumps({"interpretation": "i", "concepts": [concept, concept]})
     with pytest.raises(ReplyError) as caught:
-        read_concepts(reply, 2)
+        DesignerReader(2).read(reply)
     assert 'The field "concepts[0].name" is wrong: Input should be a valid string, found 1.' in str(caught.value)
     assert str(caught.value).endswith("And 4 more of the kind.")
 
@@ -102,9 +102,9 @@ def test_many_problems_are_counted_not_listed() -> None:
 def test_the_number_of_concepts_is_kept() -> None:
     idea = dict.fromkeys(("name", "family", "morphology", "actuation", "functional_part"), "x")
     reply = json.dumps({"interpretation": "far away", "concepts": [idea, idea]})
-    assert [concept.interpretation for concept in read_concepts(reply, 2)] == ["far away", "far away"]
+    assert [concept.interpretation for concept in DesignerReader(2).read(reply)] == ["far away", "far away"]
     with pytest.raises(ReplyError, match="It has 2 concepts; exactly 3 asked for"):
-        read_concepts(reply, 3)
+        DesignerReader(3).read(reply)
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,15 @@ def test_links_like_the_first_are_told_by_name() -> None:
 def test_numbers_that_differ_are_told() -> None:
     text = condense(robot(limb("arm").replace('bend_4" stiffness="0.2"', 'bend_4" stiffness="0.1"')))
     (said,) = comments(text)
-    assert said.endswith("like arm_1, but joint stiffness 0.2 | 0.2 | 0.1 | 0.2 | 0.2")
+    assert said.endswith("like arm_1, but joint arm_bend_1 stiffness 0.2 | 0.2 | 0.1 | 0.2 | 0.2")
+
+
+def test_a_taper_is_told_by_its_ends() -> None:
+    tapered = limb("arm")
+    for i in range(1, 7):
+        tapered = tapered.replace(f'skin_{i}" size="0.01"', f'skin_{i}" size="{0.02 - 0.002 * i:.3f}"')
+    (said,) = comments(condense(robot(tapered)))
+    assert said.endswith("like arm_1, but geom arm_skin_1 size 0.016 … 0.008")
 
 
 def test_what_stands_after_a_chain_is_kept() -> None:
@@ -50,13 +58,13 @@ def test_what_stands_after_a_chain_is_kept() -> None:
 
 def test_limbs_of_one_build_are_shown_once() -> None:
     text = condense(robot(limb("finger_a"), limb("finger_b", place="1 0 0"), limb("finger_c", place="0 1 0")))
-    assert comments(text)[-1] == "finger_b, finger_c: like finger_a, but body pos 1 0 0 | 0 1 0"
+    assert comments(text)[-1] == "finger_b, finger_c: like finger_a, but body finger_a pos 1 0 0 | 0 1 0"
     assert "finger_c_1" not in text
 
 
 def test_a_limb_that_differs_within_says_so() -> None:
     text = condense(robot(limb("finger_a"), limb("finger_b", stiffness="0.3")))
-    assert "stiffness 0.3" in comments(text)[-1]
+    assert "finger_a_bend_1 stiffness 0.3" in comments(text)[-1]
 
 
 def test_limbs_of_different_builds_are_both_shown() -> None:

@@ -11,6 +11,7 @@ import copy
 import re
 from collections.abc import Iterator, Sequence
 
+import numpy as np
 from lxml import etree
 
 from aidsr.errors import MjcfError
@@ -21,16 +22,15 @@ __all__ = ["condense"]
 
 _LEAST_LEFT_OUT = 2
 """A comment in place of fewer elements would save nothing. Our choice."""
-_MOST_VALUES = 15
-"""Differing values that are all listed; of more the first and the last. Our choice: the links of a long limb."""
 _NUMBERS = re.compile(r"\s*[-+]?\.?\d[-+.\deE]*(\s+[-+]?\.?\d[-+.\deE]*)*\s*")
 _COUNTED = re.compile(
     r"(?<=[A-Za-z_])\d+[a-z]?(?![a-z])|(?<=_)[a-z](?![a-z])"
     r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
 )
 """What tells copies of one thing apart in their names: numbers, single letters, sides."""
-_MOST_DIFFERENCES = 8
-"""Copies that differ in more numbers than this are shown whole. Our choice: the comment would be as hard to read."""
+_MOST_UNEVEN = 8
+"""Copies that differ in more numbers than this, other than steadily, are shown whole. Our choice: the comment would be
+as hard to read."""
 _LOOKS = {"material", "rgba", "group"}
 _UNORDERED = ("sensor", "contact", "actuator", "tendon")
 """Sections whose elements may be shown in another order."""
@@ -145,18 +145,32 @@ def _own_elements(link: Element) -> list[Element]:
 
 
 def _differences(pattern: Sequence[Element], others: Sequence[Sequence[Element]]) -> str | None:
-    """Say which numbers of the elements left out are not those of the one that is shown; None when they are many."""
-    found = []
+    """Say which numbers of the elements left out are not those of the one that is shown; None when that takes long."""
+    steady, uneven = list[str](), list[str]()
     for index, element in enumerate(pattern):
         for key, value in attributes(element):
             values = [other[index].get(key, "") for other in others]
             if _NUMBERS.fullmatch(value) and any(each != value for each in values):
-                listed = values if len(values) <= _MOST_VALUES else [values[0], "…", values[-1]]
-                listed = values[:1] if len(set(values)) == 1 else listed
-                found.append(f"{element.tag} {key} {' | '.join(listed)}")
-    if len(found) > _MOST_DIFFERENCES:
+                change = f"{element.tag} {element.get('name', '')} {key}".replace("  ", " ")
+                if len(set(values)) == 1:
+                    steady.append(f"{change} {values[0]}")
+                elif len(values) > 2 and _is_steady(values):
+                    steady.append(f"{change} {values[0]} … {values[-1]}")
+                else:
+                    uneven.append(f"{change} {' | '.join(values)}")
+    if len(uneven) > _MOST_UNEVEN:
         return None
-    return f", but {', '.join(found)}" if found else ""
+    return f", but {', '.join([*uneven, *steady])}" if uneven or steady else ""
+
+
+def _is_steady(values: Sequence[str]) -> bool:
+    """Whether every number only grows or only shrinks along a row, as in a limb that tapers."""
+    try:
+        rows = np.array([[float(word) for word in value.split()] for value in values])
+    except ValueError:
+        return False
+    steps = np.diff(rows, axis=0)
+    return bool(np.all(np.all(steps >= 0, axis=0) | np.all(steps <= 0, axis=0)))
 
 
 def _named(elements: Sequence[Element]) -> str:

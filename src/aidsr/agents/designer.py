@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from itertools import combinations
 
 from pydantic import Field
 
@@ -14,6 +16,10 @@ from aidsr.artifacts import ActuatorGroup, Artifact, Brief, Concept, Robot
 from aidsr.errors import ReplyError
 
 __all__ = ["DesignerAgent"]
+
+
+_MOST_SHARED = 0.8
+"""Share of common words above which two descriptions are of one idea. Our choice: one changed word in ten."""
 
 
 class _Idea(Artifact):
@@ -68,11 +74,39 @@ class DesignerAgent:
         return revised
 
     def _concepts(self, user: str, count: int) -> tuple[Concept, ...]:
-        return self.interview.ask("designer", render("designer"), user, lambda reply: _read(reply, count))
+        return self.interview.ask("designer", render("designer"), user, _Reader(count).read)
 
 
-def _read(reply: str, count: int) -> tuple[Concept, ...]:
-    proposal = read_as(_Proposal, json_in(reply))
-    if len(proposal.concepts) != count:
-        raise ReplyError(f"It has {len(proposal.concepts)} concepts; exactly {count} asked for.")
-    return tuple(Concept(interpretation=proposal.interpretation, **dict(idea)) for idea in proposal.concepts)
+class _Reader:
+    """Reads the Designer's replies of one conversation; concepts that are too alike are asked for again once."""
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._asked_to_differ = False
+
+    def read(self, reply: str) -> tuple[Concept, ...]:
+        proposal = read_as(_Proposal, json_in(reply))
+        if len(proposal.concepts) != self._count:
+            raise ReplyError(f"It has {len(proposal.concepts)} concepts; exactly {self._count} asked for.")
+        alike = next((pair for pair in combinations(proposal.concepts, 2) if _alike(*pair)), None)
+        if alike and not self._asked_to_differ:
+            self._asked_to_differ = True
+            first, second = (idea.name for idea in alike)
+            raise ReplyError(
+                f'"{first}" and "{second}" are nearly the same robot. Keep the better one and put another in the place '
+                "of the other, with another morphology and another actuation."
+            )
+        return tuple(Concept(interpretation=proposal.interpretation, **dict(idea)) for idea in proposal.concepts)
+
+
+def _alike(one: _Idea, other: _Idea) -> bool:
+    """Whether two ideas share a family, or say nearly the same of body and actuation."""
+    if one.family.casefold() == other.family.casefold():
+        return True
+    return all(_shared(getattr(one, of), getattr(other, of)) > _MOST_SHARED for of in ("morphology", "actuation"))
+
+
+def _shared(one: str, other: str) -> float:
+    """Return the share of words that two texts have in common, numbers left out (Jaccard index)."""
+    words = [set(re.findall(r"[a-z]{3,}", text.casefold())) for text in (one, other)]
+    return len(words[0] & words[1]) / max(len(words[0] | words[1]), 1)
