@@ -101,7 +101,7 @@ def test_many_problems_are_counted_not_listed() -> None:
 
 def test_the_number_of_concepts_is_kept() -> None:
     idea = dict.fromkeys(("name", "family", "morphology", "actuation", "functional_part"), "x")
-    reply = json.dumps({"interpretation": "far away", "concepts": [idea, idea]})
+    reply = json.dumps({"interpretation": "far away", "concepts": [idea, idea | {"family": "y"}]})
     assert [concept.interpretation for concept in DesignerReader(2).read(reply)] == ["far away", "far away"]
     with pytest.raises(ReplyError, match="It has 2 concepts; exactly 3 asked for"):
         DesignerReader(3).read(reply)
