@@ -254,6 +254,17 @@ def _wide_and_strong() -> str:
     return robots.arm(Limb(length_m=1.2, mass_kg=2.5, radius_m=0.15, bend_rad=1.9, damping_s=0.2))
 
 
+def long_servos(upper: float) -> str:
+    """Servos that may only pull, told to let out more cable than the arm ever takes up."""
+    text = _servos(upper).replace('kp="2000"', 'forcerange="-6 0" kp="2000"')
+    return swapped(r"ctrlrange=\"0\.15", 'ctrlrange="0.18', text)
+
+
+def thin_plate(thickness_m: float) -> str:
+    plate = f'<geom name="plate" type="box" size="0.008 0.008 {thickness_m / 2}" pos="0 0 0.0125" mass="0.0001"/>'
+    return swapped(r'(<body name="s4" [^>]*>)', rf"\1{plate}", arm())
+
+
 def _of_lead_and_more() -> str:
     return swapped(r'(<geom name="g7" type="cylinder" size=")[^"]*"', r'\g<1>0.001 0.002"', arm())
 
@@ -308,6 +319,8 @@ BAD = (
     Bad("tendon_skips_segments", _skipping, REALIZABLE, severity="warning"),
     Bad("tendon_through_body", _through_parts, REALIZABLE),
     Bad("tendon_pushes", _pushing, REALIZABLE),
+    Bad("tendon_slack", lambda: long_servos(0.3), REALIZABLE, severity="warning"),
+    Bad("thin_wall", lambda: thin_plate(0.0004), REALIZABLE, severity="warning"),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), REALIZABLE),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), severity="warning"),
     Bad("actuator_power", _strong_and_quick, REALIZABLE),

@@ -53,6 +53,7 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "too_stiff": ("sensor_constant",),
     "no_effect": ("sensor_constant",),
     "tendon_through_body": ("tendon_skips_segments", "actuator_overforce", "actuator_power", "actuator_speed"),
+    "tendon_pushes": ("tendon_slack",),
     "actuator_overforce": ("actuator_power", "actuator_speed", "cable_stroke"),
     "actuator_power": ("actuator_speed", "cable_stroke"),
 }

@@ -103,9 +103,11 @@ class Thresholds:
     """Mechanical power of one actuator; geared servos give 50 to 200 W/kg."""
     slack_share: float = 0.3
     slack_length: float = 0.01
-    """Share of the tests in which a driven tendon hangs loose, and how loose / its length."""
+    """Share of a servo's commands with which its cable hangs loose in every pose, and how loose / its longest path."""
     cable_speed_m_s: float = 0.5
     """Winches with the forces used here reel in 0.1 to 0.25 m/s."""
+    wall_m: float = 0.0008
+    """Two lines of a 0.4 mm nozzle, the thinnest wall that common filament printers close on both sides."""
     density_low_kg_m3: float = 5.0
     density_high_kg_m3: float = 23_000.0
     """Lightest foam; densest solid (osmium, 22,590 kg/m3)."""

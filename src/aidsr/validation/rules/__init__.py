@@ -25,7 +25,9 @@ from aidsr.validation.rules.passive import (
 from aidsr.validation.rules.ranges import ctrlrange_missing, joint_range_too_small, range_inverted_ignored
 from aidsr.validation.rules.rest import contact_disabled, initial_penetration, tendon_limit_violated
 from aidsr.validation.rules.sensing import sensor_constant
+from aidsr.validation.rules.slack import tendon_slack
 from aidsr.validation.rules.topology import disconnected, fully_actuated, no_soft_chain, segments_gap
+from aidsr.validation.rules.walls import thin_wall
 from aidsr.validation.rules.wiring import tendon_no_moment, tendon_one_body, zero_gear
 
 __all__ = ["REALIZABILITY_RULES", "SIMULATE_RULES", "STRUCTURE_RULES"]
@@ -72,10 +74,12 @@ REALIZABILITY_RULES: tuple[Rule, ...] = (
     tendon_through_body,
     tendon_skips_segments,
     tendon_pushes,
+    tendon_slack,
     actuator_overforce,
     actuator_power,
     actuator_speed,
     no_motor_fits,
     implausible_density,
+    thin_wall,
 )
 """Rules about whether it could be built, reported apart from stability."""

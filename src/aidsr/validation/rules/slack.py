@@ -1,0 +1,70 @@
+"""Does a command leave its cable hanging loose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import Fault
+from aidsr.validation.case import Case
+from aidsr.validation.drive import Drive
+
+__all__ = ["tendon_slack"]
+
+_AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
+_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+
+
+def tendon_slack(case: Case) -> Iterator[Fault]:
+    """A servo pays out no more cable than the robot takes up in any pose.
+
+    Only a servo says how long its cable is: the length at which it gives no force. Where that is beyond the longest
+    path of all tests, the cable hangs loose however the robot moves, tangles on its spool, and the command does nothing
+    that a shorter one does not. A force actuator pays out what the robot draws, so its cable is never longer.
+
+    Source: MuJoCo documentation, Computation, "Actuation model": force = gain * ctrl + bias, affine in the length.
+    """
+    limits = case.limits
+    loose: dict[str, float] = {}
+    for drive in case.driven.drives:
+        ends = _paid_out_m(case, drive)
+        if ends is None:
+            continue
+        shortest, longest = ends
+        taut = _longest_path_m(case, drive) * (1 + limits.slack_length)
+        share = min(1.0, (longest - taut) / (longest - shortest))
+        if share > limits.slack_share:
+            loose[case.actuator(drive.actuator)] = share
+    if loose:
+        yield Fault(
+            code="tendon_slack",
+            layer="realizability",
+            severity="warning",
+            names=tuple(loose),
+            measured=max(loose.values()),
+            limit=limits.slack_share,
+            unit="of its commands",
+            message="pays out more cable than any pose takes up, so that it hangs loose",
+            cure="End ctrlrange at the longest path of the tendon: its rest length and its stroke.",
+        )
+
+
+def _paid_out_m(case: Case, drive: Drive) -> tuple[float, float] | None:
+    """Shortest and longest cable that a tendon servo can be told [m]; None for any other actuator."""
+    model, actuator = case.model, drive.actuator
+    stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
+    servo = int(model.actuator_biastype[actuator]) == _AFFINE and int(model.actuator_dyntype[actuator]) != _INTEGRATOR
+    if not drive.on_tendon or not servo or stiffness == 0 or drive.low >= drive.high:
+        return None
+    gain, offset = float(model.actuator_gainprm[actuator, 0]), float(model.actuator_biasprm[actuator, 0])
+    lengths = sorted((gain * command + offset) / stiffness for command in (drive.low, drive.high))
+    return None if lengths[0] == lengths[1] else (lengths[0], lengths[1])
+
+
+def _longest_path_m(case: Case, drive: Drive) -> float:
+    """Longest path of a tendon in any test [m]."""
+    tendon = int(case.model.actuator_trnid[drive.actuator, 0])
+    recordings = [recording for recording in (case.driven.settle, case.driven.battery) if recording is not None]
+    return max(float(np.max(recording.fields["ten_length"][:, :, tendon])) for recording in recordings)
