@@ -8,7 +8,7 @@ import sys
 from cyclopts import App
 
 from aidsr import __version__
-from aidsr.cli import design, doctor, evaluate, resume, show, tasks, train, validate, view
+from aidsr.cli import design, doctor, evaluate, resume, show, tasks, train, validate, view, web
 from aidsr.errors import AidsrError, UserError
 
 __all__ = ["app", "main"]
@@ -36,6 +36,7 @@ for command in (
     view.view,
     train.train,
     evaluate.evaluate,
+    web.web,
     doctor.doctor,
 ):
     app.command(command)

@@ -1,0 +1,5 @@
+"""`python -m aidsr` is `aidsr`."""
+
+from aidsr.cli import main
+
+main()

@@ -1,0 +1,52 @@
+"""`aidsr web`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+__all__ = ["web"]
+
+
+def web(
+    *,
+    runs: Path = Path("runs"),
+    port: Annotated[int, Parameter(validator=Number(gte=1, lte=65_535))] = 8080,
+    host: str = "127.0.0.1",
+    token: Annotated[str, Parameter(env_var="AIDSR_WEB_TOKEN", show_default=False)] = "",
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+) -> int:
+    """Open the page: set up runs, watch them, review and train designs.
+
+    Runs are processes of their own and go on when the page is closed. The page can only be reached from this machine
+    unless you give --host, which then needs --token.
+
+        aidsr web
+
+        aidsr web --runs /data/runs --port 9000 --no-browser
+
+    Parameters
+    ----------
+    runs
+        Folder of the runs that are shown and made.
+    port
+        Port to listen on.
+    host
+        Address to listen on. Any but this machine's own lets others reach the page, and start runs.
+    token
+        What the page asks visitors for, at least 16 characters; the environment variable keeps it out of the list of
+        processes.
+    browser
+        Open the page in a browser.
+    """
+    from aidsr.errors import UserError
+
+    try:
+        from aidsr.web.serving import serve
+    except ModuleNotFoundError as error:
+        raise UserError(f'the page needs {error.name}; install it with: pip install "aidsr[web]"') from None
+    serve(runs, host=host, port=port, token=token, browser=browser)
+    return 0

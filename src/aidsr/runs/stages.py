@@ -1,0 +1,105 @@
+"""An iteration as a row of stages: robot, is it stable, scene, is it stable, judged, decided."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from aidsr.artifacts import Artifact
+from aidsr.errors import UserError
+from aidsr.runs.folders import DesignFolder, IterationFolder
+from aidsr.runs.status import DesignStatus
+
+__all__ = ["Attempt", "Mark", "Stage", "attempts"]
+
+Mark = Literal["none", "kept", "doing", "done", "good", "bad"]
+"""Not there; taken over from before; at work; made; found good; found bad."""
+
+_AT_WORK = {
+    "concept": "robot",
+    "robot": "robot",
+    "robot_report": "robot stable",
+    "placement": "scene",
+    "scene": "scene",
+    "scene_report": "scene stable",
+    "critique": "judged",
+}
+"""Which stage a step belongs to."""
+
+
+class Stage(Artifact):
+    """One thing that happens in an iteration."""
+
+    name: str
+    mark: Mark
+    text: str
+    """How it came out, in a word or two."""
+
+
+class Attempt(Artifact):
+    """One iteration, as a person looks at it."""
+
+    number: int
+    round: int
+    stages: tuple[Stage, ...]
+    asked: str
+    """What a person asked for before it began; empty where nobody did."""
+
+
+def attempts(design: DesignFolder, status: DesignStatus) -> tuple[Attempt, ...]:
+    """Return the iterations of a design, in order."""
+    found, round_, asked, had_robot = [], 1, "", False
+    for iteration in design.iterations:
+        at_work = status.doing if iteration.number == status.iteration and status.state == "running" else ""
+        stages = _stages(iteration, _AT_WORK.get(at_work, ""), had_robot=had_robot)
+        found.append(Attempt(number=iteration.number, round=round_, stages=stages, asked=asked))
+        had_robot = had_robot or iteration.robot.xml.path.exists()
+        decision = _decision(iteration)
+        asked = decision[1] if decision else ""
+        round_ += decision is not None and decision[0] == "refine"
+    return tuple(found)
+
+
+def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tuple[Stage, ...]:
+    robot, scene, critique = iteration.robot_report.read(), iteration.scene_report.read(), iteration.critique.read()
+    made = iteration.robot.xml.path.exists()
+    repairs = iteration.repairs.read()
+    mended = f", {repairs.total} mended" if repairs else ""
+    stages = [
+        _stage(
+            "robot", at_work, "done" if made else "kept" if had_robot else "none", ("new" if made else "kept") + mended
+        ),
+        _stage("robot stable", at_work, *_verdict(robot.stable, len(robot.errors)))
+        if robot
+        else _stage("robot stable", at_work, "kept" if had_robot and not made else "none", ""),
+        _stage("scene", at_work, "done" if iteration.scene.xml.path.exists() else "none", "placed"),
+        _stage("scene stable", at_work, *(_verdict(scene.stable, len(scene.errors)) if scene else ("none", ""))),
+        _stage("judged", at_work, *(_judged(passed=critique.passed) if critique else ("none", ""))),
+    ]
+    decision = _decision(iteration)
+    if decision is not None:
+        mark: Mark = "good" if decision[0] == "approve" else "bad" if decision[0] == "quit" else "done"
+        stages.append(Stage(name="decision", mark=mark, text=decision[0]))
+    return tuple(stages)
+
+
+def _stage(name: str, at_work: str, mark: Mark, text: str) -> Stage:
+    if name == at_work:
+        return Stage(name=name, mark="doing", text="at work")
+    return Stage(name=name, mark=mark, text=text if mark != "none" else "")
+
+
+def _verdict(stable: bool, errors: int) -> tuple[Mark, str]:
+    return ("good", "stable") if stable else ("bad", f"{errors} {'fault' if errors == 1 else 'faults'}")
+
+
+def _judged(*, passed: bool) -> tuple[Mark, str]:
+    return ("good", "passed") if passed else ("bad", "not passed")
+
+
+def _decision(iteration: IterationFolder) -> tuple[str, str] | None:
+    """The person's verdict and text; None where there is none or it cannot be read yet."""
+    try:
+        decision = iteration.decision.read()
+    except UserError:
+        return None
+    return (decision.verdict, decision.text) if decision else None

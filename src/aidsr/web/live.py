@@ -1,0 +1,97 @@
+"""Parts of a page that keep up with what happens, and actions that may fail for a person's mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import ParamSpec, TypeVar
+
+from nicegui import background_tasks, run, ui
+
+from aidsr.errors import AidsrError
+
+__all__ = ["acting", "live", "say_mistake", "working"]
+
+Facts = TypeVar("Facts")
+Arguments = ParamSpec("Arguments")
+
+
+def live(
+    read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
+) -> Callable[[], Awaitable[None]]:
+    """Draw what was read, and draw it anew whenever it has changed.
+
+    Args:
+        read: Returns values that can be compared; runs in a thread, so that a slow disk holds nobody up.
+        draw: Makes elements of them; what a person opens or types must be remembered elsewhere.
+        every_s: How often to look.
+
+    Returns:
+        A function that looks at once, for after an action.
+    """
+    place = ui.element("div").classes("live")
+    shown: list[Facts | AidsrError] = []
+
+    def show(facts: Facts | AidsrError) -> None:
+        shown[:] = [facts]
+        place.clear()
+        with place:
+            if isinstance(facts, AidsrError):
+                with ui.element("div").classes("notice bad").props('role="alert"'):
+                    ui.label(str(facts))
+            else:
+                draw(facts)
+
+    def look() -> Facts | AidsrError:
+        try:
+            return read()
+        except AidsrError as error:
+            return error
+
+    async def again() -> None:
+        facts = await run.io_bound(look)
+        if facts is None or place.is_deleted:  # the server, or this page, is closing
+            return
+        same = str(facts) == str(shown[0]) if isinstance(facts, AidsrError) else facts == shown[0]
+        if not same:
+            show(facts)
+
+    show(look())
+    ui.timer(every_s, again, immediate=False)
+    return again
+
+
+def acting(do: Callable[Arguments, object]) -> Callable[Arguments, None]:
+    """Return an action of a button that says a person's mistake in a sentence instead of failing."""
+
+    def act(*arguments: Arguments.args, **named: Arguments.kwargs) -> None:
+        try:
+            do(*arguments, **named)
+        except AidsrError as error:
+            say_mistake(error)
+
+    return act
+
+
+def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
+    """Do something that takes seconds in a thread while a button shows that it is being done."""
+
+    async def act() -> None:
+        element.props["loading"] = True
+        try:
+            made = await run.io_bound(do)
+        except AidsrError as error:
+            with element:
+                say_mistake(error)
+        else:
+            if made is not None and not element.is_deleted:
+                with element:
+                    then(made)
+        finally:
+            element.props["loading"] = False
+
+    background_tasks.create(act())
+
+
+def say_mistake(error: AidsrError) -> None:
+    """Show a sentence until it is closed."""
+    ui.notify(str(error), type="negative", multi_line=True, close_button="OK", timeout=0)

@@ -1,0 +1,14 @@
+"""All pages of the site."""
+
+from __future__ import annotations
+
+from aidsr.web.home import add_home
+from aidsr.web.site import Site
+
+__all__ = ["add_pages"]
+
+
+def add_pages(site: Site) -> None:
+    """Make every page answer at its address."""
+    for add in (add_home,):
+        add(site)

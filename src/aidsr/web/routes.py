@@ -1,0 +1,92 @@
+"""Files over HTTP: pictures and films of runs, documents to download, a design as one archive, pictures of tasks."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import threading
+import zipfile
+from pathlib import Path
+
+from fastapi import APIRouter, HTTPException
+from fastapi.responses import FileResponse, Response
+
+from aidsr.errors import AidsrError, UserError
+from aidsr.web.site import Site
+
+__all__ = ["routes"]
+
+_SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
+_DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip"})
+"""Never shown as a page of ours: an HTML or XML file of a stranger's run could carry a script."""
+_PICTURE_PX = (480, 320)
+
+
+def routes(site: Site) -> APIRouter:
+    """Return what answers to addresses of files."""
+    router = APIRouter()
+    drawing = threading.Lock()
+
+    @router.get("/files/{name}/{path:path}")
+    def file(name: str, path: str) -> FileResponse:
+        found = _inside(site, name, path)
+        if found.suffix in _SHOWN:
+            return FileResponse(found, media_type=_SHOWN[found.suffix], headers={"cache-control": "no-cache"})
+        if found.suffix in _DOWNLOADED:
+            return FileResponse(found, media_type="application/octet-stream", filename=found.name)
+        raise HTTPException(404)
+
+    @router.get("/download/{name}/{number}")
+    def design(name: str, number: int) -> Response:
+        try:
+            _, folder = site.design(name, number)
+        except UserError as error:
+            raise HTTPException(404, str(error)) from None
+        return _archive(folder.path, f"{name}_design{number}")
+
+    @router.get("/pictures/{category}/{task}.png")
+    def task_picture(category: str, task: str) -> FileResponse:
+        from aidsr.sim.rendering import picture
+        from aidsr.tasks import load_task
+
+        try:
+            environment = load_task(f"{category}/{task}").environment
+            digest = hashlib.sha256(environment.encode()).hexdigest()[:16]
+            place = site.own / "pictures" / f"{digest}.png"
+            with drawing:  # fourteen cards ask at once
+                if not place.exists():
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                    drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1])
+                    place.with_suffix(".tmp").write_bytes(drawn)
+                    place.with_suffix(".tmp").replace(place)
+        except AidsrError as error:
+            raise HTTPException(404, str(error)) from None
+        return FileResponse(place, media_type="image/png", headers={"cache-control": "max-age=3600"})
+
+    return router
+
+
+def _inside(site: Site, name: str, path: str) -> Path:
+    """Return a file of a run; 404 for whatever is none or lies elsewhere, links followed."""
+    try:
+        run = site.library.run(name)
+    except UserError as error:
+        raise HTTPException(404, str(error)) from None
+    if "\0" in path:
+        raise HTTPException(404)
+    found = (run.path / path).resolve()
+    hidden = any(part.startswith(".") for part in Path(path).parts)
+    if hidden or not found.is_relative_to(run.path.resolve()) or not found.is_file():
+        raise HTTPException(404)
+    return found
+
+
+def _archive(folder: Path, name: str) -> Response:
+    """Return a folder as a ZIP file; what lies outside it, by a link, is left out."""
+    home, buffer = folder.resolve(), io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and path.resolve().is_relative_to(home) and not path.name.startswith("."):
+                archive.write(path, Path(name) / path.relative_to(folder))
+    headers = {"content-disposition": f'attachment; filename="{name}.zip"'}
+    return Response(buffer.getvalue(), media_type="application/zip", headers=headers)

@@ -1,0 +1,103 @@
+"""The page as a server: everything put together, and run until it is interrupted."""
+
+from __future__ import annotations
+
+import secrets
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+
+import uvicorn
+from fastapi import FastAPI
+from nicegui import app, ui
+from nicegui.storage import Storage
+
+from aidsr.errors import UserError
+from aidsr.web.frame import ASSETS
+from aidsr.web.guard import LOOPBACK, Guard
+from aidsr.web.pages import add_pages
+from aidsr.web.routes import routes
+from aidsr.web.site import Site
+
+__all__ = ["build", "serve"]
+
+
+def serve(runs: Path, *, host: str = "127.0.0.1", port: int = 8080, token: str = "", browser: bool = True) -> None:
+    """Serve the page until interrupted.
+
+    Args:
+        runs: Folder of the runs.
+        host: Address to listen on.
+        port: Port to listen on.
+        token: What a browser must show; demanded for every address but this machine's own.
+        browser: Open the page in the person's browser.
+
+    Raises:
+        UserError: Another machine could reach the page and there is no token, or the port is taken.
+    """
+    alone = host in {name.strip("[]") for name in LOOPBACK}
+    if not alone and len(token) < _SHORTEST_TOKEN:
+        raise UserError(
+            f"whoever reaches {host} could start programs here; give --token with at least {_SHORTEST_TOKEN} "
+            "characters, which the page then asks for, or leave out --host"
+        )
+    address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+    server = uvicorn.Server(
+        uvicorn.Config(
+            build(runs, hosts=LOOPBACK if alone else frozenset(), token=token),
+            host=host,
+            port=port,
+            log_level="warning",
+            ws="websockets-sansio",
+            timeout_graceful_shutdown=3,
+        )
+    )
+    if browser:
+        app.on_startup(lambda: threading.Timer(0.3, webbrowser.open, (address,)).start())
+    app.on_startup(
+        lambda: sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs go on)\n") and sys.stdout.flush()
+    )
+    try:
+        server.run()
+    except KeyboardInterrupt:
+        return
+    if not server.started:
+        raise UserError(f"port {port} of {host} cannot be listened on; it may be taken: choose another with --port")
+
+
+_SHORTEST_TOKEN = 16
+"""Characters. Our choice: out of reach of guessing over a network."""
+
+
+def build(runs: Path, *, hosts: frozenset[str] = LOOPBACK, token: str = "") -> FastAPI:
+    """Return the application for a folder of runs, behind its guard."""
+    site = Site.at(runs)
+    site.own.mkdir(parents=True, exist_ok=True)
+    Storage.path = site.own / "people"
+    application = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+    application.include_router(routes(site))
+    app.add_static_files("/assets", ASSETS)
+    add_pages(site)
+    ui.run_with(
+        application,
+        title="AID-SR",
+        favicon=ASSETS / "icon.svg",
+        dark=None,
+        tailwind=False,
+        storage_secret=_secret(site.own / "secret"),
+        show_welcome_message=False,
+        reconnect_timeout=20,
+    )
+    application.add_middleware(Guard, hosts=hosts, token=token)
+    return application
+
+
+def _secret(path: Path) -> str:
+    """Return what signs the cookies of this page; kept, so that a restart forgets nobody."""
+    try:
+        return path.read_text(encoding="ascii")
+    except FileNotFoundError:
+        path.touch(mode=0o600)
+        path.write_text(secrets.token_hex(32), encoding="ascii")
+        return path.read_text(encoding="ascii")

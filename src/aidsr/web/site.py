@@ -1,0 +1,148 @@
+"""What all pages share: the runs, the processes at work on them, and how each run stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from aidsr.errors import UserError
+from aidsr.runs import DesignFolder, DesignStatus, Library, Run, RunStatus, read_status
+from aidsr.runs.events import at_work
+from aidsr.runs.library import fingerprint
+from aidsr.runs.stages import Attempt, attempts
+from aidsr.runs.status import State, newest
+from aidsr.runs.trainings import trainings_of
+from aidsr.web.processes import Processes
+
+__all__ = ["DesignView", "RunView", "Shown", "Site"]
+
+Shown = State | Literal["interrupted"]
+"""A run's state, and "interrupted" where files say "running" and nobody is at work."""
+Fingerprint = tuple[tuple[str, int, int], ...]
+
+
+@dataclass(frozen=True)
+class DesignView:
+    """A design as a page shows it."""
+
+    status: DesignStatus
+    attempts: tuple[Attempt, ...]
+    picture: str
+    """Newest picture, relative to the run; empty where there is none."""
+    motion: str
+    trained: int
+    """How many policies were judged."""
+    valid: bool
+    """By at least one of them."""
+    successful: bool
+
+
+@dataclass(frozen=True)
+class RunView:
+    """A run as a page shows it."""
+
+    name: str
+    status: RunStatus
+    designs: tuple[DesignView, ...]
+    shown: Shown
+    begun: str
+    """When the last thing began or happened, ISO 8601; empty before the first."""
+
+    @property
+    def title(self) -> str:
+        """The task's name, or what is to be done in a few words."""
+        record = self.status.record
+        return record.task.rpartition("/")[2].replace("_", " ") or record.objective
+
+
+@dataclass(frozen=True)
+class Site:
+    """The folder of runs that the page shows."""
+
+    library: Library
+    processes: Processes
+    _read: dict[str, tuple[Fingerprint, RunStatus, tuple[DesignView, ...]]] = field(default_factory=dict)
+    """By name, what was read when the files last had this fingerprint."""
+
+    @classmethod
+    def at(cls, runs: Path) -> Site:
+        """Return the site for a folder of runs."""
+        return cls(Library(runs), Processes(runs / ".web" / "processes"))
+
+    @property
+    def own(self) -> Path:
+        """Folder for what belongs to the page and to no run."""
+        return self.library.path / ".web"
+
+    def view(self, run: Run) -> RunView:
+        """Return how a run stands; read anew only when its files changed.
+
+        Raises:
+            UserError: The folder is not a run, or one of its files is damaged.
+        """
+        name, mark = run.path.name, fingerprint(run)
+        known = self._read.get(name)
+        if known is None or known[0] != mark:
+            status = read_status(run)
+            designs = tuple(_design(run, one, which) for one, which in zip(run.designs, status.designs, strict=True))
+            known = self._read[name] = (mark, status, designs)
+        _, status, designs = known
+        shown: Shown = status.state
+        if shown == "running" and not self.is_at_work(run):
+            shown = "interrupted"
+        return RunView(name, status, designs, shown, _last_time(run))
+
+    def is_at_work(self, run: Run) -> bool:
+        """Whether a process is at work on a run, started here or in a terminal."""
+        return self.processes.is_alive(run.path.name) or bool(at_work(run.events))
+
+    def go_on(self, run: Run) -> None:
+        """Start a process that works on a run until it is finished.
+
+        Raises:
+            UserError: One is at work already.
+        """
+        if self.is_at_work(run):
+            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+        self.processes.start(run.path.name, ["resume", str(run.path)])
+
+    def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
+        """Return a design by the names of an address.
+
+        Raises:
+            UserError: There is no such run or design.
+        """
+        run = self.library.run(run_name)
+        design = run.design(number)
+        if not design.path.is_dir():
+            raise UserError(f"design {number} of {run_name} was expected, and there is none yet")
+        return run, design
+
+    def training_name(self, run: Run, number: int) -> str:
+        """Return the name of the process that trains a design."""
+        return f"{run.path.name}.design{number}.training"
+
+
+def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
+    verdicts = [verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None]
+    newest_first = tuple(reversed(design.iterations))
+    picture = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
+    motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
+    return DesignView(
+        status=status,
+        attempts=attempts(design, status),
+        picture=picture.relative_to(run.path).as_posix() if picture else "",
+        motion=motion.relative_to(run.path).as_posix() if motion else "",
+        trained=len(verdicts),
+        valid=any(verdict.valid for verdict in verdicts),
+        successful=any(verdict.successful for verdict in verdicts),
+    )
+
+
+def _last_time(run: Run) -> str:
+    """When something last happened, by the age of the logs; the page lets a clock run from there."""
+    from datetime import UTC, datetime
+
+    times = [log.stat().st_mtime for log in (run.events, *(one.events for one in run.designs)) if log.exists()]
+    return datetime.fromtimestamp(max(times), UTC).isoformat(timespec="seconds") if times else ""
