@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from aidsr.artifacts import Fault
 
@@ -67,10 +67,14 @@ def is_explained(code: str, faults: Sequence[Fault]) -> bool:
     return any(code in EXPLAINS.get(fault.code, ()) for fault in faults if fault.severity == "error")
 
 
-def without_consequences(faults: Sequence[Fault]) -> tuple[Fault, ...]:
+def without_consequences(faults: Sequence[Fault], refuted: Collection[tuple[str, str]] = ()) -> tuple[Fault, ...]:
     """Return the faults that no other error explains, in the order given.
 
     Only an error explains another fault; a warning stands beside it.
+
+    Args:
+        faults: What the rules found.
+        refuted: Explanations that a counterfactual showed not to hold, as (cause, consequence).
     """
     present = {fault.code for fault in faults if fault.severity == "error"}
     causes: set[str] = set()
@@ -81,5 +85,5 @@ def without_consequences(faults: Sequence[Fault]) -> tuple[Fault, ...]:
         if code not in explained:
             causes.add(code)
         # what a consequence explains is explained too, but never a cause that stands before it
-        explained |= set(consequences) - causes
+        explained |= {each for each in consequences if (code, each) not in refuted} - causes
     return tuple(fault for fault in faults if fault.code not in explained)

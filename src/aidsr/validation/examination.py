@@ -16,6 +16,7 @@ from aidsr.sim.compiling import compile_mjcf, load_mjcf
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
+from aidsr.validation.overlap import REFUTED, overlap_explains_divergence, with_verdict
 from aidsr.validation.protocol import Protocol, gather_evidence
 from aidsr.validation.rules import REALIZABILITY_RULES, SIMULATE_RULES, STRUCTURE_RULES
 from aidsr.validation.rules.effort import motor_measurements
@@ -79,8 +80,17 @@ def examine_text(
         if all(fault.severity != "error" for fault in case.found):
             apply(REALIZABILITY_RULES, case)
             measurements["motors"] = motor_measurements(case)
-    report = make_report(without_consequences(case.found), measurements, notes + standing.notes, realizable)
+    report = make_report(_explained(case, measurements), measurements, notes + standing.notes, realizable)
     return Examination(report, standing, case)
+
+
+def _explained(case: Case, measurements: dict[str, Any]) -> tuple[Fault, ...]:
+    """The faults that are causes. Whether an overlap is why a robot diverges is tried, and told in `measurements`."""
+    explains = overlap_explains_divergence(case)
+    if explains is None:
+        return without_consequences(case.found)
+    measurements["overlap_explains_divergence"] = explains
+    return without_consequences(with_verdict(case.found, explains), () if explains else REFUTED)
 
 
 def _open_environment(text: str) -> mujoco.MjModel:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
 from aidsr.sim.structure import Structure
 from aidsr.validation.protocol import Variant
 
-__all__ = ["mass_ratio", "softer", "without_limits", "without_outlier_mass", "without_self_contact"]
+__all__ = [
+    "mass_ratio",
+    "softer",
+    "without_contacts_of",
+    "without_limits",
+    "without_outlier_mass",
+    "without_self_contact",
+]
 
 _ROBOT_TYPE, _ROBOT_AFFINITY = 1 << 30, 1 << 29
 """Collision bits that users do not reach; a contact needs the type of one geom in the affinity of the other."""
@@ -42,6 +51,17 @@ def without_self_contact(structure: Structure) -> Variant:
         model.geom_conaffinity[~ours & touching] |= _ROBOT_TYPE
         between = np.isin(model.pair_geom1, structure.geoms) & np.isin(model.pair_geom2, structure.geoms)
         model.pair_margin[between] = _NEVER_M
+
+    return change
+
+
+def without_contacts_of(geoms: Sequence[int]) -> Variant:
+    """Some geoms pass through everything."""
+
+    def change(model: mujoco.MjModel) -> None:
+        model.geom_contype[list(geoms)] = model.geom_conaffinity[list(geoms)] = 0
+        paired = np.isin(model.pair_geom1, geoms) | np.isin(model.pair_geom2, geoms)
+        model.pair_margin[paired] = _NEVER_M
 
     return change
 

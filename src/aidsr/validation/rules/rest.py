@@ -13,7 +13,7 @@ from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.poses import bent_pose
 
-__all__ = ["contact_disabled", "initial_penetration", "tendon_limit_violated"]
+__all__ = ["Overlap", "contact_disabled", "initial_penetration", "overlaps", "tendon_limit_violated"]
 
 _SPHERE_LIKE = (
     int(mujoco.mjtGeom.mjGEOM_SPHERE),
@@ -40,9 +40,9 @@ def initial_penetration(case: Case) -> Iterator[Fault]:
     robot parts whose force passes through every joint, as of a round end drawn into its base, turns nothing and is only
     a warning: its friction still holds the joint a little.
     """
-    overlaps = list(_overlaps(case))
+    everywhere = list(overlaps(case))
     for severity in ("error", "warning"):
-        found = [overlap for overlap in overlaps if overlap.acts == (severity == "error")]
+        found = [overlap for overlap in everywhere if overlap.acts == (severity == "error")]
         if not found:
             continue
         worst = max(found, key=lambda overlap: overlap.share)
@@ -63,9 +63,10 @@ def initial_penetration(case: Case) -> Iterator[Fault]:
 
 
 @dataclass(frozen=True)
-class _Overlap:
+class Overlap:
     """A contact that is too deep: whose, how deep, outside the robot or not, and whether its force moves anything."""
 
+    geoms: tuple[int, int]
     names: tuple[str, str]
     depth_m: float
     share: float
@@ -73,7 +74,8 @@ class _Overlap:
     acts: bool
 
 
-def _overlaps(case: Case) -> Iterator[_Overlap]:
+def overlaps(case: Case) -> Iterator[Overlap]:
+    """Yield the contacts of the robot in the drawn pose that are too deep."""
     limits, bent = case.limits, bent_pose(case.model, case.structure, _BENT_RAD)
     for contact in case.driven.start.contact:
         geoms = int(contact.geom1), int(contact.geom2)
@@ -86,7 +88,7 @@ def _overlaps(case: Case) -> Iterator[_Overlap]:
             outside = any(geom not in case.structure.geoms for geom in geoms)
             lever_m = max(_lever_m(case, data, geoms) for data in (case.driven.start, bent))
             acts = outside or lever_m > limits.overlap_lever * thickness_m
-            yield _Overlap((case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, outside, acts)
+            yield Overlap(geoms, (case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, outside, acts)
 
 
 def _lever_m(case: Case, data: mujoco.MjData, geoms: tuple[int, int]) -> float:

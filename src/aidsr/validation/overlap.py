@@ -1,0 +1,49 @@
+"""Did the overlap cause the divergence? The order of causes would take it for granted; a counterfactual tells."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+
+from aidsr.artifacts import Fault
+from aidsr.validation.case import Case
+from aidsr.validation.protocol import gather_evidence
+from aidsr.validation.rules.motion import numerical_instability
+from aidsr.validation.rules.rest import overlaps
+from aidsr.validation.variants import without_contacts_of
+
+__all__ = ["REFUTED", "overlap_explains_divergence", "with_verdict"]
+
+REFUTED = frozenset({("initial_penetration", "numerical_instability")})
+"""The explanation that does not hold where a robot diverges without its overlapping contacts too."""
+
+_ADDED = {
+    ("initial_penetration", True): "; the simulation fails, and no longer does without the contacts of these parts",
+    ("numerical_instability", False): ", and just so without the contacts of the parts that overlap",
+}
+
+
+def overlap_explains_divergence(case: Case) -> bool | None:
+    """Return whether a robot that overlaps and diverges no longer diverges without those contacts.
+
+    None for a robot without both. The whole protocol is run again on a changed copy of the model.
+    """
+    codes = {fault.code for fault in case.found if fault.severity == "error"}
+    if not {"initial_penetration", "numerical_instability"} <= codes:
+        return None
+    changed = copy.copy(case.model)
+    ours = {geom for overlap in overlaps(case) if overlap.acts for geom in overlap.geoms}
+    without_contacts_of(sorted(ours & set(case.structure.geoms)))(changed)
+    again = Case(model=changed, structure=case.structure, evidence=gather_evidence(changed, case.structure))
+    return not any(numerical_instability(again))
+
+
+def with_verdict(faults: Sequence[Fault], explains: bool) -> list[Fault]:
+    """Return faults in which overlap and divergence say what the counterfactual showed."""
+    added = {code: text for (code, verdict), text in _ADDED.items() if verdict == explains}
+    return [
+        fault.model_copy(update={"message": fault.message + added[fault.code]})
+        if fault.code in added and fault.severity == "error"
+        else fault
+        for fault in faults
+    ]
