@@ -8,8 +8,8 @@ libraries are loaded when `connect` is called, never at import.
 """
 
 from aidsr.models.access import Access
-from aidsr.models.connecting import connect
+from aidsr.models.connecting import connect, key_variables
 from aidsr.models.model import Model
 from aidsr.models.retrying import Clock, Patience
 
-__all__ = ["Access", "Clock", "Model", "Patience", "connect"]
+__all__ = ["Access", "Clock", "Model", "Patience", "connect", "key_variables"]

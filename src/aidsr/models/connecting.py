@@ -16,7 +16,7 @@ from aidsr.models.retrying import Clock, Patience
 if TYPE_CHECKING:
     from pydantic_ai.models import Model as Client
 
-__all__ = ["connect"]
+__all__ = ["connect", "key_variables"]
 
 _KEY_FIELDS = {
     "openai": "openai_api_key",
@@ -61,6 +61,16 @@ def connect(
         patience=patience or Patience.from_environment(),
         clock=clock or Clock(),
     )
+
+
+def key_variables(access: Access | None = None) -> dict[str, tuple[str, bool]]:
+    """Return for each provider the environment variable of its key and whether that is set; never a key."""
+    access = access or Access()
+    return {
+        provider: (name.upper(), getattr(access, name) is not None)
+        for provider, name in _KEY_FIELDS.items()
+        if provider != "url"
+    }
 
 
 def _is_priced(address: Address, access: Access) -> bool:

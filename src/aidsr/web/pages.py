@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aidsr.web.home import add_home
+from aidsr.web.setting_up import add_setup
 from aidsr.web.site import Site
 
 __all__ = ["add_pages"]
@@ -10,5 +11,5 @@ __all__ = ["add_pages"]
 
 def add_pages(site: Site) -> None:
     """Make every page answer at its address."""
-    for add in (add_home,):
+    for add in (add_home, add_setup):
         add(site)
