@@ -6,6 +6,7 @@ import re
 from dataclasses import asdict
 from pathlib import Path
 
+import mujoco
 import pytest
 
 from aidsr.errors import MjcfError, UserError
@@ -230,6 +231,15 @@ def test_all_faults_come_at_once_with_their_lines() -> None:
 )
 def test_a_fault_says_what_would_be_right(text: str, words: str) -> None:
     assert words in message(text)
+
+
+def test_a_pos_of_zeros_beside_fromto_is_what_mujoco_takes_it_for() -> None:
+    """Nothing: MuJoCo compiles the document, and fromto holds."""
+    capsule = '<geom type="capsule" size="0.01" fromto="0 0 0 0 0 1" pos="{}"/>'
+    text = world(f"<body>{capsule.format('0 0 0')}</body>")
+    assert read_mjcf(text).text == text
+    assert mujoco.MjModel.from_xml_string(text).geom_pos[0].tolist() == [0, 0, 0.5]
+    assert "has both fromto and pos" in message(world(f"<body>{capsule.format('0 0 1e-9')}</body>"))
 
 
 def test_missing_names_of_a_kind_make_one_fault() -> None:

@@ -89,7 +89,7 @@ BROKEN: dict[str, tuple[str, str]] = {
     ),
     "fromto_and_pos": (swapped('name="g1"', 'name="g1" pos="0 0 0.025"'), ""),
     "inherited pos": (
-        swapped('type="capsule" size="0.01"', 'type="capsule" size="0.01" pos="0 0 0"'),
+        swapped('type="capsule" size="0.01"', 'type="capsule" size="0.01" pos="0 0 0.3"'),
         "fromto_and_pos",
     ),
     "repeated_guides": (swapped('<site site="b"/>', '<site site="b"/><site site="b"/>'), ""),

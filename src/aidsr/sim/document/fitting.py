@@ -18,7 +18,10 @@ _TEXT = frozenset({"name", "prefix", "sep", "model", "data", "objname", "refname
 
 
 def wrong_for_type(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each geom or site whose `fromto` does not fit its type or meets a `pos`."""
+    """Yield a fault for each geom or site whose `fromto` does not fit its type or meets a `pos`.
+
+    A `pos` of zeros says nothing: MuJoCo takes it for one that was not given, and `fromto` holds.
+    """
     classes = default_classes(root)
     for element in elements(root, "geom", "site"):
         if not is_placed(element):
@@ -33,7 +36,7 @@ def wrong_for_type(root: Element) -> Iterator[Fault]:
                 f"has fromto{fromto.origin} and is a {shape}{kind.origin if kind else ''}, which has no two ends",
                 cure='use pos, or type="capsule" with one radius in size',
             )
-        elif fromto and pos:
+        elif fromto and pos and any(numbers(pos.value)):
             yield load_fault(
                 "wrong_for_type",
                 element,

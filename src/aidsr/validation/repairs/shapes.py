@@ -38,11 +38,11 @@ def inherited_fromto(root: Element) -> Iterator[str]:
 def fromto_and_pos(root: Element) -> Iterator[str]:
     """Keep what an element says itself, and of both its own fromto, where pos says nothing else.
 
-    Its own pos says nothing else when it is zero, the middle or an end of fromto; anything else may have been meant
-    as a shift and is left alone.
+    Its own pos says nothing else when it is the middle or an end of fromto; anything else may have been meant as a
+    shift and is left alone. A pos of zeros is no fault: MuJoCo takes it for one that was not given.
     """
     for element in _shapes(root):
-        if "fromto" in element.attrib and "pos" in element.attrib and _says_nothing_else(element):
+        if "fromto" in element.attrib and any(numbers(element.get("pos", ""))) and _says_nothing_else(element):
             del element.attrib["pos"]
             yield told(element, "dropped pos, since fromto already says where it is")
     classes = default_classes(root)
@@ -50,9 +50,13 @@ def fromto_and_pos(root: Element) -> Iterator[str]:
     def has_own_place(element: Element) -> bool:
         kind, size = setting(element, "type", classes), setting(element, "size", classes)
         length = len(numbers(size.value)) if size else 0
-        return "pos" in element.attrib and length >= _LENGTHS.get(kind.value if kind else "sphere", 1)
+        return any(numbers(element.get("pos", ""))) and length >= _LENGTHS.get(kind.value if kind else "sphere", 1)
 
-    yield from _take_out(root, "pos", lambda element: "fromto" in element.attrib)
+    def is_shifted(element: Element) -> bool:
+        place = setting(element, "pos", classes)
+        return "fromto" in element.attrib and place is not None and any(numbers(place.value))
+
+    yield from _take_out(root, "pos", is_shifted)
     yield from _take_out(root, "fromto", has_own_place)
 
 
@@ -81,7 +85,7 @@ def _says_nothing_else(element: Element) -> bool:
     middle = [(ends[axis] + ends[axis + 3]) / 2.0 for axis in range(3)]
     return any(
         all(abs(given - other) <= 1e-6 for given, other in zip(place, point, strict=True))
-        for point in ([0.0] * 3, middle, ends[:3], ends[3:])
+        for point in (middle, ends[:3], ends[3:])
     )
 
 
