@@ -8,7 +8,7 @@ import sys
 from cyclopts import App
 
 from aidsr import __version__
-from aidsr.cli import design, doctor, evaluate, resume, show, tasks, train, validate, view, web
+from aidsr.cli import design, doctor, evaluate, mcp, resume, show, tasks, train, validate, view, web
 from aidsr.errors import AidsrError, UserError
 
 __all__ = ["app", "main"]
@@ -37,6 +37,7 @@ for command in (
     train.train,
     evaluate.evaluate,
     web.web,
+    mcp.mcp,
     doctor.doctor,
 ):
     app.command(command)

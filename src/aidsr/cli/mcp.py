@@ -1,0 +1,30 @@
+"""`aidsr mcp`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["mcp"]
+
+
+def mcp(*, folder: Path = Path("scenes")) -> int:
+    """Give an agent of yours our physics: a Model Context Protocol server on standard input and output.
+
+    Your agent starts this command itself; see docs/mcp.md for how to list it. It can then read tasks, validate robots,
+    place them in environments and look at them. Scenes it makes are kept as files for `aidsr view` and `aidsr train`.
+
+        aidsr mcp --folder scenes
+
+    Parameters
+    ----------
+    folder
+        Where scenes are kept.
+    """
+    from aidsr.errors import UserError
+
+    try:
+        from aidsr.mcp.server import build_server
+    except ModuleNotFoundError as error:
+        raise UserError(f'the server needs {error.name}; install it with: pip install "aidsr[mcp]"') from None
+    build_server(folder.absolute()).run("stdio")
+    return 0
