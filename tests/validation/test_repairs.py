@@ -89,7 +89,11 @@ BROKEN: dict[str, tuple[str, str]] = {
     ),
     "fromto_and_pos": (swapped('name="g1"', 'name="g1" pos="0 0 0.025"'), ""),
     "inherited pos": (
-        swapped('type="capsule" size="0.01"', 'type="capsule" size="0.01" pos="0 0 0.3"'),
+        swapped(
+            'name="ball"',
+            'name="ball" pos="0 0 0"',
+            swapped('type="capsule" size="0.01"', 'type="capsule" size="0.01" pos="0 0 0.3"'),
+        ),
         "fromto_and_pos",
     ),
     "repeated_guides": (swapped('<site site="b"/>', '<site site="b"/><site site="b"/>'), ""),
@@ -196,6 +200,7 @@ def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
         swapped('"0 0.5"', '"0 -0.5"'),
         swapped('tendon="t" gear="-1"', 'joint="j1"', swapped('name="j1" range="-0.5 0.5"', 'name="j1" range="-9 9"')),
         swapped('class="skin">', 'class="skin"/>', LIMB),
+        swapped('name="g1"', 'name="g1" pos="0 0 0"'),
         "no model at all",
         LIMB[:-12],
         '<mujoco><include file="other.xml"/></mujoco>',
