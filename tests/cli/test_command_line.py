@@ -14,6 +14,7 @@ from aidsr.cli.view import model_of
 from aidsr.errors import ModelError, UserError
 from aidsr.pipeline import work
 from aidsr.runs import layout_text
+from aidsr.sim.mjcf import BOUNDS
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -96,7 +97,20 @@ def test_view_draws_a_picture_where_there_is_no_display(tmp_path, monkeypatch, c
     assert "ball.png" in capsys.readouterr().out
 
 
-def test_show_prints_layout_status_and_files(tmp_path, capsys) -> None:
+def test_view_reads_files_by_the_bounds_of_the_validator(tmp_path, capsys) -> None:
+    for name, content, said in (
+        ("large.xml", b" " * (BOUNDS.characters + 1), "are read"),
+        ("bytes.xml", b"\xff\xfe", "UTF-8"),
+        ("absent.xml", None, "could not read"),
+    ):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        assert run_main("view", str(tmp_path / name)) in (1, 2)
+        assert said in capsys.readouterr().err
+
+
+def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     assert run_main("show", "--layout") == 0
     assert capsys.readouterr().out == layout_text() + "\n"
     run = new_run(tmp_path, concepts=2)
@@ -104,6 +118,8 @@ def test_show_prints_layout_status_and_files(tmp_path, capsys) -> None:
     assert run_main("show", str(run.path)) == 0
     said = capsys.readouterr().out
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
+    titles = next(line for line in said.splitlines() if line.startswith("design "))
+    assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "paid", "time"]
     assert run_main("show", str(run.path), "--json") == 0
     status = json.loads(capsys.readouterr().out)
     assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]

@@ -31,9 +31,9 @@ def print_introduction(console: Console, run: Run) -> None:
 
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
     """Print one line for each design, what went wrong, and the page to open."""
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
-    for title in ("design", "concept", "state", "iterations", "mechanical repairs", "paid", "time"):
-        table.add_column(title, overflow="fold")
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for title in ("design", "concept", "state", "iterations", "repairs", "paid", "time"):
+        table.add_column(title, overflow="fold", no_wrap=title != "concept")
     for design in status.designs:
         state = design.outcome.outcome if design.outcome else design.state
         table.add_row(

@@ -26,13 +26,10 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     from rich.console import Console
     from rich.markup import escape
 
-    from aidsr.errors import UserError
+    from aidsr.sim.mjcf import open_mjcf
     from aidsr.sim.viewing import view as look
 
-    try:
-        drawn = look(model_of(path).read_text(encoding="utf-8"), picture)
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"an MJCF file that can be read was expected, and {path} is none ({error})") from None
+    drawn = look(open_mjcf(model_of(path)), picture)
     if drawn is not None:
         Console(highlight=False, soft_wrap=True).print(
             f"There is no display here; drawn as [bold]{escape(str(drawn))}[/]"
