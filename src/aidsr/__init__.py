@@ -11,14 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from aidsr.pipeline import design
+    from aidsr.probing import probe
     from aidsr.tasks import load_task
     from aidsr.validation import validate
 
-__all__ = ["__version__", "design", "load_task", "validate"]
+__all__ = ["__version__", "design", "load_task", "probe", "validate"]
 
 __version__ = "0.1.0"
 
-_HOMES = {"design": "aidsr.pipeline", "load_task": "aidsr.tasks", "validate": "aidsr.validation"}
+_HOMES = {
+    "design": "aidsr.pipeline",
+    "load_task": "aidsr.tasks",
+    "probe": "aidsr.probing",
+    "validate": "aidsr.validation",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -8,7 +8,7 @@ import sys
 from cyclopts import App
 
 from aidsr import __version__
-from aidsr.cli import design, doctor, evaluate, mcp, resume, show, tasks, train, validate, view, web
+from aidsr.cli import design, doctor, evaluate, mcp, probe, resume, show, tasks, train, validate, view, web
 from aidsr.errors import AidsrError, UserError
 
 __all__ = ["app", "main"]
@@ -34,6 +34,7 @@ for command in (
     tasks.tasks,
     validate.validate,
     view.view,
+    probe.probe,
     train.train,
     evaluate.evaluate,
     web.web,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.artifacts import EpisodeResult
 from aidsr.episodes.batch import Episodes, Moment
 from aidsr.tasks.readings import BoolArray, FloatArray
 
@@ -38,6 +39,27 @@ class Course:
     """Sum over the episode."""
     time_s: FloatArray
     """How long the episode lasted [s]."""
+
+    def part(self, rows: slice) -> Self:
+        """Return some of the episodes."""
+        return type(self)(*(getattr(self, one.name)[rows] for one in fields(self)))
+
+    def result(self, row: int, variation: int) -> EpisodeResult:
+        """Return how one episode went.
+
+        Args:
+            row: Which.
+            variation: Index of its variation, to be told with it.
+        """
+        ends = (("diverged", self.diverged), ("succeeded", self.succeeded), ("failed", self.failed))
+        return EpisodeResult(
+            variation=variation,
+            ended=next((name for name, where in ends if where[row]), "out_of_time"),
+            progress=float(self.progress[row]),
+            best_progress=float(self.best_progress[row]),
+            reward=float(self.reward[row]),
+            time_s=float(np.round(self.time_s[row], 6)),
+        )
 
 
 def play(episodes: Episodes, actor: Actor, look: Callable[[Moment], None] = lambda _moment: None) -> Course:

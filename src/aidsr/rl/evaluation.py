@@ -6,9 +6,8 @@ import copy
 from dataclasses import dataclass
 
 import mujoco
-import numpy as np
 
-from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.artifacts import Evaluation, PlausibilityCheck
 from aidsr.episodes.batch import Episodes
 from aidsr.episodes.playing import Actor, Course, play
 from aidsr.episodes.scene import TaskScene
@@ -73,7 +72,7 @@ def evaluate(
     checks += behaviour_checks(watched.course, watched.evidence, structure)
     checks.append(penetration_check(watched.models, watched.evidence, structure))
     checks += _exploit_checks(scene, actor, watched, threads, smoothing)
-    results = tuple(_result(watched.course, index) for index in range(episodes))
+    results = tuple(watched.course.result(index, index) for index in range(episodes))
     facts = {"task": scene.task.name, "level": scene.task.level, "benchmark_version": BENCHMARK_VERSION}
     versions = {"mujoco": mujoco.__version__}
     return Evaluation(episodes=results, checks=tuple(checks), versions=versions, **facts), watched
@@ -113,15 +112,3 @@ def _exploit_checks(
             survived = int(play(again, actor).succeeded.sum())
         checks.append(exploit_check(name, how, survived, len(won)))
     return checks
-
-
-def _result(course: Course, index: int) -> EpisodeResult:
-    ends = (("diverged", course.diverged), ("succeeded", course.succeeded), ("failed", course.failed))
-    return EpisodeResult(
-        variation=index,
-        ended=next((name for name, where in ends if where[index]), "out_of_time"),
-        progress=float(course.progress[index]),
-        best_progress=float(course.best_progress[index]),
-        reward=float(course.reward[index]),
-        time_s=float(np.round(course.time_s[index], 6)),
-    )

@@ -28,6 +28,8 @@ BENCHMARK_VERSION = 1
 
 Level = Literal["standard", "hard"]
 Split = Literal["development", "held_out"]
+_NEAR = 0.01
+"""Progress that much below a stage has reached it: approach comes near its full worth and never gets there."""
 Memory = Mapping[str, FloatArray]
 """What a task carries from one control step of an episode to the next, by name, each (n, ...)."""
 Edits = Mapping[str, Mapping[str, float | tuple[float, ...]]]
@@ -57,6 +59,8 @@ class Task(ABC):
     """What scene assembly adds to measure the robot."""
     needs_outline: ClassVar[bool] = False
     """Whether it looks at all of the robot's surface; see `Readings.outline`."""
+    stages: ClassVar[tuple[tuple[float, str], ...]] = ()
+    """What is reached at which progress, in rising order: ((0.5, "at the button"), (1.0, "pressed"))."""
     policy_actuators: ClassVar[tuple[str, ...]] = ()
     """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}
@@ -68,6 +72,18 @@ class Task(ABC):
     def at(cls, level: Level) -> Self:
         """Return the task at a level."""
         return cls(level=level, **(cls.hard if level == "hard" else {}))
+
+    def reached(self, progress: float, *, won: bool = False) -> str:
+        """Return in words how far an episode came that got to this progress."""
+        if won:
+            return "held success"
+        before = [words for start, words in self.stages if progress >= start - _NEAR]
+        after = [words for start, words in self.stages if progress < start - _NEAR]
+        if not self.stages:
+            return f"progress {progress:.2f} of 1"
+        if not after:
+            return f"{before[-1]}, but success was not held"
+        return f"{before[-1] if before else 'begun'}, not yet {after[0]}"
 
     # --- what a designer is told ---
 

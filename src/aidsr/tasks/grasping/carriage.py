@@ -68,6 +68,7 @@ class Lifting(CarriageTask, ABC):
 
     times_s: ClassVar = (0.0, 1.0, 3.0, 4.5)
     heights_m: ClassVar = (0.0, -0.10, -0.10, 0.05)
+    stages: ClassVar = ((0.25, "at the object"), (0.5, "around it"), (0.7, "off the table"), (1.0, "raised"))
 
     def begin(self, readings: Readings) -> Memory:
         """Where the object stands, and where the functional part sees it."""

@@ -40,6 +40,7 @@ class DynamicCatching(Task):
     base: ClassVar = "fixed"
     time_limit_s: ClassVar = 4.0
     hold_s: ClassVar = 1.0
+    stages: ClassVar = ((0.2, "in the ball's way"), (0.4, "touching it"), (0.7, "holding it a while"), (1.0, "caught"))
     control_dt_s: ClassVar = 0.02
     required_names: ClassVar = ("mount", "ball", "ball_free", "capture_point")
     sensors: ClassVar = (

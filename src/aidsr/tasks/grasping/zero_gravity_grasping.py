@@ -45,6 +45,7 @@ class ZeroGravityGrasping(CarriageTask):
     heights_m: ClassVar = (0.0, -0.10, -0.10, 0.0)
     time_limit_s: ClassVar = 15.0
     hold_s: ClassVar = 2.0
+    stages: ClassVar = ((0.3, "at the object"), (0.6, "around it"), (1.0, "holding it still"))
     required_names: ClassVar = ("mount", "carriage", "carriage_lift", "object", "object_free")
     hard: ClassVar = {"drift_m_s": 0.1}
 

@@ -38,6 +38,7 @@ class FlatGround(LaneTask):
     name: ClassVar = "locomotion/flat_ground"
     time_limit_s: ClassVar = 40.0
     hold_s: ClassVar = 0.5
+    stages: ClassVar = ((0.1, "moving forward"), (0.5, "half way"), (1.0, "at the goal"))
     required_names: ClassVar = ("mount", "ground", "lane")
     hard: ClassVar = {"goal_m": 2.4, "goal_lengths": 2 * GOAL_LENGTHS}
 

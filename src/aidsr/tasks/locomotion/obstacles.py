@@ -44,6 +44,7 @@ class Obstacles(LaneTask):
     name: ClassVar = "locomotion/obstacles"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
+    stages: ClassVar = ((0.1, "moving forward"), (0.5, "half way"), (1.0, "past all obstacles"))
     required_names: ClassVar = (
         "mount",
         "ground",

@@ -45,6 +45,7 @@ class Stairs(LaneTask):
     name: ClassVar = "locomotion/stairs"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 1.0
+    stages: ClassVar = ((0.2, "before the stairs"), (0.5, "on the stairs"), (1.0, "past the last edge"))
     required_names: ClassVar = ("mount", "ground", "lane", "step_1", "step_2", "step_3")
     hard: ClassVar = {"rise_m": 0.03}
 

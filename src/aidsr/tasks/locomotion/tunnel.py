@@ -40,6 +40,7 @@ class Tunnel(LaneTask):
     name: ClassVar = "locomotion/tunnel"
     time_limit_s: ClassVar = 50.0
     hold_s: ClassVar = 0.5
+    stages: ClassVar = ((0.1, "moving forward"), (0.4, "in the tunnel"), (1.0, "out of the far end"))
     needs_outline: ClassVar = True
     required_names: ClassVar = ("mount", "ground", "lane", "tunnel")
     sensors: ClassVar = (

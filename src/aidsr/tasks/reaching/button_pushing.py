@@ -41,6 +41,7 @@ class ButtonPushing(Task):
     base: ClassVar = "fixed"
     time_limit_s: ClassVar = 10.0
     hold_s: ClassVar = 0.2
+    stages: ClassVar = ((0.5, "at the button"), (1.0, "pressed"))
     required_names: ClassVar = ("mount", "button", "button_cap", "button_slide", "button_face")
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),

@@ -40,6 +40,7 @@ class PipeInserting(Task):
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 30.0
     hold_s: ClassVar = 0.5
+    stages: ClassVar = ((0.2, "in the mouth"), (0.6, "half way down"), (1.0, "all the way down"))
     required_names: ClassVar = ("mount", "feed", "pipe")
     policy_actuators: ClassVar = ("feed",)
     sensors: ClassVar = (

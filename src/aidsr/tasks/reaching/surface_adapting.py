@@ -41,6 +41,7 @@ class SurfaceAdapting(Task):
     base: ClassVar = "fixed"
     time_limit_s: ClassVar = 15.0
     hold_s: ClassVar = 1.0
+    stages: ClassVar = ((0.4, "near the surface"), (0.6, "lying on it in part"), (1.0, "lying on it"))
     needs_outline: ClassVar = True
     required_names: ClassVar = ("mount", "surface")
     sensors: ClassVar = (

@@ -1,0 +1,12 @@
+"""How far a body gets on its task without learning: many open-loop motions, played at once.
+
+motion     one motion: pulls that ramp from one value to another, with a sinusoid on top
+searching  random motions first, then the cross-entropy method around the best
+report     what came out, kept as probe.json
+"""
+
+from aidsr.probing.motion import Motion
+from aidsr.probing.probing import probe
+from aidsr.probing.report import ProbeReport
+
+__all__ = ["Motion", "ProbeReport", "probe"]

@@ -1,0 +1,106 @@
+"""The probe finds what an open loop can do, says so, and what it says can be played again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aidsr import probe
+from aidsr.artifacts import ActuatorGroup
+from aidsr.episodes.batch import Episodes
+from aidsr.episodes.playing import play
+from aidsr.errors import UserError
+from aidsr.probing import ProbeReport
+from aidsr.probing.motion import Motions, OpenLoop
+from scenes import QuickPushing, small_learning, small_scene
+
+QUICK = {"candidates": 64, "variations": 2, "threads": 1}
+
+
+class FarPushing(QuickPushing):
+    """Bends farther than the arm can."""
+
+    def succeeded(self, readings, memory):
+        return np.abs(readings["tip_position"][:, 0]) > 1.0
+
+
+@pytest.fixture(scope="module")
+def report() -> ProbeReport:
+    return probe(small_scene(), QuickPushing(), **QUICK)
+
+
+def test_a_body_that_can_do_it_succeeds_without_learning(report):
+    assert (report.success_share, report.same_motion_share) == (1.0, 1.0)
+    assert report.reached == "held success"
+    assert report.task == "reaching/button_pushing"
+    assert {one.episode.ended for one in report.variations} == {"succeeded"}
+
+
+def test_a_body_that_cannot_says_how_far_it_came():
+    report = probe(small_scene(), FarPushing(), **QUICK)
+    assert (report.success_share, report.same_motion_share) == (0.0, 0.0)
+    assert "at the button" in report.reached
+    assert report.best.episode.ended == "out_of_time"
+    assert report.progress == np.mean([one.episode.best_progress for one in report.variations])
+
+
+def test_the_same_seed_gives_the_same_report_whatever_the_threads(report):
+    again = probe(small_scene(), QuickPushing(), **{**QUICK, "threads": 2})
+    assert again.model_copy(update={"wall_s": 0.0}) == report.model_copy(update={"wall_s": 0.0})
+    other = probe(small_scene(), QuickPushing(), **QUICK, seed=1)
+    assert other.variations != report.variations
+
+
+def test_a_motion_that_was_read_back_plays_as_it_was_told(report):
+    read = ProbeReport.model_validate_json(report.model_dump_json())
+    assert read == report
+    scene = small_learning()
+    variations = [scene.task.variation("development", one.episode.variation) for one in read.variations]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
+    course = play(episodes, OpenLoop(Motions.of([one.motion for one in read.variations]), scene.task.control_dt_s))
+    for row, one in enumerate(read.variations):
+        assert course.result(row, one.episode.variation) == one.episode
+
+
+def test_what_is_solved_is_searched_no_further(report):
+    more = probe(small_scene(), QuickPushing(), **{**QUICK, "candidates": 6400})
+    assert more.simulated_s == report.simulated_s
+
+
+def test_more_candidates_never_come_less_far():
+    few = probe(small_scene(), FarPushing(), candidates=16, variations=1, threads=1)
+    many = probe(small_scene(), FarPushing(), candidates=96, variations=1, threads=1)
+    assert many.progress >= few.progress
+    assert many.simulated_s > few.simulated_s
+
+
+def test_groups_of_the_design_move_together():
+    group = ActuatorGroup(name="both", actuators=("pull_left", "pull_right"))
+    report = probe(small_scene(), FarPushing(), groups=[group], candidates=16, variations=1, threads=1)
+    assert [one.group for one in report.best.motion.groups] == ["both"]
+
+
+def test_every_generation_is_told():
+    told = []
+    probe(small_scene(), FarPushing(), **QUICK, listen=lambda played, progress: told.append((played, progress)))
+    assert [played for played, _ in told] == [16, 32, 48, 64]
+    assert [progress for _, progress in told] == sorted(progress for _, progress in told)
+
+
+def test_numbers_out_of_range_are_one_sentence():
+    with pytest.raises(UserError, match="at least 16 candidates and 1 variation"):
+        probe(small_scene(), QuickPushing(), candidates=5)
+
+
+def test_a_scene_of_another_task_is_refused():
+    with pytest.raises(UserError, match="lacks ground, lane"):
+        probe(small_scene(), "flat_ground")
+
+
+def test_stages_are_told_in_words():
+    task = QuickPushing()
+    assert task.reached(0.2) == "begun, not yet at the button"
+    assert task.reached(0.495) == "at the button, not yet pressed"
+    assert task.reached(1.0) == "pressed, but success was not held"
+    assert task.reached(1.0, won=True) == "held success"
+    assert replace(task).stages == task.stages
