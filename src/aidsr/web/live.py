@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from typing import ParamSpec, TypeVar
+from typing import TypeVar
 
 from nicegui import background_tasks, run, ui
 
@@ -12,7 +12,6 @@ from aidsr.errors import AidsrError
 __all__ = ["acting", "live", "say_mistake", "working"]
 
 Facts = TypeVar("Facts")
-Arguments = ParamSpec("Arguments")
 
 
 def live(
@@ -60,12 +59,12 @@ def live(
     return again
 
 
-def acting(do: Callable[Arguments, object]) -> Callable[Arguments, None]:
+def acting(do: Callable[[], object]) -> Callable[[], None]:
     """Return an action of a button that says a person's mistake in a sentence instead of failing."""
 
-    def act(*arguments: Arguments.args, **named: Arguments.kwargs) -> None:
+    def act() -> None:
         try:
-            do(*arguments, **named)
+            do()
         except AidsrError as error:
             say_mistake(error)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from aidsr.web.design_page import add_design_page
 from aidsr.web.home import add_home
+from aidsr.web.run_page import add_run_page
 from aidsr.web.setting_up import add_setup
 from aidsr.web.site import Site
 
@@ -11,5 +13,5 @@ __all__ = ["add_pages"]
 
 def add_pages(site: Site) -> None:
     """Make every page answer at its address."""
-    for add in (add_home, add_setup):
+    for add in (add_home, add_setup, add_run_page, add_design_page):
         add(site)

@@ -87,8 +87,7 @@ def order_from(form: Form) -> Order:
 def _what(form: Form) -> None:
     with box("stack"):
         text("What is to be done", tag="h2")
-        kinds = ui.tabs(value=form["source"]).props("dense align=left no-caps")
-        with kinds:
+        with ui.tabs().props("dense align=left no-caps") as kinds:
             ui.tab("task", "A task of the benchmark")
             ui.tab("words", "In your own words")
         kinds.on_value_change(lambda event: form.update(source=event.value))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
@@ -36,6 +37,8 @@ class DesignView:
     valid: bool
     """By at least one of them."""
     successful: bool
+    since: str
+    """When something last happened to it, ISO 8601; empty before the first event."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,8 @@ class RunView:
     status: RunStatus
     designs: tuple[DesignView, ...]
     shown: Shown
-    begun: str
-    """When the last thing began or happened, ISO 8601; empty before the first."""
+    since: str
+    """When something last happened to the run itself, ISO 8601; empty before the first event."""
 
     @property
     def title(self) -> str:
@@ -91,7 +94,7 @@ class Site:
         shown: Shown = status.state
         if shown == "running" and not self.is_at_work(run):
             shown = "interrupted"
-        return RunView(name, status, designs, shown, _last_time(run))
+        return RunView(name, status, designs, shown, _changed(run.events))
 
     def is_at_work(self, run: Run) -> bool:
         """Whether a process is at work on a run, started here or in a terminal."""
@@ -137,12 +140,13 @@ def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
         trained=len(verdicts),
         valid=any(verdict.valid for verdict in verdicts),
         successful=any(verdict.successful for verdict in verdicts),
+        since=_changed(design.events),
     )
 
 
-def _last_time(run: Run) -> str:
-    """When something last happened, by the age of the logs; the page lets a clock run from there."""
-    from datetime import UTC, datetime
-
-    times = [log.stat().st_mtime for log in (run.events, *(one.events for one in run.designs)) if log.exists()]
-    return datetime.fromtimestamp(max(times), UTC).isoformat(timespec="seconds") if times else ""
+def _changed(log: Path) -> str:
+    """When a log was last written to; a page lets a clock run from there."""
+    try:
+        return datetime.fromtimestamp(log.stat().st_mtime, UTC).isoformat(timespec="seconds")
+    except FileNotFoundError:
+        return ""

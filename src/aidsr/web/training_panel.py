@@ -1,0 +1,222 @@
+"""Train a design, follow its curve, watch its films, and say whether its motion can be believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from nicegui import app, ui
+
+from aidsr.artifacts import EpisodeResult, Evaluation
+from aidsr.errors import UserError
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.summary import duration_in_words
+from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
+from aidsr.tasks import task_names
+from aidsr.web.curve import curve_svg
+from aidsr.web.live import acting, live
+from aidsr.web.parts import badge, box, button, fact, file_address, notice, text
+from aidsr.web.site import Site
+
+__all__ = ["training_panel"]
+
+_STEPS = 300_000
+"""As `aidsr train` has it."""
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A training as the page shows it."""
+
+    training: Training
+    steps: int
+    seed: int
+    curve: tuple[CurveRow, ...]
+    result: dict[str, Any] | None
+    verdict: Evaluation | None
+    inspection: Inspection | None
+    films: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _State:
+    alive: bool
+    last_words: str
+    trainings: tuple[_Shown, ...]
+
+
+def training_panel(site: Site, run: Run, design: DesignFolder) -> None:
+    """Show the trainings of an approved design, and what starts one."""
+    if not design.final_scene.path.exists():
+        text("A design can be trained once it is approved.", "soft")
+        return
+    live(lambda: _read(site, run, design), lambda state: _draw(site, run, design, state))
+
+
+def _read(site: Site, run: Run, design: DesignFolder) -> _State:
+    name = site.training_name(run, design.number)
+    alive = site.processes.is_alive(name)
+    shown = []
+    for training in trainings_of(design):
+        config = training.config.read() or {}
+        films = tuple(film.path.relative_to(run.path).as_posix() for film in training.films)
+        verdict, said = training.evaluation.read(), training.inspection.read()
+        steps, seed = int(config.get("steps", 0)), int(config.get("seed", 0))
+        curve, result = read_curve(training), training.result.read()
+        shown.append(_Shown(training, steps, seed, curve, result, verdict, said, films))
+    unjudged = not shown or shown[-1].verdict is None
+    last_words = site.processes.last_words(name) if unjudged and not alive else ""
+    return _State(alive, last_words, tuple(reversed(shown)))
+
+
+def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
+    name = site.training_name(run, design.number)
+    with box("stack wide"):
+        if state.alive:
+            with box("notice", role="status"), box("row apart"):
+                learning = any(one.result is None for one in state.trainings)
+                text("A policy is learning." if learning or not state.trainings else "The policy is being judged.")
+                button("Stop", acting(lambda: site.processes.stop(name)), "danger", "stop", "What was learned is kept")
+        else:
+            _start(site, run, design, name)
+            if state.last_words:
+                text("What the last training said:", "label")
+                text(state.last_words, "text", "pre")
+        for one in state.trainings:
+            _training(run, one, alive=state.alive)
+
+
+def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
+    record = run.asked()
+    wish: dict[str, Any] = app.storage.user.setdefault("training", {"steps": _STEPS, "seeds": 1, "task": ""})
+
+    def start() -> None:
+        steps, seeds = _whole(wish["steps"], "steps"), _whole(wish["seeds"], "policies")
+        task = [] if record.task else ["--task", _named(wish["task"])]
+        words = ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task]
+        site.processes.start(name, words)
+
+    with box("sheet stack"):
+        text("Train this design", tag="h2")
+        text(
+            "Reinforcement learning finds out whether the body can do its job; the policy is then judged on variations "
+            "of the task that it has never seen.",
+            "soft",
+            "p",
+        )
+        with box("form"):
+            steps = ui.number("Steps, at most", min=1, max=100_000_000, step=1000, precision=0, format="%d")
+            steps.props("outlined dense").bind_value(wish, "steps")
+            seeds = ui.number("Policies, one after the other", min=1, max=100, precision=0, format="%d")
+            seeds.props("outlined dense").bind_value(wish, "seeds")
+            if not record.task:
+                task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
+                task.bind_value(wish, "task")
+        with box("row"):
+            button("Start training", acting(start), "primary", "play_arrow")
+
+
+def _training(run: Run, one: _Shown, *, alive: bool) -> None:
+    with box("sheet stack", "article"):
+        with box("row apart"):
+            text(f"Training {one.training.number}", tag="h2")
+            if one.verdict:
+                badge("successful" if one.verdict.successful else "valid" if one.verdict.valid else "not valid")
+            else:
+                badge("running" if alive else "stopped")
+        last = one.curve[-1] if one.curve else None
+        with box("facts"):
+            fact("steps", f"{last.steps if last else 0:,} of {one.steps:,}".replace(",", " "))
+            fact("success so far", f"{last.success_share:.0%}" if last and last.success_share >= 0 else "–")
+            fact("progress", f"{last.progress:.2f}" if last and last.progress >= 0 else "–")
+            fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
+            fact("learned for", duration_in_words(last.wall_s) if last else "–")
+            fact("seed", str(one.seed))
+        ui.html(curve_svg(one.curve, one.steps), sanitize=False).classes("full")
+        with box("row small"):
+            text("━ success", "accent")
+            text("━ progress", "wait")
+        if one.verdict:
+            _verdict(one.verdict)
+            _films(run, one)
+            _inspection(one)
+
+
+def _verdict(verdict: Evaluation) -> None:
+    episodes = verdict.episodes
+    won = sum(episode.ended == "succeeded" for episode in episodes)
+    with box("facts"):
+        fact("held-out success", f"{won} of {len(episodes)}")
+        fact("best progress, mean", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
+        fact("valid", "yes" if verdict.valid else "no")
+        fact("successful", "yes" if verdict.successful else "no")
+    text("Can it be believed?", "label")
+    with box("scroll"), box("list plain", "table"), box(tag="tbody"):
+        for check in verdict.checks:
+            with box(tag="tr"):
+                with box(tag="td"):
+                    text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
+                text(check.name, "mono", "td")
+                text(check.message, "", "td")
+                measured = "–" if check.measured is None else f"{check.measured:.3g} {check.unit}".rstrip()
+                text(f"{measured} (limit {check.limit:g})", "num", "td")
+    with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
+        _episodes(episodes)
+
+
+def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
+    with box("scroll"), box("list plain", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for title in ("variation", "ended", "progress", "best", "reward", "time"):
+                text(title, "" if title in ("variation", "ended") else "num", "th")
+        with box(tag="tbody"):
+            for one in episodes:
+                with box(tag="tr"):
+                    text(str(one.variation), "", "td")
+                    text(one.ended.replace("_", " "), "good" if one.ended == "succeeded" else "", "td")
+                    for number in (one.progress, one.best_progress, one.reward):
+                        text(f"{number:.2f}", "num", "td")
+                    text(f"{one.time_s:.1f} s", "num", "td")
+
+
+def _films(run: Run, one: _Shown) -> None:
+    if not one.films:
+        text("There is no film; films need OpenGL on the machine that trains.", "small soft")
+        return
+    with box("columns"):
+        for path in one.films:
+            with box("stack tight", "figure"):
+                with box(tag="video", src=file_address(run.path.name, path), controls="", loop="", muted=""):
+                    pass
+                text(f"the {path.rpartition('/')[2].removesuffix('.mp4')} held-out episode", "small soft")
+
+
+def _inspection(one: _Shown) -> None:
+    said = one.inspection
+    words = {"text": said.text if said else ""}
+
+    def say(*, plausible: bool) -> None:
+        one.training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
+
+    with box("stack tight"):
+        text("Your word: does it move as a continuum robot could?", "label")
+        if said:
+            verdict = "confirmed" if said.plausible else "rejected"
+            notice(f"You {verdict} it. {said.text}".strip(), "good" if said.plausible else "bad")
+        with box("row"):
+            field = ui.input("Why (if you like)").props("outlined dense").classes("grow").bind_value(words, "text")
+            field.props["maxlength"] = 1000
+            button("Plausible", acting(lambda: say(plausible=True)), "quiet", "check")
+            button("Not plausible", acting(lambda: say(plausible=False)), "quiet", "close")
+
+
+def _whole(value: object, what: str) -> int:
+    if not isinstance(value, int | float) or value < 1:
+        raise UserError(f"a whole number of {what} was expected, at least 1; fill it in")
+    return int(value)
+
+
+def _named(task: object) -> str:
+    if not task:
+        raise UserError("an objective in words has no measure of success; choose a task to measure it by")
+    return str(task)
