@@ -23,18 +23,19 @@ _SLACK = 29  # actuator group that is switched off
 _BAD = [int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "INERTIA")]
 _FREE, _BALL, _HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "HINGE"))
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+_WATCHED = ("xipos", "xpos", "xmat", "qpos", "qvel", "sensordata", "ten_length", "actuator_force", "energy")
 
 
 @dataclass(frozen=True)
 class Trace:
-    """What one simulation did, one row a time step.
+    """What one simulation did, one row a time step of the robot.
 
     Attributes:
-        timestep_s: Of the simulation, not of the model.
-        com_m: Centres of mass seen from the root body, (n_steps, nbody, 3).
+        timestep_s: Between two rows.
+        com_m: Centres of mass seen from the root body, (n_rows, nbody, 3).
         world_m: The same in the world.
         qpos, qvel, sensors, tendons_m: As in MjData.
-        forces_n: Force of every actuator on its joint or tendon, negative where a tendon is pulled, (n_steps, nu).
+        forces_n: Force of every actuator on its joint or tendon, negative where a tendon is pulled, (n_rows, nu).
         energy_j: Potential and kinetic energy together.
         contacts: Number of contacts.
         failed: Whether MuJoCo warned of bad numbers, or one is not finite.
@@ -73,6 +74,7 @@ class Bench:
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
         model.opt.timestep *= step
+        self._substeps = max(1, round(1 / step))
         self.model, self.mjcf = model, mjcf
         self.start = mujoco.MjData(model)
         mujoco.mj_forward(model, self.start)
@@ -260,7 +262,7 @@ class Bench:
         model.opt.disableactuator = 1 << _SLACK
         if change:
             change(model)
-        return _record(model, data, begin, target, duration_s, self.root)
+        return _record(model, data, begin, target, duration_s, self.root, self._substeps)
 
 
 def _record(
@@ -270,55 +272,52 @@ def _record(
     target: Array | Callable[[float], Array] | None,
     duration_s: float,
     root: int,
+    substeps: int,
 ) -> Trace:
-    dt = float(model.opt.timestep)
-    steps = round(duration_s / dt)
+    """Simulate, and write down every `substeps`-th step: one row a time step of the robot."""
+    frame_s = float(model.opt.timestep) * substeps
+    frames = round(duration_s / frame_s)
     data.time = 0
     data.ctrl[:] = begin
     for i in range(model.nu):
         if model.actuator_actnum[i] == 1:
             data.act[model.actuator_actadr[i]] = begin[i]
-    rows: dict[str, list[Array]] = {k: [] for k in ("world", "seen", "qpos", "qvel", "sensors", "tendons", "forces")}
-    gears = model.actuator_gear[:, 0].copy()
-    energy, contacts, failed = [], [], False
-    for step in range(steps):
+    # views of MjData are read in place; asking for the attributes each step would cost as much as the physics
+    watched = {name: getattr(data, name) for name in _WATCHED}
+    rows = {name: np.empty((frames, *value.shape)) for name, value in watched.items()}
+    contacts = np.zeros(frames, dtype=np.int64)
+    energy, ctrl, count = watched["energy"], data.ctrl, 0
+    for frame in range(frames):
         if callable(target):
-            data.ctrl[:] = target(step * dt)
+            ctrl[:] = target(frame * frame_s)
         elif target is not None:
-            data.ctrl[:] = begin + min(1.0, step / (0.25 * steps)) * (target - begin)
-        mujoco.mj_step(model, data)
-        failed = not math.isfinite(data.energy[0] + data.energy[1]) or (
-            step % 16 == 0 and any(data.warning[kind].number for kind in _BAD)
-        )
-        if failed:
+            ctrl[:] = begin + min(1.0, frame / (0.25 * frames)) * (target - begin)
+        mujoco.mj_step(model, data, substeps)
+        if not math.isfinite(energy[0] + energy[1]) or (frame % 16 == 0 and _has_failed(data)):
             break
-        rows["world"].append(data.xipos.copy())
-        rows["seen"].append((data.xipos - data.xpos[root]) @ data.xmat[root].reshape(3, 3))
-        rows["qpos"].append(data.qpos.copy())
-        rows["qvel"].append(data.qvel.copy())
-        rows["sensors"].append(data.sensordata.copy())
-        rows["tendons"].append(data.ten_length.copy())
-        rows["forces"].append(data.actuator_force * gears)
-        energy.append(float(data.energy.sum()))
-        contacts.append(int(data.ncon))
-    failed = failed or any(data.warning[kind].number for kind in _BAD)
-    shapes = {"world": (model.nbody, 3), "seen": (model.nbody, 3), "qpos": (model.nq,), "qvel": (model.nv,)}
-    shapes |= {"sensors": (model.nsensordata,), "tendons": (model.ntendon,), "forces": (model.nu,)}
-    made = {key: np.array(values).reshape(len(values), *shapes[key]) for key, values in rows.items()}
+        for name, value in watched.items():
+            rows[name][frame] = value
+        contacts[frame] = data.ncon
+        count += 1
+    world, frames_of_root = rows["xipos"][:count], rows["xmat"][:count, root].reshape(count, 3, 3)
     return Trace(
-        timestep_s=dt,
-        com_m=made["seen"],
-        world_m=made["world"],
-        qpos=made["qpos"],
-        qvel=made["qvel"],
-        sensors=made["sensors"],
-        tendons_m=made["tendons"],
-        forces_n=made["forces"],
-        energy_j=np.array(energy),
-        contacts=np.array(contacts, dtype=np.int64),
-        failed=failed,
+        timestep_s=frame_s,
+        com_m=(world - rows["xpos"][:count, root, None]) @ frames_of_root,
+        world_m=world,
+        qpos=rows["qpos"][:count],
+        qvel=rows["qvel"][:count],
+        sensors=rows["sensordata"][:count],
+        tendons_m=rows["ten_length"][:count],
+        forces_n=rows["actuator_force"][:count] * model.actuator_gear[:, 0],
+        energy_j=rows["energy"][:count].sum(axis=1),
+        contacts=contacts[:count],
+        failed=count < frames or _has_failed(data),
         end=data,
     )
+
+
+def _has_failed(data: mujoco.MjData) -> bool:
+    return any(data.warning[kind].number for kind in _BAD)
 
 
 def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
