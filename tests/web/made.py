@@ -1,0 +1,122 @@
+"""Run folders as the pages meet them, written by hand: nothing is simulated."""
+
+import struct
+import zlib
+from pathlib import Path
+
+from aidsr.artifacts import (
+    Brief,
+    Concept,
+    Critique,
+    CritiqueIssue,
+    EnvironmentSummary,
+    Fault,
+    Outcome,
+    Placement,
+    Robot,
+    Scene,
+    ValidationReport,
+)
+from aidsr.calls import CallRecord, Message, Question, Usage
+from aidsr.runs import DesignFolder, EventLog, Run, RunConfig, RunRecord, new_run
+from aidsr.runs.events import Done, Finished, Started, Waiting
+from aidsr.runs.files import JsonFile
+
+SCRIPT = "<script>window.stolen = 1</script><img src=x onerror='window.stolen = 1'>"
+"""What a hostile text would like the page to run."""
+
+MJCF = f"""<mujoco model="made">
+  <!-- {SCRIPT.replace("--", "")} -->
+  <worldbody>
+    <body name="robot/base"><geom size="0.01"/><body name="robot/tip"><geom size="0.01"/></body></body>
+  </worldbody>
+</mujoco>
+"""
+SUMMARY = EnvironmentSummary(
+    gravity_m_s2=(0, 0, -9.81), timestep_s=0.002, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
+)
+
+
+def png() -> bytes:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", header)
+        + chunk(b"IDAT", zlib.compress(b"\0\x80\x90\xa0"))
+        + chunk(b"IEND", b"")
+    )
+
+
+def concept(name: str) -> Concept:
+    return Concept(
+        name=name,
+        interpretation="reach",
+        morphology="a tapering arm",
+        actuation="three tendons",
+        functional_part="tip",
+        family="tentacle",
+        parameters={"length_m": 0.3},
+    )
+
+
+def made_run(
+    folder: Path, *, name: str = "Arm", task: str = "reaching/button_pushing", designs: int = 3, waiting: bool = False,
+    objective: str = "Press the button.", model: str = "builtin", started: str = "2026-01-31T10:00:00+00:00",
+) -> Run:  # fmt: skip
+    """Return a run whose designs went through a failed first attempt and a good second one."""
+    config = RunConfig(model=model, concepts=designs, human=waiting)
+    record = RunRecord(
+        objective=objective, task=task, level="standard" if task else "", config=config, started=started, versions={}
+    )
+    run = new_run(folder, record, Brief(objective=objective, task=task, environment="<mujoco/>", summary=SUMMARY))
+    with EventLog(run.events) as log:
+        log.write(Started())
+        log.write(Done(step="concepts", summary=f"{designs} concepts"))
+    run.concepts.write(tuple(concept(f"{name} {number}") for number in range(1, designs + 1)))
+    for number in range(1, designs + 1):
+        _made_design(run.design(number), f"{name} {number}", waiting=waiting and number == 1)
+    return run
+
+
+def _made_design(design: DesignFolder, name: str, *, waiting: bool) -> None:
+    first, second = design.iteration(1), design.iteration(2)
+    fault = Fault(
+        code="chatter", layer="simulate", severity="error", names=("tip",), measured=9.0, limit=1.0, unit="mm",
+        message=f"the tip shakes {SCRIPT}", likely_cause="too soft", cure="stiffen it", line=4,
+    )  # fmt: skip
+    with EventLog(design.events) as log:
+        log.write(Started())
+        first.concept.write(concept(name))
+        first.robot.write(Robot(mjcf=MJCF.replace("0.01", "0.02"), functional_part="tip"))
+        first.robot_report.write(ValidationReport(stable=False, faults=(fault,)))
+        log.write(Done(step="robot_report", iteration=1, summary="1 fault: chatter"))
+        second.robot.write(Robot(mjcf=MJCF, functional_part="tip"))
+        second.robot_report.write(ValidationReport(stable=True, measurements={"actuators": 3, "moving_mass_kg": 0.06}))
+        placement = Placement(mount="mount", base="fixed")
+        second.placement.write(placement)
+        second.scene.write(Scene(mjcf=MJCF, placement=placement))
+        second.scene_report.write(ValidationReport(stable=True, measurements={"actuators": 3, "moving_mass_kg": 0.06}))
+        second.preview.write(png())
+        second.critique.write(Critique(passed=True, summary=f"It reaches. {SCRIPT}"))
+        log.write(Done(step="critique", iteration=2, summary="passed"))
+        question = Question(role="coder", messages=(Message(role="user", text=f"Write it. {SCRIPT}"),))
+        call = CallRecord(
+            question=question, model="made:up", reply=f"Here it is. {SCRIPT}", finish="stop",
+            usage=Usage(calls=1, input_tokens=1000, output_tokens=500, cost_usd=0.25, latency_s=3.0),
+            started="2026-01-31T10:00:05+00:00",
+        )  # fmt: skip
+        JsonFile(second.path / "calls" / "0001_coder.json", CallRecord).write(call)
+        if waiting:
+            log.write(Waiting(iteration=2))
+            return
+        design.final_scene.write(MJCF.encode())
+        outcome = Outcome(outcome="approved", reason="The Judge passed it.", iteration=2)
+        design.outcome.write(outcome)
+        log.write(Finished(outcome=outcome))
+
+
+def blamed() -> Critique:
+    return Critique(passed=False, issues=(CritiqueIssue(blame="coder", component="tip", problem=SCRIPT),))
