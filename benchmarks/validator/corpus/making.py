@@ -50,11 +50,11 @@ class Plan:
 PLANS: dict[Split, Plan] = {
     "tuning": Plan(
         {"hinges": 12, "balls": 10, "tapered": 8, "discs": 10, "ground": 12, "loops": 5, "own": 8},
-        {"bad": 6, "near miss": 2, "band": 2},
+        {"bad": 5, "near miss": 2, "band": 1},
     ),
     "held out": Plan(
         {"hinges": 5, "balls": 5, "tapered": 4, "discs": 5, "ground": 6, "loops": 3, "own": 4, "hands": 8, "frames": 8},
-        {"bad": 4, "near miss": 1, "band": 1},
+        {"bad": 5, "near miss": 1, "band": 1},
     ),
 }
 

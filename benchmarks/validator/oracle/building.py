@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import tomllib
 from collections.abc import Iterator
@@ -14,10 +15,11 @@ import numpy as np
 from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Array, Bench, Trace
 from numpy.typing import NDArray
 
-__all__ = ["buried", "density", "force", "power", "pushing", "skipping", "speed", "stroke"]
+__all__ = ["buried", "density", "force", "power", "pushing", "skipping", "slack", "speed", "stroke", "wall"]
 
 _SITE, _JOINT = int(mujoco.mjtWrap.mjWRAP_SITE), int(mujoco.mjtWrap.mjWRAP_JOINT)
-_PROBE_M = 1e-6
+_AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
+_PROBE_M, _WALL_M = 1e-6, 0.0008
 
 
 def buried(bench: Bench) -> float:
@@ -201,3 +203,48 @@ def density(bench: Bench) -> float:
         if volume > 0 and mass > 0:
             worst = max(worst, mass / volume / 23_000, 5 * volume / mass)
     return worst
+
+
+def slack(bench: Bench) -> float:
+    """Share of a servo's commands that pay out more cable than the longest path of any test and a hundredth / 0.3.
+
+    The length paid out is where its force, as MuJoCo gives it in the pose of rest, would vanish.
+    """
+    model, worst = bench.model, 0.0
+    for i in bench.pulling:
+        stiffness = -float(model.actuator_biasprm[i, 1]) * float(model.actuator_gear[i, 0])
+        if model.actuator_biastype[i] != _AFFINE or stiffness == 0:
+            continue
+        tendon = int(model.actuator_trnid[i, 0])
+        paid_out = sorted(_free_length_m(bench, i, tendon, stiffness, end) for end in bench.range_of(i))
+        traces = [bench.settle(), *_traces(bench), bench.sweep()]
+        longest_m = 1.01 * max(float(trace.tendons_m[:, tendon].max()) for trace in traces)
+        width_m = paid_out[1] - paid_out[0]
+        worst = max(worst, (paid_out[1] - longest_m) / width_m / 0.3 if width_m > 0 else 0.0)
+    return worst
+
+
+def _free_length_m(bench: Bench, actuator: int, tendon: int, stiffness: float, command: float) -> float:
+    """Length at which a servo would give no force, from its force where the robot rests and no limit of forces."""
+    model, data = copy.copy(bench.model), mujoco.MjData(bench.model)
+    model.actuator_forcelimited[:] = 0
+    data.qpos[:] = bench.settle().end.qpos
+    data.ctrl[:], data.act[:] = command, command
+    mujoco.mj_forward(model, data)
+    force_n = float(data.actuator_force[actuator] * model.actuator_gear[actuator, 0])
+    return float(data.ten_length[tendon]) + force_n / stiffness
+
+
+def wall(bench: Bench) -> float:
+    """0.8 mm / the thinnest extent of a part that touches, or of a body in which nothing does."""
+    model = bench.model
+    touching = [bool(model.geom_contype[g] or model.geom_conaffinity[g]) for g in range(model.ngeom)]
+    felt = {int(model.geom_bodyid[g]) for g in range(model.ngeom) if touching[g]}
+    primitives = range(int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_BOX) + 1)
+    thickness_m = [
+        2 * float(model.geom_aabb[g][3:].min())
+        for g in range(model.ngeom)
+        if int(model.geom_bodyid[g]) in bench.moving and int(model.geom_type[g]) in primitives
+        if touching[g] or int(model.geom_bodyid[g]) not in felt
+    ]
+    return _WALL_M / min(thickness_m, default=1.0)

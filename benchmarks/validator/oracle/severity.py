@@ -58,6 +58,8 @@ BUILDING_SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "actuator_speed": building.speed,
     "cable_stroke": building.stroke,
     "implausible_density": building.density,
+    "tendon_slack": building.slack,
+    "thin_wall": building.wall,
 }
 """The same of what could not be built. Good robots may have some of it, and it is known which."""
 

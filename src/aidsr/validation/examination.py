@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -105,6 +106,18 @@ def _open_environment(text: str) -> mujoco.MjModel:
 def too_long(case: Case) -> Iterator[Fault]:
     """The time step lets the tests end; the bound is on steps, so that it is the same on every machine."""
     protocol, timestep_s = Protocol(), float(case.model.opt.timestep)
+    length_m = case.structure.characteristic_length_m
+    if not (0 < timestep_s < math.inf and math.isfinite(length_m)):
+        yield Fault(
+            code="load_error",
+            layer="load",
+            severity="error",
+            measured=timestep_s if math.isfinite(timestep_s) else None,
+            unit="s",
+            message=f"a robot of {length_m:g} m cannot be simulated with a time step of {timestep_s:g} s",
+            cure="Use lengths in metres and a time step of 0.001 to 0.002 s.",
+        )
+        return
     steps = protocol.steps(case.model, case.structure)
     if steps > protocol.most_steps:
         yield Fault(

@@ -99,6 +99,40 @@ def odd_density(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> s
     return f"{name} has a density of {wanted:.3g} kg/m3"
 
 
+def loose(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Servos may pay out so much that their cables hang loose with about `size` x 0.3 of the commands."""
+    anatomy, share, changed = read_anatomy(spec), min(0.3 * size, 0.97), 0
+    for actuator in pull_actuators(spec):
+        # about what a limb bent the other way takes up
+        rest_m = float(anatomy.data.ten_length[anatomy.model.tendon(actuator.target).id])
+        low, taut_m = float(actuator.ctrlrange[0]), 1.08 * rest_m
+        if np.array(actuator.biasprm)[1] and low < taut_m:
+            actuator.ctrlrange = [low, taut_m + (taut_m - low) * share / (1 - share)]
+            changed += 1
+    if not changed:
+        raise UnsuitableError("no servos on lengths")
+    return f"{changed} servos pay out {100 * share:.0f} % too much"
+
+
+def thin_web(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """A plate of 0.8 mm / `size` inside one body, which others can touch."""
+    anatomy = read_anatomy(spec)
+    bodies = [b for limb in anatomy.limbs for b in limb.bodies]
+    named = [b for b in bodies if anatomy.model.body(b).name and anatomy.model.body_geomnum[b]]
+    if not named:
+        raise UnsuitableError("bodies without names")
+    body = named[int(rng.integers(len(named)))]
+    geom, half_m = int(anatomy.model.body_geomadr[body]), 0.5 * anatomy.half_width_m(body)
+    spec.body(anatomy.model.body(body).name).add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[half_m, half_m, 0.0004 / size],
+        pos=anatomy.model.geom_pos[geom],
+        contype=1,
+        conaffinity=1,
+    )
+    return f"{anatomy.model.body(body).name} has a web of {0.8 / size:.2g} mm"
+
+
 BUILDING: tuple[Injection, ...] = (
     Injection("tendon_through_body", fewer_guides, {"bad": (4, 9), "band": (2, 4)}, {"realizable": True}),
     Injection("tendon_skips_segments", fewer_guides, {"bad": (4, 8), "near miss": (1, 1)}, {"realizable": True}),
@@ -121,6 +155,18 @@ BUILDING: tuple[Injection, ...] = (
         "implausible_density",
         of_spec(odd_density),
         {"bad": (2.1, 8), "near miss": (0.1, 0.45)},
+        {"realizable": True},
+    ),
+    Injection(
+        "tendon_slack",
+        of_spec(loose),
+        {"bad": (2.1, 3.2), "near miss": (0.05, 0.4), "band": (0.7, 1.6)},
+        {"realizable": True},
+    ),
+    Injection(
+        "thin_wall",
+        of_spec(thin_web),
+        {"bad": (2.1, 8), "near miss": (0.1, 0.45), "band": (0.6, 1.8)},
         {"realizable": True},
     ),
 )

@@ -190,6 +190,21 @@ def hammering(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str
     return f"velocity gain {size:.3g} s times kp under the Euler integrator"
 
 
+def soft_limits(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
+    """Joints are held to 5 degrees by limits that give way, and pulled `size` times as hard."""
+    hinges = [joint for joint in inner_joints(spec) if int(joint.type) != _BALL]
+    if not hinges:
+        raise UnsuitableError("no hinges")
+    reach = 5.0 if spec.compiler.degree else np.radians(5)
+    for joint in hinges:
+        joint.range, joint.limited = [-reach, reach], 1
+        joint.solref_limit, joint.solimp_limit = [0.5, 1], [0.01, 0.1, 0.5, 0.5, 2]
+    for actuator in pull_actuators(spec):
+        actuator.gainprm, actuator.biasprm = np.array(actuator.gainprm) * size, np.array(actuator.biasprm) * size
+        actuator.forcerange = np.array(actuator.forcerange) * size
+    return f"soft limits at 5 degrees, pulled {size:.3g} times as hard"
+
+
 MOTION: tuple[Injection, ...] = (
     Injection("contact_disabled", of_spec(contact_disabled), present()),
     Injection("contact_disabled", of_spec(nothing_to_touch_with), present(), {"needs_contact": True}),
@@ -205,5 +220,6 @@ MOTION: tuple[Injection, ...] = (
     Injection("numerical_instability", of_spec(explicit_damping), {"bad": (8, 200), "near miss": (0.001, 0.02)}),
     Injection("numerical_instability", of_spec(wild_force), {"bad": (100, 5000), "near miss": (1.1, 2)}),
     Injection("chatter", of_spec(hammering), {"bad": (0.5, 30), "near miss": (1e-6, 1e-4), "band": (1e-4, 1e-2)}),
+    Injection("limit_overrun", of_spec(soft_limits), {"bad": (5, 80), "near miss": (0.5, 1.5), "band": (1.5, 6)}),
 )
 """Faults of robots that nobody drives, or that cannot be driven."""
