@@ -1,36 +1,23 @@
-"""What `aidsr train` and `aidsr evaluate` share: what to learn in, and what the terminal says."""
+"""What `aidsr train` and `aidsr evaluate` share: what the terminal says."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from aidsr.artifacts import ActuatorGroup, Evaluation
+from aidsr.artifacts import Evaluation
 from aidsr.errors import UserError
 
 if TYPE_CHECKING:
     from aidsr.rl.watching import CurvePoint
 
-__all__ = ["Subject", "TrainingBar", "print_evaluation", "print_evaluations", "require_learning", "subject_of"]
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A scene to learn in, and what its run knows about it."""
-
-    scene: Path
-    task: str
-    level: Literal["standard", "hard"]
-    groups: tuple[ActuatorGroup, ...]
-    home: Path
-    """Where a folder training/ belongs."""
+__all__ = ["TrainingBar", "print_evaluation", "print_evaluations", "require_learning"]
 
 
 def require_learning() -> None:
@@ -40,38 +27,6 @@ def require_learning() -> None:
         import stable_baselines3  # noqa: F401
     except ModuleNotFoundError as error:
         raise UserError(f'training needs {error.name}; install it with: pip install "aidsr[rl]"') from None
-
-
-def subject_of(path: Path, task: str | None, level: Literal["standard", "hard"] | None) -> Subject:
-    """Return what a path stands for: the MJCF of a scene, or a design's folder with a final scene in it.
-
-    Raises:
-        UserError: There is no scene, or nobody says for which task it is.
-    """
-    from aidsr.runs import Run
-    from aidsr.runs.folders import DesignFolder
-
-    if not path.is_dir():
-        if task is None:
-            raise UserError(f"which task should be learned in {path}? Name it with --task; aidsr tasks lists them")
-        return Subject(path, task, level or "standard", (), Path())
-    design = DesignFolder(path)
-    if not design.final_scene.path.exists():
-        raise UserError(
-            f"a design with a final.xml was expected, and {path} has none; give the folder of an approved design, as "
-            "runs/…/designs/1, or the file of a scene"
-        )
-    record = Run(path.parent.parent).record.read()
-    task = task or (record.task if record else "")
-    if not task:
-        raise UserError(
-            f"{path} was designed for an objective in words, which has no measure of success; name a task it can be "
-            "trained on with --task"
-        )
-    robots = [robot for one in design.iterations if (robot := one.robot.read()) is not None]
-    known = record.level if record and record.task else ""
-    groups = robots[-1].actuator_groups if robots else ()
-    return Subject(design.final_scene.path, task, level or known or "standard", groups, path)
 
 
 class TrainingBar:

@@ -23,6 +23,7 @@ def probe(
     *,
     task: str | None = None,
     level: Literal["standard", "hard"] | None = None,
+    goal: Path | None = None,
     candidates: Annotated[int, Parameter(validator=Number(gte=1))] = 128,
     variations: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 2,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
@@ -49,6 +50,8 @@ def probe(
         Task to try; a design knows its own.
     level
         Level of the task.
+    goal
+        Goal in a file, instead of a task, for an environment of your own.
     candidates
         Motions tried for each variation.
     variations
@@ -66,10 +69,10 @@ def probe(
     """
     from rich.console import Console
 
-    from aidsr.cli.learning import subject_of
+    from aidsr.cli.subject import subject_of
     from aidsr.probing import probe as try_out
 
-    subject = subject_of(scene, task, level)
+    subject = subject_of(scene, task, level, goal)
     with Console(stderr=True, highlight=False).status("trying motions") as status:
         report = try_out(
             subject.scene,

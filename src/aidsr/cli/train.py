@@ -22,6 +22,7 @@ def train(
     *,
     task: str | None = None,
     level: Literal["standard", "hard"] | None = None,
+    goal: Path | None = None,
     steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
     first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
@@ -41,6 +42,8 @@ def train(
 
         aidsr train scene.xml --task button_pushing --seeds 3 --out learned
 
+        aidsr train scene.xml --goal goal.toml
+
     Parameters
     ----------
     scene
@@ -49,6 +52,8 @@ def train(
         Task to learn; a design knows its own.
     level
         Level of the task.
+    goal
+        Goal in a file, instead of a task, for an environment of your own.
     steps
         Budget of control steps for each seed; training ends earlier when success is saturated.
     seeds
@@ -71,12 +76,13 @@ def train(
     from rich.console import Console
     from rich.markup import escape
 
-    from aidsr.cli.learning import require_learning, subject_of
+    from aidsr.cli.learning import require_learning
+    from aidsr.cli.subject import subject_of
 
     require_learning()
     from aidsr.episodes.scene import TaskScene
 
-    subject = subject_of(scene, task, level)
+    subject = subject_of(scene, task, level, goal)
     learning = TaskScene.of(subject.scene, subject.task, level=subject.level, groups=subject.groups, grouping=grouping)
     console = Console(highlight=False)
     told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"

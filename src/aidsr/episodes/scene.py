@@ -14,6 +14,7 @@ from lxml import etree
 from aidsr.artifacts import ActuatorGroup
 from aidsr.episodes.actions import ActionMap, Grouping, map_actions
 from aidsr.errors import UserError
+from aidsr.sim.assembly import add_sensors
 from aidsr.sim.compiling import compile_mjcf
 from aidsr.tasks import Level, Task, load_task
 
@@ -57,8 +58,7 @@ class TaskScene:
             MjcfError: The scene cannot be loaded.
         """
         task = load_task(task, level) if isinstance(task, str) else task
-        mjcf = read_mjcf_text(scene)
-        _check_names(mjcf, task)
+        mjcf = _measured(read_mjcf_text(scene), task)
         model = compile_mjcf(mjcf)
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
 
@@ -82,21 +82,22 @@ def read_mjcf_text(scene: str | Path) -> str:
         raise UserError(f"the MJCF of a scene was expected, and {scene} cannot be read ({error})") from None
 
 
-def _check_names(mjcf: str, task: Task) -> None:
-    """Refuse a scene that lacks what the task looks at.
+def _measured(mjcf: str, task: Task) -> str:
+    """Return the MJCF of a scene, with those sensors of a task that it does not have yet.
 
     Raises:
         UserError: The scene is not one of this task.
+        MjcfError: The scene cannot be loaded.
     """
     try:
         root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
     except etree.XMLSyntaxError:
-        return  # the safe loader says it better
+        return mjcf  # the safe loader says it better
     names = {element.get("name") for element in root.iter(etree.Element)}
-    wanted = [*task.required_names, *(sensor.name for sensor in task.sensors)]
-    missing = [name for name in wanted if name not in names]
+    missing = [name for name in task.required_names if name not in names]
     if missing:
         raise UserError(
             f"a scene of the task {task.name} was expected, and this one lacks {', '.join(missing)}; "
             "use the final.xml of a design for this task, or assemble the robot into the task's environment"
         )
+    return mjcf if all(sensor.name in names for sensor in task.sensors) else add_sensors(mjcf, task.sensors)

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Self
 
 from aidsr.artifacts import Evaluation
-from aidsr.episodes.scene import TaskScene
+from aidsr.episodes.scene import TaskScene, read_mjcf_text
 from aidsr.errors import UserError
 from aidsr.rl.evaluation import LEAST_EPISODES, evaluate
 from aidsr.rl.files import TrainingFolder
 from aidsr.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.rl.training import TrainingConfig, TrainingResult
+from aidsr.tasks import goal_task
 
 __all__ = ["FinishedTraining", "evaluate_training"]
 
@@ -46,7 +47,7 @@ class FinishedTraining:
             ) from None
         scene = TaskScene.of(
             folder / "scene.xml",
-            config.task,
+            goal_task(config.goal, read_mjcf_text(folder / "scene.xml")) if config.goal else config.task,
             level=config.level,
             groups=[group for group in config.groups if len(group.actuators) > 1],
             grouping="auto" if config.groups_from != "none" else "off",

@@ -19,7 +19,8 @@ from aidsr.errors import UserError
 from aidsr.rl.files import TrainingFolder
 from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.rl.recipe import Recipe
-from aidsr.tasks import BENCHMARK_VERSION, Level, Variation
+from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Level, Variation
+from aidsr.tasks.goal import AnyGoal
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -45,6 +46,8 @@ class TrainingConfig(Artifact):
     """What was asked of a training, enough to repeat it."""
 
     task: str
+    goal: AnyGoal | None = None
+    """Where the task is one that a goal makes of an environment."""
     level: Level
     benchmark_version: int
     steps: int
@@ -128,6 +131,7 @@ def folder_for(
 def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
     return TrainingConfig(
         task=scene.task.name,
+        goal=scene.task.goal if isinstance(scene.task, GoalTask) else None,
         level=scene.task.level,
         benchmark_version=BENCHMARK_VERSION,
         steps=steps,

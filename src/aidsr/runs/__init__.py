@@ -1,7 +1,8 @@
 """Where state lives: the folder of a run, its write-once files, its event logs, and its status computed from them."""
 
 from aidsr.runs.events import EventLog, read_events
-from aidsr.runs.folders import LAYOUT, DesignFolder, IterationFolder, Run, layout_text, new_run
+from aidsr.runs.folders import DesignFolder, IterationFolder, Run, new_run
+from aidsr.runs.layout import LAYOUT, layout_text
 from aidsr.runs.library import Library
 from aidsr.runs.record import RunConfig, RunRecord
 from aidsr.runs.recording import RecordedModel

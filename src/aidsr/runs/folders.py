@@ -2,7 +2,7 @@
 
     Run -> DesignFolder -> IterationFolder
 
-`LAYOUT` names every file others may rely on; docs/runs.md and `aidsr show --layout` print it.
+`aidsr.runs.layout` names every file others may rely on.
 """
 
 from __future__ import annotations
@@ -31,44 +31,7 @@ from aidsr.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
 from aidsr.runs.record import RunRecord
 
-__all__ = ["LAYOUT", "DesignFolder", "IterationFolder", "Run", "calls_in", "layout_text", "new_run"]
-
-LAYOUT: tuple[tuple[str, str], ...] = (
-    ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
-    ("brief.json", "what the team is told: the objective and the environment as facts"),
-    ("environment.xml", "the environment, without a robot"),
-    ("starting_robot.xml", "the robot to start from, where one was given"),
-    ("events.jsonl", "what happened to the run, in order, with times and errors"),
-    ("calls/NNNN_ROLE.json", "the Designer's calls to a language model: question, reply, tokens, price"),
-    ("concepts.json", "the concepts as the Designer proposed them"),
-    ("summary.html", "the page to open first; computed from the other files, the only one ever rewritten"),
-    ("designs/N/events.jsonl", "what happened to design N"),
-    ("designs/N/II/concept.json", "the concept; in iteration 01 and wherever it changed"),
-    ("designs/N/II/robot.xml", "the robot's MJCF, after mechanical repairs; wherever it changed"),
-    ("designs/N/II/robot_as_written.xml", "the same as the Coder wrote it, where repairs changed it"),
-    ("designs/N/II/repairs.json", "what the mechanical repairs changed, by code and without a call"),
-    ("designs/N/II/robot.json", "functional part, actuator groups and notes of that robot"),
-    ("designs/N/II/robot_report.json", "the validator's report on that robot"),
-    ("designs/N/II/placement.json", "where the robot stands; wherever it changed"),
-    ("designs/N/II/scene.xml", "the MJCF of the robot placed in the environment"),
-    ("designs/N/II/scene.json", "placement used and notes of the assembly"),
-    ("designs/N/II/scene_report.json", "the validator's report on that scene"),
-    ("designs/N/II/preview.png", "a picture of the scene, or of the robot where there is no scene"),
-    ("designs/N/II/critique.json", "the Judge's verdict on a stable scene"),
-    ("designs/N/II/motion.png", "moments of a scene the Judge passed, while its actuators swing through their ranges"),
-    ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),
-    ("designs/N/II/calls/NNNN_ROLE.json", "the calls of this iteration"),
-    ("designs/N/outcome.json", "approved, invalid, quit or out_of_budget, with the reason"),
-    ("designs/N/final.xml", "the approved scene"),
-    ("designs/N/final_robot.xml", "the approved robot alone"),
-)
-"""Path pattern and content. N counts from 1, II from 01, NNNN from 0001; ROLE is one of the four roles."""
-
-
-def layout_text() -> str:
-    """Return the layout as lines of text, one for each file."""
-    width = max(len(pattern) for pattern, _ in LAYOUT)
-    return "\n".join(f"{pattern:<{width}}  {content}" for pattern, content in LAYOUT)
+__all__ = ["DesignFolder", "IterationFolder", "Run", "calls_in", "new_run"]
 
 
 @dataclass(frozen=True)
@@ -204,6 +167,11 @@ class Run:
     def events(self) -> Path:
         """The run's event log."""
         return self.path / "events.jsonl"
+
+    @property
+    def goal(self) -> BytesFile:
+        """What measures success, where a goal was given with the environment."""
+        return BytesFile(self.path / "goal.toml")
 
     @property
     def concepts(self) -> JsonFile[tuple[Concept, ...]]:

@@ -26,9 +26,10 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose, unused_name
 from aidsr.sim.scaling import scale_robot
 from aidsr.sim.stripping import settle_inertias, strip_scenery
+from aidsr.sim.structure import read_structure
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors
 
-__all__ = ["FUNCTIONAL_SITE", "TaskSensor", "assemble", "assemble_in_worker"]
+__all__ = ["FUNCTIONAL_SITE", "TaskSensor", "add_sensors", "add_sensors_in_worker", "assemble", "assemble_in_worker"]
 
 FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
 """Site of every scene that marks the working point of the robot."""
@@ -75,6 +76,36 @@ def assemble_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
     sensors = [TaskSensor.model_validate(sensor) for sensor in argument["sensors"]]
     mjcf, notes = _assemble(robot, argument["environment"], placement, sensors)
     return Scene(mjcf=mjcf, placement=placement, notes=notes).model_dump(mode="json")
+
+
+def add_sensors(scene: str, sensors: Sequence[TaskSensor]) -> str:
+    """Return the MJCF of an assembled scene with more sensors, in an isolated process; those it has are left alone.
+
+    Raises:
+        MjcfError: The scene cannot be loaded, or a sensor needs a functional part and the scene marks none.
+    """
+    argument = {"scene": scene, "sensors": [sensor.model_dump(mode="json") for sensor in sensors]}
+    return str(isolation.call("aidsr.sim.assembly:add_sensors_in_worker", argument)["mjcf"])
+
+
+def add_sensors_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
+    """Do the work of `add_sensors` on plain values.
+
+    Raises:
+        MjcfError: As `add_sensors`.
+    """
+    spec = load_mjcf(argument["scene"]).spec
+    model = _compile(spec.copy(), "the scene")
+    taken = {model.sensor(i).name for i in range(model.nsensor)}
+    wanted = [TaskSensor.model_validate(sensor) for sensor in argument["sensors"]]
+    new = [sensor for sensor in wanted if sensor.name not in taken]
+    structure = read_structure(model)
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
+    if not structure.roots or (site < 0 and any(sensor.needs_functional_part for sensor in new)):
+        raise MjcfError([_missing("functional part", FUNCTIONAL_SITE, "of the scene", part_names(model))])
+    part_body = model.body(int(model.site_bodyid[site])).name
+    add_task_sensors(spec, new, site=FUNCTIONAL_SITE, part_body=part_body, root=model.body(structure.roots[0]).name)
+    return {"mjcf": _write(spec)}
 
 
 def _assemble(

@@ -26,6 +26,7 @@ Quantity = Literal[
     "contact_force",
     "contacts",
     "distance",
+    "target_position",
 ]
 Part = Literal["functional_part", "robot"]
 
@@ -62,7 +63,7 @@ _CONTACT_DATA = {
 }
 """Fields and reduction as mjsSensor.intprm has them. Source: MuJoCo, sensor/contact: reduce none, mindist, maxforce,
 netforce are 0 to 3."""
-_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance"})
+_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position"})
 
 
 class TaskSensor(Artifact):
@@ -81,6 +82,7 @@ class TaskSensor(Artifact):
     | contact_force           | 3          | N     | net force on the body `target` by `part`, world axes             |
     | contacts                | slots x 10 |       | the strongest contacts of `part` with the body `target`          |
     | distance                | 1          | m     | smallest gap between the functional part's body and `target`     |
+    | target_position         | 3          | m     | body or site `target` itself, world axes                         |
 
     A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found
     (how many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative),
@@ -118,7 +120,7 @@ class TaskSensor(Artifact):
     @property
     def may_target_site(self) -> bool:
         """Whether its target may be a site as well as a body."""
-        return self.quantity in _OF_THE_SITE
+        return self.quantity in _OF_THE_SITE or self.quantity == "target_position"
 
     @property
     def size(self) -> int:
@@ -149,6 +151,9 @@ def add_task_sensors(
             if sensor.target and sensor.target != "world":
                 added.reftype = mujoco.mjtObj.mjOBJ_SITE if scene.site(sensor.target) else _FRAME
                 added.refname = sensor.target
+        elif sensor.quantity == "target_position":
+            added.type, added.objname = _SENS.mjSENS_FRAMEPOS, sensor.target
+            added.objtype = mujoco.mjtObj.mjOBJ_SITE if scene.site(sensor.target) else _FRAME
         else:
             added.reftype, added.refname = _BODY, sensor.target
             if sensor.quantity == "distance":

@@ -16,6 +16,9 @@ from importlib.metadata import entry_points
 from typing import get_args
 
 from aidsr.errors import UserError
+from aidsr.tasks.goal import Goal, read_goal
+from aidsr.tasks.goal_kinds import GoalTask
+from aidsr.tasks.goal_task import goal_task
 from aidsr.tasks.grasping.delicate_grasping import DelicateGrasping
 from aidsr.tasks.grasping.dynamic_catching import DynamicCatching
 from aidsr.tasks.grasping.simple_grasping import SimpleGrasping
@@ -41,6 +44,8 @@ __all__ = [
     "TASKS",
     "Change",
     "Contacts",
+    "Goal",
+    "GoalTask",
     "Level",
     "Outline",
     "Reader",
@@ -49,7 +54,9 @@ __all__ = [
     "Variation",
     "apply_to_batch",
     "apply_to_simulation",
+    "goal_task",
     "load_task",
+    "read_goal",
     "task_names",
 ]
 

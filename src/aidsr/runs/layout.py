@@ -1,0 +1,44 @@
+"""Every file of a run that others may rely on; docs/runs.md and `aidsr show --layout` print it."""
+
+from __future__ import annotations
+
+__all__ = ["LAYOUT", "layout_text"]
+
+LAYOUT: tuple[tuple[str, str], ...] = (
+    ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
+    ("brief.json", "what the team is told: the objective and the environment as facts"),
+    ("environment.xml", "the environment, without a robot"),
+    ("goal.toml", "what measures success, where a goal was given"),
+    ("starting_robot.xml", "the robot to start from, where one was given"),
+    ("events.jsonl", "what happened to the run, in order, with times and errors"),
+    ("calls/NNNN_ROLE.json", "the Designer's calls to a language model: question, reply, tokens, price"),
+    ("concepts.json", "the concepts as the Designer proposed them"),
+    ("summary.html", "the page to open first; computed from the other files, the only one ever rewritten"),
+    ("designs/N/events.jsonl", "what happened to design N"),
+    ("designs/N/II/concept.json", "the concept; in iteration 01 and wherever it changed"),
+    ("designs/N/II/robot.xml", "the robot's MJCF, after mechanical repairs; wherever it changed"),
+    ("designs/N/II/robot_as_written.xml", "the same as the Coder wrote it, where repairs changed it"),
+    ("designs/N/II/repairs.json", "what the mechanical repairs changed, by code and without a call"),
+    ("designs/N/II/robot.json", "functional part, actuator groups and notes of that robot"),
+    ("designs/N/II/robot_report.json", "the validator's report on that robot"),
+    ("designs/N/II/placement.json", "where the robot stands; wherever it changed"),
+    ("designs/N/II/scene.xml", "the MJCF of the robot placed in the environment"),
+    ("designs/N/II/scene.json", "placement used and notes of the assembly"),
+    ("designs/N/II/scene_report.json", "the validator's report on that scene"),
+    ("designs/N/II/preview.png", "a picture of the scene, or of the robot where there is no scene"),
+    ("designs/N/II/critique.json", "the Judge's verdict on a stable scene"),
+    ("designs/N/II/motion.png", "moments of a scene the Judge passed, while its actuators swing through their ranges"),
+    ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),
+    ("designs/N/II/calls/NNNN_ROLE.json", "the calls of this iteration"),
+    ("designs/N/outcome.json", "approved, invalid, quit or out_of_budget, with the reason"),
+    ("designs/N/final.xml", "the approved scene"),
+    ("designs/N/final_robot.xml", "the approved robot alone"),
+    ("designs/N/probe.json", "how far that design gets without learning, where it was probed"),
+)
+"""Path pattern and content. N counts from 1, II from 01, NNNN from 0001; ROLE is one of the four roles."""
+
+
+def layout_text() -> str:
+    """Return the layout as lines of text, one for each file."""
+    width = max(len(pattern) for pattern, _ in LAYOUT)
+    return "\n".join(f"{pattern:<{width}}  {content}" for pattern, content in LAYOUT)

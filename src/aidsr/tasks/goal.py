@@ -1,0 +1,165 @@
+"""A goal in a file: success measured in any environment, without a line of Python.
+
+    kind = "lift"
+    target = "lid"
+    by_m = 0.05
+
+docs/goals.md has a worked example. `aidsr.tasks.goal_task` makes the task of it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter, ValidationError, field_validator, model_validator
+
+from aidsr.artifacts import Artifact, Base, Vec3
+from aidsr.errors import UserError
+
+__all__ = ["AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "read_goal"]
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Goal(Artifact):
+    """What every kind of goal may say."""
+
+    target: str = ""
+    """Site or body of the environment that it is about."""
+
+    hold_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.5
+    """How long success must last before it counts [s]."""
+    time_limit_s: Positive = 10.0
+    """How long an episode lasts at most [s]."""
+    base: Base = "any"
+    """What holds the robot's root: "fixed", "free", "moving" with its mount, or "any"."""
+    vary_m: tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...] = (0.0, 0.0, 0.0)
+    """How far the target's place differs between episodes, to either side along x, y and z [m]."""
+
+    @field_validator("vary_m")
+    @classmethod
+    def _three(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if len(value) != 3:
+            raise ValueError(f"three numbers were expected, one for each of x, y and z; found {len(value)}")
+        return value
+
+    @model_validator(mode="after")
+    def _held_in_time(self) -> Goal:
+        if self.hold_s >= self.time_limit_s:
+            raise ValueError(f"hold_s ({self.hold_s:g} s) must be shorter than time_limit_s ({self.time_limit_s:g} s)")
+        return self
+
+
+class Reach(Goal):
+    """The functional part comes to a site, or to the origin of a body."""
+
+    kind: Literal["reach"]
+    target: str
+    """Site or body of the environment."""
+    within_m: Positive = 0.02
+    """How near is there [m]."""
+
+
+class Lift(Goal):
+    """A body is raised."""
+
+    kind: Literal["lift"]
+    target: str
+    """Body of the environment that can move."""
+    by_m: Positive = 0.05
+    """How high over where it stood at the start [m]."""
+
+
+class Travel(Goal):
+    """The robot, or a body, gets somewhere along a straight line."""
+
+    kind: Literal["travel"]
+    target: str = ""
+    """Body of the environment that is to be moved; the robot's own centre of mass where none is named."""
+    distance_m: Positive
+    """How far [m]."""
+    direction: Vec3 = (1.0, 0.0, 0.0)
+    """In world axes, of any length."""
+
+    @field_validator("direction")
+    @classmethod
+    def _somewhere(cls, value: Vec3) -> Vec3:
+        if not 1e-6 < math.hypot(*value) < math.inf:
+            raise ValueError(f"a direction other than zero was expected; found {list(value)}")
+        return value
+
+
+class Touch(Goal):
+    """A body is touched, as hard as wanted and no harder."""
+
+    kind: Literal["touch"]
+    target: str
+    """Body of the environment."""
+    force_n: Positive = 0.1
+    """Net force that counts [N]."""
+    at_most_n: Positive | None = None
+    """Net force beyond which it does not [N]."""
+    part: Literal["functional_part", "robot"] = "functional_part"
+    """Which part must touch it."""
+
+    @model_validator(mode="after")
+    def _a_band(self) -> Touch:
+        if self.at_most_n is not None and self.at_most_n <= self.force_n:
+            raise ValueError(f"at_most_n ({self.at_most_n:g} N) must be more than force_n ({self.force_n:g} N)")
+        return self
+
+
+AnyGoal = Annotated[Reach | Lift | Travel | Touch, Field(discriminator="kind")]
+
+_KINDS: dict[str, type[Goal]] = {"reach": Reach, "lift": Lift, "travel": Travel, "touch": Touch}
+
+
+def read_goal(path: str | Path) -> AnyGoal:
+    """Return the goal in a file.
+
+    Raises:
+        UserError: There is no such file, or it does not say a goal.
+    """
+    try:
+        said = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"the goal {path} does not exist; give a TOML file as docs/goals.md shows") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UserError(f"{path} cannot be read as TOML: {error}") from None
+    kind = said.get("kind")
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise UserError(
+            f'{path} must say one of kind = "reach", "lift", "travel" or "touch"; found '
+            + ("no kind" if kind is None else f"{kind!r}{_near(str(kind), _KINDS)}")
+        )
+    try:
+        goal: AnyGoal = TypeAdapter(AnyGoal).validate_python(said)
+    except ValidationError as error:
+        raise UserError(f"{path}: {_sentence(error, _KINDS[kind])}") from None
+    return goal
+
+
+def _sentence(error: ValidationError, kind: type[Goal]) -> str:
+    """Return the first mistake in one sentence."""
+    first = error.errors()[0]
+    place = ".".join(str(part) for part in first["loc"][1:])
+    keys = [key for key in kind.model_fields if key != "kind"]
+    match first["type"]:
+        case "extra_forbidden":
+            return f'there is no key "{place}" for this kind{_near(place, keys)}; it knows {", ".join(keys)}'
+        case "missing":
+            return f'the key "{place}" is missing; it is needed for this kind of goal'
+        case "value_error":
+            return (f"{place}: " if place else "") + str(first["ctx"]["error"])
+        case _:
+            what = first["msg"][:1].lower() + first["msg"][1:]
+            return f"{place}: {what}; found {first['input']!r}"
+
+
+def _near(name: str, known: dict[str, type[Goal]] | list[str]) -> str:
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f' (did you mean "{found[0]}"?)' if found else ""
