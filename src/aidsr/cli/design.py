@@ -19,6 +19,7 @@ def design(
     level: Literal["standard", "hard"] = "standard",
     environment: Path | None = None,
     robot: Path | None = None,
+    goal: Path | None = None,
     model: str = "builtin",
     concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20))] = 3,
     iterations: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 8,
@@ -50,6 +51,8 @@ def design(
         MJCF of the place where it is to be done, without a robot.
     robot
         MJCF of a robot to start from.
+    goal
+        File that says how success is measured in that environment, so that the designs can be probed and trained.
     model
         Who designs: "builtin" for the rules, which need no key, or a language model, for example openai:gpt-5,
         anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL of a compatible server. Only a model named here is
@@ -83,6 +86,8 @@ def design(
         repairs=repairs,
         human=human,
     )
-    brief = brief_for(objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "")
-    run = start(brief, config, level=level if brief.task else "", runs=runs)
+    brief = brief_for(
+        objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "", goal=goal or ""
+    )
+    run = start(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
     return follow(run, parts_of(run))

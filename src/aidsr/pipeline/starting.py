@@ -35,6 +35,7 @@ def design(
     level: Level = "standard",
     environment: str | Path = "",
     robot: str | Path = "",
+    goal: str | Path = "",
     model: str = BUILTIN,
     concepts: int = 3,
     iterations: int = 8,
@@ -57,6 +58,7 @@ def design(
         level: Level of the task.
         environment: The environment without a robot: a path, or the MJCF itself.
         robot: A robot to start from: a path, or the MJCF itself.
+        goal: File that says how success is measured in that environment (see docs/goals.md); it is kept with the run.
         model: "builtin" for the rules, or a language model's name, for example "openai:gpt-5" (see docs/models.md).
         concepts: How many designs to grow.
         iterations: Repairs allowed after the first attempt, per concept and round.
@@ -81,8 +83,8 @@ def design(
         repairs=repairs,
         human=human,
     )
-    brief = brief_for(objective, task=task, level=level, environment=environment, robot=robot)
-    run = start(brief, config, level=level if task else "", runs=runs)
+    brief = brief_for(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
+    run = start(brief, config, level=level if task else "", runs=runs, goal=goal)
     return work(run, parts_of(run), listen)
 
 
@@ -104,6 +106,7 @@ def brief_for(
     level: Level = "standard",
     environment: str | Path = "",
     robot: str | Path = "",
+    goal: str | Path = "",
 ) -> Brief:
     """Return the job to be given to a team; the arguments are those of `design`.
 
@@ -114,12 +117,14 @@ def brief_for(
 
     prepare()  # a worker starts while the rest is imported
     from aidsr.sim.summary import summarize_environment
-    from aidsr.tasks import load_task
+    from aidsr.tasks import goal_task, load_task, read_goal
 
     starting_robot = _mjcf(robot, "robot") if robot else ""
     if task:
-        if objective or environment:
-            raise UserError(f'the task "{task}" brings its own objective and environment; give either it or yours')
+        if objective or environment or goal:
+            raise UserError(
+                f'the task "{task}" brings its own objective, environment and goal; give either it or yours'
+            )
         return load_task(task, level).brief().model_copy(update={"starting_robot": starting_robot})
     if not objective.strip():
         raise UserError("a task or an objective in words was expected; name one of `aidsr tasks`, or say what to do")
@@ -132,10 +137,21 @@ def brief_for(
         summary = summarize_environment(mjcf)
     except MjcfError as error:
         raise UserError(f"the environment cannot be loaded: {error}") from None
-    return Brief(objective=objective.strip(), environment=mjcf, summary=summary, starting_robot=starting_robot)
+    brief = Brief(objective=objective.strip(), environment=mjcf, summary=summary, starting_robot=starting_robot)
+    if not goal:
+        return brief
+    aim = goal_task(read_goal(goal), mjcf)
+    return brief.model_copy(update={"base": aim.base, "needs_contact": aim.needs_contact})
 
 
-def start(brief: Brief, config: RunConfig, *, level: Level | Literal[""] = "", runs: str | Path = "runs") -> Run:
+def start(
+    brief: Brief,
+    config: RunConfig,
+    *,
+    level: Level | Literal[""] = "",
+    runs: str | Path = "runs",
+    goal: str | Path = "",
+) -> Run:
     """Make the folder of a new run; `work` then does it.
 
     Raises:
@@ -150,7 +166,7 @@ def start(brief: Brief, config: RunConfig, *, level: Level | Literal[""] = "", r
         started=datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
         versions={"python": platform.python_version(), **{name: _version(name) for name in _VERSIONS_OF}},
     )
-    return new_run(Path(runs), record, brief)
+    return new_run(Path(runs), record, brief, Path(goal).read_bytes() if goal else b"")
 
 
 def parts_of(run: Run) -> Parts:

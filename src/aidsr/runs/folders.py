@@ -222,7 +222,7 @@ class Run:
         return Brief.model_validate({**facts, "environment": environment.decode(), "starting_robot": robot.decode()})
 
 
-def new_run(runs: Path, record: RunRecord, brief: Brief) -> Run:
+def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> Run:
     """Make the folder of a new run under `runs`; run.json is written last and makes it one.
 
     Raises:
@@ -241,6 +241,8 @@ def new_run(runs: Path, record: RunRecord, brief: Brief) -> Run:
     BytesFile(path / "environment.xml").write(brief.environment.encode())
     if brief.starting_robot:
         BytesFile(path / "starting_robot.xml").write(brief.starting_robot.encode())
+    if goal:
+        run.goal.write(goal)
     facts = brief.model_dump(mode="json", exclude={"environment", "starting_robot"})
     JsonFile(path / "brief.json", dict[str, Any]).write(facts)
     run.record.write(record)

@@ -1,0 +1,218 @@
+"""Goals in files: what they may say, what they make of an environment, and what is said of mistakes."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stick import Episode, scene
+
+from aidsr import probe
+from aidsr.cli import main
+from aidsr.episodes.scene import TaskScene
+from aidsr.errors import UserError
+from aidsr.pipeline import brief_for, start
+from aidsr.runs import RunConfig
+from aidsr.tasks import goal_task, read_goal
+
+PAGE = (Path(__file__).parents[2] / "docs" / "goals.md").read_text(encoding="utf-8")
+FILES = dict(re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL))
+
+TABLE = """
+<mujoco>
+  <option timestep="0.002" integrator="implicitfast"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 0.05" priority="1"/>
+    <site name="mount" pos="0 0 0.5" euler="180 0 0"/>
+    <site name="hook" pos="0.2 0.1 0.3"/>
+    <body name="cart" pos="0.3 0 0.1">
+      <joint name="rail" type="slide" axis="1 0 0" damping="1"/>
+      <geom name="cart" type="box" size="0.05 0.05 0.05" mass="0.2" priority="1"/>
+      <body name="flag" pos="0 0 0.06"><geom name="flag" size="0.01" mass="0.01" priority="1"/></body>
+    </body>
+    <body name="ball" pos="-0.3 0 0.03">
+      <freejoint name="ball_free"/>
+      <geom name="ball" size="0.03" mass="0.05" priority="1"/>
+    </body>
+    <body name="post" pos="0 0.3 0.1"><geom name="post" size="0.03" priority="1"/></body>
+  </worldbody>
+</mujoco>"""
+
+
+def made(tmp_path, text, mjcf=TABLE):
+    path = tmp_path / "goal.toml"
+    path.write_text(text)
+    return goal_task(read_goal(path), mjcf)
+
+
+def reach(episode):
+    for way in (0.2, 0.1, 0.0):
+        episode.place(np.array([0.2 - way, 0.1, 0.3]), (1.0, 0.0, 0.0))
+        episode.step()
+    episode.run(1.0)
+
+
+def lift(episode):
+    weight_n = 9.81 * 0.05
+    goal = episode.sensor("goal_position") + np.array([0.0, 0.0, 0.06 + weight_n / 1000])
+    episode.run(2.0, lambda e: e.hold("ball", e.sensor("goal_position"), goal))
+
+
+def push(episode):
+    def hand(e: Episode) -> None:
+        e.data.joint("rail").qfrc_applied = -0.5
+
+    episode.run(2.0, hand)
+
+
+def walk(episode):
+    for way in np.linspace(0.0, 0.6, 6):
+        episode.place(np.array([0.0, way, 0.4]), (0.0, 1.0, 0.0))
+        episode.step()
+    episode.run(1.0)
+
+
+def touch(episode):
+    for way in (0.1, 0.05):
+        episode.place(np.array([0.0, 0.27 - way, 0.1]), (0.0, 1.0, 0.0))
+        episode.step()
+    goal = np.array([0.0, 0.2705, 0.1])
+    episode.run(1.0, lambda e: e.hold("robot/stick", e.tip_m, goal, along=(0.0, 1.0, 0.0)))
+
+
+GOALS = {
+    "reach": ('kind = "reach"\ntarget = "hook"', reach, "goal/reach", False),
+    "lift": ('kind = "lift"\ntarget = "ball"', lift, "goal/move", True),
+    "push": ('kind = "travel"\ntarget = "flag"\ndistance_m = 0.1\ndirection = [-1, 0, 0]', push, "goal/move", True),
+    "walk": ('kind = "travel"\ndistance_m = 0.4\ndirection = [0, 2, 0]\nbase = "free"', walk, "goal/travel", False),
+    "touch": ('kind = "touch"\ntarget = "post"\nforce_n = 0.05\nat_most_n = 3', touch, "goal/touch", True),
+}
+
+
+@pytest.mark.parametrize(("text", "hand", "name", "needs_contact"), GOALS.values(), ids=GOALS)
+def test_a_goal_is_a_task_like_any_other(tmp_path, text, hand, name, needs_contact):
+    task = made(tmp_path, text)
+    assert (task.name, task.needs_contact, task.time_limit_s, task.hold_s) == (name, needs_contact, 10.0, 0.5)
+    idle = Episode(task)
+    idle.run(2.0)
+    assert not idle.won
+    episode = Episode(task, base="free")
+    width = len(re.findall(r"^\s*\| \d", task.__doc__, re.MULTILINE))
+    assert task.features(episode.look(), episode.standing.memory).shape[1] >= width
+    hand(episode)
+    assert episode.won
+    assert episode.progress[-1] == pytest.approx(1.0, abs=0.01)
+    assert max(episode.progress) <= 1.0
+    assert min(episode.progress) >= 0.0
+
+
+def test_too_hard_a_touch_is_a_violation_and_no_success(tmp_path):
+    task = made(tmp_path, 'kind = "touch"\ntarget = "post"\nforce_n = 0.01\nat_most_n = 0.02')
+    episode = Episode(task, base="free")
+    touch(episode)
+    assert not episode.won
+    assert episode.score.violation[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("target", "field", "name", "middle"),
+    [
+        ("hook", "site_pos", "hook", (0.2, 0.1, 0.3)),
+        ("flag", "body_pos", "cart", (0.3, 0.0, 0.1)),
+        ("ball", "qpos", "ball_free", (-0.3, 0.0, 0.03)),
+    ],
+)
+def test_the_target_is_put_elsewhere_with_what_carries_it(tmp_path, target, field, name, middle):
+    task = made(tmp_path, f'kind = "reach"\ntarget = "{target}"\nvary_m = [0.1, 0, 0.05]')
+    drawn = [task.variation("development", index).changes[0] for index in range(50)]
+    assert {(change.field, change.name) for change in drawn} == {(field, name)}
+    off = np.array([change.value for change in drawn]) - middle
+    assert np.abs(off).max(axis=0) == pytest.approx([0.1, 0.0, 0.05], abs=0.01)
+    assert task.variation("held_out", 0) != task.variation("development", 0)
+    before = made(tmp_path, f'kind = "reach"\ntarget = "{target}"')
+    shift = Episode(task).look()["goal_offset"] - Episode(before).look()["goal_offset"]
+    assert np.abs(shift).sum() > 0.01
+
+
+def test_a_scene_made_for_no_goal_is_measured_for_it(tmp_path):
+    task = made(tmp_path, GOALS["lift"][0])
+    without = scene(made(tmp_path, GOALS["walk"][0]), "fixed")
+    assert "goal_position" not in without
+    sensors = [one.name for one in task.sensors]
+    with pytest.raises(UserError, match="a robot with actuators"):  # a stick has none, and everything before is right
+        TaskScene.of(without, task)
+    from aidsr.sim.assembly import add_sensors
+
+    twice = add_sensors(add_sensors(without, task.sensors), task.sensors)
+    assert [twice.count(f'name="{name}"') for name in sensors] == [1, 1]
+
+
+MISTAKES = {
+    "": "no kind",
+    'kind = "lifting"\ntarget = "ball"': 'did you mean "lift"',
+    "kind = 3": "found 3",
+    "kind =": "cannot be read as TOML",
+    'kind = "lift"': '"target" is missing',
+    'kind = "lift"\ntarget = "ball"\nby = 3': 'no key "by" for this kind (did you mean "by_m"?)',
+    'kind = "lift"\ntarget = "ball"\nby_m = "high"': "by_m: input should be a valid number",
+    'kind = "lift"\ntarget = "ball"\nby_m = -1': "by_m: input should be greater than 0; found -1",
+    'kind = "lift"\ntarget = "bal"': 'did you mean "ball"',
+    'kind = "lift"\ntarget = "post"': "no joint carries it",
+    'kind = "lift"\ntarget = "hook"': 'which has no "hook"',
+    'kind = "reach"\ntarget = "ceiling"': "it has mount, hook, cart, flag, ball, post",
+    'kind = "travel"\ndistance_m = 1\ndirection = [0, 0, 0]': "a direction other than zero",
+    'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0, 0]': "vary_m puts the target elsewhere and needs one",
+    'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0]': "three numbers were expected",
+    'kind = "touch"\ntarget = "post"\nforce_n = 2\nat_most_n = 1': "at_most_n (1 N) must be more than force_n (2 N)",
+    'kind = "reach"\ntarget = "hook"\nhold_s = 11': "hold_s (11 s) must be shorter than time_limit_s (10 s)",
+}
+
+
+@pytest.mark.parametrize(("text", "sentence"), MISTAKES.items())
+def test_a_mistake_is_one_sentence(tmp_path, text, sentence):
+    with pytest.raises(UserError) as error:
+        made(tmp_path, text)
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_not_there_and_an_environment_that_is_none(tmp_path):
+    with pytest.raises(UserError, match="does not exist"):
+        read_goal(tmp_path / "nowhere.toml")
+    with pytest.raises(UserError, match="cannot be loaded"):
+        made(tmp_path, GOALS["lift"][0], "<mujoco")
+
+
+@pytest.fixture
+def example(tmp_path, monkeypatch):
+    """The files of docs/goals.md."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def test_the_example_is_kept_with_its_run(example):
+    brief = brief_for("Touch the bell", environment=Path("bell.xml"), goal=Path("goal.toml"))
+    assert (brief.task, brief.base, brief.needs_contact) == ("", "any", True)
+    run = start(brief, RunConfig(), runs=example, goal=Path("goal.toml"))
+    assert run.goal.read().decode() == FILES["goal.toml"]
+    with pytest.raises(UserError, match="brings its own objective, environment and goal"):
+        brief_for(task="button_pushing", goal=Path("goal.toml"))
+
+
+def test_the_example_can_be_done_by_a_small_arm(example, capsys):
+    from aidsr.artifacts import Placement, Robot
+    from aidsr.sim.assembly import assemble
+    from scenes import small_arm
+
+    arm = Robot(mjcf=small_arm(), functional_part="tip")
+    text = assemble(arm, FILES["bell.xml"], Placement(mount="mount", base="fixed")).mjcf
+    assert "goal_" not in text
+    Path("scene.xml").write_text(text)
+    report = probe(text, goal_task(read_goal("goal.toml"), text), candidates=48, variations=1, threads=1)
+    assert report.success_share == 1.0
+    with pytest.raises(SystemExit) as ended:
+        main(["probe", "scene.xml", "--goal", "goal.toml", "--candidates", "48", "--variations", "1", "--threads", "1"])
+    assert ended.value.code == 0
+    assert "goal/touch: some motion succeeds in 1 of 1 variations" in capsys.readouterr().out
