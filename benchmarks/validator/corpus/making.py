@@ -43,17 +43,17 @@ class Plan:
 
     good: dict[str, int]
     graded: dict[Grade, int]
-    largest: int = 40
+    largest: int = 30
     patience: int = 8
 
 
 PLANS: dict[Split, Plan] = {
     "tuning": Plan(
-        {"hinges": 12, "balls": 10, "tapered": 8, "discs": 10, "ground": 12, "loops": 5, "own": 8},
-        {"bad": 5, "near miss": 2, "band": 1},
+        {"hinges": 5, "balls": 4, "tapered": 4, "discs": 4, "ground": 6, "loops": 3, "own": 4},
+        {"bad": 3, "near miss": 1, "band": 1},
     ),
     "held out": Plan(
-        {"hinges": 5, "balls": 5, "tapered": 4, "discs": 5, "ground": 6, "loops": 3, "own": 4, "hands": 8, "frames": 8},
+        {"hinges": 3, "balls": 3, "tapered": 3, "discs": 3, "ground": 4, "loops": 3, "own": 3, "hands": 4, "frames": 4},
         {"bad": 5, "near miss": 1, "band": 1},
     ),
 }

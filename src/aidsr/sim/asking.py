@@ -53,6 +53,9 @@ def ask_mujoco(root: Element) -> Answer:
     Raises:
         MemoryError: MuJoCo could not allocate what the model needs.
     """
+    built = _build(canonical(root)[0])
+    if not isinstance(built, Complaint):
+        return Answer(built, ())
     tree = copy.deepcopy(root)
     read = dict(zip(tree.iter(), root.iter(), strict=True))
     changes = _Changes()
@@ -60,13 +63,9 @@ def ask_mujoco(root: Element) -> Answer:
     asked = 0
     while True:
         text, owners = canonical(tree)
-        try:
-            spec = mujoco.MjSpec.from_string(text)
-            model = spec.compile()
-        except (ValueError, mujoco.FatalError) as error:
-            complaint = _complaint(error)
-        else:
-            return Answer(None if faults else (spec, model), tuple(faults))
+        complaint = _build(text)
+        if not isinstance(complaint, Complaint):
+            return Answer(None, tuple(faults))
         culprit = _culprit(tree, owners, complaint)
         if not changes.explain(culprit, complaint):
             faults.append(_fault(read.get(culprit, root), complaint))
@@ -74,6 +73,15 @@ def ask_mujoco(root: Element) -> Answer:
         if culprit is tree or asked > _MAX_CHARACTERS:
             return Answer(None, tuple(faults))
         changes.make_harmless(culprit, complaint)
+
+
+def _build(text: str) -> tuple[mujoco.MjSpec, mujoco.MjModel] | Complaint:
+    """What MuJoCo builds of a text, or its first complaint."""
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+        return spec, spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        return _complaint(error)
 
 
 def _complaint(error: Exception) -> Complaint:

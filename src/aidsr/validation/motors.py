@@ -128,6 +128,11 @@ def fastest_motor(force_n: float, stroke_m: float = 0.0, *, load: Load = "held")
     return max(fits, key=lambda found: found.speed_m_s, default=None)
 
 
+def can_hold(force_n: float, stroke_m: float) -> bool:
+    """Return whether any motor of the catalogue holds a force and takes up a stroke, however slowly."""
+    return any(True for motor in catalogue() for _ in _spools(motor, force_n, stroke_m, "held"))
+
+
 def fit(motor: Motor, force_n: float, speed_m_s: float, stroke_m: float, *, load: Load = "held") -> Fit | None:
     """Return one motor with the smallest spool that does what is asked, or None.
 

@@ -119,11 +119,9 @@ def _own_parts(case: Case, one: int, other: int) -> NDArray[np.bool_]:
     """
     model, weld = case.model, case.model.body_weldid
     ends = {int(weld[one]), int(weld[other])}
-    near = set(ends)
-    for body in case.structure.bodies:
-        part, parent = int(weld[body]), int(weld[model.body_parentid[body]])
-        near |= {part} if parent in ends else set()
-        near |= {parent} if part in ends else set()
+    bodies = np.asarray(case.structure.bodies, dtype=int)
+    parts, parents = weld[bodies], weld[model.body_parentid[bodies]]
+    near = ends | set(parts[np.isin(parents, list(ends))].tolist()) | set(parents[np.isin(parts, list(ends))].tolist())
     near -= {int(weld[body]) for body in _between(case, one, other)} - ends
     ours = np.isin(np.arange(model.ngeom), case.structure.geoms)
     return np.asarray(np.isin(weld[model.geom_bodyid], list(near)) | ~ours)

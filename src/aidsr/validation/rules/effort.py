@@ -11,7 +11,7 @@ import numpy as np
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.drive import Drive
-from aidsr.validation.motors import cheapest_motor, fastest_motor
+from aidsr.validation.motors import can_hold, cheapest_motor
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.solids import volume_m3
 
@@ -135,9 +135,9 @@ def no_motor_fits(case: Case) -> Iterator[Fault]:
     asked = efforts(case)
     most = [max((getattr(effort, name) for effort in asked), default=0.0) for name in ("tension_n", "stroke_m")]
     # one motor that can do the most of everything can do all
-    if not asked or fastest_motor(*most) is not None:
+    if not asked or can_hold(*most):
         return
-    out_of_reach = [effort for effort in asked if fastest_motor(effort.tension_n, effort.stroke_m) is None]
+    out_of_reach = [effort for effort in asked if not can_hold(effort.tension_n, effort.stroke_m)]
     if out_of_reach:
         worst = max(out_of_reach, key=lambda effort: effort.tension_n * effort.stroke_m)
         yield _fault(
@@ -157,7 +157,7 @@ def _reach_m(effort: Effort) -> float:
     low, high = 0.0, effort.stroke_m
     while high - low > 1e-3:
         middle = (low + high) / 2
-        low, high = (middle, high) if fastest_motor(effort.tension_n, middle) else (low, middle)
+        low, high = (middle, high) if can_hold(effort.tension_n, middle) else (low, middle)
     return low
 
 

@@ -73,7 +73,8 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
     if not driven:
         return
     bent = bent_pose(case.model, case.structure, _LOOK_BENT_RAD)
-    shares = {tendon.id: _moment_share(case, bent, tendon) for tendon in driven}
+    widths_m = _half_widths_m(case)
+    shares = {tendon.id: _moment_share(case, bent, tendon, widths_m) for tendon in driven}
     useless = [tendon for tendon in driven if shares[tendon.id] < case.limits.moment_share]
     largest = max((shares[tendon.id] for tendon in useless), default=0.0)
     if useless:
@@ -91,7 +92,17 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
         )
 
 
-def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
+def _half_widths_m(case: Case) -> dict[int, float]:
+    """Half the width of the thickest geom of every body that has one."""
+    widths_m: dict[int, float] = {}
+    smallest_m = case.model.geom_aabb[:, 3:].min(axis=1)
+    for geom in case.structure.geoms:
+        body = int(case.model.geom_bodyid[geom])
+        widths_m[body] = max(widths_m.get(body, 0.0), float(smallest_m[geom]))
+    return widths_m
+
+
+def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon, widths_m: dict[int, float]) -> float:
     """Largest moment arm of a tendon / how far from that joint it could run; 1 where it moves a slide joint.
 
     That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
@@ -102,14 +113,12 @@ def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon) -> float:
     joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
     if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
         return 1.0
-    largest = 0.0
+    largest, sites_m = 0.0, bent.site_xpos[list(tendon.sites)]
     for joint in set(joints.tolist()) & set(case.structure.joints):
         if int(model.jnt_type[joint]) == _FREE:
             continue
         arm_m = float(arms[joints == joint].max())
-        reach_m = float(np.linalg.norm(bent.site_xpos[list(tendon.sites)] - bent.xanchor[joint], axis=1).min())
-        body = int(model.jnt_bodyid[joint])
-        widths = [model.geom_aabb[geom][3:].min() for geom in case.structure.geoms if model.geom_bodyid[geom] == body]
-        reach_m = max([reach_m, *map(float, widths)])
+        reach_m = float(np.linalg.norm(sites_m - bent.xanchor[joint], axis=1).min())
+        reach_m = max(reach_m, widths_m.get(int(model.jnt_bodyid[joint]), 0.0))
         largest = max(largest, arm_m / reach_m) if reach_m > 0 else largest
     return largest
