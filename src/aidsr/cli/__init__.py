@@ -8,7 +8,7 @@ import sys
 from cyclopts import App
 
 from aidsr import __version__
-from aidsr.cli import design, doctor, evaluate, mcp, probe, resume, show, tasks, train, validate, view, web
+from aidsr.cli import benchmark, design, doctor, evaluate, mcp, probe, resume, show, tasks, train, validate, view, web
 from aidsr.errors import AidsrError, UserError
 
 __all__ = ["app", "main"]
@@ -39,6 +39,10 @@ for command in (
     evaluate.evaluate,
     web.web,
     mcp.mcp,
+    benchmark.benchmark,
+    benchmark.report,
+    benchmark.compare,
+    benchmark.submit,
     doctor.doctor,
 ):
     app.command(command)

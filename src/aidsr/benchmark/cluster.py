@@ -1,0 +1,113 @@
+"""Jobs on a Ray cluster. A run travels to a worker as bytes and comes back as bytes: no disk is shared."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import tarfile
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from aidsr.benchmark.jobs import Job
+from aidsr.benchmark.pool import Ended
+from aidsr.benchmark.study import open_study
+from aidsr.errors import UserError
+
+os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+
+import ray
+
+__all__ = ["RayPool", "pack", "perform_packed", "unpack"]
+
+
+def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str]:
+    """Do a job on what was sent; return the run's files as they are afterwards, and an error or nothing.
+
+    Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there.
+    """
+    from aidsr.benchmark.jobs import perform
+    from aidsr.errors import AidsrError
+
+    found = Job.of(job)
+    with tempfile.TemporaryDirectory() as folder:
+        unpack(packed, Path(folder))
+        error = ""
+        try:
+            perform(Path(folder), found)
+        except AidsrError as failed:
+            error = str(failed)
+        return pack(Path(folder), found), error
+
+
+def pack(study: Path, job: Job) -> bytes:
+    """Return the plan and the files of a job's run."""
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w:gz", compresslevel=1) as archive:
+        archive.add(study / "study.toml", "study.toml")
+        home = study / "runs" / job.cell.name
+        if home.exists():
+            archive.add(home, f"runs/{job.cell.name}")
+    return out.getvalue()
+
+
+def unpack(packed: bytes, study: Path) -> None:
+    """Write files that were packed; those that exist are replaced, nothing outside the folder is touched."""
+    with tarfile.open(fileobj=io.BytesIO(packed), mode="r:gz") as archive:
+        archive.extractall(study, filter="data")
+
+
+class RayPool:
+    """A Ray cluster: as many jobs at a time as it has processors.
+
+    Args:
+        study: Folder of the study, on the driver's disk.
+        address: Of the cluster, "auto" for the one this machine belongs to, "local" for one of its own.
+
+    Raises:
+        UserError: There is no cluster at that address.
+    """
+
+    def __init__(self, study: Path, address: str) -> None:
+        self._study = study
+        self._began: dict[Any, tuple[Job, float]] = {}
+        try:
+            # the dashboard would open a port that asks for no password
+            ray.init(
+                address=None if address == "local" else address,
+                include_dashboard=False if address == "local" else None,
+                log_to_driver=False,
+                logging_level=logging.WARNING,
+            )
+        except (ConnectionError, ValueError) as error:
+            raise UserError(f"no Ray cluster answers at {address}: {error}; start one with: ray start --head") from None
+        self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))  # type: ignore[no-untyped-call]
+        # lost workers are retried by the driver of the study, which also counts the attempts
+        self._perform = ray.remote(num_cpus=1, max_retries=0)(perform_packed)
+
+    @property
+    def free(self) -> int:
+        """How many more jobs can be begun now."""
+        return self._size - len(self._began)
+
+    def begin(self, job: Job) -> None:
+        """Begin a job."""
+        open_study(self._study)
+        self._began[self._perform.remote(pack(self._study, job), job.as_dict())] = (job, time.monotonic())
+
+    def wait(self) -> Ended:
+        """Return the next job that ends, its files brought back."""
+        (reference, *_), _ = ray.wait(list(self._began))
+        job, began = self._began.pop(reference)
+        try:
+            packed, error = ray.get(reference)
+            unpack(packed, self._study)
+        except ray.exceptions.RayError as lost:
+            error = f"{type(lost).__name__}: {lost}"
+        return Ended(job, error, time.monotonic() - began)
+
+    def close(self) -> None:
+        """Leave the cluster; what is at work is dropped and can be done again."""
+        ray.shutdown()

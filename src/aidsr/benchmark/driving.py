@@ -1,0 +1,113 @@
+"""A study from wherever it is to its end: begin what can be, retry what failed, go on without what cannot be done."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+
+from aidsr.benchmark.jobs import Job, pending_in
+from aidsr.benchmark.pool import Ended, Pool
+from aidsr.benchmark.study import Cell, Study
+
+__all__ = ["MOST_ATTEMPTS", "Progress", "drive", "failures_of"]
+
+MOST_ATTEMPTS = 3
+"""A job that failed so often is recorded and left out. Our choice: a lost machine or a full disk may fail it twice."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a study stands."""
+
+    done: int
+    running: tuple[Job, ...]
+    waiting: int
+    failed: tuple[Job, ...]
+    """Given up after the last attempt."""
+    last: Ended | None = None
+
+
+@dataclass
+class _Drive:
+    study: Study
+    pool: Pool
+    listen: Callable[[Progress], None]
+    waiting: dict[Job, None] = field(default_factory=dict)
+    """In the order in which they are to be done."""
+    running: dict[Job, None] = field(default_factory=dict)
+    attempts: Counter[Job] = field(default_factory=Counter)
+    failed: list[Job] = field(default_factory=list)
+    done: int = 0
+
+    def to_the_end(self) -> Progress:
+        for cell in self.study.cells:
+            self._look_at(cell)
+        last = None
+        try:
+            while self.waiting or self.running:
+                while self.waiting and self.pool.free > 0:
+                    job = next(iter(self.waiting))
+                    del self.waiting[job]
+                    self.running[job] = None
+                    self.pool.begin(job)
+                self.listen(self._progress(last))
+                last = self.pool.wait()
+                self._end(last)
+        finally:
+            self.pool.close()
+        self.listen(self._progress(last))
+        return self._progress(last)
+
+    def _end(self, ended: Ended) -> None:
+        job = ended.job
+        del self.running[job]
+        still_pending = job in pending_in(self.study, job.cell)
+        if ended.error or still_pending:
+            self.attempts[job] += 1
+            _note_failure(self.study, ended, self.attempts[job])
+            if self.attempts[job] >= MOST_ATTEMPTS:
+                self.failed.append(job)
+            else:
+                self.waiting[job] = None
+        else:
+            self.done += 1
+        self._look_at(job.cell)
+
+    def _look_at(self, cell: Cell) -> None:
+        for job in pending_in(self.study, cell):
+            if job not in self.running and job not in self.failed:
+                self.waiting.setdefault(job)
+
+    def _progress(self, last: Ended | None) -> Progress:
+        return Progress(self.done, tuple(self.running), len(self.waiting), tuple(self.failed), last)
+
+
+def drive(study: Study, pool: Pool, listen: Callable[[Progress], None] = lambda _progress: None) -> Progress:
+    """Do everything a study still needs; call it again on one that was stopped.
+
+    Args:
+        study: The study.
+        pool: Does the jobs; closed at the end.
+        listen: Told whenever a job begins or ends.
+    """
+    return _Drive(study, pool, listen).to_the_end()
+
+
+def failures_of(study: Study) -> list[dict[str, object]]:
+    """Return every failed attempt, in order: time, job, attempt, error."""
+    path = study.path / "failures.jsonl"
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
+
+
+def _note_failure(study: Study, ended: Ended, attempt: int) -> None:
+    note = {
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "job": ended.job.name,
+        "attempt": attempt,
+        "error": ended.error or "it ended without leaving what it should",
+    }
+    with (study.path / "failures.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps(note) + "\n")

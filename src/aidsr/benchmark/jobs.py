@@ -1,0 +1,145 @@
+"""What a study still has to do, read off its folder, and how one piece of it is done.
+
+A job is one stage of one run: all its designs, or one policy, or one probe. It leaves nothing but files that are
+written once, so doing a job again costs at most what was in flight, and where it is done makes no difference.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Literal, Self
+
+from aidsr.benchmark.study import Cell, Study, open_study
+from aidsr.errors import AidsrError
+from aidsr.pipeline import brief_for, parts_of, start, work
+from aidsr.runs import DesignFolder, read_status
+
+__all__ = ["Job", "Stage", "pending", "pending_in", "perform", "trained_at"]
+
+Stage = Literal["design", "train", "probe"]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One stage of one run.
+
+    Attributes:
+        cell: Which run.
+        stage: What is done.
+        design: Number of the design, 0 for all of them.
+        seed: Of the policy.
+    """
+
+    cell: Cell
+    stage: Stage
+    design: int = 0
+    seed: int = 0
+
+    @property
+    def name(self) -> str:
+        """How it is told from others, in words a person can read."""
+        detail = f" design {self.design}" if self.design else ""
+        return f"{self.stage} {self.cell.name}{detail}" + (f" seed {self.seed}" if self.stage == "train" else "")
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it as plain values."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, values: dict[str, object]) -> Self:
+        """Return a job from plain values."""
+        return cls(**{**values, "cell": Cell(**values["cell"])})  # type: ignore[arg-type]
+
+
+def pending(study: Study) -> Iterator[Job]:
+    """Yield what can be done now and is not done, in the order of the plan."""
+    for cell in study.cells:
+        yield from pending_in(study, cell)
+
+
+def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
+    """Yield what can be done now in one run."""
+    run = study.run(cell)
+    if run is None or read_status(run).state != "finished":
+        yield Job(cell, "design")
+        return
+    for design in run.designs:
+        outcome = design.outcome.read()
+        if outcome is None or outcome.outcome != "approved":
+            continue
+        for seed in range(study.plan.seeds):
+            if not (trained_at(design, seed) / "evaluation.json").exists():
+                yield Job(cell, "train", design.number, seed)
+        if study.plan.probe and not (design.path / "probe.json").exists():
+            yield Job(cell, "probe", design.number)
+
+
+def trained_at(design: DesignFolder, seed: int) -> Path:
+    """Return the folder of a design's policy: 001 is that of seed 0."""
+    return design.path / "training" / f"{seed + 1:03d}"
+
+
+def perform(study: Path, job: Job) -> None:
+    """Do one job, or what is left of it.
+
+    Raises:
+        AidsrError: It cannot be done; the message says why.
+    """
+    found = open_study(study)
+    match job.stage:
+        case "design":
+            _design(found, job.cell)
+        case "train":
+            _train(found, job)
+        case "probe":
+            _probe(found, job)
+
+
+def _design(study: Study, cell: Cell) -> None:
+    run = study.run(cell)
+    if run is None:
+        home = study.home(cell)
+        shutil.rmtree(home, ignore_errors=True)  # a run that was killed before its run.json is none
+        config = study.arm(cell.arm).config
+        # the same number has the same seed in every arm, so that arms can be compared run by run
+        config = config.model_copy(update={"seed": config.seed + cell.number - 1})
+        brief = brief_for(task=cell.task, level=study.plan.level)
+        run = start(brief, config, level=study.plan.level, runs=home)
+    status = read_status(work(run, parts_of(run)))
+    if status.state != "finished":
+        reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
+        raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
+
+
+def _train(study: Study, job: Job) -> None:
+    from aidsr.episodes.scene import TaskScene
+    from aidsr.rl.trained import evaluate_training
+    from aidsr.rl.training import train
+
+    design = _design_of(study, job)
+    robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
+    scene = TaskScene.of(design.final_scene.path, job.cell.task, level=study.plan.level, groups=robot.actuator_groups)
+    folder = trained_at(design, job.seed)
+    train(scene, folder, steps=study.plan.steps, seed=job.seed, threads=1)
+    evaluate_training(folder, threads=1)
+
+
+def _probe(study: Study, job: Job) -> None:
+    from aidsr.probing import probe
+
+    design = _design_of(study, job)
+    robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
+    report = probe(design.final_scene.path, job.cell.task, level=study.plan.level, groups=robot.actuator_groups)
+    part = design.path / "probe.part"
+    part.write_text(report.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    part.replace(design.path / "probe.json")
+
+
+def _design_of(study: Study, job: Job) -> DesignFolder:
+    run = study.run(job.cell)
+    if run is None:
+        raise ValueError(f"{job.name} needs a run that was designed before")
+    return run.design(job.design)

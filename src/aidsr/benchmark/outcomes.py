@@ -1,0 +1,147 @@
+"""What came out of a study, one raw row for each design that was attempted. Every figure is computed from these."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+from aidsr.artifacts import Artifact, Evaluation
+from aidsr.benchmark.jobs import trained_at
+from aidsr.benchmark.study import Cell, Study
+from aidsr.calls import Usage
+from aidsr.runs import DesignFolder, read_status
+from aidsr.runs.files import JsonFile
+
+__all__ = ["DesignRow", "Repair", "read_outcomes", "read_repairs"]
+
+
+class DesignRow(Artifact):
+    """One design of a study, whether it got anywhere or not."""
+
+    arm: str
+    task: str
+    run: int
+    design: int
+    family: str = ""
+    outcome: str = "failed"
+    """As in outcome.json; "failed" where the run could not be done, "unfinished" where it is not done yet."""
+    stable: bool = False
+    """Whether the design was approved, its scene with it."""
+    evaluations: tuple[Evaluation, ...] = ()
+    """One for each policy that was judged."""
+    steps: int = 0
+    """Control steps of all its trainings."""
+    training_s: float = 0.0
+    probe_progress: float | None = None
+    usage: Usage = Usage()
+    latency_s: float = 0.0
+    iterations: int = 0
+
+    @property
+    def valid(self) -> bool:
+        """Whether most of its policies are valid."""
+        return _most([each.valid for each in self.evaluations])
+
+    @property
+    def successful(self) -> bool:
+        """Whether most of its policies are successful."""
+        return _most([each.successful for each in self.evaluations])
+
+    @property
+    def episodes(self) -> tuple[float, ...]:
+        """1 or 0 for every held-out episode of valid policies; those of the others all count as failed."""
+        return tuple(
+            float(evaluation.valid and episode.ended == "succeeded")
+            for evaluation in self.evaluations
+            for episode in evaluation.episodes
+        )
+
+    @cached_property
+    def key(self) -> tuple[int, int]:
+        """What pairs it with the same design of another arm."""
+        return self.run, self.design
+
+
+class Repair(Artifact):
+    """A fault that was there in one iteration and gone in the next."""
+
+    code: str
+    changed: str
+    """What had changed in between: concept, robot or placement."""
+
+
+def read_outcomes(study: Study) -> tuple[DesignRow, ...]:
+    """Return a row for every design the plan asks for, in its order."""
+    return tuple(row for cell in study.cells for row in _rows_of(study, cell))
+
+
+def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
+    expected, run = study.arm(cell.arm).config.concepts, study.run(cell)
+    status = read_status(run) if run else None
+    states = {design.number: design for design in status.designs} if status else {}
+    for number in range(1, expected + 1):
+        named = {"arm": cell.arm, "task": cell.task, "run": cell.number, "design": number}
+        state = states.get(number)
+        if run is None or state is None:
+            yield DesignRow(**named, outcome="unfinished" if run is None else "failed")
+            continue
+        folder = run.design(number)
+        outcome = state.outcome.outcome if state.outcome else "unfinished"
+        yield DesignRow(
+            **named,
+            family=state.family,
+            outcome=outcome,
+            stable=outcome == "approved",
+            evaluations=tuple(_evaluations(folder, study.plan.seeds)),
+            steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),
+            training_s=sum(float(result["wall_s"]) for result in _results(folder, study.plan.seeds)),
+            probe_progress=_probed(folder),
+            usage=state.usage,
+            latency_s=state.latency_s,
+            iterations=state.iteration,
+        )
+
+
+def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
+    """Return how often each fault stopped an iteration, and which were cured by the next."""
+    seen, cured = Counter[str](), list[Repair]()
+    for cell in study.cells:
+        run = study.run(cell)
+        for design in run.designs if run else ():
+            before: set[str] = set()
+            for iteration in design.iterations:
+                report = iteration.scene_report.read() or iteration.robot_report.read()
+                now = {fault.code for fault in report.errors} if report else set()
+                changed = _changed(iteration.concept.path.exists(), iteration.robot.xml.path.exists())
+                cured += [Repair(code=code, changed=changed) for code in sorted(before - now)]
+                seen.update(now)
+                before = now
+    return seen, cured
+
+
+def _changed(concept: bool, robot: bool) -> str:
+    if concept:
+        return "concept"
+    return "robot" if robot else "placement"
+
+
+def _evaluations(design: DesignFolder, seeds: int) -> Iterator[Evaluation]:
+    for seed in range(seeds):
+        found = JsonFile(trained_at(design, seed) / "evaluation.json", Evaluation).read()
+        if found is not None:
+            yield found
+
+
+def _results(design: DesignFolder, seeds: int) -> Sequence[dict[str, float]]:
+    files = (JsonFile(trained_at(design, seed) / "training.json", dict[str, object]).read() for seed in range(seeds))
+    return [found for found in files if found is not None]  # type: ignore[misc]
+
+
+def _probed(design: DesignFolder) -> float | None:
+    found = JsonFile(design.path / "probe.json", dict[str, object]).read()
+    return float(found["progress"]) if found else None  # type: ignore[arg-type]
+
+
+def _most(verdicts: Sequence[bool]) -> bool:
+    return 2 * sum(verdicts) > len(verdicts)

@@ -1,0 +1,117 @@
+"""Pictures of a study's report, as SVG or PNG text that stands in the page itself."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from aidsr.benchmark.jobs import trained_at
+from aidsr.benchmark.outcomes import DesignRow
+from aidsr.benchmark.study import Study
+from aidsr.benchmark.tables import PAPER, ArmLine, Line
+from aidsr.runs.trainings import Training, read_curve
+
+__all__ = ["cost_and_success", "curves_of_task", "data_url", "success_by_task"]
+
+_INK, _GRID = "#5b6573", "#d5dbe3"
+_COLOURS = ("#2f6f9f", "#d08a2e", "#4f8a5b", "#9a4f7d", "#7a6f5d", "#3f9a9a", "#b3543f", "#6b5fb0")
+
+
+def success_by_task(lines: Sequence[Line]) -> str:
+    """Return bars of valid and successful designs by task, with Wilson intervals."""
+    figure = Figure(figsize=(7.2, 0.34 * len(lines) + 0.9), layout="constrained")
+    axes = figure.subplots()
+    for row, line in enumerate(reversed(lines)):
+        for offset, of, colour in ((0.18, "valid", _COLOURS[0]), (-0.18, "successful", _COLOURS[1])):
+            rate = line.rate(of)
+            if rate.of:
+                interval = rate.interval
+                axes.barh(row + offset, 100 * rate.share, height=0.32, color=colour, label=of if row == 0 else None)
+                axes.plot([100 * interval.low, 100 * interval.high], [row + offset] * 2, color=_INK, linewidth=0.9)
+    axes.set_yticks(range(len(lines)), [line.task.rpartition("/")[2].replace("_", " ") for line in reversed(lines)])
+    axes.set_xlim(0, 100)
+    axes.set_xlabel("designs [%], with 95 % intervals")
+    axes.legend(loc="lower right", frameon=False)
+    return _svg(figure, axes)
+
+
+def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
+    """Return the learning curves of one task's designs: progress against control steps, a colour an arm."""
+    figure = Figure(figsize=(3.5, 2.1), layout="constrained")
+    axes = figure.subplots()
+    arms = {arm.name: _COLOURS[i % len(_COLOURS)] for i, arm in enumerate(study.plan.arms)}
+    cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
+    for row in rows:
+        run = study.run(cells[row.arm, row.task, row.run])
+        for seed in range(study.plan.seeds if run else 0):
+            folder = trained_at(run.design(row.design), seed) if run else Path()
+            points = [point for point in read_curve(Training(folder)) if not math.isnan(point.progress)]
+            axes.plot(
+                [point.steps / 1000 for point in points],
+                [point.progress for point in points],
+                color=arms[row.arm],
+                linewidth=1.0,
+                alpha=0.8,
+            )
+    axes.set_ylim(0, 1.02)
+    axes.set_xlabel("control steps [1000]")
+    axes.set_ylabel("progress")
+    return _svg(figure, axes)
+
+
+def cost_and_success(arms: Sequence[ArmLine]) -> str:
+    """Return what a design costs against how often it succeeds, a point an arm, the paper's beside them."""
+    figure = Figure(figsize=(5.2, 3.0), layout="constrained")
+    axes = figure.subplots()
+    for i, arm in enumerate(arms):
+        if arm.line.cost_usd is not None:
+            success = 100 * arm.line.rate("successful").share
+            axes.plot(arm.line.cost_usd, success, "o", color=_COLOURS[i % len(_COLOURS)])
+            axes.annotate(arm.arm, (arm.line.cost_usd, success), (5, 4), textcoords="offset points", fontsize=8)
+    axes.plot(PAPER.cost_usd, 100 * PAPER.successful_by_table, "x", color=_INK)
+    axes.annotate(
+        "published, other tasks",
+        (PAPER.cost_usd, 100 * PAPER.successful_by_table),
+        (-6, 5),
+        textcoords="offset points",
+        fontsize=8,
+        color=_INK,
+        ha="right",
+    )
+    axes.set_xlabel("cost of a design [USD]")
+    axes.set_ylabel("successful designs [%]")
+    axes.set_ylim(0, 100)
+    axes.set_xlim(left=-0.02)
+    return _svg(figure, axes)
+
+
+def data_url(content: bytes, kind: str = "image/png") -> str:
+    """Return bytes as a URL that holds them."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def _svg(figure: Figure, axes: Axes) -> str:
+    """Return a figure as SVG for a page that is light or dark: no background, lines in a middle grey."""
+    axes.grid(color=_GRID, linewidth=0.6, alpha=0.5)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=_INK, labelsize=8)
+    for label in (axes.xaxis.label, axes.yaxis.label):
+        label.set_color(_INK)
+        label.set_fontsize(8)
+    for name, spine in axes.spines.items():
+        spine.set_visible(name in ("left", "bottom"))
+        spine.set_color(_INK)
+    legend = axes.get_legend()
+    for text in legend.get_texts() if legend else ():
+        text.set_color(_INK)
+        text.set_fontsize(8)
+    out = io.StringIO()
+    figure.savefig(out, format="svg", transparent=True, metadata={"Date": None})
+    drawn = out.getvalue()
+    return drawn[drawn.index("<svg") :]

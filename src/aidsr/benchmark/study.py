@@ -1,0 +1,167 @@
+"""What a study asks: tasks, arms, designs, seeds and steps; frozen in study.toml when the study begins."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import platform
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from aidsr.artifacts import Artifact
+from aidsr.errors import UserError
+from aidsr.runs import Run, RunConfig
+from aidsr.tasks import BENCHMARK_VERSION
+
+__all__ = ["Arm", "Cell", "Study", "StudyPlan", "begin_study", "open_study", "versions_now"]
+
+_PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
+_NAME = r"^[a-z0-9][a-z0-9_.-]*$"
+
+
+class Arm(Artifact):
+    """One way of making designs that is compared with others: a model and what is left out of the method."""
+
+    name: Annotated[str, Field(pattern=_NAME)]
+    config: RunConfig
+
+
+class StudyPlan(Artifact):
+    """Everything that decides what a study does. Two studies with equal plans can be merged."""
+
+    tasks: Annotated[tuple[str, ...], Field(min_length=1)]
+    level: Literal["standard", "hard"] = "standard"
+    arms: Annotated[tuple[Arm, ...], Field(min_length=1)]
+    runs: Annotated[int, Field(ge=1, le=1000)] = 5
+    """Runs of each task and arm. Source: AID-SR, 15 designs a task = 5 runs of 3 concepts."""
+    seeds: Annotated[int, Field(ge=0, le=100)] = 1
+    """Policies trained for each approved design; 0 trains none."""
+    steps: Annotated[int, Field(ge=1)] = 300_000
+    """Control steps a policy. Source: docs/tasks.md, budget v1."""
+    probe: bool = True
+    """Whether each approved design is also probed without learning."""
+    benchmark_version: int = BENCHMARK_VERSION
+    versions: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _arms_differ(self) -> Self:
+        names = [arm.name for arm in self.arms]
+        if len(set(names)) < len(names):
+            raise ValueError(f"every arm needs a name of its own, found {', '.join(names)}")
+        return self
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of a study: an arm on a task, for the n-th time."""
+
+    arm: str
+    task: str
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Path within the study's folder of runs, and the way to say which run is meant."""
+        return f"{self.arm}/{self.task.replace('/', '.')}/{self.number}"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A folder of runs with a plan."""
+
+    path: Path
+    plan: StudyPlan
+
+    @property
+    def cells(self) -> Iterator[Cell]:
+        """Every run the plan asks for, the first of each task and arm first: a study is soon worth reading."""
+        for number in range(1, self.plan.runs + 1):
+            for task in self.plan.tasks:
+                for arm in self.plan.arms:
+                    yield Cell(arm.name, task, number)
+
+    def arm(self, name: str) -> Arm:
+        """Return an arm by its name."""
+        return next(arm for arm in self.plan.arms if arm.name == name)
+
+    def home(self, cell: Cell) -> Path:
+        """Return the folder that holds a cell's one run."""
+        return self.path / "runs" / cell.name
+
+    def run(self, cell: Cell) -> Run | None:
+        """Return a cell's run, None before it is begun."""
+        found = sorted(self.home(cell).glob("*/run.json"))
+        return Run(found[0].parent) if found else None
+
+
+def versions_now() -> dict[str, str]:
+    """Return the versions of what shapes a result; what is not installed is left out."""
+    found = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        with contextlib.suppress(PackageNotFoundError):
+            found[package] = version(package)
+    return found
+
+
+def begin_study(path: Path, plan: StudyPlan) -> Study:
+    """Return the study in a folder, made if there is none.
+
+    Raises:
+        UserError: The folder holds a study with another plan.
+    """
+    file = path / "study.toml"
+    if file.exists():
+        found = open_study(path)
+        if _asked(found.plan) != _asked(plan):
+            changed = [key for key, value in _asked(plan).items() if value != _asked(found.plan)[key]]
+            raise UserError(
+                f"{path} holds a study with other {', '.join(changed)}; a plan is frozen when its study begins. Go on "
+                "with the same options, or name another folder"
+            )
+        return found
+    path.mkdir(parents=True, exist_ok=True)
+    part = file.with_suffix(".part")
+    part.write_text(_toml(plan.model_dump(mode="json")), encoding="utf-8")
+    part.replace(file)
+    return Study(path, plan)
+
+
+def open_study(path: Path) -> Study:
+    """Return the study in a folder.
+
+    Raises:
+        UserError: There is none, or its plan cannot be read.
+    """
+    try:
+        text = (path / "study.toml").read_text(encoding="utf-8")
+        return Study(path, StudyPlan.model_validate(tomllib.loads(text)))
+    except FileNotFoundError:
+        raise UserError(f"the folder of a study was expected, with a study.toml in it; {path} has none") from None
+    except (tomllib.TOMLDecodeError, ValidationError) as error:
+        raise UserError(f"{path / 'study.toml'} is no plan of a study: {error}") from None
+
+
+def _asked(plan: StudyPlan) -> dict[str, object]:
+    """Return the plan without the versions it was made with: those may change while a study goes on."""
+    return plan.model_dump(exclude={"versions"})
+
+
+def _toml(values: dict[str, object]) -> str:
+    """Return a plan as TOML: plain values first, then versions, then one table an arm."""
+
+    def value(of: object) -> str:
+        return json.dumps(of, ensure_ascii=False)
+
+    plain = [f"{key} = {value(each)}" for key, each in values.items() if not isinstance(each, dict) and key != "arms"]
+    lines = [*plain, "", "[versions]"]
+    lines += [f"{value(key)} = {value(each)}" for key, each in dict(values["versions"]).items()]  # type: ignore[call-overload]
+    for arm in values["arms"]:  # type: ignore[attr-defined]
+        config = [f"{key} = {value(each)}" for key, each in arm["config"].items() if each is not None]
+        lines += ["", "[[arms]]", f"name = {value(arm['name'])}", "[arms.config]", *config]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,91 @@
+"""One small file of a study's results that another person can check and merge."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from aidsr.artifacts import Artifact
+from aidsr.benchmark.outcomes import DesignRow, read_outcomes
+from aidsr.benchmark.study import Study, StudyPlan
+from aidsr.benchmark.tables import Line, task_lines
+from aidsr.errors import UserError
+from aidsr.runs.files import replace_file
+
+__all__ = ["Submission", "read_submission", "submit"]
+
+
+class Submission(Artifact):
+    """A study's figures, with enough raw outcomes to compute them again."""
+
+    plan: StudyPlan
+    designs: tuple[DesignRow, ...]
+    scenes_sha256: dict[str, str]
+    """Of every approved scene, by "arm/task/run/design": whoever has the study can check that it is this one."""
+    lines: dict[str, tuple[Line, ...]]
+    """Figures by arm and task, as anyone computes them from `designs`."""
+    sha256: str = ""
+    """Of everything above, in canonical JSON."""
+
+
+def submit(study: Study, path: Path) -> Submission:
+    """Write a study's results into one file.
+
+    Raises:
+        UserError: There is nothing to submit.
+    """
+    rows = read_outcomes(study)
+    if all(row.outcome == "unfinished" for row in rows):
+        raise UserError(f"{study.path} has no finished design yet; run aidsr benchmark first")
+    submission = Submission(
+        plan=study.plan,
+        designs=rows,
+        scenes_sha256={name: digest for row in rows if (digest := _scene_digest(study, row)) for name in [_name(row)]},
+        lines={arm.name: task_lines(rows, arm.name) for arm in study.plan.arms},
+    )
+    signed = submission.model_copy(update={"sha256": _digest(submission)})
+    replace_file(path, signed.model_dump_json(indent=1).encode() + b"\n")
+    return signed
+
+
+def read_submission(path: Path) -> Submission:
+    """Return a submission after checking that its figures follow from its raw outcomes and its hash from both.
+
+    Raises:
+        UserError: It cannot be read, was changed, or its figures are not those of its outcomes.
+    """
+    try:
+        found = Submission.model_validate_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ValidationError) as error:
+        raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {error}") from None
+    if found.sha256 != _digest(found):
+        raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
+    for arm, lines in found.lines.items():
+        if _plain(lines) != _plain(task_lines(found.designs, arm)):
+            raise UserError(f"{path}: the figures of {arm} are not those of its designs")
+    return found
+
+
+def _digest(submission: Submission) -> str:
+    content = submission.model_dump(mode="json", exclude={"sha256"})
+    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def _plain(lines: Sequence[Line]) -> list[Any]:
+    return [line.model_dump(mode="json") for line in lines]
+
+
+def _name(row: DesignRow) -> str:
+    return f"{row.arm}/{row.task}/{row.run}/{row.design}"
+
+
+def _scene_digest(study: Study, row: DesignRow) -> str:
+    cell = next(c for c in study.cells if (c.arm, c.task, c.number) == (row.arm, row.task, row.run))
+    run = study.run(cell)
+    scene = run.design(row.design).final_scene.read() if run else None
+    return hashlib.sha256(scene).hexdigest() if scene else ""

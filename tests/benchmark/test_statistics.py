@@ -1,0 +1,63 @@
+"""Intervals against known values and against what they promise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aidsr.benchmark.statistics import bootstrap_mean, paired_difference, wilson
+
+
+@pytest.mark.parametrize(
+    ("hits", "of", "low", "high"),
+    # from the formula worked out by hand; the first two are the textbook's extremes
+    [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (5, 10, 0.2366, 0.7634), (81, 263, 0.2553, 0.3662)],
+)
+def test_wilson(hits: int, of: int, low: float, high: float) -> None:
+    interval = wilson(hits, of)
+    assert (interval.low, interval.high) == (pytest.approx(low, abs=1e-4), pytest.approx(high, abs=1e-4))
+
+
+def test_nothing_says_nothing() -> None:
+    interval = wilson(0, 0)
+    assert (interval.low, interval.high) == (0.0, 1.0)
+    assert np.isnan(interval.value)
+
+
+def test_every_task_counts_the_same_and_an_untrained_design_counts_as_failed() -> None:
+    interval = bootstrap_mean({"a": [[1.0] * 20, [1.0] * 20], "b": [[1.0] * 20, []], "c": [[0.0] * 20]})
+    assert interval.value == pytest.approx((1.0 + 0.5 + 0.0) / 3)
+    assert interval.low < interval.value < interval.high
+
+
+def test_designs_that_differ_widen_the_interval_more_than_episodes_do() -> None:
+    mixed = bootstrap_mean({"a": [[1.0, 0.0] * 10] * 10})
+    split = bootstrap_mean({"a": [[1.0] * 20] * 5 + [[0.0] * 20] * 5})
+    assert mixed.value == split.value
+    assert split.high - split.low > 2 * (mixed.high - mixed.low)
+
+
+def test_the_interval_holds_the_truth_as_often_as_it_says() -> None:
+    rng, held, studies = np.random.default_rng(3), 0, 60
+    for _ in range(studies):
+        designs = [rng.binomial(1, rng.beta(2, 2), size=20).tolist() for _ in range(30)]
+        interval = bootstrap_mean({"a": designs})
+        held += interval.low <= 0.5 <= interval.high
+    assert held >= 0.85 * studies
+
+
+def test_pairs_cancel_what_they_share() -> None:
+    one = {"a": {(run, 1): float(run % 2) for run in range(20)}}
+    other = {"a": {key: value + 0.1 for key, value in one["a"].items()}}
+    found = paired_difference(one, other)
+    assert found is not None
+    assert found.value == pytest.approx(0.1)
+    assert found.excludes_zero
+
+
+def test_what_is_not_in_both_is_left_out() -> None:
+    one, other = {"a": {(1, 1): 0.0}, "b": {(1, 1): 0.0}}, {"a": {(1, 1): 1.0, (2, 1): 5.0}}
+    found = paired_difference(one, other)
+    assert found is not None
+    assert found.value == 1.0
+    assert paired_difference({"a": {(1, 1): 0.0}}, {"b": {(1, 1): 0.0}}) is None

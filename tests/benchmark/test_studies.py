@@ -1,0 +1,170 @@
+"""A study from its plan to its tables: frozen plans, jobs read off the files, retries, reports, submissions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from aidsr.benchmark.driving import MOST_ATTEMPTS, drive, failures_of
+from aidsr.benchmark.jobs import Job, pending, perform
+from aidsr.benchmark.outcomes import read_outcomes
+from aidsr.benchmark.planning import forecast
+from aidsr.benchmark.pool import Ended, LocalPool
+from aidsr.benchmark.report import write_report
+from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, open_study
+from aidsr.benchmark.submitting import read_submission, submit
+from aidsr.benchmark.tables import differences
+from aidsr.cli import main
+from aidsr.errors import UserError
+from aidsr.runs import RunConfig
+
+TASK = "reaching/button_pushing"
+
+
+def plan(**changed: object) -> StudyPlan:
+    arms = (
+        Arm(name="rules", config=RunConfig(concepts=1)),
+        Arm(name="bare", config=RunConfig(concepts=1, repairs=False)),
+    )
+    return StudyPlan(**{"tasks": (TASK,), "arms": arms, "runs": 1, "seeds": 0, "probe": False, **changed})
+
+
+class Here:
+    """A pool that does jobs at once, in this process, after what `before` does to them."""
+
+    def __init__(self, study: Study, before: Callable[[Job, int], str] = lambda _job, _attempt: "") -> None:
+        self.study, self.before, self.begun = study, before, list[Job]()
+        self.free = 1
+
+    def begin(self, job: Job) -> None:
+        self.begun.append(job)
+        self.free = 0
+
+    def wait(self) -> Ended:
+        self.free = 1
+        job = self.begun[-1]
+        error = self.before(job, self.begun.count(job))
+        if not error:
+            perform(self.study.path, job)
+        return Ended(job, error, 1.0)
+
+    def close(self) -> None:
+        self.free = 1
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    study = begin_study(tmp_path_factory.mktemp("studies") / "first", plan())
+    drive(study, Here(study))
+    return study
+
+
+def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
+    begin_study(tmp_path / "s", plan())
+    assert open_study(tmp_path / "s").plan == plan()
+    assert begin_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
+    with pytest.raises(UserError, match="other steps; a plan is frozen"):
+        begin_study(tmp_path / "s", plan(steps=7))
+    with pytest.raises(UserError, match="has none"):
+        open_study(tmp_path)
+    (tmp_path / "s" / "study.toml").write_text("tasks = []\n")
+    with pytest.raises(UserError, match="is no plan"):
+        open_study(tmp_path / "s")
+
+
+def test_jobs_come_task_by_task_before_the_second_run_of_any(tmp_path: Path) -> None:
+    study = Study(tmp_path, plan(tasks=(TASK, "locomotion/gap"), runs=2))
+    names = [job.name for job in pending(study)]
+    assert names[:4] == [
+        "design rules/reaching.button_pushing/1",
+        "design bare/reaching.button_pushing/1",
+        "design rules/locomotion.gap/1",
+        "design bare/locomotion.gap/1",
+    ]
+    assert Job.of(json.loads(json.dumps(next(pending(study)).as_dict()))) == next(pending(study))
+
+
+def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished: Study) -> None:
+    assert list(pending(finished)) == []
+    rows = read_outcomes(finished)
+    assert [(row.arm, row.outcome, row.stable) for row in rows] == [
+        ("rules", "approved", True),
+        ("bare", "approved", True),
+    ]
+    assert not rows[0].valid, "a design that was not trained is not valid"
+    assert forecast(finished).jobs == {"train": 0, "probe": 0}
+
+
+def test_designs_that_were_not_attempted_yet_are_in_the_denominator(tmp_path: Path) -> None:
+    rows = read_outcomes(Study(tmp_path, plan(runs=3)))
+    assert [row.outcome for row in rows] == ["unfinished"] * 6
+
+
+def test_arms_of_one_number_are_pairs(finished: Study) -> None:
+    found = {each.what: each for each in differences(read_outcomes(finished), "rules")}
+    assert found["stable"].value == 0.0
+    assert not found["stable"].real
+
+
+def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_path: Path) -> None:
+    def before(job: Job, attempt: int) -> str:
+        return "the machine went away" if job.cell.arm == "bare" or attempt == 1 else ""
+
+    study = begin_study(tmp_path / "s", plan())
+    pool = Here(study, before)
+    progress = drive(study, pool)
+    assert [row.outcome for row in read_outcomes(study)] == ["approved", "unfinished"]
+    assert [job.cell.arm for job in progress.failed] == ["bare"]
+    assert sum(job.cell.arm == "bare" for job in pool.begun) == MOST_ATTEMPTS
+    assert {str(note["error"]) for note in failures_of(study)} == {"the machine went away"}
+
+
+def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan(arms=plan().arms[:1]))
+    pool = LocalPool(study.path, 1)
+    progress = drive(study, pool)
+    assert (progress.done, progress.failed, failures_of(study)) == (1, (), [])
+
+
+def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:
+    page = write_report(finished).read_text()
+    assert "http://" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    )
+    assert "data:image/png;base64" in page
+    assert "1/1 (21–100 %)" in page
+    assert "its tasks are not public" in page
+    table = (finished.path / "report.md").read_text()
+    assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | 0/1 (0–79 %) |" in table
+    assert (finished.path / "report.csv").read_text().count("\n") == 3
+    assert len(json.loads((finished.path / "report.json").read_text())["designs"]) == 2
+
+
+def test_a_submission_can_be_checked(finished: Study, tmp_path: Path) -> None:
+    path = tmp_path / "first.json"
+    submit(finished, path)
+    assert len(read_submission(path).scenes_sha256) == 2
+    path.write_text(
+        path.read_text().replace('"stable":true', '"stable":false', 1).replace('"stable": true', '"stable": false', 1)
+    )
+    with pytest.raises(UserError, match="was changed after"):
+        read_submission(path)
+
+
+def test_the_command_says_what_it_would_take_and_begins_nothing(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["benchmark", str(tmp_path / "s"), "--tasks", "gap", "tunnel", "--designs", "6", "--dry-run"])
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert "4 design, 12 train, 12 probe" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_designs_must_be_whole_runs(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["benchmark", str(tmp_path / "s"), "--designs", "4"])
+    assert ended.value.code == 2
+    assert "3 or 6 would do" in capsys.readouterr().err
