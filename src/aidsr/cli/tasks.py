@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from cyclopts import Parameter
+
 __all__ = ["tasks"]
 
 
-def tasks() -> int:
+def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
     """List the benchmark tasks.
 
     Each comes with an objective, an environment, variations and a measure of success.
@@ -13,12 +17,23 @@ def tasks() -> int:
         aidsr tasks
 
         aidsr design --task button_pushing
+
+    Parameters
+    ----------
+    page
+        Print all that is known about the tasks of the benchmark, as Markdown.
     """
+    import sys
+
     from rich.console import Console
     from rich.table import Table
 
-    from aidsr.tasks import load_task, task_names
+    from aidsr.tasks import TASKS, load_task, task_names
+    from aidsr.tasks.page import task_page
 
+    if page:
+        sys.stdout.write(task_page(TASKS.values()))
+        return 0
     table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), header_style="dim")
     for title in ("task", "levels", "objective"):
         table.add_column(title, overflow="fold", vertical="top")
