@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -22,11 +23,9 @@ __all__ = ["TrainingBar", "print_evaluation", "print_evaluations", "require_lear
 
 def require_learning() -> None:
     """Raise UserError where the libraries of the extra "rl" are not installed."""
-    try:
-        import gymnasium  # noqa: F401
-        import stable_baselines3  # noqa: F401
-    except ModuleNotFoundError as error:
-        raise UserError(f'training needs {error.name}; install it with: pip install "aidsr[rl]"') from None
+    for library in ("gymnasium", "stable_baselines3", "torch"):
+        if find_spec(library) is None:
+            raise UserError(f'training needs {library}; install it with: pip install "aidsr[rl]"')
 
 
 class TrainingBar:
