@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability corpus-report bench-validator fuzz
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability corpus-report bench-validator fuzz tasks-study
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -47,6 +47,9 @@ bench-validator: $(VENV)/core  ## how long a validation takes, beside a plain lo
 
 fuzz: $(VENV)/core  ## feed CASES=1000 broken documents to the validator, BATTERY=50 of them driven
 	$(BIN)/python -m benchmarks.validator.fuzz --cases $(or $(CASES),1000) --battery $(or $(BATTERY),50)
+
+tasks-study: $(VENV)/dev  ## idle bodies, goals by hand and open-loop motions at every task (hours; what is measured is kept)
+	$(BIN)/python benchmarks/tasks/study.py
 
 docs: $(VENV)/dev  ## build the documentation into build/site
 	$(BIN)/mkdocs build --strict --quiet
