@@ -64,6 +64,12 @@ class _Page:
         """Return the number of the iteration looked at."""
         return self.read()[2]
 
+    def seen(self) -> tuple[int, bool, bool]:
+        """Return the number of the iteration looked at, and whether there is a scene and a picture of it."""
+        number = self.number()
+        iteration = self.folder.iteration(number)
+        return number, iteration.scene_report.path.exists(), iteration.preview.path.exists()
+
 
 def add_design_page(site: Site) -> None:
     """Answer at /run/NAME/NUMBER."""
@@ -82,7 +88,7 @@ def add_design_page(site: Site) -> None:
             live(page.read, partial(_head, page))
             with box("split"):
                 with box("stack wide"):
-                    live(page.number, partial(_scene, page))
+                    live(page.seen, partial(_scene, page))
                     live(page.read, partial(_iterations, page))
                 with box("stack wide"):
                     live(partial(_awaited, page), partial(_review, page))
@@ -119,11 +125,12 @@ def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
                 clock(design.since)
 
 
-def _scene(page: _Page, number: int) -> None:
+def _scene(page: _Page, seen: tuple[int, bool, bool]) -> None:
+    number = seen[0]
     iteration = page.folder.iteration(number)
     scene = iteration.scene.xml.read()
     mjcf = scene.decode() if scene else attempted(page.folder, number).robot if number else ""
-    picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if iteration.preview.path.exists() else ""
+    picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if seen[2] else ""
     report = (iteration.scene_report if scene else iteration.robot_report).read()
     draft = Draft(page.run, iteration)
     address = file_address(page.run.path.name, picture)

@@ -43,7 +43,7 @@ def frame(title: str, *way: tuple[str, str], narrow: bool = False) -> Iterator[N
         _theme_button(dark)
         new = ui.button("New run", icon="add", color=None, on_click=lambda: ui.navigate.to("/new"))
         new.props("unelevated").classes("primary").tooltip("key n")
-    main = ui.element("main").classes("page narrow" if narrow else "page")
+    main = ui.element("div").classes("page narrow" if narrow else "page")
     main.props["id"] = "content"
     with main:
         yield

@@ -150,7 +150,7 @@ def _undo(site: Site, name: str) -> None:
         text(f"{name} was moved to the trash.")
         with box("row"):
             button("Undo", acting(restore), "quiet", "undo")
-            button("", leave, "bare", "close", "Leave it there")
+            button("", acting(leave), "bare", "close", "Leave it there")
 
 
 def _nothing_yet(site: Site) -> None:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
-from typing import TypeVar
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
 
-from nicegui import background_tasks, run, ui
+from nicegui import Client, background_tasks, run, ui
 
 from aidsr.errors import AidsrError
 
 __all__ = ["acting", "live", "say_mistake", "working"]
 
 Facts = TypeVar("Facts")
+_LOOKS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, None]]]] = WeakKeyDictionary()
+"""How each open page looks again at what it shows."""
 
 
 def live(
     read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
-) -> Callable[[], Awaitable[None]]:
+) -> Callable[[], Coroutine[Any, Any, None]]:
     """Draw what was read, and draw it anew whenever it has changed.
 
     Args:
@@ -56,17 +59,20 @@ def live(
 
     show(look())
     ui.timer(every_s, again, immediate=False)
+    _LOOKS.setdefault(ui.context.client, []).append(again)
     return again
 
 
 def acting(do: Callable[[], object]) -> Callable[[], None]:
-    """Return an action of a button that says a person's mistake in a sentence instead of failing."""
+    """Return an action of a button: a mistake is said in a sentence, and what came of it is shown at once."""
 
     def act() -> None:
         try:
             do()
         except AidsrError as error:
             say_mistake(error)
+        for look in _LOOKS.get(ui.context.client, ()):
+            background_tasks.create(look())
 
     return act
 

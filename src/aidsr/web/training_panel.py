@@ -40,6 +40,7 @@ class _Shown:
 
 @dataclass(frozen=True)
 class _State:
+    approved: bool
     alive: bool
     last_words: str
     trainings: tuple[_Shown, ...]
@@ -47,9 +48,6 @@ class _State:
 
 def training_panel(site: Site, run: Run, design: DesignFolder) -> None:
     """Show the trainings of an approved design, and what starts one."""
-    if not design.final_scene.path.exists():
-        text("A design can be trained once it is approved.", "soft")
-        return
     live(lambda: _read(site, run, design), lambda state: _draw(site, run, design, state))
 
 
@@ -66,10 +64,13 @@ def _read(site: Site, run: Run, design: DesignFolder) -> _State:
         shown.append(_Shown(training, steps, seed, curve, result, verdict, said, films))
     unjudged = not shown or shown[-1].verdict is None
     last_words = site.processes.last_words(name) if unjudged and not alive else ""
-    return _State(alive, last_words, tuple(reversed(shown)))
+    return _State(design.final_scene.path.exists(), alive, last_words, tuple(reversed(shown)))
 
 
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
+    if not state.approved:
+        text("A design can be trained once it is approved.", "soft")
+        return
     name = site.training_name(run, design.number)
     with box("stack wide"):
         if state.alive:
@@ -81,7 +82,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
             _start(site, run, design, name)
             if state.last_words:
                 text("What the last training said:", "label")
-                text(state.last_words, "text", "pre")
+                text(state.last_words, "text last", "pre")
         for one in state.trainings:
             _training(run, one, alive=state.alive)
 
