@@ -70,6 +70,9 @@ def examine_text(
         return Examination(make_report(error.faults, {}, notes, realizable))
     model = standing.model
     case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
+    case.found.extend(without_numbers(case))
+    if case.found:
+        return Examination(make_report(tuple(case.found), {}, notes + standing.notes, realizable), standing, case)
     apply(STRUCTURE_RULES, case)
     measurements = describe(case.model, case.structure)
     case.found.extend(too_long(case))
@@ -103,21 +106,29 @@ def _open_environment(text: str) -> mujoco.MjModel:
         raise MjcfError(theirs) from error
 
 
-def too_long(case: Case) -> Iterator[Fault]:
-    """The time step lets the tests end; the bound is on steps, so that it is the same on every machine."""
-    protocol, timestep_s = Protocol(), float(case.model.opt.timestep)
+def without_numbers(case: Case) -> Iterator[Fault]:
+    """The drawn robot has a size, every tendon a length and levers, and time goes on."""
+    model, timestep_s = case.model, float(case.model.opt.timestep)
+    drawn = mujoco.MjData(model)
+    mujoco.mj_forward(model, drawn)
+    broken = [case.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length))]
+    if not (np.isfinite(drawn.ten_J).all() and np.isfinite(drawn.actuator_moment).all()):
+        broken = broken or [case.tendon(tendon.id) for tendon in case.structure.tendons]
     length_m = case.structure.characteristic_length_m
-    if not (0 < timestep_s < math.inf and math.isfinite(length_m)):
+    if broken or not (0 < timestep_s < math.inf and math.isfinite(length_m)):
         yield Fault(
             code="load_error",
             layer="load",
             severity="error",
-            measured=timestep_s if math.isfinite(timestep_s) else None,
-            unit="s",
-            message=f"a robot of {length_m:g} m cannot be simulated with a time step of {timestep_s:g} s",
-            cure="Use lengths in metres and a time step of 0.001 to 0.002 s.",
+            names=tuple(broken),
+            message=f"numbers overflow: a robot of {length_m:g} m with a time step of {timestep_s:g} s",
+            cure="Use metres and kilograms, and a time step of 0.001 to 0.002 s.",
         )
-        return
+
+
+def too_long(case: Case) -> Iterator[Fault]:
+    """The time step lets the tests end; the bound is on steps, so that it is the same on every machine."""
+    protocol, timestep_s = Protocol(), float(case.model.opt.timestep)
     steps = protocol.steps(case.model, case.structure)
     if steps > protocol.most_steps:
         yield Fault(
