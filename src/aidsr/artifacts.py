@@ -8,6 +8,7 @@ file computes anything about robots: rooms above it make these values and pass t
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
@@ -39,6 +40,7 @@ __all__ = [
     "SiteSummary",
     "ValidationReport",
     "Vec3",
+    "written",
 ]
 
 Vec3 = tuple[float, float, float]
@@ -281,6 +283,19 @@ class ValidationReport(Artifact):
         return lines[0].encode()[: max_bytes - len(rest.encode())].decode(errors="ignore") + rest
 
 
+def written(value: float) -> str:
+    """Return a number as engineers write it: 10,000 and 12,345, 0.0032, 1.2e-5; three digits, whole numbers whole."""
+    if float(value).is_integer() and abs(value) < 1e6:
+        return f"{value:,.0f}"
+    rounded = float(f"{value:.3g}")
+    if 1e-4 <= abs(rounded) < 1e6:
+        digits = max(0, 2 - math.floor(math.log10(abs(rounded))))
+        text = f"{rounded:,.{digits}f}"
+        return text.rstrip("0").rstrip(".") if "." in text else text
+    mantissa, _, exponent = f"{value:.3g}".partition("e")
+    return f"{mantissa}e{int(exponent)}" if exponent else mantissa
+
+
 def _account_line(faults: list[Fault]) -> str:
     """Return faults of one code as one line: where, what, how much, likely cause, cure."""
     fault = faults[0]
@@ -289,8 +304,8 @@ def _account_line(faults: list[Fault]) -> str:
     line = "warning " * (fault.severity == "warning") + fault.code + (f" at {shown}" if shown else "")
     line += (f" (line {fault.line})" if fault.line is not None else "") + f": {fault.message}"
     if fault.measured is not None:
-        line += f": {fault.measured:.3g} {fault.unit}".rstrip()
-        line += f" (limit {fault.limit:.3g})" if fault.limit is not None else ""
+        line += f": {written(fault.measured)} {fault.unit}".rstrip()
+        line += f" (limit {written(fault.limit)})" if fault.limit is not None else ""
     if len(faults) > 1:
         line += f", and {len(faults) - 1} more like it"
     sentences = [line, f"Likely cause: {fault.likely_cause}" if fault.likely_cause else "", fault.cure]

@@ -6,7 +6,7 @@ from typing import Literal
 
 import pytest
 
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.artifacts import Fault, ValidationReport, written
 
 
 def fault(
@@ -58,3 +58,21 @@ def test_a_single_long_line_is_cut_whole_characters_only() -> None:
     text = account(fault("long", message="é" * 2000), max_bytes=300)
     assert len(text.encode()) <= 300
     assert text.endswith("…")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (10_000.0, "10,000"),
+        (12_345.6, "12,300"),
+        (22_590.0, "22,590"),
+        (0.0032, "0.0032"),
+        (1.2e-5, "1.2e-5"),
+        (9.996, "10"),
+        (-0.05, "-0.05"),
+        (999_999.9, "1e6"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_numbers_are_written_as_engineers_do(value: float, text: str) -> None:
+    assert written(value) == text

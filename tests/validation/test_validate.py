@@ -154,6 +154,20 @@ def test_a_diverging_model_is_named_and_nothing_else() -> None:
     assert fault.likely_cause
 
 
+@pytest.mark.parametrize(
+    ("pattern", "replacement"),
+    [
+        (r'timestep="[^"]*"', 'timestep="0"'),
+        (r'timestep="[^"]*"', 'timestep="1e-320"'),
+        (r'(<site name="t0_[^"]*") pos="[^"]*"', r'\1 pos="1e200 0 0"'),
+    ],
+)
+def test_numbers_that_overflow_are_a_report(pattern: str, replacement: str) -> None:
+    text, changes = re.subn(pattern, replacement, robots.arm(timestep_s=0.002), count=1)
+    assert changes == 1
+    assert "load" in {fault.layer for fault in validate(text).errors}
+
+
 def test_a_model_that_takes_too_long_is_a_report() -> None:
     """A time step so small that the tests would run for days."""
     (fault,) = validate(robots.arm(timestep_s=1e-9)).faults
