@@ -35,6 +35,8 @@ class Usage(Artifact):
     cached_input_tokens: int = 0
     output_tokens: int = 0
     """Reasoning included."""
+    tokens_estimated: bool = False
+    """Whether tokens were, at least in part, estimated from visible text, because nobody counted them."""
     cost_usd: float | None = 0.0
     """None when a price is unknown; unknown is never counted as free."""
     latency_s: float = 0.0
@@ -48,6 +50,7 @@ class Usage(Artifact):
             input_tokens=self.input_tokens + other.input_tokens,
             cached_input_tokens=self.cached_input_tokens + other.cached_input_tokens,
             output_tokens=self.output_tokens + other.output_tokens,
+            tokens_estimated=self.tokens_estimated or other.tokens_estimated,
             cost_usd=(self.cost_usd or 0.0) + (other.cost_usd or 0.0) if known else None,
             latency_s=self.latency_s + other.latency_s,
             retries=self.retries + other.retries,

@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from aidsr.cli.asking import Asker
+from aidsr.cli.mailbox import Mailbox
 from aidsr.cli.reporting import print_introduction, print_result
 from aidsr.pipeline import Parts, work
 from aidsr.runs import Run, read_status
@@ -34,7 +35,7 @@ def follow(run: Run, parts: Parts) -> int:
     view: View = Panel(console, run) if console.is_terminal else Lines(console)
     asker = Asker(console, run, view.aside)
     try:
-        with view, asker:
+        with view, asker, Mailbox(console, run.asked().config.model):
 
             def heard(number: int, event: Event) -> None:
                 view.heard(number, event)

@@ -6,9 +6,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from aidsr.models.manual import MANUAL
 from aidsr.pipeline import BUILTIN
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
-from aidsr.runs.summary import cost_in_words, duration_in_words
+from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
 
 __all__ = ["print_files", "print_introduction", "print_result", "print_status"]
 
@@ -24,6 +25,11 @@ def print_introduction(console: Console, run: Run) -> None:
             f"Model: [cyan]builtin[/], seed {record.config.seed}. These are fixed rules, not a language model: "
             "no key is used and nothing is paid."
         )
+    elif record.config.model.startswith(MANUAL):
+        console.print(
+            f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "
+            "beside it; Control-C and `aidsr resume` lose nothing."
+        )
     else:
         console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Every call may cost money.")
     console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
@@ -32,7 +38,7 @@ def print_introduction(console: Console, run: Run) -> None:
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
     """Print one line for each design, what went wrong, and the page to open."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    for title in ("design", "concept", "state", "iterations", "repairs", "paid", "time"):
+    for title in ("design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"):
         table.add_column(title, overflow="fold", no_wrap=title != "concept")
     for design in status.designs:
         state = design.outcome.outcome if design.outcome else design.state
@@ -42,6 +48,7 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
             f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
             str(design.iteration),
             str(design.mechanical_repairs),
+            tokens_in_words(design.usage),
             cost_in_words(design.usage),
             duration_in_words(design.latency_s),
         )

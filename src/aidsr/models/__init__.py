@@ -9,7 +9,8 @@ libraries are loaded when `connect` is called, never at import.
 
 from aidsr.models.access import Access
 from aidsr.models.connecting import connect, key_variables
+from aidsr.models.manual import ManualModel
 from aidsr.models.model import Model
 from aidsr.models.retrying import Clock, Patience
 
-__all__ = ["Access", "Clock", "Model", "Patience", "connect", "key_variables"]
+__all__ = ["Access", "Clock", "ManualModel", "Model", "Patience", "connect", "key_variables"]

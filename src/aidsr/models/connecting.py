@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import SecretStr
@@ -9,6 +10,7 @@ from pydantic import SecretStr
 from aidsr.errors import UserError
 from aidsr.models.access import Access
 from aidsr.models.addresses import Address, parse_address
+from aidsr.models.manual import MANUAL, ManualModel
 from aidsr.models.model import Model
 from aidsr.models.remote import RemoteModel
 from aidsr.models.retrying import Clock, Patience
@@ -38,7 +40,7 @@ def connect(
     Args:
         name: "openai:MODEL" (Responses API), "openai-chat:MODEL" (Chat Completions), "anthropic:MODEL",
             "google:MODEL", "openrouter:MODEL", "ollama:MODEL", or "MODEL@URL" for any server that speaks OpenAI's
-            Chat Completions.
+            Chat Completions; "manual:DIRECTORY" for a person who answers in files.
         access: Keys and URLs; the environment's by default.
         patience: Retries and time limits; the environment's and our defaults by default.
         clock: Time as the retries see it.
@@ -46,6 +48,8 @@ def connect(
     Raises:
         UserError: The name is not understood, the key it needs is not set, or a limit in the environment is no number.
     """
+    if name.startswith(MANUAL):
+        return ManualModel(_directory(name))
     address = parse_address(name)
     access = access or Access()
     key_field = _KEY_FIELDS[address.provider]
@@ -71,6 +75,13 @@ def key_variables(access: Access | None = None) -> dict[str, tuple[str, bool]]:
         for provider, name in _KEY_FIELDS.items()
         if provider != "url"
     }
+
+
+def _directory(name: str) -> Path:
+    directory = name.removeprefix(MANUAL)
+    if not directory.strip():
+        raise UserError(f'"{name}" lacks the directory for prompts and replies; write for example "{MANUAL}prompts".')
+    return Path(directory)
 
 
 def _is_priced(address: Address, access: Access) -> bool:

@@ -81,3 +81,5 @@ class Parts:
     filmstrip: Picture
     """Draws a few moments of a model while its actuators swing."""
     person: Person
+    interrupt: Callable[[], None] = lambda: None
+    """Lets calls that wait for a person's reply give up; called once, when work is asked to stop."""

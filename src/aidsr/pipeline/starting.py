@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -182,27 +183,33 @@ def parts_of(run: Run) -> Parts:
     from aidsr.validation.repairs import leave_as_written, repair
 
     record = run.asked()
+    team_for, interrupt = _team_for(record.config)
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     return Parts(
-        team_for=_team_for(record.config),
+        team_for=team_for,
         repair=repair if record.config.repairs else leave_as_written,
         validate=validate,
         assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
         picture=picture,
         filmstrip=filmstrip,
         person=DecisionFile() if record.config.human else approve_at_once,
+        interrupt=interrupt,
     )
 
 
-def _team_for(config: RunConfig) -> TeamFor:
+def _team_for(config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
+    """Return what makes the teams, and what lets their calls that wait for a person give up."""
     if config.model == BUILTIN:
         from aidsr import builtin
 
-        return lambda _folder: builtin.team(config.seed)
+        return lambda _folder: builtin.team(config.seed), lambda: None
     from aidsr import agents, models
 
     model = models.connect(config.model)
-    return lambda folder: agents.team(_Capped(RecordedModel(model, folder), config.max_output_tokens))
+    by_hand = model if isinstance(model, models.ManualModel) else None
+    kept = by_hand.kept if by_hand else lambda _record: None
+    interrupt = by_hand.interrupt if by_hand else lambda: None
+    return lambda folder: agents.team(_Capped(RecordedModel(model, folder, kept), config.max_output_tokens)), interrupt
 
 
 class _Capped:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -53,11 +54,11 @@ class _Work:
         brief = self.run.brief()
         with EventLog(self.run.events, lambda event: self.listen(0, event)) as log:
             log.write(Started())
-            with _recorded(log):
+            with _recorded(log, self.halted):
                 concepts = self._concepts(brief, config.concepts, log)
             designs = self._designs(concepts)
             write_summary(self.run)
-            with _recorded(log):
+            with _recorded(log, self.halted):
                 self._grow_all([Growth(design, brief, config.iterations, self.parts) for design in designs])
             if all(design.outcome.read() for design in designs):
                 log.write(Finished())
@@ -91,8 +92,10 @@ class _Work:
             self._follow(threads)
         except KeyboardInterrupt:
             self.halted.set()
+            self.parts.interrupt()
+            end = time.monotonic() + _LAST_STEPS_S
             for thread in threads:
-                thread.join(_LAST_STEPS_S)
+                thread.join(max(0.0, end - time.monotonic()))
             raise
 
     def _follow(self, threads: list[threading.Thread]) -> None:
@@ -115,14 +118,14 @@ class _Work:
         try:
             with EventLog(growth.design.events, lambda event: self.news.put((number, event))) as log:
                 log.write(Started())
-                with suppress(Exception), _recorded(log):
+                with suppress(Exception), _recorded(log, self.halted):
                     log.write(Finished(outcome=growth.run(log, self.halted.is_set)))
         finally:
             self.news.put((number, None))
 
 
 @contextmanager
-def _recorded(log: EventLog) -> Iterator[None]:
+def _recorded(log: EventLog, halted: threading.Event) -> Iterator[None]:
     """Write into the log why work ended before its outcome, then let the error go on its way."""
     try:
         yield
@@ -130,6 +133,9 @@ def _recorded(log: EventLog) -> Iterator[None]:
         log.write(Stopped(cause="interrupted", message="interrupted by the person at the keyboard"))
         raise
     except AidsrError as error:
+        if halted.is_set():
+            log.write(Stopped(cause="interrupted", message=without_secrets(str(error))))
+            raise
         log.write(Stopped(cause="error", message=without_secrets(str(error))))
         raise
     except Exception as error:

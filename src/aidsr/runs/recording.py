@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,9 +22,15 @@ class RecordedModel:
 
     A question that was answered there before gets that answer again. When the very same question was answered several
     times, the answers come in their order.
+
+    Args:
+        model: Who is asked.
+        folder: Where answers are kept, in its folder "calls".
+        kept: Told of each new answer once it is on disk.
     """
 
-    def __init__(self, model: Model, folder: Path) -> None:
+    def __init__(self, model: Model, folder: Path, kept: Callable[[CallRecord], None] = lambda _record: None) -> None:
+        self._kept = kept
         self.name = model.name
         self._model = model
         self._calls = folder / "calls"
@@ -41,4 +48,5 @@ class RecordedModel:
         with self._lock:
             self._count += 1
             JsonFile(self._calls / f"{self._count:04d}_{question.role}.json", CallRecord).write(record)
+        self._kept(record)
         return record

@@ -191,6 +191,7 @@ def _share(usage: Usage, index: int, count: int) -> Usage:
         input_tokens=part(usage.input_tokens),
         cached_input_tokens=part(usage.cached_input_tokens),
         output_tokens=part(usage.output_tokens),
+        tokens_estimated=usage.tokens_estimated,
         cost_usd=None if usage.cost_usd is None else usage.cost_usd / count,
         latency_s=usage.latency_s / count,
         retries=part(usage.retries),

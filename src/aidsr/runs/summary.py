@@ -17,7 +17,7 @@ from aidsr.runs.status import DesignStatus, newest, read_status
 if TYPE_CHECKING:
     from jinja2 import Template
 
-__all__ = ["cost_in_words", "duration_in_words", "repairs_in_words", "write_summary"]
+__all__ = ["cost_in_words", "duration_in_words", "repairs_in_words", "tokens_in_words", "write_summary"]
 
 
 def write_summary(run: Run) -> Path:
@@ -31,6 +31,7 @@ def write_summary(run: Run) -> Path:
         brief=brief,
         designs=[_card(folder, design) for folder, design in zip(run.designs, status.designs, strict=True)],
         cost=cost_in_words(status.usage),
+        tokens=tokens_in_words(status.usage),
         duration=duration_in_words(status.latency_s),
     )
     replace_file(run.summary, page.encode())
@@ -42,6 +43,14 @@ def cost_in_words(usage: Usage) -> str:
     if usage.calls == 0:
         return "nothing"
     return "unknown" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
+
+
+def tokens_in_words(usage: Usage) -> str:
+    """Return the tokens in and out; estimated ones are said to be."""
+    if usage.calls == 0:
+        return "none"
+    counted = f"{usage.input_tokens:,} in, {usage.output_tokens:,} out"
+    return f"{counted}, estimated" if usage.tokens_estimated else counted
 
 
 def duration_in_words(seconds: float) -> str:
@@ -95,6 +104,7 @@ class _Card:
     files: tuple[tuple[str, str], ...]
     """Label and path relative to the page."""
     cost: str
+    tokens: str
     duration: str
 
 
@@ -115,6 +125,7 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
         faults_found=sum(len(row.faults) for row in rows),
         files=tuple(_files(folder)),
         cost=cost_in_words(status.usage),
+        tokens=tokens_in_words(status.usage),
         duration=duration_in_words(status.latency_s),
     )
 
