@@ -174,6 +174,8 @@ class Robot(Artifact):
 class Repairs(Artifact):
     """What code put right in a robot's MJCF where only one meaning was possible, before anyone looked at it."""
 
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
     notes: tuple[str, ...] = ()
     """One sentence each: element, name, line, what was done."""
     counts: dict[str, int] = Field(default_factory=dict)
@@ -220,8 +222,12 @@ class Scene(Artifact):
 class Fault(Artifact):
     """One diagnosed physical problem: what, where, how much, and what usually cures it."""
 
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
     code: str
+    """Stable name of the kind of fault."""
     layer: Layer
+    """What had to be looked at to find it."""
     severity: Literal["error", "warning"]
     names: tuple[str, ...] = ()
     """Bodies, joints, tendons, actuators or sensors concerned."""
@@ -241,9 +247,14 @@ class Fault(Artifact):
 class ValidationReport(Artifact):
     """All faults of one model and the measurements behind them."""
 
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
     stable: bool
+    """False exactly when a fault of severity "error" is among them."""
     faults: tuple[Fault, ...] = ()
+    """Errors first."""
     measurements: dict[str, Any] = Field(default_factory=dict)
+    """What the model is made of and what the tests measured, by names that carry their units."""
     versions: dict[str, str] = Field(default_factory=dict)
     notes: tuple[str, ...] = ()
     """What was put aside before looking, for example Markdown fences around the document."""

@@ -111,7 +111,7 @@ def unstable() -> str:
     return swapped(r' damping="[^"]*"', "", robots.arm(replace(ARM, sag=0.02)))
 
 
-def _sprung() -> str:
+def sprung() -> str:
     return swapped(r'(<joint name="j\d+x" )', r'\1springref="25" ', arm())
 
 
@@ -121,7 +121,7 @@ def _falling() -> str:
     )
 
 
-def _fixed_but_free() -> str:
+def fixed_but_free() -> str:
     """A floor a little below a robot with a free joint."""
     return swapped(
         r"<worldbody>", "<worldbody><geom type='plane' size='0 0 1' pos='0 0 -0.2' name='floor'/>", robots.crawler()
@@ -136,25 +136,25 @@ def hanging(text: str) -> str:
     return swapped(r'<body name="base">', '<body name="base" euler="180 0 0">', text)
 
 
-def _ringing() -> str:
+def ringing() -> str:
     """Hardly damped, and let go from straight."""
     return lying(robots.arm(replace(ARM, segments=6, damping_s=2e-4), timestep_s=0.0005))
 
 
-def _negative_damping() -> str:
+def negative_damping() -> str:
     return swapped(r'(<joint name="j2[xy]" [^>]*damping=)"', r'\1"-', arm(damping_s=0.02))
 
 
-def _sliding_base() -> str:
+def sliding_base() -> str:
     return swapped(r'<body name="base">', '<body name="base"><joint name="lift" type="slide" axis="0 0 1"/>', arm())
 
 
-def _overrun(bend_rad: float, radius_m: float) -> str:
+def overrun(bend_rad: float, radius_m: float) -> str:
     text = swapped(r' solreflimit="0.004 1"', "", arm(bend_rad=bend_rad, radius_m=radius_m))
     return swapped(r'range="-45 45"', 'range="-5 5"', text)
 
 
-def _hammering_servos() -> str:
+def hammering_servos() -> str:
     """Servos whose velocity gain the explicit integrator cannot follow: they hammer between their force limits."""
     servo = "".join(
         f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20000" ctrlrange="0.18 0.2" forcerange="-40 40"/>'
@@ -176,7 +176,7 @@ def _tendon_on_axis() -> str:
     return swapped(r'(<site name="t0_\w+" pos=)"[^ ]+ [^ ]+ ', r'\1"0 0 ', arm())
 
 
-def _locked_by_contact() -> str:
+def locked_by_contact() -> str:
     """Shells around every second segment that meet before the arm can bend."""
 
     def shell(half_m: float, height_m: float) -> str:
@@ -196,7 +196,7 @@ def _servos(upper: float) -> str:
     return within("actuator", f"<actuator>{servo}</actuator>", arm())
 
 
-def _locked_servos() -> str:
+def locked_servos() -> str:
     return _servos(0.156)
 
 
@@ -210,7 +210,7 @@ def _weak() -> str:
     return swapped(r'ctrlrange="0 [^"]*"', 'ctrlrange="0 0.3"', arm())
 
 
-def _stiff(stiffness_n_m_rad: float) -> str:
+def stiff(stiffness_n_m_rad: float) -> str:
     springs = f'stiffness="{stiffness_n_m_rad}" damping="{0.05 * stiffness_n_m_rad}"'
     return swapped(r'stiffness="[^"]*" damping="[^"]*"', springs, arm())
 
@@ -219,7 +219,7 @@ def _heavy_tip() -> str:
     return hanging(swapped(r'(<geom name="g7" [^>]*) mass="[^"]*"', r'\1 mass="60"', arm()))
 
 
-def _still_sensors() -> str:
+def still_sensors() -> str:
     return within("sensor", '<sensor><framepos objtype="body" objname="base"/></sensor>', arm())
 
 
@@ -236,16 +236,16 @@ def _through_parts() -> str:
     return text
 
 
-def _pushing() -> str:
+def pushing() -> str:
     return swapped(r'ctrlrange="0 ([^"]*)"', r'ctrlrange="-\1 \1"', arm())
 
 
-def _quick() -> str:
+def quick() -> str:
     """Tendons far from the backbone of a limb that bends a lot."""
     return robots.arm(Limb(length_m=0.5, mass_kg=0.5, radius_m=0.08, bend_rad=4))
 
 
-def _strong_and_quick() -> str:
+def strong_and_quick() -> str:
     return robots.arm(Limb(tendons=2, length_m=1, mass_kg=2, radius_m=0.1, bend_rad=1.6, damping_s=0.005))
 
 
@@ -296,35 +296,35 @@ BAD = (
     Bad("numerical_instability", unstable),
     Bad("gravity_collapse", lambda: arm(sag=20)),
     Bad("gravity_collapse", lambda: lying(arm(sag=4)), severity="warning"),
-    Bad("passive_collapse", _sprung),
-    Bad("base_not_attached", _fixed_but_free),
+    Bad("passive_collapse", sprung),
+    Bad("base_not_attached", fixed_but_free),
     Bad("base_not_attached", _falling),
-    Bad("free_fall", _sliding_base),
-    Bad("energy_growth", _negative_damping),
-    Bad("underdamped", _ringing),
-    Bad("chatter", _hammering_servos),
-    Bad("limit_overrun", lambda: _overrun(3, radius_m=0.025), severity="warning"),
-    Bad("limit_overrun", lambda: _overrun(9, radius_m=0.011)),
+    Bad("free_fall", sliding_base),
+    Bad("energy_growth", negative_damping),
+    Bad("underdamped", ringing),
+    Bad("chatter", hammering_servos),
+    Bad("limit_overrun", lambda: overrun(3, radius_m=0.025), severity="warning"),
+    Bad("limit_overrun", lambda: overrun(9, radius_m=0.011)),
     Bad("zero_gear", _zero_gear),
     Bad("tendon_one_body", _tendon_on_base),
     Bad("tendon_no_moment", _tendon_on_axis),
-    Bad("self_collision_lock", _locked_by_contact),
-    Bad("antagonist_lock", _locked_servos),
+    Bad("self_collision_lock", locked_by_contact),
+    Bad("antagonist_lock", locked_servos),
     Bad("tendon_against_limit", _against_limit),
     Bad("actuator_too_weak", _weak),
-    Bad("too_stiff", lambda: _stiff(200)),
-    Bad("no_effect", lambda: _stiff(4000)),
+    Bad("too_stiff", lambda: stiff(200)),
+    Bad("no_effect", lambda: stiff(4000)),
     Bad("mass_ratio", _heavy_tip),
-    Bad("sensor_constant", _still_sensors),
+    Bad("sensor_constant", still_sensors),
     Bad("tendon_skips_segments", _skipping, REALIZABLE, severity="warning"),
     Bad("tendon_through_body", _through_parts, REALIZABLE),
-    Bad("tendon_pushes", _pushing, REALIZABLE),
+    Bad("tendon_pushes", pushing, REALIZABLE),
     Bad("tendon_slack", lambda: long_servos(0.3), REALIZABLE, severity="warning"),
     Bad("thin_wall", lambda: thin_plate(0.0004), REALIZABLE, severity="warning"),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), REALIZABLE),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), severity="warning"),
-    Bad("actuator_power", _strong_and_quick, REALIZABLE),
-    Bad("actuator_speed", _quick, REALIZABLE),
+    Bad("actuator_power", strong_and_quick, REALIZABLE),
+    Bad("actuator_speed", quick, REALIZABLE),
     Bad("cable_stroke", _wide_and_strong, REALIZABLE),
     Bad("implausible_density", _of_lead_and_more, REALIZABLE),
 )

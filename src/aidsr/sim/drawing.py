@@ -17,6 +17,7 @@ from PIL import Image
 from aidsr.sim import raycasting
 from aidsr.sim.compiling import compile_mjcf, parse_mjcf
 from aidsr.sim.framing import View, frame
+from aidsr.sim.highlighting import light_up
 from aidsr.sim.opengl import Canvas, NoOpenGLError
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.staging import staged
@@ -31,6 +32,7 @@ _FRAMED_STATES = 12
 def draw_picture(argument: dict[str, Any]) -> dict[str, Any]:
     """Return {"data": PNG} for a model in its initial state."""
     model = staged(parse_mjcf(argument["mjcf"]))
+    light_up(model, argument["lit"])
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     camera = frame(model, [data], View(**argument["view"]))

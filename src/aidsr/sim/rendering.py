@@ -27,7 +27,9 @@ _VIDEO_LIMITS = Limits(wall_s=600, cpu_s=1200)
 _HOME = "aidsr.sim.drawing"
 
 
-def picture(mjcf: str, *, width: int = 640, height: int = 480, view: View | None = None) -> bytes:
+def picture(
+    mjcf: str, *, width: int = 640, height: int = 480, view: View | None = None, lit: Sequence[str] = ()
+) -> bytes:
     """Return a PNG picture of a robot or scene in its initial state.
 
     The camera is put where the robot is seen whole, with what stands around it.
@@ -37,12 +39,14 @@ def picture(mjcf: str, *, width: int = 640, height: int = 480, view: View | None
         width: Columns [px].
         height: Rows [px].
         view: From where to look; chosen when not given.
+        lit: Names of bodies, joints, geoms, tendons and actuators to show in red while the rest of the robot fades.
 
     Raises:
         MjcfError: The text cannot be loaded.
         IsolationError: Drawing ran past a limit.
     """
-    return _drawn("draw_picture", _PICTURE_LIMITS, mjcf=mjcf, width=width, height=height, view=_written(view)) or b""
+    shown: dict[str, Any] = {"width": width, "height": height, "view": _written(view), "lit": list(lit)}
+    return _drawn("draw_picture", _PICTURE_LIMITS, mjcf=mjcf, **shown) or b""
 
 
 def filmstrip(

@@ -14,7 +14,7 @@ from aidsr.validation.case import Case
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.stiffness import explain_divergence
 
-__all__ = ["chatter", "limit_overrun", "numerical_instability"]
+__all__ = ["chatter", "describe_test", "divergence", "limit_overrun", "numerical_instability"]
 
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _PARTS = 4
@@ -26,9 +26,9 @@ def numerical_instability(case: Case) -> Iterator[Fault]:
     phases = [("settling", case.driven.settle, 0)]
     battery = case.driven.battery
     if battery is not None:
-        phases += [(_describe(case, row), battery, row) for row in range(len(case.driven.tests))]
+        phases += [(describe_test(case, row), battery, row) for row in range(len(case.driven.tests))]
     for phase, recording, row in phases:
-        found = _divergence(case, recording, row)
+        found = divergence(case, recording, row)
         if found is None:
             continue
         measured, limit, unit, names, time_s = found
@@ -50,7 +50,8 @@ def numerical_instability(case: Case) -> Iterator[Fault]:
         return
 
 
-def _describe(case: Case, row: int) -> str:
+def describe_test(case: Case, row: int) -> str:
+    """Return a test of the battery in words."""
     test = case.driven.tests[row]
     if test.drive >= 0:
         actuator = case.actuator(case.driven.drives[test.drive].actuator)
@@ -62,10 +63,10 @@ def _describe(case: Case, row: int) -> str:
     }.get(test.kind, "the random sweep of all actuators")
 
 
-def _divergence(
+def divergence(
     case: Case, recording: Recording, row: int
 ) -> tuple[float | None, float | None, str, tuple[str, ...], float] | None:
-    """(measured, limit, unit, names, time) of the first sign of divergence in a simulation, None without one."""
+    """Return (measured, limit, unit, names, time) of the first sign of divergence in a simulation, None without one."""
     limits, frame_s = case.limits, recording.frame_s
     dofs = [dof for dof in range(case.model.nv) if int(case.model.dof_jntid[dof]) in case.structure.joints]
     bodies = list(case.structure.bodies)
@@ -106,7 +107,7 @@ def chatter(case: Case) -> Iterator[Fault]:
     rows = [("settling", evidence.settle, 0)]
     if evidence.battery is not None:
         constant = [row for row, test in enumerate(evidence.tests) if test.kind != "sweep"]
-        rows += [(_describe(case, row), evidence.battery, row) for row in constant]
+        rows += [(describe_test(case, row), evidence.battery, row) for row in constant]
     worst, where, what = 0.0, -1, ""
     for phase, recording, row in rows:
         squares = case.tail(recording.acceleration_m_s2[row] ** 2, axis=0)[:, list(case.structure.bodies)]

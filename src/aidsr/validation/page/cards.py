@@ -1,0 +1,92 @@
+"""Each fault as the page tells it: what, where, how much against which limit, and what it was read off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+from aidsr.artifacts import Fault
+from aidsr.validation.page.plots import plotted
+from aidsr.validation.page.traces import Signal
+
+__all__ = ["Card", "cards", "number"]
+
+_MOST_NAMES = 8
+_AROUND = 2
+"""Lines shown on both sides of the one a fault is in."""
+_WIDEST = 200
+_GAUGE_DECADES = 1.5
+"""Powers of ten on both sides of the limit."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """One fault, as the page tells it."""
+
+    fault: Fault
+    names: str
+    gauge: float | None
+    """Where the measured value stands on a scale with the limit in the middle, in percent; three powers of ten."""
+    times: str
+    plot: str
+    test: str
+    lines: tuple[tuple[int, str, bool], ...]
+    """Lines of the text around it: number, text, whether it is the one."""
+    more: tuple[Fault, ...] = ()
+    """Others of its kind in the document."""
+
+    @classmethod
+    def of(cls, fault: Fault, signal: Signal | None, mjcf: str, key: str) -> Self:
+        """Return the card of a fault; `key` tells its plot from others on the page."""
+        shown = fault.names[:_MOST_NAMES]
+        more = f" and {len(fault.names) - len(shown)} more" if len(fault.names) > len(shown) else ""
+        measured, limit = fault.measured, fault.limit
+        ratio = measured / limit if measured is not None and limit and measured / limit > 0 else None
+        return cls(
+            fault=fault,
+            names=", ".join(shown) + more,
+            gauge=None if ratio is None else min(max(50 + 50 / _GAUGE_DECADES * math.log10(ratio), 1.5), 98.5),
+            times="" if ratio is None else _times(ratio),
+            plot="" if signal is None else plotted(signal, key),
+            test="" if signal is None else signal.test,
+            lines=() if fault.line is None else tuple(_excerpt(mjcf, fault.line)),
+        )
+
+
+def _times(ratio: float) -> str:
+    """Return how far a value is from its limit, as a person would say it."""
+    if ratio >= 1:
+        return f"{100 * (ratio - 1):.2g} % above the limit" if ratio < 2 else f"{number(ratio, 2)} times the limit"
+    if ratio > 0.5:
+        return f"{100 * (1 - ratio):.2g} % below the limit"
+    return f"the limit is {number(1 / ratio, 2)} times as much"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with few digits; a large one in full, as 2,110,000."""
+    rounded = f"{value:.{digits}g}"
+    return f"{float(rounded):,.0f}" if 1e3 <= abs(value) < 1e9 else rounded
+
+
+def _excerpt(mjcf: str, line: int) -> list[tuple[int, str, bool]]:
+    lines = mjcf.splitlines()
+    first, last = max(1, line - _AROUND), min(len(lines), line + _AROUND)
+    return [(number, _clipped(lines[number - 1]), number == line) for number in range(first, last + 1)]
+
+
+def _clipped(line: str) -> str:
+    return line if len(line) <= _WIDEST else line[:_WIDEST] + " …"
+
+
+def cards(faults: Sequence[Fault], signals: Sequence[Signal | None], mjcf: str) -> Iterator[Card]:
+    """Yield a card for each fault; those of one kind that the document has again and again share one."""
+    same: dict[str, list[Fault]] = {}
+    for fault in faults:
+        if fault.layer == "load":
+            same.setdefault(fault.code, []).append(fault)
+    for index, (fault, signal) in enumerate(zip(faults, signals, strict=True)):
+        alike = same.get(fault.code, [fault])
+        if alike[0] is fault:
+            yield replace(Card.of(fault, signal, mjcf, f"fault-{index}"), more=tuple(alike[1:]))

@@ -1,0 +1,155 @@
+"""The page itself: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from functools import cache
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aidsr.artifacts import Fault, Repairs
+from aidsr.errors import IsolationError, MjcfError
+from aidsr.validation.fidelity import FidelityReport
+from aidsr.validation.page.asking import Traced
+from aidsr.validation.page.cards import cards, number
+from aidsr.validation.page.plots import spark
+from aidsr.validation.page.traces import ActuatorTrace
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+__all__ = ["GENERATOR", "page_html"]
+
+GENERATOR = "aidsr validate"
+"""What the page says it was made by."""
+
+_FACTS = {
+    "characteristic_length_m": ("length", "m"),
+    "moving_mass_kg": ("moving mass", "kg"),
+    "chains": ("segments", ""),
+    "degrees_of_freedom": ("degrees of freedom", ""),
+    "tendons": ("tendons", ""),
+    "actuators": ("actuators", ""),
+    "sensors": ("sensors", ""),
+    "timestep_s": ("time step", "s"),
+}
+
+
+def page_html(
+    mjcf: str, traced: Traced, *, file: str, repairs: Repairs | None = None, fidelity: FidelityReport | None = None
+) -> str:
+    """Return the page on a text that was validated.
+
+    Args:
+        mjcf: The text, for the picture and the lines that faults point at.
+        traced: What validation found and read it off.
+        file: The text's name for the title.
+        repairs: What was put right before validating.
+        fidelity: How far the simulation can be trusted.
+    """
+    report = traced.report
+    signals = traced.signals or (None,) * len(report.faults)
+    told = list(cards(report.faults, signals, mjcf))
+    return _template().render(
+        generator=GENERATOR,
+        file=file,
+        report=report,
+        verdict=_verdict(report.faults),
+        picture=_picture(mjcf, report.faults),
+        facts=[
+            (words, _in_words(report.measurements[key]), unit)
+            for key, (words, unit) in _FACTS.items()
+            if key in report.measurements
+        ],
+        moving=[card for card in told if card.fault.layer != "realizability"],
+        building=[card for card in told if card.fault.layer == "realizability"],
+        rows=_rows(traced.actuators, report.measurements),
+        measurements=dumps(report.measurements, indent=2, ensure_ascii=False),
+        repairs=repairs,
+        fidelity=fidelity,
+    )
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """The page's first words."""
+
+    kind: str
+    words: str
+    more: str
+
+
+def _verdict(faults: tuple[Fault, ...]) -> _Verdict:
+    errors = [fault for fault in faults if fault.severity == "error"]
+    counted = ", ".join(
+        f"{count} {word}{'' if count == 1 else 's'}"
+        for count, word in ((len(errors), "error"), (len(faults) - len(errors), "warning"))
+        if count
+    )
+    if any(fault.layer == "load" for fault in errors):
+        return _Verdict("bad", "Cannot be loaded", counted)
+    if any(fault.layer != "realizability" for fault in errors):
+        return _Verdict("bad", "Not stable", counted)
+    if errors:
+        return _Verdict("bad", "Stable, but could not be built", counted)
+    if faults:
+        return _Verdict("wait", "Stable, with warnings", counted)
+    return _Verdict("good", "Stable", "no faults found")
+
+
+def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:
+    """Return a picture with the offending parts lit, as a data URL; "" where the text cannot be drawn."""
+    from aidsr.sim.rendering import picture
+
+    errors = [fault for fault in faults if fault.severity == "error"] or list(faults)
+    if any(fault.layer == "load" for fault in errors):
+        return ""
+    lit = [name for fault in errors for name in fault.names]
+    try:
+        drawn = picture(mjcf, width=880, height=660, lit=lit)
+    except (MjcfError, IsolationError):
+        return ""
+    return "data:image/png;base64," + base64.b64encode(drawn).decode()
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One actuator, as the page tells it."""
+
+    trace: ActuatorTrace
+    needs: dict[str, Any]
+    moved: str
+    pulled: str
+
+
+def _rows(actuators: tuple[ActuatorTrace, ...], measurements: dict[str, Any]) -> list[_Row]:
+    farthest = max((max(trace.displacement, default=0.0) for trace in actuators), default=0.0)
+    strongest = max((max(trace.force_n, default=0.0) for trace in actuators), default=0.0)
+    motors = measurements.get("motors", {})
+    return [
+        _Row(trace, motors.get(trace.name, {}), spark(trace.displacement, farthest), spark(trace.force_n, strongest))
+        for trace in actuators
+    ]
+
+
+def _in_words(value: object) -> str:
+    if isinstance(value, float):
+        return number(value)
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+@cache
+def _template() -> Template:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    return environment.get_template("page.html.j2")
