@@ -143,7 +143,7 @@ def _carried(episode: Episode, after_s: float) -> Episode:
     episode.run(after_s)
     offset = episode.sensor("object_position") - episode.sensor("mount_position")
     if not episode.model.opt.gravity[2]:
-        offset = np.array([0.0, 0.0, -0.155])
+        offset = np.array([0.0, 0.0, -0.147])  # too near by more than the hand lags behind, so that it touches
 
     def hand(e: Episode) -> None:
         goal = e.sensor("mount_position") + offset

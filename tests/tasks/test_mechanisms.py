@@ -230,3 +230,12 @@ def test_the_tunnel_is_as_wide_and_high_as_it_says(bend):
         assert walls_m == pytest.approx([0.06, 0.06], abs=1e-6)
         up_m = mujoco.mj_ray(model, data, point, np.array([0.0, 0.0, 1.0]), None, 1, -1, geom)
         assert up_m == pytest.approx(0.05, abs=1e-6)
+
+
+@pytest.mark.parametrize(("level", "drift_m_s"), [("standard", 0.019), ("standard", 0.015), ("hard", 0.05)])
+def test_a_ball_that_drifts_after_the_mount_by_itself_is_not_held(level, drift_m_s):
+    episode = Episode(load_task("zero_gravity_grasping", level))
+    episode.put("object_free", (0.08, 0.0, 0.45))
+    episode.data.joint("object_free").qvel[:3] = (0.0, 0.0, drift_m_s)
+    episode.run(15.0)
+    assert not episode.won

@@ -82,12 +82,13 @@ class ZeroGravityGrasping(CarriageTask):
 
     def begin(self, readings: Readings) -> Memory:
         """Where the object is, seen from the mount."""
-        return {"held": _from_mount_m(readings)}
+        return {"held": _from_mount_m(readings), "left": np.zeros(readings.n)}
 
     def remember(self, readings: Readings, memory: Memory) -> Memory:
-        """Where the object was against the mount when the carriage began to draw back."""
-        before = (readings.time_s < RETREAT_S)[:, None]
-        return {"held": np.where(before, _from_mount_m(readings), memory["held"])}
+        """Where the object was against the mount when the carriage began to draw back, and whether it was left there."""
+        held = np.where((readings.time_s < RETREAT_S)[:, None], _from_mount_m(readings), memory["held"])
+        left = np.linalg.norm(_from_mount_m(readings) - held, axis=1) >= KEPT_M
+        return {"held": held, "left": np.maximum(memory["left"], left)}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Three tenths for coming near, three for holding it from opposite sides, four for stillness in that hold."""
@@ -101,9 +102,9 @@ class ZeroGravityGrasping(CarriageTask):
         return excess(np.linalg.norm(readings["object_position"] - readings["tip_position"], axis=1), 0.3)
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """The carriage draws back, and the object comes along without moving against it."""
-        along = np.linalg.norm(_from_mount_m(readings) - memory["held"], axis=1) < KEPT_M
-        return np.asarray((readings.time_s >= RETREAT_S) & along & (_relative_m_s(readings) < STILL_M_S))
+        """The carriage draws back, and the object, held and not drifting by itself, comes along without moving."""
+        touched = readings.contacts("grip").found.any(axis=1) & (memory["left"] == 0)
+        return np.asarray((readings.time_s >= RETREAT_S) & touched & (_relative_m_s(readings) < STILL_M_S))
 
 
 def _from_mount_m(readings: Readings) -> FloatArray:
