@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ from nicegui import ui
 from aidsr.errors import UserError
 from aidsr.models import key_variables
 from aidsr.models.addresses import PROVIDERS
+from aidsr.models.manual import MANUAL
 from aidsr.pipeline.starting import BUILTIN
 from aidsr.web.parts import box, choice, text
 from aidsr.web.site import Site
@@ -25,7 +27,7 @@ _KINDS = {
 }
 
 
-def model_name(form: dict[str, Any]) -> str:
+def model_name(site: Site, form: dict[str, Any]) -> str:
     """Return the name that a run is given.
 
     Raises:
@@ -33,6 +35,8 @@ def model_name(form: dict[str, Any]) -> str:
     """
     if form["kind"] == "builtin":
         return BUILTIN
+    if form["kind"] == "manual":
+        return f"{MANUAL}{site.own / 'prompts' / secrets.token_hex(4)}"
     name = str(form["model"] or "").strip()
     if not name:
         raise UserError(f'the name of a language model was expected, for example "openai:{PROVIDERS["openai"]}"')

@@ -15,6 +15,7 @@ from aidsr.web.comparing import side_by_side
 from aidsr.web.conversation import conversation
 from aidsr.web.frame import frame
 from aidsr.web.live import acting, live
+from aidsr.web.manual_panel import manual_panel
 from aidsr.web.parts import badge, box, button, clock, fact, file_address, image, notice, strip, text, usage_facts
 from aidsr.web.site import DesignView, RunView, Site
 
@@ -37,6 +38,7 @@ def add_run_page(site: Site) -> None:
         with frame(view.title, ("Runs", "/")):
             live(lambda: site.view(run), partial(_head, site, run))
             live(lambda: _of_note(site, run), partial(_notes, run))
+            manual_panel(site, run)
             opened = app.storage.user.get("run_tab", "watch")
             with ui.tabs().props("dense align=left no-caps") as tabs:
                 for key, title in _TABS.items():
@@ -114,7 +116,7 @@ def _notes(run: Run, told: tuple[RunView, str]) -> None:
             text("Nobody is at work on this run: its process ended, or the folder comes from another machine.")
             text("“Go on” takes it up where it was; no answered question is asked again.", "small soft")
             if last_words:
-                text(last_words, "text", "pre")
+                text(last_words, "text last", "pre")
     for design in view.designs:
         if design.status.state == "waiting":
             with box("notice wait", role="status"), box("row apart"):

@@ -63,7 +63,7 @@ def add_setup(site: Site) -> None:
             _start(site, form)
 
 
-def order_from(form: Form) -> Order:
+def order_from(site: Site, form: Form) -> Order:
     """Return what a filled-in form asks for.
 
     Raises:
@@ -75,7 +75,7 @@ def order_from(form: Form) -> Order:
     except (TypeError, ValueError):
         raise UserError("whole numbers were expected for concepts, iterations, tokens and seed; fill them in") from None
     try:
-        config = RunConfig(model=model_name(form), human=form["human"], repairs=form["repairs"], **numbers)
+        config = RunConfig(model=model_name(site, form), human=form["human"], repairs=form["repairs"], **numbers)
     except ValidationError as error:
         first = error.errors()[0]
         raise UserError(f"{first['loc'][0]}: {first['msg']}, found {first['input']}; change it") from None
@@ -208,7 +208,7 @@ def _number(form: Form, key: str, label: str, least: int, most: int) -> None:
 
 def _start(site: Site, form: Form) -> None:
     def order() -> Run:
-        return launch(site, order_from(form))
+        return launch(site, order_from(site, form))
 
     def opened(made: Run) -> None:
         ui.navigate.to(f"/run/{made.path.name}")

@@ -20,7 +20,7 @@ from aidsr.web.site import Site
 
 __all__ = ["training_panel"]
 
-_STEPS = 300_000
+_WISH: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
 
 
@@ -89,13 +89,15 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
     record = run.asked()
-    wish: dict[str, Any] = app.storage.user.setdefault("training", {"steps": _STEPS, "seeds": 1, "task": ""})
+    wish: dict[str, Any] = app.storage.user.setdefault("training", dict(_WISH))
 
     def start() -> None:
         steps, seeds = _whole(wish["steps"], "steps"), _whole(wish["seeds"], "policies")
         task = [] if record.task else ["--task", _named(wish["task"])]
-        words = ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task]
-        site.processes.start(name, words)
+        films = [] if wish.get("films", True) else ["--no-videos"]
+        site.processes.start(
+            name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
+        )
 
     with box("sheet stack"):
         text("Train this design", tag="h2")
@@ -113,6 +115,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             if not record.task:
                 task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
                 task.bind_value(wish, "task")
+        ui.switch("Film the best and the median held-out episode").bind_value(wish, "films")
         with box("row"):
             button("Start training", acting(start), "primary", "play_arrow")
 
@@ -152,15 +155,14 @@ def _verdict(verdict: Evaluation) -> None:
         fact("valid", "yes" if verdict.valid else "no")
         fact("successful", "yes" if verdict.successful else "no")
     text("Can it be believed?", "label")
-    with box("scroll"), box("list plain", "table"), box(tag="tbody"):
+    with box("stack"):
         for check in verdict.checks:
-            with box(tag="tr"):
-                with box(tag="td"):
-                    text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
-                text(check.name, "mono", "td")
-                text(check.message, "", "td")
-                measured = "–" if check.measured is None else f"{check.measured:.3g} {check.unit}".rstrip()
-                text(f"{measured} (limit {check.limit:g})", "num", "td")
+            with box("check"):
+                text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
+                measured = "not measured" if check.measured is None else f"{check.measured:.3g} {check.unit}".rstrip()
+                with box("stack tight grow"):
+                    text(check.message, "small", "p")
+                    text(f"{check.name.replace('_', ' ')}: {measured}, limit {check.limit:g}", "small soft numbers")
     with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
         _episodes(episodes)
 
@@ -187,7 +189,15 @@ def _films(run: Run, one: _Shown) -> None:
     with box("columns"):
         for path in one.films:
             with box("stack tight", "figure"):
-                with box(tag="video", src=file_address(run.path.name, path), controls="", loop="", muted=""):
+                with box(
+                    tag="video",
+                    src=file_address(run.path.name, path),
+                    controls="",
+                    loop="",
+                    muted="",
+                    autoplay="",
+                    preload="auto",
+                ):
                     pass
                 text(f"the {path.rpartition('/')[2].removesuffix('.mp4')} held-out episode", "small soft")
 

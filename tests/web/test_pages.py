@@ -1,0 +1,295 @@
+"""The pages without a browser: what they show of run folders, what buttons do, and that hostile text stays text."""
+
+import asyncio
+import functools
+import json
+import os
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+from made import SCRIPT, blamed, made_run
+from nicegui import ui
+from nicegui.storage import Storage
+from nicegui.testing import User, user_simulation
+from nicegui.testing.user_interaction import UserInteraction
+
+from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.errors import UserError
+from aidsr.runs import EventLog, RunConfig
+from aidsr.runs.events import Started, Stopped
+from aidsr.runs.files import replace_file
+from aidsr.runs.trainings import Inspection, trainings_of
+from aidsr.web.choosing_a_model import usual_cost
+from aidsr.web.mjcf_text import difference, highlighted
+from aidsr.web.pages import add_pages
+from aidsr.web.review_panel import part_names, refinement
+from aidsr.web.setting_up import FRESH, order_from
+from aidsr.web.site import Site
+
+
+@asynccontextmanager
+async def visitor(site: Site) -> AsyncIterator[User]:
+    site.own.mkdir(parents=True)
+    Storage.path = site.own / "people"
+    async with user_simulation(root=lambda: None) as user:
+        add_pages(site)
+        yield user
+
+
+def visiting(test: Callable[[User, Site], Awaitable[None]]) -> Callable[[Path], None]:
+    """Run a test with a visitor of the pages over an empty folder of runs."""
+
+    @functools.wraps(test)
+    def wrapped(tmp_path: Path) -> None:
+        async def visit() -> None:
+            site = Site.at(tmp_path / "runs")
+            async with visitor(site) as user:
+                await test(user, site)
+
+        asyncio.run(visit())
+
+    del wrapped.__wrapped__  # type: ignore[attr-defined]  # pytest would look for its arguments there
+    return wrapped
+
+
+def press(user: User, name: str) -> None:
+    """Click the button of that name, or the one around that text, as a browser would find it."""
+    for element in user.client.elements.values():
+        if name in (element.props.get("aria-label"), getattr(element, "text", None)):
+            for button in (element, *element.ancestors()):
+                if button.tag == "button" or isinstance(button, ui.button):
+                    UserInteraction(user, {button}, None).click()
+                    return
+    pytest.fail(f"there is no button {name}")
+
+
+def shown(user: User) -> str:
+    """Return all text on the page as the browser is told it."""
+    return json.dumps([element._to_dict() for element in user.client.elements.values()], default=str)
+
+
+@visiting
+async def test_an_empty_home_explains_itself(user: User, site: Site) -> None:
+    await user.open("/")
+    await user.should_see("No runs yet")
+    await user.should_see("Try it: three robots that push a button")
+    user.find("Set up a run").click()
+    await user.should_see("Who designs")
+
+
+@visiting
+async def test_home_shows_every_run_and_finds_them(user: User, site: Site) -> None:
+    made_run(site.library.path, name="Arm")
+    made_run(site.library.path, task="", objective="Turn the knob.", waiting=True)
+    (site.library.path / "damaged").mkdir()
+    (site.library.path / "damaged" / "run.json").write_text("{")
+    await user.open("/")
+    for said in ("button pushing", "Turn the knob.", "3 of 3 approved", "$0.7500", "damaged", "waiting"):
+        await user.should_see(said)
+    user.find("Search").type("knob")
+    await user.should_not_see("button pushing")
+    user.find("Search").clear().type("nothing of the kind")
+    await user.should_see("None of 3 runs matches")
+
+
+@visiting
+async def test_a_run_is_thrown_away_and_taken_back(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    await user.open("/")
+    press(user, f"Delete {run.path.name}")
+    await user.should_see("was moved to the trash")
+    assert not run.path.exists()
+    user.find("Undo").click()
+    await user.should_see("button pushing")
+    assert run.path.exists()
+
+
+@visiting
+async def test_a_run_is_watched(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True)
+    await user.open(f"/run/{run.path.name}")
+    for said in ("1. Arm 1", "waits for your decision", "1 fault", "approved", "stable", "passed"):
+        await user.should_see(said)
+    with EventLog(run.events) as log:
+        log.write(Started())
+    user.find("Side by side").click()
+    await user.should_see("moving mass")
+    user.find("Log").click()
+    await user.should_see("robot: 1 fault: chatter")
+    await user.should_see("Coder asked made:up")
+
+
+@visiting
+async def test_a_run_that_nobody_works_on_says_so_and_can_go_on(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    await user.open(f"/run/{run.path.name}")
+    await user.should_see("Nobody is at work on this run")
+    await user.should_see("Go on")
+    with EventLog(run.design(1).events) as log:
+        log.write(Stopped(cause="error", message="the model cannot be reached"))
+    await user.open(f"/run/{run.path.name}")
+    await user.should_see("the model cannot be reached")
+
+
+@visiting
+async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> None:
+    made = made_run(site.library.path)
+    for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
+        await user.open(address)
+        await user.should_see("There is nothing here")
+
+
+@visiting
+async def test_a_design_says_what_changed_and_what_got_better(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    await user.open(f"/run/{run.path.name}/1")
+    for said in ("Since iteration 1", "it became stable", "chatter is gone (1 place)", "It reaches."):
+        await user.should_see(said)
+    await user.open(f"/run/{run.path.name}/1?iteration=1")
+    await user.should_see("stiffen it")
+    await user.should_see("9 mm (limit 1), line 4")
+    user.find("MJCF").click()
+    await user.should_see("Whole")
+    user.find("Concept").click()
+    await user.should_see("a tapering arm")
+
+
+@visiting
+async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):  # somebody is at work, so that no process is started
+        await user.open(f"/run/{run.path.name}/1")
+        user.find("Refine").click()
+        await user.should_see("a refinement needs words")
+        user.find("What should become different?").type("make it longer")
+        await user.open(f"/run/{run.path.name}/1")
+        assert user.find("What should become different?").elements.pop().value == "make it longer"
+        user.find("Refine").click()
+        await user.should_see("Sent back to the Designer.")
+    decision = run.design(1).iteration(2).decision.read()
+    assert decision is not None
+    assert (decision.verdict, decision.text) == ("refine", "make it longer")
+
+
+@visiting
+async def test_of_two_tabs_that_decide_the_second_is_told(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}/1")
+        run.design(1).iteration(2).decision.path.write_text('{"verdict": "quit"}')
+        user.find("Approve").click()
+        await user.should_see("decided in the meantime")
+
+
+@visiting
+async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = run.design(1).path / "training" / "001"
+    check = PlausibilityCheck(name="energy", passed=True, measured=0.01, limit=0.1, unit="J", message="energy kept")
+    episodes = [
+        EpisodeResult(
+            variation=i, ended="succeeded" if i else "failed", progress=0.9, best_progress=1, reward=5, time_s=2
+        )
+        for i in range(4)
+    ]
+    verdict = Evaluation(
+        task="reaching/button_pushing", level="standard", benchmark_version=1, episodes=tuple(episodes), checks=(check,)
+    )
+    replace_file(folder / "config.json", json.dumps({"steps": 4000, "seed": 7}).encode())
+    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n2000,9,4,0.5,0.7,2.0,0,222\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    await user.open(f"/run/{run.path.name}/1")
+    user.find("Training").click()
+    for said in ("3 of 4", "2 000 of 4 000", "energy kept", "There is no film"):
+        await user.should_see(said)
+    user.find("Not plausible").click()
+    await user.should_see("You rejected it.")
+    assert trainings_of(run.design(1))[0].inspection.read() == Inspection(plausible=False)
+    await user.open("/")
+    await user.should_see("1 of 1 approved")
+
+
+@visiting
+async def test_text_of_models_and_people_is_never_markup(user: User, site: Site) -> None:
+    run = made_run(site.library.path, name=SCRIPT, objective=SCRIPT, task="", model=f"x:{SCRIPT}", designs=1)
+    run.design(1).iteration(2).critique.path.unlink()
+    run.design(1).iteration(2).critique.write(blamed())
+    for address in ("/", f"/run/{run.path.name}", f"/run/{run.path.name}/1", f"/run/{run.path.name}/1?iteration=1"):
+        await user.open(address)
+        for element in user.client.elements.values():
+            markup = str(element.props.get("innerHTML", "")) + str(element.props.get("content", ""))
+            assert "<script" not in markup
+            assert "<img" not in markup
+
+
+@pytest.mark.parametrize(
+    "mjcf", [SCRIPT, f"<!-- {SCRIPT} -->", f'<a b="{SCRIPT}"/>', "<a b='\"><script>'/>", "</div><script>"]
+)
+def test_mjcf_is_shown_with_everything_in_it_escaped(mjcf: str) -> None:
+    for html in (highlighted(mjcf, {1: SCRIPT}), difference(mjcf, "<mujoco/>"), difference("", mjcf)):
+        assert "<script" not in html
+        assert "<img" not in html
+        assert "</div><script" not in html
+
+
+def test_differences_are_marked_line_by_line() -> None:
+    html = difference("<a/>\n<b/>", "<a/>\n<c/>")
+    assert html.count('class="minus"') == 1
+    assert html.count('class="plus"') == 1
+    assert difference("<a/>", "<a/>") == ""
+
+
+def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
+    site = Site.at(tmp_path)
+    order = order_from(site, FRESH | {"concepts": 2.0, "human": False})
+    assert (order.task, order.config) == ("reaching/button_pushing", RunConfig(concepts=2))
+    for change, sentence in (
+        ({"concepts": None}, "whole numbers were expected"),
+        ({"concepts": 99}, "concepts: Input should be less than or equal to 20, found 99"),
+        ({"kind": "language", "model": " "}, "the name of a language model"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            order_from(site, FRESH | change)
+    by_hand = order_from(site, FRESH | {"kind": "manual"}).config.model
+    assert by_hand.startswith(f"manual:{tmp_path}")
+
+
+@visiting
+async def test_the_form_is_kept_and_keys_are_never_shown(user: User, site: Site) -> None:
+    os.environ["OPENAI_API_KEY"] = "sk-do-not-show-me"
+    try:
+        await user.open("/new")
+        press(user, "A language model")
+        await user.should_see("OPENAI_API_KEY")
+        await user.should_see("key set")
+        assert "sk-do-not-show-me" not in shown(user)
+        press(user, "tunnel")
+        await user.open("/new")
+        await user.should_see("ANTHROPIC_API_KEY")
+    finally:
+        del os.environ["OPENAI_API_KEY"]
+
+
+def test_what_designs_cost_before_is_computed_from_runs_not_guessed(tmp_path: Path) -> None:
+    site = Site.at(tmp_path)
+    assert "is not known" in usual_cost(site, "made:up")
+    made_run(tmp_path, model="made:up")
+    assert usual_cost(site, "made:up") == "3 finished designs by this model cost $0.25 each on average."
+    assert usual_cost(site, "") == ""
+
+
+def test_a_refinement_may_be_about_one_part() -> None:
+    assert refinement(" softer ", "robot/tip").text == "About robot/tip: softer"
+    with pytest.raises(UserError, match="needs words"):
+        refinement("  ", "robot/tip")
+
+
+def test_parts_are_named_by_safe_loading_only() -> None:
+    scene = '<mujoco><worldbody><body name="table"/><body name="robot/tip"><geom size="1"/></body></worldbody></mujoco>'
+    assert part_names(scene) == ["robot/tip"]
+    entity = '<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]>'
+    assert part_names(f'{entity}<mujoco><worldbody><body name="&a;"/></worldbody></mujoco>') == []
