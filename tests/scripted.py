@@ -55,6 +55,8 @@ class Scripted:
 
     scripts: Sequence[Script] = field(default_factory=lambda: [Script()])
     asked: list[tuple[str, str, object]] = field(default_factory=list)
+    briefs: list[Brief] = field(default_factory=list)
+    """What the Coder was told of the job when it wrote robots, in order."""
 
     def team(self, _folder: Path) -> Team:
         return Team(designer=self, coder=self, integrator=self, judge=self)
@@ -68,6 +70,7 @@ class Scripted:
         return concept.model_copy(update={"name": concept.name + "'"})
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
+        self.briefs.append(brief)
         return self._robot(concept, None)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:

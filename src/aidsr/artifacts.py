@@ -28,6 +28,7 @@ __all__ = [
     "Evaluation",
     "Fault",
     "GeomSummary",
+    "Keep",
     "Layer",
     "MountSummary",
     "Outcome",
@@ -115,6 +116,15 @@ class EnvironmentSummary(Artifact):
     actuators: tuple[str, ...]
 
 
+class Keep(Artifact):
+    """A named part of a robot that must stay as it is, with everything inside it."""
+
+    name: str
+    """Of a body, tendon, actuator or any other element of the MJCF."""
+    but: tuple[str, ...] = ()
+    """MJCF attributes that may change all the same, such as "stiffness"."""
+
+
 class Brief(Artifact):
     """The job given to a team: objective and environment."""
 
@@ -131,6 +141,8 @@ class Brief(Artifact):
     """Whether the job can only be done by touching something."""
     starting_robot: str = ""
     """MJCF of a robot the user brought along to start from, empty otherwise."""
+    keep: tuple[Keep, ...] = ()
+    """What of the starting robot must stay as it is."""
 
 
 # --- what the team makes ---------------------------------------------------------------------------------------------
@@ -351,6 +363,8 @@ class Decision(Artifact):
 
     verdict: Literal["approve", "refine", "quit"]
     text: str = ""
+    keep: tuple[Keep, ...] = ()
+    """What a refinement must leave as it is."""
 
     @model_validator(mode="after")
     def _refine_says_what(self) -> Self:

@@ -8,6 +8,7 @@ import pytest
 from agent_samples import BRIEF, CONCEPT, PLACEMENT, REPORT, ROBOT, SCENE
 
 from aidsr.agents import team
+from aidsr.artifacts import Keep
 from aidsr.errors import ReplyError
 from aidsr.models import Access, Clock, connect
 from aidsr.roles import Team
@@ -115,6 +116,14 @@ def test_a_patch_may_come_with_a_new_header_or_be_a_whole_robot() -> None:
         coder = team_at(server).coder
         assert coder.repair(BRIEF, CONCEPT, ROBOT, REPORT).functional_part == "root"
         assert coder.repair(BRIEF, CONCEPT, ROBOT, REPORT).mjcf == MJCF
+
+
+def test_what_a_person_wants_to_keep_is_compared() -> None:
+    asked = BRIEF.model_copy(update={"starting_robot": MJCF, "keep": (Keep(name="pull_a"),)})
+    changed = MJCF.replace('name="pull_a"', 'name="pull_a" gear="2"')
+    with Loopback([Say(f"{HEADER}\n{changed}"), Say(f"{HEADER}\n{MJCF}")]) as server:
+        assert team_at(server).coder.write(asked, CONCEPT).mjcf == MJCF
+    assert "gear was not set and is 2" in turns(server.requests[1])[-1][1]
 
 
 def test_a_robot_that_cannot_be_read_is_mended_whole() -> None:

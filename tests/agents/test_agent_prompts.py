@@ -12,13 +12,13 @@ import pytest
 from agent_samples import BRIEF, CONCEPT, CRITIQUE, PLACEMENT, REPORT, ROBOT, SCENE, SUMMARY
 
 from aidsr.agents import team
-from aidsr.agents.coder import _Reader
+from aidsr.agents.coder import _Reader as CoderReader
 from aidsr.agents.designer import _Reader as DesignerReader
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.patching import apply_patch, patch_in
 from aidsr.agents.prompts import render
 from aidsr.agents.replies import blocks, json_in, read_as
-from aidsr.artifacts import Critique, EnvironmentSummary, Placement
+from aidsr.artifacts import Critique, EnvironmentSummary, Keep, Placement
 from aidsr.calls import CallRecord, Question, Usage
 from aidsr.errors import ReplyError
 from aidsr.roles import Team
@@ -55,6 +55,7 @@ def heard_from(job: Callable[[Team], object], reasks: int = 0) -> list[Question]
     return listener.heard
 
 
+KEEPING = FREE.model_copy(update={"keep": (Keep(name="pull_a"), Keep(name="base", but=("mass", "size")))})
 JOBS: dict[str, Callable[[Team], object]] = {
     "designer_propose": lambda t: t.designer.propose(BRIEF, 3),
     "designer_propose_one_free_from_own_robot": lambda t: t.designer.propose(FREE, 1),
@@ -63,6 +64,8 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "designer_revise_before_robot": lambda t: t.designer.revise(BRIEF, CONCEPT, None, "Make it thinner."),
     "coder_write": lambda t: t.coder.write(BRIEF, CONCEPT),
     "coder_write_from_own_robot": lambda t: t.coder.write(FREE, CONCEPT),
+    "coder_write_keeping": lambda t: t.coder.write(KEEPING, CONCEPT),
+    "coder_edit_keeping": lambda t: t.coder.repair(KEEPING, CONCEPT, ROBOT, REPORT),
     "coder_repair_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, UNREADABLE, REPORT),
     "coder_edit_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, REPORT),
     "coder_edit_critique": lambda t: t.coder.repair(FREE, CONCEPT, LIMB, CRITIQUE),
@@ -152,7 +155,7 @@ def test_the_examples_in_the_prompts_are_replies_that_can_be_used() -> None:
 def test_the_header_and_the_limb_of_the_guide_make_a_robot() -> None:
     header = blocks(render("coder"))[0]
     limb = next(block for block in blocks(render("coder")) if block.language == "xml")
-    robot = _Reader().read(f"```json\n{header.text}```\n```xml\n{limb.text}```")
+    robot = CoderReader(BRIEF).read(f"```json\n{header.text}```\n```xml\n{limb.text}```")
     assert robot.functional_part == "fingertip"
 
 

@@ -119,7 +119,7 @@ def test_the_number_of_concepts_is_kept() -> None:
     ],
 )
 def test_robots_are_found_wherever_they_stand(reply: str) -> None:
-    robot = _Reader().read(reply)
+    robot = _Reader(BRIEF).read(reply)
     assert robot.functional_part == "tip"
     assert robot.mjcf.endswith(MJCF + "\n")
 
@@ -150,12 +150,12 @@ def test_robots_are_found_wherever_they_stand(reply: str) -> None:
 )
 def test_robots_that_cannot_be_used(reply: str, complaint: str) -> None:
     with pytest.raises(ReplyError) as caught:
-        _Reader().read(reply)
+        _Reader(BRIEF).read(reply)
     assert complaint in str(caught.value)
 
 
 def test_a_wrong_header_is_put_right_by_a_header_alone() -> None:
-    reader = _Reader()
+    reader = _Reader(BRIEF)
     with pytest.raises(ReplyError, match="the JSON header alone is enough now"):
         reader.read(f'{{"functional_part": "hand"}}\n{MJCF}')
     assert reader.read(HEADER).mjcf == MJCF + "\n"
@@ -164,7 +164,7 @@ def test_a_wrong_header_is_put_right_by_a_header_alone() -> None:
 def test_a_broken_document_still_reaches_the_validator() -> None:
     """What is wrong inside the MJCF is for the validator to say, with line and place."""
     broken = MJCF.replace("</body>", "")
-    assert _Reader().read(f"{HEADER}\n```xml\n{broken}\n```").mjcf == broken + "\n"
+    assert _Reader(BRIEF).read(f"{HEADER}\n```xml\n{broken}\n```").mjcf == broken + "\n"
 
 
 def test_names_are_read_without_comments_and_of_the_kind_asked() -> None:

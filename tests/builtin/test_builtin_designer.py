@@ -4,9 +4,11 @@ import pytest
 from jobs import DESERT, KINDS, LAMP, MARBLE, OTHER_KINDS, brief, free_brief
 
 from aidsr import builtin
+from aidsr.artifacts import Keep
 from aidsr.builtin import own_robot
 from aidsr.builtin.designer import IDEAS
 from aidsr.builtin.job import read_job
+from aidsr.errors import ReplyError
 
 
 def proposals(task: str, seed: int, count: int = 3):
@@ -154,3 +156,15 @@ def test_a_robot_that_is_no_mjcf_is_handed_on_for_the_validator_to_say_so() -> N
     team = builtin.team(1)
     concept = team.designer.propose(asked, 1)[0]
     assert team.coder.write(asked, concept).mjcf == "no robot"
+
+
+def test_what_a_person_wants_to_keep_is_kept_or_refused() -> None:
+    asked, rules = brief("button_pushing"), builtin.team(1)
+    idea = rules.designer.propose(asked, 1)[0]
+    robot = rules.coder.write(asked, idea)
+    name = robot.functional_part
+    same = asked.model_copy(update={"starting_robot": robot.mjcf, "keep": (Keep(name=name),)})
+    assert rules.coder.write(same, idea) == robot
+    other = same.model_copy(update={"starting_robot": robot.mjcf.replace(f'name="{name}"', 'name="elsewhere"')})
+    with pytest.raises(ReplyError, match="cannot keep a part of one"):
+        rules.coder.write(other, idea)

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from aidsr.artifacts import ActuatorGroup, Critique, Decision, ValidationReport
+from aidsr.artifacts import ActuatorGroup, Critique, Decision, Keep, ValidationReport
 from aidsr.errors import IsolationError, ModelError, ReplyError
 from aidsr.pipeline import work
 from aidsr.runs import read_events, read_status
@@ -295,6 +295,19 @@ def test_refining_opens_a_new_round_with_the_designer(tmp_path) -> None:
     assert status.designs[0].iteration == 3
     assert status.approved == 1
     assert run.design(1).iteration(2).concept.read().name == "concept 1'"
+
+
+def test_a_round_with_parts_to_keep_starts_from_the_robot_that_has_them(tmp_path) -> None:
+    keep = (Keep(name="finger"),)
+    person = Answers(
+        Decision(verdict="refine", text="softer", keep=keep),
+        Decision(verdict="refine", text="another palm"),
+        Decision(verdict="approve"),
+    )
+    run, scripted, _ = grow(tmp_path, changes={"person": person})
+    first, keeping, free = scripted.briefs
+    assert (keeping.keep, keeping.starting_robot) == (keep, run.design(1).iteration(1).robot.read().mjcf)
+    assert (free.keep, free.starting_robot) == (first.keep, first.starting_robot) == ((), "")
 
 
 def test_quitting_ends_the_design(tmp_path) -> None:

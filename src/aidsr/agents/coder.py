@@ -13,8 +13,9 @@ from aidsr.agents.patching import apply_patch, patch_in
 from aidsr.agents.prompts import as_json, render
 from aidsr.agents.replies import json_in, mjcf_in, names_of, read_as
 from aidsr.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critique, Robot
-from aidsr.errors import ReplyError
+from aidsr.errors import MjcfError, ReplyError
 from aidsr.roles import Feedback
+from aidsr.sim.document.keeping import changes_to
 
 __all__ = ["CoderAgent"]
 
@@ -31,6 +32,10 @@ _ACTUATORS = (
     "dcmotor",
 )
 """Elements of MJCF's actuator section that need no plugin. Source: MuJoCo XML reference."""
+
+
+_MOST_CHANGES = 6
+"""Changes to kept parts that are named in one complaint. Our choice: they mostly have one cause."""
 
 
 class _Header(Artifact):
@@ -64,7 +69,7 @@ class CoderAgent:
             environment=describe_environment(brief.summary),
             concept=as_json(concept),
         )
-        return self.interview.ask("coder", render("coder"), user, _Reader().read)
+        return self.interview.ask("coder", render("coder"), user, _Reader(brief).read)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot with the reported problems removed.
@@ -85,7 +90,7 @@ class CoderAgent:
             feedback=describe_feedback(feedback),
         )
         system = render("coder_editor" if by_edits else "coder")
-        return self.interview.ask("coder", system, user, _Reader(robot if by_edits else None).read)
+        return self.interview.ask("coder", system, user, _Reader(brief, robot if by_edits else None).read)
 
 
 class _Reader:
@@ -95,7 +100,8 @@ class _Reader:
     robot already, its header holds until another one is sent, and a patch of its MJCF is enough.
     """
 
-    def __init__(self, robot: Robot | None = None) -> None:
+    def __init__(self, brief: Brief, robot: Robot | None = None) -> None:
+        self._brief = brief
         self._robot = robot
         self._mjcf = ""
 
@@ -109,6 +115,7 @@ class _Reader:
         if not self._mjcf:
             asked = "one <patch>" if self._robot else "a complete <mujoco> document in one fenced block"
             raise ReplyError(f"It has no MJCF; {asked} was asked for.")
+        _check_kept(self._brief, self._mjcf)
         try:
             header = self._header(_without(reply, self._mjcf))
             _check_names(header, self._mjcf)
@@ -120,6 +127,21 @@ class _Reader:
         if self._robot and "{" not in rest:
             return _Header(**self._robot.model_dump(exclude={"mjcf"}))
         return read_as(_Header, json_in(rest))
+
+
+def _check_kept(brief: Brief, mjcf: str) -> None:
+    """Check that what a person wants to keep of the starting robot is as it was.
+
+    Raises:
+        ReplyError: Something of it changed. A document that cannot be read passes: its faults come first.
+    """
+    try:
+        changes = changes_to(brief.starting_robot, mjcf, brief.keep) if brief.keep else []
+    except MjcfError:
+        return
+    if changes:
+        more = f" And {len(changes) - _MOST_CHANGES} more." if len(changes) > _MOST_CHANGES else ""
+        raise ReplyError(" ".join(changes[:_MOST_CHANGES]) + more)
 
 
 def _without(reply: str, mjcf: str) -> str:

@@ -9,8 +9,9 @@ from aidsr.artifacts import Brief, Concept, CritiqueIssue, Fault, Robot, Validat
 from aidsr.builtin import own_robot
 from aidsr.builtin.families import FAMILIES
 from aidsr.builtin.repairs import Mended, mend
-from aidsr.errors import UserError
+from aidsr.errors import ReplyError, UserError
 from aidsr.roles import Feedback
+from aidsr.sim.document.keeping import changes_to
 
 __all__ = ["RuleCoder"]
 
@@ -28,7 +29,11 @@ class RuleCoder:
 
         Raises:
             UserError: The concept is of a family that the built-in rules cannot write.
+            ReplyError: It would change what a person wants to keep.
         """
+        return _with_kept(brief, self._written(brief, concept))
+
+    def _written(self, brief: Brief, concept: Concept) -> Robot:
         if concept.family == own_robot.FAMILY:
             return own_robot.write(brief, concept)
         if concept.family not in FAMILIES:
@@ -39,7 +44,14 @@ class RuleCoder:
         return FAMILIES[concept.family].write_concept(concept)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
-        """Return the robot with the reported faults edited out, or a sturdier one where no edit is left."""
+        """Return the robot with the reported faults edited out, or a sturdier one where no edit is left.
+
+        Raises:
+            ReplyError: It would change what a person wants to keep.
+        """
+        return _with_kept(brief, self._repaired(brief, concept, robot, feedback))
+
+    def _repaired(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         faults = (
             feedback.errors
             if isinstance(feedback, ValidationReport)
@@ -56,6 +68,21 @@ class RuleCoder:
         codes = ", ".join(mended.helpless) or "this"
         note = f"Built-in rules: no repair for {codes} in a robot of another author; left as it was."
         return robot.model_copy(update={"notes": note})
+
+
+def _with_kept(brief: Brief, robot: Robot) -> Robot:
+    """Return the robot if all that a person wants to keep is as it was.
+
+    Raises:
+        ReplyError: It is not: the rules write robots from parameters and cannot hold on to a part of one.
+    """
+    changes = changes_to(brief.starting_robot, robot.mjcf, brief.keep) if brief.keep else []
+    if changes:
+        raise ReplyError(
+            f"The built-in rules write robots from parameters and cannot keep a part of one. {changes[0]} Refine "
+            "without parts to keep, or with a language model."
+        )
+    return robot
 
 
 def _as_fault(issue: CritiqueIssue) -> Fault:

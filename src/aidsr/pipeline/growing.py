@@ -6,7 +6,7 @@ import itertools
 from dataclasses import dataclass
 
 from aidsr.artifacts import Brief, Decision, Outcome
-from aidsr.errors import ReplyError
+from aidsr.errors import BudgetError, ReplyError
 from aidsr.pipeline.attempt import Attempt, Draft
 from aidsr.pipeline.parts import Halt, Parts
 from aidsr.pipeline.routing import Change
@@ -42,13 +42,15 @@ class Growth:
         return outcome
 
     def _rounds(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
-        asked, left = Change(), 1 + self.iterations
+        asked, left, brief = Change(), 1 + self.iterations, self.brief
         for number in itertools.count(1):
-            attempt = Attempt(self.design.iteration(number), self.brief, self.parts, log, halt)
+            attempt = Attempt(self.design.iteration(number), brief, self.parts, log, halt)
             try:
                 draft, found = attempt.make(draft, asked)
             except ReplyError as error:
                 return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
+            except BudgetError as error:
+                return Outcome(outcome="out_of_budget", reason=str(error), iteration=number)
             left -= 1
             match found:
                 case Decision(verdict="approve"):
@@ -57,6 +59,7 @@ class Growth:
                     return Outcome(outcome="quit", reason=found.text or "A person ended it.", iteration=number)
                 case Decision():
                     asked, left = Change(concept=found.text), 1 + self.iterations
+                    brief = _keeping(self.brief, draft, found)
                 case _ if left > 0:
                     asked = found
                 case _:
@@ -77,3 +80,11 @@ class Growth:
         attempts = 1 + self.iterations
         still = f"Still wrong after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {wanted.reason}"
         return Outcome(outcome="invalid", reason=still, iteration=number)
+
+
+def _keeping(brief: Brief, draft: Draft, decision: Decision) -> Brief:
+    """Return the job of the next round: with parts to keep, it starts from the robot that has them."""
+    if not decision.keep:
+        return brief
+    assert draft.robot is not None, "a person decides about a robot"
+    return brief.model_copy(update={"starting_robot": draft.robot.mjcf, "keep": decision.keep})

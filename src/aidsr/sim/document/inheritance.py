@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from aidsr.sim.document.place import Element, elements
 
-__all__ = ["Setting", "class_of", "default_classes", "is_placed", "setting"]
+__all__ = ["Setting", "class_of", "default_classes", "described", "is_placed", "setting"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ def setting(element: Element, attribute: str, classes: Mapping[str, Element]) ->
     """Return an attribute as MuJoCo sees it, or None where nothing sets it."""
     if attribute in element.attrib:
         return Setting(element.get(attribute, ""), element, own=True)
-    for holder in _described(element, classes):
+    for holder in described(element, classes):
         if attribute in holder.attrib:
             return Setting(holder.get(attribute, ""), holder, own=False)
     return None
@@ -56,7 +56,8 @@ def is_placed(element: Element) -> bool:
     return "worldbody" in holders and not holders & {"composite", "flexcomp"}
 
 
-def _described(element: Element, classes: Mapping[str, Element]) -> Iterator[Element]:
+def described(element: Element, classes: Mapping[str, Element]) -> Iterator[Element]:
+    """Yield the descriptions of an element's kind in its default class and the classes around that, nearest first."""
     default = classes.get(class_of(element))
     while default is not None and default.tag == "default":
         yield from default.findall(str(element.tag))
