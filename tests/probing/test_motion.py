@@ -32,9 +32,9 @@ def test_actions_stay_in_their_range():
     assert (seen.min(), seen.max()) == (-1.0, 1.0)
 
 
-def test_words_leave_out_what_rests():
-    assert RAMP.in_words == "ramp from 1 s for 2 s (2 groups move, 0 hold)"
-    assert SWING.in_words == "swing at 0.5 Hz (1 groups move, 1 hold)"
+def test_words_say_how_many_groups_move():
+    assert RAMP.in_words == "ramp from 1 s for 2 s (2 of 2 groups)"
+    assert SWING.in_words == "swing at 0.5 Hz (1 of 2 groups)"
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -47,14 +47,13 @@ class Motion(Artifact):
 
     @property
     def in_words(self) -> str:
-        """The motion as one line, groups that rest left out."""
+        """The motion as one line, and how many of the groups it moves."""
         moving = [group for group in self.groups if group.first != group.last or group.amplitude]
         ramps = any(group.first != group.last for group in self.groups)
         swings = any(group.amplitude for group in self.groups)
         how = [f"ramp from {self.begin_s:.2g} s for {self.ramp_s:.2g} s"] * ramps
         how += [f"swing at {self.frequency_hz:.2g} Hz"] * swings
-        still = len(self.groups) - len(moving)
-        return ", ".join(how or ["hold"]) + f" ({len(moving)} groups move, {still} hold)"
+        return ", ".join(how or ["hold"]) + f" ({len(moving)} of {len(self.groups)} groups)"
 
 
 @dataclass(frozen=True)
