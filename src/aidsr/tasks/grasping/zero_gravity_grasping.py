@@ -85,7 +85,7 @@ class ZeroGravityGrasping(CarriageTask):
         return {"held": _from_mount_m(readings), "left": np.zeros(readings.n)}
 
     def remember(self, readings: Readings, memory: Memory) -> Memory:
-        """Where the object was against the mount when the carriage began to draw back, and whether it was left there."""
+        """Where the object was against the mount as the carriage began to draw back, and whether it was left there."""
         held = np.where((readings.time_s < RETREAT_S)[:, None], _from_mount_m(readings), memory["held"])
         left = np.linalg.norm(_from_mount_m(readings) - held, axis=1) >= KEPT_M
         return {"held": held, "left": np.maximum(memory["left"], left)}
