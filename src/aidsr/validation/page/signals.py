@@ -136,7 +136,7 @@ def _effect(case: Case, fault: Fault) -> Signal | None:
         if rows and len(curves) < _MOST_CURVES:
             best = max(rows, key=lambda row: float(case.driven.effects[row]))
             curves[case.actuator(case.driven.drives[drive].actuator)] = moved[best]
-    test = "each actuator in its own test, the others slack"
+    test = "a test of each actuator alone, the others slack"
     return signal("largest displacement", _OF_LENGTH, test, _battery(case).frame_s, curves, (case.limits.effect,))
 
 
@@ -146,7 +146,7 @@ def _antagonists(case: Case, fault: Fault) -> Signal | None:
     told = next(row for row, test in enumerate(case.driven.tests) if test.kind == "released" and test.drive == drive)
     curves = {"the others slack": moved[alone], "the others told to let go": moved[told]}
     limits = (case.limits.lock_share * float(case.driven.effects[alone]),)
-    quantity, test = "largest displacement", f"{fault.names[0]} pulls"
+    quantity, test = "largest displacement", f"tests in which {fault.names[0]} pulls"
     return signal(quantity, _OF_LENGTH, test, _battery(case).frame_s, curves, limits)
 
 
