@@ -39,11 +39,15 @@ class Usage(Artifact):
     """Whether tokens were, at least in part, estimated from visible text, because nobody counted them."""
     cost_usd: float | None = 0.0
     """None when a price is unknown; unknown is never counted as free."""
+    replayed_cost_usd: float | None = 0.0
+    """What replayed calls cost when they were recorded; not paid again. None when that is unknown."""
     latency_s: float = 0.0
     retries: int = 0
 
     def __add__(self, other: Usage) -> Usage:
         """Return the sum; one unknown price makes the sum unknown."""
+        once_known = self.replayed_cost_usd is not None and other.replayed_cost_usd is not None
+        once = (self.replayed_cost_usd or 0.0) + (other.replayed_cost_usd or 0.0)
         known = self.cost_usd is not None and other.cost_usd is not None
         return Usage(
             calls=self.calls + other.calls,
@@ -52,6 +56,7 @@ class Usage(Artifact):
             output_tokens=self.output_tokens + other.output_tokens,
             tokens_estimated=self.tokens_estimated or other.tokens_estimated,
             cost_usd=(self.cost_usd or 0.0) + (other.cost_usd or 0.0) if known else None,
+            replayed_cost_usd=once if once_known else None,
             latency_s=self.latency_s + other.latency_s,
             retries=self.retries + other.retries,
         )

@@ -7,6 +7,7 @@ A bad design is never an exception: the validator returns it as faults (see `aid
     ├── MjcfError         an MJCF text that cannot be loaded, as faults; callers turn it into a report
     ├── IsolationError    a child process ran past its limits or died
     ├── ReplyError        a language model's reply could not be used: asked again, a bounded number of times
+    ├── BudgetError       the next call could cost more than the person allowed
     └── ModelError        a language model could not be reached or refused for good
 
 Anything else that is raised is a bug of ours and keeps its traceback.
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from aidsr.artifacts import Fault
 
-__all__ = ["AidsrError", "IsolationError", "MjcfError", "ModelError", "ReplyError", "UserError"]
+__all__ = ["AidsrError", "BudgetError", "IsolationError", "MjcfError", "ModelError", "ReplyError", "UserError"]
 
 
 class AidsrError(Exception):
@@ -60,6 +61,10 @@ class IsolationError(AidsrError):
 
 class ReplyError(AidsrError):
     """A reply arrived and cannot be used. The message is written for the model that is asked again."""
+
+
+class BudgetError(AidsrError):
+    """The next call to a language model could exceed the budget of the run or the design, so it was not made."""
 
 
 class ModelError(AidsrError):

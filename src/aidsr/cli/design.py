@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.cli.spending import Limits, print_estimate
+
 __all__ = ["design"]
 
 
@@ -27,6 +29,8 @@ def design(
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     repairs: bool = True,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    limits: Limits | None = None,
+    dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     runs: Path = Path("runs"),
 ) -> int:
     """Design robots for a task or for an objective in words.
@@ -55,7 +59,8 @@ def design(
         File that says how success is measured in that environment, so that the designs can be probed and trained.
     model
         Who designs: "builtin" for the rules, which need no key, or a language model, for example openai:gpt-5,
-        anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL of a compatible server. Only a model named here is
+        anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL of a compatible server, manual:DIRECTORY to
+        answer in files, replay:RUN to hear a recorded run's answers again. Only a model named here is
         ever paid for.
     concepts
         How many designs to grow side by side.
@@ -70,11 +75,14 @@ def design(
         nor an iteration.
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
+    dry_run
+        Only check what is asked for and say what it will about cost.
     runs
         Folder in which the folder of the run is made.
     """
     from aidsr.cli.following import follow
-    from aidsr.pipeline import brief_for, parts_of, start
+    from aidsr.pipeline import BUILTIN, brief_for, parts_of, start
+    from aidsr.pipeline.teams import check_model
     from aidsr.runs import RunConfig
 
     config = RunConfig(
@@ -85,9 +93,15 @@ def design(
         seed=seed,
         repairs=repairs,
         human=human,
+        budget=(limits or Limits()).budget(),
     )
     brief = brief_for(
         objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "", goal=goal or ""
     )
+    if config.model != BUILTIN or dry_run:
+        print_estimate(config, runs)
+    if dry_run:
+        check_model(config, config.budget)
+        return 0
     run = start(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
     return follow(run, parts_of(run))

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from aidsr.cli.spending import Limits
+
 __all__ = ["resume"]
 
 
-def resume(run: Path, /) -> int:
+def resume(run: Path, /, *, limits: Limits | None = None) -> int:
     """Go on with a run that was stopped or killed.
 
-    What is finished is kept, and no question that a language model answered is asked again.
+    What is finished is kept, and no question that a language model answered is asked again. A limit given here holds
+    instead of the earlier ones, what was spent before included; designs that ran out of budget go on.
 
         aidsr resume runs/2026-01-31_1002_button_pushing_7f3a
+
+        aidsr resume runs/2026-01-31_1002_button_pushing_7f3a --max-cost 2
 
     Parameters
     ----------
@@ -20,8 +25,10 @@ def resume(run: Path, /) -> int:
         Folder of the run.
     """
     from aidsr.cli.following import follow
-    from aidsr.pipeline import parts_of
+    from aidsr.pipeline import give_budget, parts_of
     from aidsr.runs import Run
 
     found = Run(run)
+    if limits is not None and limits != Limits():
+        give_budget(found, limits.budget())
     return follow(found, parts_of(found))

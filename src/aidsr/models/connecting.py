@@ -12,6 +12,7 @@ from aidsr.models.access import Access
 from aidsr.models.addresses import Address, parse_address
 from aidsr.models.manual import MANUAL, ManualModel
 from aidsr.models.model import Model
+from aidsr.models.prices import is_priced
 from aidsr.models.remote import RemoteModel
 from aidsr.models.retrying import Clock, Patience
 
@@ -59,7 +60,7 @@ def connect(
     return RemoteModel(
         name=str(address),
         client=_client(address, key.get_secret_value() if key else None, access),
-        priced=_is_priced(address, access),
+        priced=is_priced(address.provider, access),
         key_variable=key_field.upper(),
         access=access,
         patience=patience or Patience.from_environment(),
@@ -82,18 +83,6 @@ def _directory(name: str) -> Path:
     if not directory.strip():
         raise UserError(f'"{name}" lacks the directory for prompts and replies; write for example "{MANUAL}prompts".')
     return Path(directory)
-
-
-def _is_priced(address: Address, access: Access) -> bool:
-    """Return whether list prices apply: the provider's own service, not a proxy and not a local server."""
-    urls = {
-        "openai": access.openai_base_url,
-        "openai-chat": access.openai_base_url,
-        "anthropic": access.anthropic_base_url,
-        "google": access.google_base_url,
-        "openrouter": access.openrouter_base_url,
-    }
-    return address.provider in urls and urls[address.provider] is None
 
 
 def _client(address: Address, key: str | None, access: Access) -> Client:

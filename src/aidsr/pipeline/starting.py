@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from aidsr.artifacts import Brief
-from aidsr.calls import CallRecord, Question
 from aidsr.errors import MjcfError, UserError
-from aidsr.pipeline.parts import Parts, TeamFor
+from aidsr.pipeline.parts import Parts
 from aidsr.pipeline.person import DecisionFile, approve_at_once
+from aidsr.pipeline.teams import BUILTIN, check_model, team_of
 from aidsr.pipeline.working import Listen, work
-from aidsr.runs import RecordedModel, Run, RunConfig, RunRecord, new_run
+from aidsr.runs import Budget, Run, RunConfig, RunRecord, new_run
+from aidsr.runs.files import replace_file
 
 if TYPE_CHECKING:
-    from aidsr.models import Model
     from aidsr.tasks import Level
 
-__all__ = ["BUILTIN", "brief_for", "design", "parts_of", "resume", "start"]
+__all__ = ["BUILTIN", "brief_for", "design", "give_budget", "parts_of", "resume", "start"]
 
-BUILTIN = "builtin"
-"""Model name of the rules. They are no language model, need no key and cost nothing."""
 
 _VERSIONS_OF = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim")
 
@@ -44,6 +41,7 @@ def design(
     seed: int = 0,
     repairs: bool = True,
     human: bool = False,
+    budget: Budget | None = None,
     runs: str | Path = "runs",
     listen: Listen = lambda _design, _event: None,
 ) -> Run:
@@ -67,6 +65,8 @@ def design(
         seed: Seed of the built-in rules.
         repairs: Put right by code what can mean only one thing in a robot (see docs/repairs.md), before it is
             validated; neither a call nor an iteration is spent on that.
+        budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by
+            default. A call that could exceed it is not made, and its design ends as "out_of_budget".
         human: Wait for a person's decision.json after each scene the Judge passed.
         runs: Folder in which the run's folder is made.
         listen: Told of every event as it happens: number of the design (0 for the run), event.
@@ -83,21 +83,41 @@ def design(
         seed=seed,
         repairs=repairs,
         human=human,
+        budget=budget or Budget(),
     )
     brief = brief_for(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
     run = start(brief, config, level=level if task else "", runs=runs, goal=goal)
     return work(run, parts_of(run), listen)
 
 
-def resume(run: str | Path, listen: Listen = lambda _design, _event: None) -> Run:
+def resume(run: str | Path, listen: Listen = lambda _design, _event: None, *, budget: Budget | None = None) -> Run:
     """Go on with a run that was stopped or killed, and return it. No answered call is asked again.
 
+    Args:
+        run: Folder of the run.
+        listen: As for `design`.
+        budget: Holds from now on, what was spent before included; designs that ran out of budget go on.
+
     Raises:
-        UserError: The folder is not a run, or another process is at work on it.
+        UserError: The folder is not a run, another process is at work on it, or the budget cannot be kept.
         ModelError: The language model could not be reached before there were concepts.
     """
     found = Run(Path(run))
+    if budget is not None:
+        give_budget(found, budget)
     return work(found, parts_of(found), listen)
+
+
+def give_budget(run: Run, budget: Budget) -> None:
+    """Let another budget hold for a run, and take its designs that ran out of the last one up again.
+
+    Raises:
+        UserError: Money is limited and the model's price is not known.
+    """
+    check_model(run.asked().config, budget)
+    replace_file(run.larger_budget, budget.model_dump_json(indent=2).encode() + b"\n")
+    for design in run.designs:
+        design.reopen()
 
 
 def brief_for(
@@ -158,7 +178,7 @@ def start(
     Raises:
         UserError: The model's name is not understood or lacks its key, or the folder cannot be made.
     """
-    _team_for(config)
+    check_model(config, config.budget)
     record = RunRecord(
         objective=brief.objective,
         task=brief.task,
@@ -183,7 +203,7 @@ def parts_of(run: Run) -> Parts:
     from aidsr.validation.repairs import leave_as_written, repair
 
     record = run.asked()
-    team_for, interrupt = _team_for(record.config)
+    team_for, interrupt = team_of(run, record.config)
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     return Parts(
         team_for=team_for,
@@ -195,34 +215,6 @@ def parts_of(run: Run) -> Parts:
         person=DecisionFile() if record.config.human else approve_at_once,
         interrupt=interrupt,
     )
-
-
-def _team_for(config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
-    """Return what makes the teams, and what lets their calls that wait for a person give up."""
-    if config.model == BUILTIN:
-        from aidsr import builtin
-
-        return lambda _folder: builtin.team(config.seed), lambda: None
-    from aidsr import agents, models
-
-    model = models.connect(config.model)
-    by_hand = model if isinstance(model, models.ManualModel) else None
-    kept = by_hand.kept if by_hand else lambda _record: None
-    interrupt = by_hand.interrupt if by_hand else lambda: None
-    return lambda folder: agents.team(_Capped(RecordedModel(model, folder, kept), config.max_output_tokens)), interrupt
-
-
-class _Capped:
-    """A model asked for at most so many tokens of output."""
-
-    def __init__(self, model: Model, max_output_tokens: int) -> None:
-        self.name = model.name
-        self._model = model
-        self._max_output_tokens = max_output_tokens
-
-    def ask(self, question: Question) -> CallRecord:
-        """Ask with the cap in the question."""
-        return self._model.ask(question.model_copy(update={"max_output_tokens": self._max_output_tokens}))
 
 
 def _mjcf(source: str | Path, what: str) -> str:

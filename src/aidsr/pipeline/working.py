@@ -11,12 +11,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
 from aidsr.artifacts import Brief, Concept
-from aidsr.errors import AidsrError
+from aidsr.errors import AidsrError, ReplyError
 from aidsr.pipeline.growing import Growth
 from aidsr.pipeline.parts import Parts
 from aidsr.pipeline.steps import HaltedError, Steps
 from aidsr.runs import DesignFolder, EventLog, Run, write_summary
 from aidsr.runs.events import Done, Event, Finished, Started, Stopped, Waiting, without_secrets
+from aidsr.runs.folders import set_calls_aside
 
 __all__ = ["Listen", "work"]
 
@@ -67,12 +68,16 @@ class _Work:
 
     def _concepts(self, brief: Brief, count: int, log: EventLog) -> tuple[Concept, ...]:
         designer = self.parts.team_for(self.run.path).designer
-        return Steps(log, self.halted.is_set).take(
-            "concepts",
-            self.run.concepts,
-            lambda: designer.propose(brief, count),
-            lambda concepts: "; ".join(concept.name for concept in concepts),
-        )
+        try:
+            return Steps(log, self.halted.is_set).take(
+                "concepts",
+                self.run.concepts,
+                lambda: designer.propose(brief, count),
+                lambda concepts: "; ".join(concept.name for concept in concepts),
+            )
+        except ReplyError as error:
+            set_calls_aside(self.run.path)
+            raise ReplyError(f"{error} Resuming the run asks the Designer anew.") from error
 
     def _designs(self, concepts: tuple[Concept, ...]) -> tuple[DesignFolder, ...]:
         designs = tuple(self.run.design(number) for number in range(1, len(concepts) + 1))

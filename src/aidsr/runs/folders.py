@@ -29,9 +29,9 @@ from aidsr.artifacts import (
 from aidsr.calls import CallRecord
 from aidsr.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
-from aidsr.runs.record import RunRecord
+from aidsr.runs.record import Budget, RunRecord
 
-__all__ = ["DesignFolder", "IterationFolder", "Run", "calls_in", "new_run"]
+__all__ = ["DesignFolder", "IterationFolder", "Run", "calls_in", "new_run", "set_calls_aside"]
 
 
 @dataclass(frozen=True)
@@ -132,6 +132,13 @@ class DesignFolder:
         """How the design ended; written last."""
         return JsonFile(self.path / "outcome.json", Outcome)
 
+    def reopen(self) -> None:
+        """Set the outcome of a design that ran out of budget aside, so that work on it goes on."""
+        outcome = self.outcome.read()
+        if outcome is not None and outcome.outcome == "out_of_budget":
+            before = len(list(self.path.glob("outcome_before_*.json")))
+            self.outcome.path.rename(self.path / f"outcome_before_{before + 1}.json")
+
     @property
     def final_scene(self) -> BytesFile:
         """MJCF of the approved scene."""
@@ -208,6 +215,15 @@ class Run:
             raise UserError(f"the folder of a run was expected, with a run.json in it; {self.path} has none")
         return record
 
+    @property
+    def larger_budget(self) -> Path:
+        """A budget given later than the run's first; replaced when there is yet another."""
+        return self.path / "budget.json"
+
+    def budget(self) -> Budget:
+        """Return the budget that holds now."""
+        return JsonFile(self.larger_budget, Budget).read() or self.asked().config.budget
+
     def brief(self) -> Brief:
         """Return the brief given to the team.
 
@@ -249,10 +265,21 @@ def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> R
     return run
 
 
-def calls_in(folder: Path) -> tuple[CallRecord, ...]:
-    """Return the answered calls kept in `folder`/calls, in order."""
-    records = (JsonFile(path, CallRecord).read() for path in sorted((folder / "calls").glob("[0-9]*_*.json")))
+_UNUSABLE = ".unusable.json"
+
+
+def calls_in(folder: Path, *, usable: bool = False) -> tuple[CallRecord, ...]:
+    """Return the answered calls kept in `folder`/calls, in order; `usable` leaves out those set aside."""
+    paths = sorted((folder / "calls").glob("[0-9]*_*.json"))
+    records = (JsonFile(path, CallRecord).read() for path in paths if not (usable and path.name.endswith(_UNUSABLE)))
     return tuple(record for record in records if record is not None)
+
+
+def set_calls_aside(folder: Path) -> None:
+    """Mark the calls of a folder as unusable: they stay on record and in the account, and answer no question again."""
+    for path in (folder / "calls").glob("[0-9]*_*.json"):
+        if not path.name.endswith(_UNUSABLE):
+            path.rename(path.with_name(path.name.removesuffix(".json") + _UNUSABLE))
 
 
 def _numbered(folder: Path) -> list[Path]:

@@ -8,7 +8,23 @@ from pydantic import Field
 
 from aidsr.artifacts import Artifact
 
-__all__ = ["RunConfig", "RunRecord"]
+__all__ = ["Budget", "RunConfig", "RunRecord"]
+
+
+class Budget(Artifact):
+    """What a run may use of a language model. None means without a limit."""
+
+    tokens: Annotated[int | None, Field(ge=1)] = None
+    """Tokens in and out, of all calls of the run."""
+    cost_usd: Annotated[float | None, Field(gt=0)] = None
+    tokens_per_design: Annotated[int | None, Field(ge=1)] = None
+    """The same for one design, its share of the Designer's first call included."""
+    cost_per_design_usd: Annotated[float | None, Field(gt=0)] = None
+
+    @property
+    def limits_cost(self) -> bool:
+        """Whether money is limited, for which prices must be known."""
+        return self.cost_usd is not None or self.cost_per_design_usd is not None
 
 
 class RunConfig(Artifact):
@@ -26,6 +42,8 @@ class RunConfig(Artifact):
     """Seed of the built-in rules; the same seed gives the same MJCF."""
     repairs: bool = True
     """Whether code puts right what can mean only one thing in a robot, before it is validated."""
+    budget: Budget = Budget()
+    """As asked for at first; a person may give a larger one later."""
     human: bool = False
     """Whether a person answers each judged scene before it counts as approved."""
 

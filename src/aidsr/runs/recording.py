@@ -34,8 +34,8 @@ class RecordedModel:
         self.name = model.name
         self._model = model
         self._calls = folder / "calls"
-        self._unused = list(calls_in(folder))
-        self._count = len(self._unused)
+        self._unused = list(calls_in(folder, usable=True))
+        self._count = len(calls_in(folder))
         self._lock = threading.Lock()
 
     def ask(self, question: Question) -> CallRecord:

@@ -193,6 +193,7 @@ def _share(usage: Usage, index: int, count: int) -> Usage:
         output_tokens=part(usage.output_tokens),
         tokens_estimated=usage.tokens_estimated,
         cost_usd=None if usage.cost_usd is None else usage.cost_usd / count,
+        replayed_cost_usd=None if usage.replayed_cost_usd is None else usage.replayed_cost_usd / count,
         latency_s=usage.latency_s / count,
         retries=part(usage.retries),
     )

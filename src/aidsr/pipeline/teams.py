@@ -1,0 +1,76 @@
+"""Who plays the four roles of a run: rules, or a model that is recorded, capped and kept within a budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from aidsr.calls import CallRecord, Question
+from aidsr.models import ManualModel, Model, connect
+from aidsr.models.prices import list_price_usd
+from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
+from aidsr.pipeline.parts import TeamFor
+from aidsr.runs import RecordedModel, Run, RunConfig
+from aidsr.runs.record import Budget
+from aidsr.runs.replaying import REPLAY, ReplayedModel
+
+__all__ = ["BUILTIN", "check_model", "price_of", "team_of"]
+
+BUILTIN = "builtin"
+"""Model name of the rules. They are no language model, need no key and cost nothing."""
+
+
+def check_model(config: RunConfig, budget: Budget) -> None:
+    """Refuse what could not be asked, before a run is made or goes on.
+
+    Raises:
+        UserError: The model's name is not understood or lacks its key, or its price is not known and money is limited.
+    """
+    if config.model != BUILTIN:
+        _connected(config.model)
+        check_prices(budget, config.model, price_of(config.model))
+
+
+def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
+    """Return what makes the teams of a run, and what lets their calls that wait for a person give up."""
+    if config.model == BUILTIN:
+        from aidsr import builtin
+
+        return lambda _folder: builtin.team(config.seed), lambda: None
+    from aidsr import agents
+
+    model = _connected(config.model)
+    ledger = Ledger(run, run.budget(), config.concepts, price_of(config.model))
+    by_hand = model if isinstance(model, ManualModel) else None
+    kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
+
+    def team_for(folder: Path) -> agents.Team:
+        recorded = RecordedModel(Budgeted(model, ledger, folder), folder, kept)
+        return agents.team(_Capped(recorded, config.max_output_tokens))
+
+    return team_for, by_hand.interrupt if by_hand else lambda: None
+
+
+def _connected(name: str) -> Model:
+    return ReplayedModel(Path(name.removeprefix(REPLAY))) if name.startswith(REPLAY) else connect(name)
+
+
+def price_of(name: str) -> Price:
+    """Return what tells the price of a call to a model; a replayed one is free, a person's is not known."""
+    if name.startswith(REPLAY):
+        return lambda _input_tokens, _output_tokens: 0.0
+    return partial(list_price_usd, name) if not name.startswith("manual:") else lambda _in, _out: None
+
+
+class _Capped:
+    """A model asked for at most so many tokens of output."""
+
+    def __init__(self, model: Model, max_output_tokens: int) -> None:
+        self.name = model.name
+        self._model = model
+        self._max_output_tokens = max_output_tokens
+
+    def ask(self, question: Question) -> CallRecord:
+        """Ask with the cap in the question."""
+        return self._model.ask(question.model_copy(update={"max_output_tokens": self._max_output_tokens}))

@@ -1,0 +1,207 @@
+"""Runs with a model that asks within a budget, that is replayed, and whose Designer first says nothing of use."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from killing import AskingTeam
+
+from aidsr.calls import CallRecord, Message, Question, Usage
+from aidsr.errors import BudgetError, ModelError, ReplyError, UserError
+from aidsr.models.manual import estimated_tokens
+from aidsr.pipeline import Parts, give_budget, work
+from aidsr.pipeline.budgeting import Budgeted, Ledger, check_prices
+from aidsr.pipeline.estimating import estimate
+from aidsr.pipeline.person import approve_at_once
+from aidsr.roles import Team
+from aidsr.runs import Budget, RecordedModel, Run, RunConfig, read_status
+from aidsr.runs.replaying import ReplayedModel
+from scripted import assemble, new_run, repair, validate
+
+
+def price(input_tokens: int, output_tokens: int) -> float:
+    return 1e-4 * (input_tokens + output_tokens)
+
+
+class Paid:
+    """Answers with the number of the question, at 10 tokens and list price."""
+
+    name = "paid"
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def ask(self, question: Question) -> CallRecord:
+        self.count += 1
+        tokens = estimated_tokens(question.messages[0].text)
+        usage = Usage(calls=1, input_tokens=tokens, output_tokens=10, cost_usd=price(tokens, 10))
+        return CallRecord(
+            question=question, model=self.name, reply=str(self.count), finish="stop", usage=usage, started="2026"
+        )
+
+
+def parts(team_for: Callable[[Path], Team]) -> Parts:
+    return Parts(team_for, repair, validate, assemble, str.encode, str.encode, approve_at_once)
+
+
+def asking(model_for: Callable[[Path], object]) -> Parts:
+    def team(folder: Path) -> Team:
+        roles = AskingTeam(RecordedModel(model_for(folder), folder))
+        return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
+
+    return parts(team)
+
+
+def always(model: object) -> Callable[[Path], object]:
+    return lambda _folder: model
+
+
+def within(run: Run, model: object) -> Parts:
+    ledger = Ledger(run, run.budget(), run.asked().config.concepts, price)
+    return asking(lambda folder: _Capped(Budgeted(model, ledger, folder)))
+
+
+class _Capped:
+    name = "paid"
+
+    def __init__(self, model: Budgeted) -> None:
+        self.model = model
+
+    def ask(self, question: Question) -> CallRecord:
+        return self.model.ask(question.model_copy(update={"max_output_tokens": 20}))
+
+
+def question(text: str, role="coder", cap: int = 20) -> Question:
+    return Question(role=role, messages=(Message(role="user", text=text),), max_output_tokens=cap)
+
+
+@pytest.mark.parametrize(
+    "budget",
+    [Budget(tokens=150), Budget(cost_usd=0.015), Budget(tokens_per_design=70), Budget(cost_per_design_usd=0.007)],
+)
+def test_a_run_out_of_budget_ends_as_that_and_goes_on_with_a_larger_one(tmp_path: Path, budget: Budget) -> None:
+    run, model = new_run(tmp_path, concepts=2, budget=budget), Paid()
+    status = read_status(work(run, within(run, model)))
+    assert status.state == "finished"
+    assert {design.outcome.outcome for design in status.designs} == {"out_of_budget"}
+    assert "next call could" in status.designs[0].outcome.reason
+    assert status.usage.calls == model.count < 14
+    assert status.usage.input_tokens + status.usage.output_tokens <= (budget.tokens or 10_000)
+    assert status.usage.cost_usd <= (budget.cost_usd or 10)
+    asked_before = model.count
+    run.larger_budget.write_text(Budget(tokens=10**6).model_dump_json())
+    for design in run.designs:
+        design.reopen()
+    after = read_status(work(run, within(run, model)))
+    assert [design.outcome.outcome for design in after.designs] == ["approved", "approved"]
+    assert after.usage.calls == model.count > asked_before
+    assert (run.path / "designs" / "1" / "outcome_before_1.json").exists()
+
+
+def test_calls_in_flight_are_reserved_at_their_upper_bound(tmp_path: Path) -> None:
+    run = new_run(tmp_path)
+    text = "x" * 300
+    assert estimated_tokens(text) == 100
+    ledger = Ledger(run, Budget(tokens=239), 1, price)
+
+    class AskingMeanwhile(Paid):
+        def ask(self, asked: Question) -> CallRecord:
+            if not self.count:
+                self.count += 1
+                with pytest.raises(BudgetError, match="120 are used or set aside"):
+                    ledger.ask(self, run.path / "designs" / "2" / "01", question(text))
+            return super().ask(asked)
+
+    ledger.ask(AskingMeanwhile(), run.path / "designs" / "1" / "01", question(text))
+    assert ledger.ask(Paid(), run.path, question(text)).reply == "1", "110 used, 120 more fit"
+
+
+def test_money_cannot_be_limited_where_no_price_is_known() -> None:
+    check_prices(Budget(tokens=1), "m", lambda _in, _out: None)
+    with pytest.raises(UserError, match='price of "m" is not known'):
+        check_prices(Budget(cost_per_design_usd=1), "m", lambda _in, _out: None)
+
+
+def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:
+    run = new_run(tmp_path, model=f"manual:{tmp_path / 'p'}")
+    with pytest.raises(UserError, match="is not known"):
+        give_budget(run, Budget(cost_usd=5))
+    give_budget(run, Budget(tokens=5))
+    assert run.budget() == Budget(tokens=5)
+
+
+def test_a_run_replays_itself_free_and_to_the_same_files(tmp_path: Path) -> None:
+    first = work(new_run(tmp_path / "a", concepts=2), asking(always(Paid())))
+    replayed = ReplayedModel(first.path)
+    second = work(new_run(tmp_path / "b", concepts=2), asking(lambda _folder: replayed))
+    for design in (1, 2):
+        assert second.design(design).final_robot.read() == first.design(design).final_robot.read() is not None
+    usage = read_status(second).usage
+    assert usage.cost_usd == 0
+    assert usage.replayed_cost_usd == pytest.approx(read_status(first).usage.cost_usd)
+
+
+def test_a_changed_prompt_is_told_with_its_difference_and_never_answered(tmp_path: Path) -> None:
+    run = new_run(tmp_path)
+    kept = RecordedModel(Paid(), run.path)
+    for text in ("one\ntwo\nthree", "something else", "one\ntwo\nthree"):
+        kept.ask(question(text))
+    model = ReplayedModel(run.path)
+    assert [model.ask(question(text, cap=9)).reply for text in ("something else", "one\ntwo\nthree")] == ["2", "1"]
+    with pytest.raises(ModelError, match="differs from every one") as caught:
+        model.ask(question("one\n2\nthree"))
+    assert {"-two", "+2"} <= set(str(caught.value).splitlines())
+    assert model.ask(question("one\ntwo\nthree")).reply == "3"
+    with pytest.raises(ModelError, match="as often as it was recorded"):
+        model.ask(question("one\ntwo\nthree"))
+    with pytest.raises(ModelError, match="no call of the judge"):
+        model.ask(question("one", "judge"))
+
+
+def test_a_run_without_calls_cannot_be_replayed(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="none to answer from"):
+        ReplayedModel(new_run(tmp_path).path)
+
+
+def test_a_designer_whose_replies_were_unusable_is_asked_anew_after_resuming(tmp_path: Path) -> None:
+    run, model = new_run(tmp_path), Paid()
+
+    class Mumbling(AskingTeam):
+        def propose(self, brief, count):
+            if int(self.model.ask(question("concepts?", "designer")).reply) == 1:
+                raise ReplyError("No usable reply.")
+            return super().propose(brief, count)
+
+    def team(folder: Path) -> Team:
+        roles = Mumbling(RecordedModel(model, folder))
+        return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
+
+    with pytest.raises(ReplyError, match="asks the Designer anew"):
+        work(run, parts(team))
+    status = read_status(work(run, parts(team)))
+    assert status.approved == 1
+    assert sorted(path.name for path in (run.path / "calls").iterdir()) == [
+        "0001_designer.unusable.json",
+        "0002_designer.json",
+        "0003_designer.json",
+    ]
+    assert status.usage.calls == model.count
+
+
+def test_estimates_say_what_they_rest_on(tmp_path: Path) -> None:
+    config = RunConfig(model="anthropic:claude-sonnet-5-5", concepts=2)
+    guess = estimate(config, tmp_path)
+    assert guess.usage.calls == 12
+    assert guess.usage.cost_usd > 0
+    assert "rule of thumb" in guess.basis
+    run = work(new_run(tmp_path, concepts=2), asking(always(Paid())))
+    record = json.loads(run.record.path.read_text())
+    record["config"]["model"] = config.model
+    run.record.path.write_text(json.dumps(record))
+    found = estimate(config, tmp_path)
+    assert found.usage.calls == read_status(run).usage.calls
+    assert "the mean of 2 designs" in found.basis
+    assert estimate(RunConfig(), tmp_path).usage.calls == 0
