@@ -165,12 +165,12 @@ class _Sheet:
 
 def _sheets(directory: Path) -> list[tuple[_Sheet, str, str]]:
     """Return the prompts of a directory in order, each with its question's fingerprint and role."""
-    found = []
+    found: list[tuple[_Sheet, str, str]] = []
     for path in directory.glob("*.prompt.md"):
         if number := _PROMPT.fullmatch(path.name):
             with path.open(encoding="utf-8") as file:
                 first = _FIRST_LINE.match(file.readline())
-            found.append((_Sheet(directory, int(number[1])), *(first.groups() if first else ("", ""))))
+            found.append((_Sheet(directory, int(number[1])), first[1] if first else "", first[2] if first else ""))
     return sorted(found, key=lambda each: each[0].number)
 
 

@@ -11,6 +11,7 @@ from aidsr.models import ManualModel, Model, connect
 from aidsr.models.prices import list_price_usd
 from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
 from aidsr.pipeline.parts import TeamFor
+from aidsr.roles import Team
 from aidsr.runs import RecordedModel, Run, RunConfig
 from aidsr.runs.record import Budget
 from aidsr.runs.replaying import REPLAY, ReplayedModel
@@ -45,7 +46,7 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
     by_hand = model if isinstance(model, ManualModel) else None
     kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
 
-    def team_for(folder: Path) -> agents.Team:
+    def team_for(folder: Path) -> Team:
         recorded = RecordedModel(Budgeted(model, ledger, folder), folder, kept)
         return agents.team(_Capped(recorded, config.max_output_tokens))
 
