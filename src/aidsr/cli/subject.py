@@ -10,6 +10,8 @@ from aidsr.artifacts import ActuatorGroup
 from aidsr.errors import UserError
 
 if TYPE_CHECKING:
+    from aidsr.episodes.actions import Grouping
+    from aidsr.episodes.scene import TaskScene
     from aidsr.runs import Run
     from aidsr.tasks import Task
 
@@ -28,6 +30,17 @@ class Subject:
     groups: tuple[ActuatorGroup, ...]
     home: Path
     """Where a folder training/ belongs."""
+
+    def to_learn_in(self, grouping: Grouping) -> TaskScene:
+        """Return the scene for its task.
+
+        Raises:
+            UserError: It is not one of this task.
+            MjcfError: It cannot be loaded.
+        """
+        from aidsr.episodes.scene import TaskScene
+
+        return TaskScene.of(self.scene, self.task, level=self.level, groups=self.groups, grouping=grouping)
 
 
 def subject_of(path: Path, task: str | None, level: Levels | None, goal: Path | None = None) -> Subject:

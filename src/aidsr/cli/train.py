@@ -74,19 +74,16 @@ def train(
         Draw the best and the median of those episodes.
     """
     from rich.console import Console
-    from rich.markup import escape
 
     from aidsr.cli.learning import require_learning
     from aidsr.cli.subject import subject_of
 
     require_learning()
-    from aidsr.episodes.scene import TaskScene
-
     subject = subject_of(scene, task, level, goal)
-    learning = TaskScene.of(subject.scene, subject.task, level=subject.level, groups=subject.groups, grouping=grouping)
+    learning = subject.to_learn_in(grouping)
     console = Console(highlight=False)
     told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"
-    console.print(f"[bold]{escape(told)}[/]", soft_wrap=True)
+    console.print(told, style="bold", markup=False, soft_wrap=True)
     home = out if out is not None else subject.home / "training"
     verdicts = []
     for seed in range(first_seed, first_seed + seeds):
