@@ -17,11 +17,11 @@ from nicegui.testing.user_interaction import UserInteraction
 
 from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.errors import UserError
-from aidsr.runs import EventLog, RunConfig
+from aidsr.runs import Budget, EventLog, RunConfig
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
-from aidsr.web.choosing_a_model import usual_cost
+from aidsr.web.choosing_a_model import budget_from, cost_in_advance
 from aidsr.web.mjcf_text import difference, highlighted
 from aidsr.web.pages import add_pages
 from aidsr.web.review_panel import part_names, refinement
@@ -274,12 +274,18 @@ async def test_the_form_is_kept_and_keys_are_never_shown(user: User, site: Site)
         del os.environ["OPENAI_API_KEY"]
 
 
-def test_what_designs_cost_before_is_computed_from_runs_not_guessed(tmp_path: Path) -> None:
+def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> None:
     site = Site.at(tmp_path)
-    assert "is not known" in usual_cost(site, "made:up")
-    made_run(tmp_path, model="made:up")
-    assert usual_cost(site, "made:up") == "3 finished designs by this model cost $0.25 each on average."
-    assert usual_cost(site, "") == ""
+    made_run(tmp_path, model="ollama:made")
+    said = cost_in_advance(site, "ollama:made", 2)
+    assert said.startswith("About 2 calls, 2000 in, 1000 out tokens, cost $0.5000: the mean of 3 designs")
+    assert cost_in_advance(site, "no model", 2) == ""
+
+
+def test_limits_become_a_budget() -> None:
+    assert budget_from(FRESH | {"cost_usd": 2.5, "tokens": 5000.0}) == Budget(cost_usd=2.5, tokens=5000)
+    with pytest.raises(UserError, match="Most the run may cost, in dollars"):
+        budget_from(FRESH | {"cost_usd": 0})
 
 
 def test_a_refinement_may_be_about_one_part() -> None:

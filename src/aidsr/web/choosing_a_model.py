@@ -6,17 +6,30 @@ import secrets
 from functools import partial
 from typing import Any
 
+from nicegui import run as background
 from nicegui import ui
+from pydantic import ValidationError
 
 from aidsr.errors import UserError
 from aidsr.models import key_variables
 from aidsr.models.addresses import PROVIDERS
 from aidsr.models.manual import MANUAL
-from aidsr.pipeline.starting import BUILTIN
-from aidsr.web.parts import box, choice, text
+from aidsr.pipeline import BUILTIN
+from aidsr.pipeline.estimating import estimate
+from aidsr.runs import Budget, RunConfig
+from aidsr.runs.summary import cost_in_words
+from aidsr.web.parts import box, choice, text, tokens_in_words
 from aidsr.web.site import Site
 
-__all__ = ["choose_model", "model_name", "usual_cost"]
+__all__ = ["LIMITS", "budget_from", "choose_model", "cost_in_advance", "model_name"]
+
+LIMITS = {
+    "cost_usd": ("Most the run may cost, in dollars", 0.1),
+    "tokens": ("Most tokens of the run, in and out", 1000),
+    "cost_per_design_usd": ("Most one design may cost, in dollars", 0.1),
+    "tokens_per_design": ("Most tokens of one design", 1000),
+}
+"""The fields of a budget, what they mean, and steps of their numbers."""
 
 _KINDS = {
     "builtin": ("Built-in rules", "Fixed rules written by people. No key, nothing paid, half a minute."),
@@ -71,10 +84,13 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
         field = ui.input("Model: PROVIDER:MODEL, or MODEL@URL", autocomplete=examples).props("outlined dense")
         cost = ui.label("").classes("small soft")
 
-        def told() -> None:
-            cost.text = usual_cost(site, str(form["model"] or "").strip())
+        async def told() -> None:
+            name, concepts = str(form["model"] or "").strip(), int(form["concepts"] or 1)
+            cost.text = await background.io_bound(cost_in_advance, site, name, concepts) or ""
 
+        field.props["debounce"] = 400
         field.bind_value(form, "model").on_value_change(told)
+        _limits(form)
         with box("scroll"), box("list plain", "table"), box(tag="tbody"):
             for provider, (variable, is_set) in key_variables().items():
                 with box(tag="tr"):
@@ -89,22 +105,41 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
             "Keys are read from the environment in which aidsr web was started, and are never shown or written down.",
             "small soft",
         )
-        told()
+        ui.timer(0.05, told, once=True)
 
 
-def usual_cost(site: Site, model: str) -> str:
-    """Say what designs by a model cost in earlier runs here; nothing is guessed."""
-    views = []
-    for run in site.library.runs():
-        try:
-            view = site.view(run)
-        except UserError:
-            continue
-        if view.status.record.config.model == model:
-            views.append(view)
-    costs = [one.status.usage for view in views for one in view.designs if one.status.state == "finished"]
-    known = [usage.cost_usd for usage in costs if usage.cost_usd is not None]
-    if not model or not known:
-        return "No design by this model is finished here yet, so what one costs is not known." if model else ""
-    per_design = sum(known) / len(known)
-    return f"{len(known)} finished designs by this model cost ${per_design:.2f} each on average."
+def _limits(form: dict[str, Any]) -> None:
+    """Ask what may be spent; a call that could exceed it is not made."""
+    with box("form"):
+        for key, (said, step) in LIMITS.items():
+            field = ui.number(said, min=step, step=step).props("outlined dense clearable").bind_value(form, key)
+            field.props["placeholder"] = "no limit"
+
+
+def budget_from(form: dict[str, Any]) -> Budget:
+    """Return the limits in a form; what is left empty has none.
+
+    Raises:
+        UserError: A limit is not above zero.
+    """
+    given = {key: form.get(key) for key in LIMITS if form.get(key) is not None}
+    try:
+        return Budget.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UserError(
+            f"{LIMITS[str(first['loc'][0])][0]}: {first['msg']}, found {first['input']}; change it"
+        ) from None
+
+
+def cost_in_advance(site: Site, model: str, concepts: int) -> str:
+    """Say what a run will about cost, and on what that rests; empty while no model is named that is understood."""
+    try:
+        found = estimate(RunConfig(model=model, concepts=concepts), site.library.path)
+    except (UserError, ValidationError):
+        return ""
+    used = found.usage
+    return (
+        f"About {used.calls} calls, {tokens_in_words(used)} tokens, cost {cost_in_words(used)}: {found.basis}. "
+        "The real figures may differ several times over."
+    )

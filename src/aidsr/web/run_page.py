@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from nicegui import app, ui
 
 from aidsr.artifacts import Concept
 from aidsr.errors import AidsrError, UserError
+from aidsr.pipeline import give_budget
 from aidsr.runs import Run
 from aidsr.runs.summary import duration_in_words
 from aidsr.runs.telling import DOING
+from aidsr.web.choosing_a_model import LIMITS, budget_from
 from aidsr.web.comparing import side_by_side
 from aidsr.web.conversation import conversation
 from aidsr.web.frame import frame
@@ -37,7 +40,7 @@ def add_run_page(site: Site) -> None:
             return
         with frame(view.title, ("Runs", "/")):
             live(lambda: site.view(run), partial(_head, site, run))
-            live(lambda: _of_note(site, run), partial(_notes, run))
+            live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
             opened = app.storage.user.get("run_tab", "watch")
             with ui.tabs().props("dense align=left no-caps") as tabs:
@@ -107,7 +110,7 @@ def _of_note(site: Site, run: Run) -> tuple[RunView, str]:
     return view, site.processes.last_words(run.path.name) if silent else ""
 
 
-def _notes(run: Run, told: tuple[RunView, str]) -> None:
+def _notes(site: Site, run: Run, told: tuple[RunView, str]) -> None:
     view, last_words = told
     if view.status.stopped is not None:
         notice(f"Stopped: {view.status.stopped.message}", "bad")
@@ -117,12 +120,31 @@ def _notes(run: Run, told: tuple[RunView, str]) -> None:
             text("“Go on” takes it up where it was; no answered question is asked again.", "small soft")
             if last_words:
                 text(last_words, "text last", "pre")
+    if any(one.status.outcome and one.status.outcome.outcome == "out_of_budget" for one in view.designs):
+        _larger_budget(site, run)
     for design in view.designs:
         if design.status.state == "waiting":
             with box("notice wait", role="status"), box("row apart"):
                 text(f"Design {design.status.number}, {design.status.concept}, waits for your decision.")
                 address = f"/run/{run.path.name}/{design.status.number}"
                 button("Review", partial(ui.navigate.to, address), "primary")
+
+
+def _larger_budget(site: Site, run: Run) -> None:
+    """Offer to let a run that used up its budget go on with a larger one."""
+    form: dict[str, Any] = dict(run.asked().config.budget)
+
+    def go_on() -> None:
+        give_budget(run, budget_from(form))
+        site.go_on(run)
+
+    with box("notice wait stack", role="status"):
+        text("The budget of this run is used up. Give a larger one, what was spent before included, and go on.")
+        with box("form"):
+            for key, (said, step) in LIMITS.items():
+                ui.number(said, min=step, step=step).props("outlined dense clearable").bind_value(form, key)
+        with box("row"):
+            button("Go on with this budget", acting(go_on), "primary", "play_arrow")
 
 
 def _columns(view: RunView) -> None:

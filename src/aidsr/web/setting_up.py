@@ -10,9 +10,9 @@ from pydantic import ValidationError
 
 from aidsr.artifacts import EnvironmentSummary
 from aidsr.errors import AidsrError, UserError
-from aidsr.runs import Run, RunConfig
+from aidsr.runs import Budget, Run, RunConfig
 from aidsr.tasks import load_task, task_names
-from aidsr.web.choosing_a_model import choose_model, model_name
+from aidsr.web.choosing_a_model import LIMITS, budget_from, choose_model, model_name
 from aidsr.web.frame import frame
 from aidsr.web.launching import Order, launch
 from aidsr.web.live import say_mistake, working
@@ -38,6 +38,7 @@ FRESH: dict[str, Any] = {
     "seed": RunConfig().seed,
     "human": True,
     "repairs": True,
+    **dict.fromkeys(LIMITS),
 }
 """The form as a new visitor finds it; what somebody filled in is kept for the next time."""
 Form = dict[str, Any]
@@ -74,8 +75,10 @@ def order_from(site: Site, form: Form) -> Order:
         numbers = {key: int(form[key]) for key in whole}
     except (TypeError, ValueError):
         raise UserError("whole numbers were expected for concepts, iterations, tokens and seed; fill them in") from None
+    name = model_name(site, form)
+    budget = budget_from(form) if form["kind"] == "language" else Budget()
     try:
-        config = RunConfig(model=model_name(site, form), human=form["human"], repairs=form["repairs"], **numbers)
+        config = RunConfig(model=name, human=form["human"], repairs=form["repairs"], budget=budget, **numbers)
     except ValidationError as error:
         first = error.errors()[0]
         raise UserError(f"{first['loc'][0]}: {first['msg']}, found {first['input']}; change it") from None
