@@ -17,11 +17,13 @@ from nicegui.testing.user_interaction import UserInteraction
 
 from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.errors import UserError
+from aidsr.models.manual import waiting_prompts
 from aidsr.runs import Budget, EventLog, RunConfig
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
 from aidsr.web.choosing_a_model import budget_from, cost_in_advance
+from aidsr.web.manual_panel import answer, prompts_of
 from aidsr.web.mjcf_text import difference, highlighted
 from aidsr.web.pages import add_pages
 from aidsr.web.review_panel import part_names, refinement
@@ -256,6 +258,43 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
             order_from(site, FRESH | change)
     by_hand = order_from(site, FRESH | {"kind": "manual"}).config.model
     assert by_hand.startswith(f"manual:{tmp_path}")
+
+
+def asked_by_hand(directory: Path, number: int, said: str) -> None:
+    directory.mkdir(parents=True, exist_ok=True)
+    first = f"<!-- AID-SR question {'0' * 64}, asked by the coder -->"
+    (directory / f"{number:04d}.prompt.md").write_text(f"{first}\n{said}")
+
+
+@visiting
+async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
+    directory = site.own / "prompts" / "1"
+    asked_by_hand(directory, 1, f"Write a robot. {SCRIPT}")
+    run = made_run(site.library.path, model=f"manual:{directory}", waiting=True)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}")
+        await user.should_see("Prompt 1, of the coder")
+        await user.should_see("Write a robot.")
+        press(user, "Send the reply")
+        await user.should_see("the whole reply of the language model was expected")
+        user.find("The whole reply").type("<mujoco/>")
+        press(user, "Send the reply")
+        await user.should_not_see("Prompt 1, of the coder", retries=30)
+    assert (directory / "0001.reply.md").read_text() == "<mujoco/>"
+
+
+def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: Path) -> None:
+    site = Site.at(tmp_path / "runs")
+    outside = tmp_path / "elsewhere"
+    asked_by_hand(outside, 1, "Write.")
+    with pytest.raises(UserError, match="outside the folder of runs"):
+        prompts_of(site, made_run(site.library.path, model=f"manual:{outside}"))
+    (prompt,) = waiting_prompts(outside)
+    answer(prompt, "first")
+    with pytest.raises(UserError, match="answered in the meantime"):
+        answer(prompt, "second")
+    assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
+    assert prompt.reply.read_text() == "first"
 
 
 @visiting

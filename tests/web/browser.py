@@ -1,0 +1,97 @@
+"""The page in a real browser: the server as a process of its own, and Chromium where there is one."""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, sync_playwright
+
+IMAGES = Path(__file__).parents[2] / "docs" / "images" / "web"
+PATIENCE_MS = 300_000
+"""How long to wait for anything; nothing here is a measurement."""
+
+
+def chromium() -> str:
+    """Return the system's Chromium; without one, skip, or fail where CI promised one."""
+    found = next(
+        (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
+    )
+    if not found:
+        missing = "no Chromium on this machine; install the package chromium"
+        (pytest.fail if os.environ.get("AIDSR_BROWSER_TESTS") == "required" else pytest.skip)(missing)
+    return found
+
+
+@contextmanager
+def browsing(**options: object) -> Iterator[BrowserContext]:
+    """Open a browser without a window."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=chromium(), args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        )
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})  # type: ignore[arg-type]
+        context.set_default_timeout(PATIENCE_MS)
+        context.set_default_navigation_timeout(PATIENCE_MS)
+        yield context
+        browser.close()
+
+
+@dataclass
+class Server:
+    """`aidsr web` over a folder of runs."""
+
+    runs: Path
+    port: int
+    process: subprocess.Popen[bytes]
+
+    @classmethod
+    def start(cls, runs: Path, port: int = 0) -> "Server":
+        """Start it and wait until it answers."""
+        port = port or free_port()
+        words = ["web", "--runs", str(runs), "--port", str(port), "--no-browser"]
+        server = cls(runs, port, subprocess.Popen([sys.executable, "-m", "aidsr", *words]))
+        end = time.monotonic() + PATIENCE_MS / 1000
+        while True:
+            try:
+                with urlopen(f"http://127.0.0.1:{port}/assets/icon.svg") as answer:
+                    assert answer.status == 200
+                    return server
+            except OSError:
+                assert server.process.poll() is None, "the server ended"
+                assert time.monotonic() < end, "the server never answered"
+                time.sleep(0.1)
+
+    def stop(self) -> None:
+        """End it as Control-C does."""
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait()
+
+    def address(self, path: str = "/") -> str:
+        """Return the address of a page."""
+        return f"http://127.0.0.1:{self.port}{path}"
+
+
+def free_port() -> int:
+    """Return a port that nobody listens on."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+def shoot(page: Page, name: str, *, whole: bool = False) -> None:
+    """Take a picture for the docs, where pictures are wanted (AIDSR_SCREENSHOTS=1)."""
+    if os.environ.get("AIDSR_SCREENSHOTS"):
+        page.mouse.move(0, 0)
+        page.evaluate("scrollTo(0, 0)")
+        page.wait_for_timeout(2500)
+        page.screenshot(path=IMAGES / f"{name}.png", full_page=whole)

@@ -1,0 +1,188 @@
+"""A person's whole way through the page, in a real browser, with the real built-in team, validator and training."""
+
+import http.server
+import os
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browser import Server, browsing, chromium, shoot
+from made import SCRIPT, made_run
+from playwright.sync_api import Page, expect
+
+from aidsr.runs import Library
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    chromium()
+    return tmp_path / "runs"
+
+
+@pytest.fixture
+def server(runs: Path) -> Iterator[Server]:
+    server = Server.start(runs)
+    yield server
+    server.stop()
+
+
+def test_from_an_empty_home_to_a_trained_design(runs: Path) -> None:
+    server = Server.start(runs)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        shoot(page, "empty")
+        page.get_by_role("button", name="Set up a run").click()
+        page.get_by_label("Concepts, side by side").fill("1")
+        shoot(page, "setup", whole=True)
+        page.get_by_role("button", name="Start the run").click()
+        page.wait_for_url("**/run/*")
+        (run,) = Library(runs).runs()
+
+        page.get_by_text("Two-stage").first.wait_for()
+        page.reload()  # while it works
+        page.get_by_role("button", name="Review").click()
+        words = page.get_by_label("What should become different?")
+        words.fill(f"make it longer {SCRIPT}")
+        page.wait_for_timeout(500)  # typed text travels in the background
+
+        server.stop()
+        server = Server.start(runs, server.port)
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        expect(words).to_have_value(f"make it longer {SCRIPT}")
+        shoot(page, "review")
+        page.get_by_role("button", name="Refine").click()
+        page.get_by_text("round 2, you asked").wait_for()
+        decision = run.design(1).iteration(1).decision.read()
+        assert decision is not None
+        assert decision.text == f"make it longer {SCRIPT}"
+
+        other_tab = visitor.new_page()
+        other_tab.goto(page.url)
+        other_tab.get_by_role("button", name="Approve").click()
+        expect(page.locator("h1 + .badge")).to_have_text("approved")
+        assert run.design(1).final_scene.path.exists()
+        other_tab.close()
+
+        _train(page)
+        page.goto(server.address())
+        expect(page.get_by_text("1 of 1 approved")).to_be_visible()
+        assert page.evaluate("window.stolen") is None
+    server.stop()
+
+
+def _train(page: Page) -> None:
+    page.get_by_role("tab", name="Training").click()
+    page.get_by_label("Steps, at most").fill("512")
+    page.get_by_label("Film the best").click()
+    page.get_by_role("button", name="Start training").click()
+    page.get_by_text("Training 1").wait_for()
+    page.reload()  # while it learns
+    page.get_by_text("Can it be believed?").wait_for()
+    expect(page.get_by_text("All 20 held-out episodes")).to_be_visible()
+    page.get_by_role("button", name="Plausible", exact=True).click()
+    page.get_by_text("You confirmed it.").wait_for()
+    shoot(page, "training", whole=True)
+
+
+def test_hostile_text_is_inert_in_a_real_browser(runs: Path, server: Server) -> None:
+    run = made_run(runs, name=SCRIPT, objective=SCRIPT, task="", model=f"x:{SCRIPT}", waiting=True, designs=1)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        for path in ("/", f"/run/{run.path.name}", f"/run/{run.path.name}/1", f"/run/{run.path.name}/1?iteration=1"):
+            page.goto(server.address(path))
+            page.get_by_text("<script>").first.wait_for()
+            for tab in ("Log", "MJCF", "Concept", "Side by side"):
+                found = page.get_by_role("tab", name=tab)
+                if found.count():
+                    found.click()
+                    page.get_by_text("script").first.wait_for()
+            for fold in page.get_by_text("asked made:up").all():
+                fold.click()
+            assert page.evaluate("window.stolen") is None
+            assert page.locator("img[src=x]").count() == 0
+
+
+def test_another_site_reaches_nothing(runs: Path, server: Server) -> None:
+    made_run(runs)
+    stranger = http.server.ThreadingHTTPServer(("127.0.0.1", 0), http.server.SimpleHTTPRequestHandler)
+    threading.Thread(target=stranger.serve_forever, daemon=True).start()
+    address = f"127.0.0.1:{server.port}"
+    opened = f"""() => new Promise((done) => {{
+      const socket = new WebSocket("ws://{address}/_nicegui_ws/socket.io/?EIO=4&transport=websocket");
+      socket.onopen = () => done("open"); socket.onerror = () => done("refused");
+    }})"""
+    fetched = f"() => fetch('http://{address}/', {{mode: 'no-cors'}}).then(() => 'read', () => 'refused')"
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/assets/icon.svg"))
+        assert page.evaluate(opened) == "open"  # from its own pages it works
+        page.goto(f"http://127.0.0.1:{stranger.server_port}/")
+        assert page.evaluate(opened) == "refused"
+        assert page.evaluate(fetched) == "refused"
+    stranger.shutdown()
+    stranger.server_close()
+
+
+@pytest.mark.parametrize("width", [820, 1280, 1920])
+def test_pages_fit_tablets_and_wide_screens(runs: Path, server: Server, width: int) -> None:
+    run = made_run(runs, waiting=True)
+    with browsing(viewport={"width": width, "height": 1000}) as visitor:
+        page = visitor.new_page()
+        for path in ("/", "/new", f"/run/{run.path.name}", f"/run/{run.path.name}/1"):
+            page.goto(server.address(path))
+            page.get_by_role("link", name="AID-SR").wait_for()
+            assert page.evaluate("document.documentElement.scrollWidth") <= width, path
+
+
+def test_the_page_is_used_by_keyboard(runs: Path, server: Server) -> None:
+    made_run(runs, waiting=True)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        page.get_by_text("button pushing").wait_for()
+        page.keyboard.press("/")
+        page.keyboard.type("nothing of the kind")
+        page.get_by_text("None of 1 runs matches").wait_for()
+        page.keyboard.press("Tab")
+        page.evaluate("document.activeElement.blur()")
+        page.keyboard.press("n")
+        page.wait_for_url("**/new")
+        page.get_by_role("radio", name="tunnel").focus()
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("radio", name="tunnel")).to_have_attribute("aria-checked", "true")
+
+
+@pytest.mark.skipif("AIDSR_SCREENSHOTS" not in os.environ, reason="pictures for the docs are only taken when wanted")
+def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        shoot(page, "empty")
+        page.get_by_role("button", name="Try it").click()
+        page.wait_for_url("**/run/*")
+        page.get_by_text("stable", exact=True).first.wait_for()
+        shoot(page, "watch")
+        page.locator("h1 + .badge.finished").wait_for()
+        run = page.url
+        page.get_by_role("tab", name="Side by side").click()
+        shoot(page, "compare")
+        page.goto(f"{run}/2")
+        page.wait_for_timeout(5000)  # the view in three dimensions begins to move
+        shoot(page, "design")
+        page.get_by_role("tab", name="MJCF").click()
+        shoot(page, "mjcf")
+        page.goto(server.address("/new"))
+        for picture in page.locator("img.task").all():
+            picture.evaluate("image => image.complete || new Promise(done => image.onload = done)")
+        shoot(page, "setup", whole=True)
+        made_run(runs, name="Gripper", task="grasping/simple_grasping", waiting=True, model="openai:gpt-6.1-sol")
+        page.goto(server.address())
+        page.get_by_text("simple grasping").wait_for()
+        shoot(page, "home")
+    with browsing(color_scheme="dark") as visitor:
+        page = visitor.new_page()
+        page.goto(run)
+        page.get_by_text("stable", exact=True).first.wait_for()
+        shoot(page, "dark")
