@@ -111,7 +111,7 @@ def without_numbers(case: Case) -> Iterator[Fault]:
     model, timestep_s = case.model, float(case.model.opt.timestep)
     drawn = mujoco.MjData(model)
     mujoco.mj_forward(model, drawn)
-    broken = [case.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length))]
+    broken = [case.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length)).tolist()]
     if not (np.isfinite(drawn.ten_J).all() and np.isfinite(drawn.actuator_moment).all()):
         broken = broken or [case.tendon(tendon.id) for tendon in case.structure.tendons]
     length_m = case.structure.characteristic_length_m
