@@ -100,7 +100,7 @@ def test_a_scene_of_another_task_is_refused():
 def test_stages_are_told_in_words():
     task = QuickPushing()
     assert task.reached(0.2) == "begun, not yet at the button"
-    assert task.reached(0.495) == "at the button, not yet pressed"
+    assert task.reached(0.55) == "at the button, not yet pressed"
     assert task.reached(1.0) == "pressed, but success was not held"
     assert task.reached(1.0, won=True) == "held success"
     assert replace(task).stages == task.stages

@@ -28,8 +28,8 @@ BENCHMARK_VERSION = 1
 
 Level = Literal["standard", "hard"]
 Split = Literal["development", "held_out"]
-_NEAR = 0.01
-"""Progress that much below a stage has reached it: approach comes near its full worth and never gets there."""
+_ROUNDING = 1e-6
+"""Progress that much below a stage has reached it."""
 Memory = Mapping[str, FloatArray]
 """What a task carries from one control step of an episode to the next, by name, each (n, ...)."""
 Edits = Mapping[str, Mapping[str, float | tuple[float, ...]]]
@@ -77,8 +77,8 @@ class Task(ABC):
         """Return in words how far an episode came that got to this progress."""
         if won:
             return "held success"
-        before = [words for start, words in self.stages if progress >= start - _NEAR]
-        after = [words for start, words in self.stages if progress < start - _NEAR]
+        before = [words for start, words in self.stages if progress >= start - _ROUNDING]
+        after = [words for start, words in self.stages if progress < start - _ROUNDING]
         if not self.stages:
             return f"progress {progress:.2f} of 1"
         if not after:

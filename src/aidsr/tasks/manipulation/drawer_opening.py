@@ -40,7 +40,7 @@ class DrawerOpening(Task):
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
-    stages: ClassVar = ((1 / 12, "at a handle"), (0.25, "one drawer open"), (0.6, "two open"), (1.0, "all done"))
+    stages: ClassVar = ((1 / 12, "at a handle"), (3 / 12, "one drawer open"), (7 / 12, "two open"), (1.0, "all done"))
     required_names: ClassVar = ("mount", "cabinet", *DRAWERS, *(f"{drawer}_handle" for drawer in DRAWERS))
     policy_actuators: ClassVar = ("base_x", "base_z")
     sensors: ClassVar = (

@@ -39,7 +39,7 @@ class ForceControlledBrushing(Task):
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
-    stages: ClassVar = ((0.05, "at the wall"), (0.3, "brushing"), (1.0, "all brushed"))
+    stages: ClassVar = ((0.04, "at the wall"), (0.3, "brushing"), (1.0, "all brushed"))
     required_names: ClassVar = ("mount", "wall", "base_x", "base_z")
     policy_actuators: ClassVar = ("base_x", "base_z")
     sensors: ClassVar = (
