@@ -40,5 +40,5 @@ def test_a_run_travels_whole(tmp_path: Path) -> None:
 def test_a_cluster_of_one_machine_finishes_a_study(tmp_path: Path) -> None:
     study = begin_study(tmp_path / "study", PLAN)
     progress = drive(study, RayPool(study.path, "local"))
-    assert (progress.done, progress.failed, failures_of(study)) == (2, (), [])
+    assert (progress.done, progress.failed, failures_of(study)) == (4, (), [])
     assert [row.outcome for row in read_outcomes(study)] == ["approved", "approved"]

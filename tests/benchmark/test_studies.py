@@ -95,7 +95,7 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
         ("bare", "approved", True),
     ]
     assert not rows[0].valid, "a design that was not trained is not valid"
-    assert forecast(finished).jobs == {"train": 0, "probe": 0}
+    assert forecast(finished).jobs == {"verify": 0, "train": 0, "probe": 0}
 
 
 def test_designs_that_were_not_attempted_yet_are_in_the_denominator(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:
     study = begin_study(tmp_path / "s", plan(arms=plan().arms[:1]))
     pool = LocalPool(study.path, 1)
     progress = drive(study, pool)
-    assert (progress.done, progress.failed, failures_of(study)) == (1, (), [])
+    assert (progress.done, progress.failed, failures_of(study)) == (2, (), [])
 
 
 def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:
@@ -159,7 +159,7 @@ def test_the_command_says_what_it_would_take_and_begins_nothing(tmp_path: Path, 
         main(["benchmark", str(tmp_path / "s"), "--tasks", "gap", "tunnel", "--designs", "6", "--dry-run"])
     assert ended.value.code == 0
     said = capsys.readouterr().out
-    assert "4 design, 12 train, 12 probe" in said
+    assert "4 design, 12 verify, 12 train, 12 probe" in said
     assert list(tmp_path.iterdir()) == []
 
 

@@ -4,15 +4,18 @@ Each role's words are Markdown files beside its .py file: `ROLE.md` is what it a
 told for one job. Change a prompt by editing its file.
 """
 
+from dataclasses import replace
+
 from aidsr.agents.coder import CoderAgent
 from aidsr.agents.designer import DesignerAgent
+from aidsr.agents.direct import DirectCoder, DirectDesigner
 from aidsr.agents.integrator import IntegratorAgent
 from aidsr.agents.interview import Interview
 from aidsr.agents.judge import JudgeAgent
 from aidsr.models import Model
 from aidsr.roles import Team
 
-__all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "team"]
+__all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "direct_team", "team"]
 
 
 def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool = True) -> Team:
@@ -31,3 +34,12 @@ def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool =
         integrator=IntegratorAgent(interview, condensed),
         judge=JudgeAgent(interview, condensed),
     )
+
+
+def direct_team(model: Model, *, reasks: int = 2) -> Team:
+    """Return the team of direct prompting: one call writes the robot, and nobody thinks, places or judges beside it.
+
+    Its Integrator and Judge are never asked in a run of that method; they are those of `team`.
+    """
+    full = team(model, reasks=reasks)
+    return replace(full, designer=DirectDesigner(), coder=DirectCoder(CoderAgent(Interview(model, reasks))))

@@ -69,7 +69,15 @@ class CoderAgent:
             environment=describe_environment(brief.summary),
             concept=as_json(concept),
         )
-        return self.interview.ask("coder", render("coder"), user, _Reader(brief).read)
+        return self.asked(brief, render("coder"), user)
+
+    def asked(self, brief: Brief, system: str, user: str) -> Robot:
+        """Return the robot that a model writes when it is told this.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        return self.interview.ask("coder", system, user, _Reader(brief).read)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot with the reported problems removed.

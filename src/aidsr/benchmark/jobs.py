@@ -12,14 +12,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal, Self
 
+from aidsr.artifacts import ValidationReport
 from aidsr.benchmark.study import Cell, Study, open_study
 from aidsr.errors import AidsrError
 from aidsr.pipeline import brief_for, parts_of, start, work
 from aidsr.runs import DesignFolder, read_status
+from aidsr.runs.files import JsonFile
+from aidsr.tasks import load_task
+from aidsr.validation import validate
 
-__all__ = ["Job", "Stage", "pending", "pending_in", "perform", "trained_at"]
+__all__ = ["VERIFIED", "Job", "Stage", "pending", "pending_in", "perform", "trained_at"]
 
-Stage = Literal["design", "train", "probe"]
+Stage = Literal["design", "verify", "train", "probe"]
 
 
 @dataclass(frozen=True)
@@ -70,11 +74,17 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
         outcome = design.outcome.read()
         if outcome is None or outcome.outcome != "approved":
             continue
+        if not (design.path / VERIFIED).exists():
+            yield Job(cell, "verify", design.number)
         for seed in range(study.plan.seeds):
             if not (trained_at(design, seed) / "evaluation.json").exists():
                 yield Job(cell, "train", design.number, seed)
         if study.plan.probe and not (design.path / "probe.json").exists():
             yield Job(cell, "probe", design.number)
+
+
+VERIFIED = "verified.json"
+"""The validator's report on a final scene, anew and by itself: the method without validation has no other."""
 
 
 def trained_at(design: DesignFolder, seed: int) -> Path:
@@ -92,6 +102,8 @@ def perform(study: Path, job: Job) -> None:
     match job.stage:
         case "design":
             _design(found, job.cell)
+        case "verify":
+            _verify(found, job)
         case "train":
             _train(found, job)
         case "probe":
@@ -114,6 +126,13 @@ def _design(study: Study, cell: Cell) -> None:
         raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
 
 
+def _verify(study: Study, job: Job) -> None:
+    design = _design_of(study, job)
+    task = load_task(job.cell.task, study.plan.level)
+    report = validate(design.final_scene.path, needs_contact=task.needs_contact)
+    JsonFile(design.path / VERIFIED, ValidationReport).write(report)
+
+
 def _train(study: Study, job: Job) -> None:
     from aidsr.episodes.scene import TaskScene
     from aidsr.rl.trained import evaluate_training
@@ -128,14 +147,12 @@ def _train(study: Study, job: Job) -> None:
 
 
 def _probe(study: Study, job: Job) -> None:
-    from aidsr.probing import probe
+    from aidsr.probing import ProbeReport, probe
 
     design = _design_of(study, job)
     robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
     report = probe(design.final_scene.path, job.cell.task, level=study.plan.level, groups=robot.actuator_groups)
-    part = design.path / "probe.part"
-    part.write_text(report.model_dump_json(indent=2) + "\n", encoding="utf-8")
-    part.replace(design.path / "probe.json")
+    JsonFile(design.path / "probe.json", ProbeReport).write(report)
 
 
 def _design_of(study: Study, job: Job) -> DesignFolder:

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 
-from aidsr.artifacts import Artifact, Evaluation
-from aidsr.benchmark.jobs import trained_at
+from aidsr.artifacts import Artifact, Evaluation, ValidationReport
+from aidsr.benchmark.jobs import VERIFIED, trained_at
 from aidsr.benchmark.study import Cell, Study
 from aidsr.calls import Usage
 from aidsr.runs import DesignFolder, read_status
@@ -27,7 +27,7 @@ class DesignRow(Artifact):
     outcome: str = "failed"
     """As in outcome.json; "failed" where the run could not be done, "unfinished" where it is not done yet."""
     stable: bool = False
-    """Whether the design was approved, its scene with it."""
+    """Whether it was approved and its final scene passes the validator by itself."""
     evaluations: tuple[Evaluation, ...] = ()
     """One for each policy that was judged."""
     steps: int = 0
@@ -88,11 +88,12 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             continue
         folder = run.design(number)
         outcome = state.outcome.outcome if state.outcome else "unfinished"
+        verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
         yield DesignRow(
             **named,
             family=state.family,
             outcome=outcome,
-            stable=outcome == "approved",
+            stable=bool(verified and verified.stable),
             evaluations=tuple(_evaluations(folder, study.plan.seeds)),
             steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),
             training_s=sum(float(result["wall_s"]) for result in _results(folder, study.plan.seeds)),

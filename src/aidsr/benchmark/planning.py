@@ -45,6 +45,7 @@ def forecast(study: Study) -> Forecast:
     begun = {cell for cell in study.cells if study.run(cell) is not None}
     coming = sum(study.arm(cell.arm).config.concepts for cell in study.cells if cell not in begun)
     jobs = Counter(now)
+    jobs["verify"] += coming
     jobs["train"] += coming * plan.seeds
     jobs["probe"] += coming * plan.probe
     rows = read_outcomes(study)

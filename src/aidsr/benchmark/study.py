@@ -156,6 +156,8 @@ def _toml(values: dict[str, object]) -> str:
     """Return a plan as TOML: plain values first, then versions, then one table an arm."""
 
     def value(of: object) -> str:
+        if isinstance(of, dict):
+            return "{" + ", ".join(f"{key} = {value(each)}" for key, each in of.items() if each is not None) + "}"
         return json.dumps(of, ensure_ascii=False)
 
     plain = [f"{key} = {value(each)}" for key, each in values.items() if not isinstance(each, dict) and key != "arms"]

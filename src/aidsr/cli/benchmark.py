@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.runs.record import Method
+
 if TYPE_CHECKING:
     from aidsr.benchmark.pool import Pool
-    from aidsr.benchmark.study import StudyPlan
+    from aidsr.benchmark.study import Arm, StudyPlan
 
 __all__ = ["benchmark", "compare", "report", "submit"]
 
@@ -22,6 +24,7 @@ def benchmark(
     tasks: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
     level: Literal["standard", "hard"] = "standard",
     model: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
+    method: Annotated[list[Method] | None, Parameter(negative="", consume_multiple=True)] = None,
     designs: Annotated[int, Parameter(validator=Number(gte=1))] = 15,
     concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20))] = 3,
     seeds: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 1,
@@ -53,6 +56,8 @@ def benchmark(
         Level of the tasks.
     model
         One or more models to compare, "builtin" for the rules; each is an arm of the study.
+    method
+        The full method, or ways of leaving something out of it; each is an arm for each model.
     designs
         Designs of each task and model, in runs of --concepts.
     concepts
@@ -83,7 +88,7 @@ def benchmark(
     if resume:
         found = open_study(study)
     else:
-        plan = _plan(tasks, level, model or ["builtin"], designs, concepts, seeds, steps, probe)
+        plan = _plan(tasks, level, model or ["builtin"], method or ["full"], designs, concepts, seeds, steps, probe)
         found = Study(study, plan) if dry_run else begin_study(study, plan)
     say_forecast(console, found)
     if dry_run:
@@ -168,6 +173,7 @@ def _plan(
     tasks: list[str] | None,
     level: Literal["standard", "hard"],
     models: list[str],
+    methods: list[Method],
     designs: int,
     concepts: int,
     seeds: int,
@@ -179,9 +185,8 @@ def _plan(
     Raises:
         UserError: A task is not known, or the designs do not make whole runs.
     """
-    from aidsr.benchmark.study import Arm, StudyPlan, versions_now
+    from aidsr.benchmark.study import StudyPlan, versions_now
     from aidsr.errors import UserError
-    from aidsr.runs import RunConfig
     from aidsr.tasks import load_task, task_names
 
     if designs % concepts:
@@ -193,7 +198,7 @@ def _plan(
     return StudyPlan(
         tasks=chosen,
         level=level,
-        arms=tuple(Arm(name=_arm_name(model), config=RunConfig(model=model, concepts=concepts)) for model in models),
+        arms=tuple(_arm(model, method, concepts) for model in models for method in methods),
         runs=designs // concepts,
         seeds=seeds,
         steps=steps,
@@ -202,11 +207,15 @@ def _plan(
     )
 
 
-def _arm_name(model: str) -> str:
-    """Return a model's name as the name of a folder."""
+def _arm(model: str, method: Method, concepts: int) -> Arm:
+    """Return an arm whose name can be that of a folder."""
     import re
 
-    return re.sub(r"[^a-z0-9._-]+", "-", model.lower()).strip("-.")
+    from aidsr.benchmark.study import Arm
+    from aidsr.runs import RunConfig
+
+    name = re.sub(r"[^a-z0-9._-]+", "-", model.lower()).strip("-.") + ("" if method == "full" else f".{method}")
+    return Arm(name=name, config=RunConfig(model=model, method=method, concepts=concepts))
 
 
 def _pool(study: Path, jobs: int, ray: str) -> Pool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from aidsr.artifacts import Brief
 from aidsr.errors import MjcfError, UserError
+from aidsr.pipeline.ablations import without
 from aidsr.pipeline.parts import Parts
 from aidsr.pipeline.person import DecisionFile, approve_at_once
 from aidsr.pipeline.teams import BUILTIN, check_model, team_of
@@ -205,7 +206,7 @@ def parts_of(run: Run) -> Parts:
     record = run.asked()
     team_for, interrupt = team_of(run, record.config)
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
-    return Parts(
+    parts = Parts(
         team_for=team_for,
         repair=repair if record.config.repairs else leave_as_written,
         validate=validate,
@@ -215,6 +216,7 @@ def parts_of(run: Run) -> Parts:
         person=DecisionFile() if record.config.human else approve_at_once,
         interrupt=interrupt,
     )
+    return without(parts, record.config.method)
 
 
 def _mjcf(source: str | Path, what: str) -> str:

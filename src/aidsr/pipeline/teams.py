@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from aidsr.calls import CallRecord, Question
+from aidsr.errors import UserError
 from aidsr.models import ManualModel, Model, connect
 from aidsr.models.prices import list_price_usd
 from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
@@ -28,7 +29,12 @@ def check_model(config: RunConfig, budget: Budget) -> None:
     Raises:
         UserError: The model's name is not understood or lacks its key, or its price is not known and money is limited.
     """
-    if config.model != BUILTIN:
+    if config.model == BUILTIN:
+        if config.method == "direct":
+            raise UserError(
+                "direct prompting asks a language model; name one with --model, the rules cannot be prompted"
+            )
+    else:
         _connected(config.model)
         check_prices(budget, config.model, price_of(config.model))
 
@@ -46,9 +52,11 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
     by_hand = model if isinstance(model, ManualModel) else None
     kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
 
+    made = agents.direct_team if config.method == "direct" else agents.team
+
     def team_for(folder: Path) -> Team:
         recorded = RecordedModel(Budgeted(model, ledger, folder), folder, kept)
-        return agents.team(_Capped(recorded, config.max_output_tokens))
+        return made(_Capped(recorded, config.max_output_tokens))
 
     return team_for, by_hand.interrupt if by_hand else lambda: None
 

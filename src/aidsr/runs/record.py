@@ -8,7 +8,11 @@ from pydantic import Field
 
 from aidsr.artifacts import Artifact
 
-__all__ = ["Budget", "RunConfig", "RunRecord"]
+__all__ = ["Budget", "Method", "RunConfig", "RunRecord"]
+
+
+Method = Literal["full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "direct"]
+"""Ways of designing that the paper compares; "direct" is one call that is told the job."""
 
 
 class Budget(Artifact):
@@ -32,6 +36,8 @@ class RunConfig(Artifact):
 
     model: str = "builtin"
     """Who plays the four roles: "builtin" for the rules, or the name of a language model. Never holds a key."""
+    method: Method = "full"
+    """What of the method is left out, to measure what it is worth."""
     concepts: Annotated[int, Field(ge=1, le=20)] = 3
     """How many concepts the Designer proposes; each grows into one design. Source: AID-SR, three concepts."""
     iterations: Annotated[int, Field(ge=0, le=100)] = 8
