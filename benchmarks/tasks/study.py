@@ -130,15 +130,21 @@ def idling(scene: TaskScene, count: int, threads: int) -> Any:
 def table() -> str:
     """Return all that was measured as a page."""
     known = facts()
-    versions = sorted({fact["mujoco"] for fact in known if fact["design"]})
-    return _head(versions) + "\n".join(_rows(known)) + "\n"
+    bodies = [fact for fact in known if fact["design"]]
+    motions = sorted(fact["probe"]["candidates"] for fact in bodies)
+    return (
+        _head(sorted({fact["mujoco"] for fact in bodies}), f"{motions[0]} to {motions[-1]}")
+        + "\n".join(_rows(known))
+        + "\n"
+    )
 
 
-def _head(versions: list[str]) -> str:
+def _head(versions: list[str], motions: str) -> str:
     return f"""# Are the tasks good tasks?
 
 Made by `make tasks-study` with MuJoCo {", ".join(versions)}, version {BENCHMARK_VERSION} of the benchmark. Bodies are
-those of the built-in team as first written, seed 1; motions are open-loop ([probe](../../docs/probe.md)).
+those of the built-in team as first written, seed 1; motions are open-loop, {motions} for each body
+and variation ([probe](../../docs/probe.md)); results.jsonl has all that was measured.
 
 - *goal*: a stick or the object is pulled to the goal by hand, and that succeeds.
 - *idle*: successes among held-out episodes in which the bodies do nothing, and their largest progress.
