@@ -14,7 +14,7 @@ from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, sync_playwright
+from playwright.sync_api import BrowserContext, Page, expect, sync_playwright
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images" / "web"
 PATIENCE_MS = 300_000
@@ -41,6 +41,7 @@ def browsing(**options: object) -> Iterator[BrowserContext]:
         )
         context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})  # type: ignore[arg-type]
         context.set_default_timeout(PATIENCE_MS)
+        expect.set_options(timeout=PATIENCE_MS)
         context.set_default_navigation_timeout(PATIENCE_MS)
         yield context
         browser.close()
@@ -55,21 +56,15 @@ class Server:
     process: subprocess.Popen[bytes]
 
     @classmethod
-    def start(cls, runs: Path, port: int = 0) -> "Server":
+    def start(cls, runs: Path) -> "Server":
         """Start it and wait until it answers."""
-        port = port or free_port()
-        words = ["web", "--runs", str(runs), "--port", str(port), "--no-browser"]
-        server = cls(runs, port, subprocess.Popen([sys.executable, "-m", "aidsr", *words]))
-        end = time.monotonic() + PATIENCE_MS / 1000
-        while True:
-            try:
-                with urlopen(f"http://127.0.0.1:{port}/assets/icon.svg") as answer:
-                    assert answer.status == 200
-                    return server
-            except OSError:
-                assert server.process.poll() is None, "the server ended"
-                assert time.monotonic() < end, "the server never answered"
-                time.sleep(0.1)
+        port = free_port()
+        return cls(runs, port, _started(runs, port))
+
+    def restart(self) -> None:
+        """End it and start it again at the same address."""
+        self.stop()
+        self.process = _started(self.runs, self.port)
 
     def stop(self) -> None:
         """End it as Control-C does."""
@@ -79,6 +74,21 @@ class Server:
     def address(self, path: str = "/") -> str:
         """Return the address of a page."""
         return f"http://127.0.0.1:{self.port}{path}"
+
+
+def _started(runs: Path, port: int) -> "subprocess.Popen[bytes]":
+    words = ["web", "--runs", str(runs), "--port", str(port), "--no-browser"]
+    process = subprocess.Popen([sys.executable, "-m", "aidsr", *words])
+    end = time.monotonic() + PATIENCE_MS / 1000
+    while True:
+        try:
+            with urlopen(f"http://127.0.0.1:{port}/assets/icon.svg") as answer:
+                assert answer.status == 200
+                return process
+        except OSError:
+            assert process.poll() is None, "the server ended"
+            assert time.monotonic() < end, "the server never answered"
+            time.sleep(0.1)
 
 
 def free_port() -> int:

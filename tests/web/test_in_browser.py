@@ -27,15 +27,12 @@ def server(runs: Path) -> Iterator[Server]:
     server.stop()
 
 
-def test_from_an_empty_home_to_a_trained_design(runs: Path) -> None:
-    server = Server.start(runs)
+def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> None:
     with browsing() as visitor:
         page = visitor.new_page()
         page.goto(server.address())
-        shoot(page, "empty")
         page.get_by_role("button", name="Set up a run").click()
         page.get_by_label("Concepts, side by side").fill("1")
-        shoot(page, "setup", whole=True)
         page.get_by_role("button", name="Start the run").click()
         page.wait_for_url("**/run/*")
         (run,) = Library(runs).runs()
@@ -47,8 +44,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path) -> None:
         words.fill(f"make it longer {SCRIPT}")
         page.wait_for_timeout(500)  # typed text travels in the background
 
-        server.stop()
-        server = Server.start(runs, server.port)
+        server.restart()
         page.goto(server.address(f"/run/{run.path.name}/1"))
         expect(words).to_have_value(f"make it longer {SCRIPT}")
         shoot(page, "review")
@@ -69,13 +65,12 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path) -> None:
         page.goto(server.address())
         expect(page.get_by_text("1 of 1 approved")).to_be_visible()
         assert page.evaluate("window.stolen") is None
-    server.stop()
 
 
 def _train(page: Page) -> None:
     page.get_by_role("tab", name="Training").click()
     page.get_by_label("Steps, at most").fill("512")
-    page.get_by_label("Film the best").click()
+    page.get_by_text("Film the best").click()
     page.get_by_role("button", name="Start training").click()
     page.get_by_text("Training 1").wait_for()
     page.reload()  # while it learns
@@ -162,7 +157,7 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         shoot(page, "empty")
         page.get_by_role("button", name="Try it").click()
         page.wait_for_url("**/run/*")
-        page.get_by_text("stable", exact=True).first.wait_for()
+        page.locator("img.shot").first.wait_for()
         shoot(page, "watch")
         page.locator("h1 + .badge.finished").wait_for()
         run = page.url

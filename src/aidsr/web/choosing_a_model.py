@@ -37,6 +37,10 @@ _KINDS = {
         "A language model",
         "Of a provider or of a server of your own. Only the one named here is ever paid for.",
     ),
+    "manual": (
+        "By hand",
+        "You carry each prompt to any chat product, or think for yourself, and bring back the reply.",
+    ),
 }
 
 
