@@ -14,6 +14,7 @@ from aidsr.agents.prompts import render
 from aidsr.artifacts import Artifact, EnvironmentSummary, Fault, Placement, Robot
 from aidsr.errors import AidsrError
 from aidsr.mcp.desk import Desk
+from aidsr.probing import probe
 from aidsr.sim.assembly import assemble
 from aidsr.sim.framing import View
 from aidsr.sim.rendering import picture
@@ -77,7 +78,9 @@ def build_server(folder: Path) -> MCPServer:
     """
     server = MCPServer("aidsr", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
     _add_reading(server)
-    _add_physics(server, Desk(folder))
+    desk = Desk(folder)
+    _add_physics(server, desk)
+    _add_drawing(server, desk)
     return server
 
 
@@ -145,6 +148,20 @@ def _add_physics(server: MCPServer, desk: Desk) -> None:
         account = "\n".join([report.account(), *scene.notes])
         path = str(home / "scene.xml")
         return Verdict(stable=report.stable, account=account, faults=report.faults, scene=home.name, path=path)
+
+
+def _add_drawing(server: MCPServer, desk: Desk) -> None:
+    @server.tool(name="probe")
+    def probe_scene(scene: SceneNumber) -> str:
+        """Search, without learning, how far the body of a scene gets on its task; takes some tens of seconds."""
+        try:
+            report = probe(desk.scene(scene), desk.task(scene))
+        except AidsrError as error:
+            raise ToolError(str(error)) from None
+        return (
+            f"{report.reached}. Progress {report.progress:.2f} of 1 on average, {report.success_share:.0%} of the "
+            f"variations solved by some motion, {report.same_motion_share:.0%} by one and the same."
+        )
 
     @server.tool(name="render")
     def render_scene(

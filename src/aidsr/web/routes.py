@@ -46,24 +46,34 @@ def routes(site: Site) -> APIRouter:
 
     @router.get("/pictures/{category}/{task}.png")
     def task_picture(category: str, task: str) -> FileResponse:
-        from aidsr.sim.rendering import picture
-        from aidsr.tasks import load_task
-
         try:
-            environment = load_task(f"{category}/{task}").environment
-            digest = hashlib.sha256(environment.encode()).hexdigest()[:16]
-            place = site.own / "pictures" / f"{digest}.png"
-            with drawing:  # fourteen cards ask at once
-                if not place.exists():
-                    place.parent.mkdir(parents=True, exist_ok=True)
-                    drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1])
-                    place.with_suffix(".tmp").write_bytes(drawn)
-                    place.with_suffix(".tmp").replace(place)
+            place = _picture_of(site, f"{category}/{task}", drawing)
         except AidsrError as error:
             raise HTTPException(404, str(error)) from None
         return FileResponse(place, media_type="image/png", headers={"cache-control": "max-age=3600"})
 
     return router
+
+
+def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
+    """Return the picture of a task's environment, drawn when it is first asked for.
+
+    Raises:
+        AidsrError: There is no such task, or it cannot be drawn.
+    """
+    from aidsr.sim.rendering import picture
+    from aidsr.tasks import load_task
+
+    environment = load_task(task).environment
+    digest = hashlib.sha256(environment.encode()).hexdigest()[:16]
+    place = site.own / "pictures" / f"{digest}.png"
+    with drawing:  # fourteen cards ask at once
+        if not place.exists():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1])
+            place.with_suffix(".tmp").write_bytes(drawn)
+            place.with_suffix(".tmp").replace(place)
+    return place
 
 
 def _inside(site: Site, name: str, path: str) -> Path:
