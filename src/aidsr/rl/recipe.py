@@ -16,7 +16,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 class Recipe(Artifact):
     """Proximal policy optimization (Schulman et al. 2017) as Stable-Baselines3 has it, on batched simulations.
 
-    Source: our choice, measured on an arm and a crawler (docs/training.md): many simulations with short rollouts and a
+    Source: our choice, measured on an arm and a crawler (docs/learning.md): many simulations with short rollouts and a
     high learning rate learn several times faster from the same physics than the usual long rollouts.
     """
 
