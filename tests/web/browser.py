@@ -33,12 +33,11 @@ def chromium() -> str:
 
 
 @contextmanager
-def browsing(**options: object) -> Iterator[BrowserContext]:
-    """Open a browser without a window."""
+def browsing(*, webgl: bool = False, **options: object) -> Iterator[BrowserContext]:
+    """Open a browser without a window; WebGL drawn by the processor would slow everything down, so only where asked."""
+    drawing = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-3d-apis"]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=chromium(), args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        )
+        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox", *drawing])
         context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})  # type: ignore[arg-type]
         context.set_default_timeout(PATIENCE_MS)
         expect.set_options(timeout=PATIENCE_MS)

@@ -11,6 +11,7 @@ from browser import Server, browsing, chromium, shoot
 from made import SCRIPT, made_run
 from playwright.sync_api import Page, expect
 
+import aidsr
 from aidsr.runs import Library
 
 
@@ -28,7 +29,7 @@ def server(runs: Path) -> Iterator[Server]:
 
 
 def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> None:
-    with browsing() as visitor:
+    with browsing(webgl="AIDSR_SCREENSHOTS" in os.environ) as visitor:
         page = visitor.new_page()
         page.goto(server.address())
         page.get_by_role("button", name="Set up a run").click()
@@ -151,7 +152,7 @@ def test_the_page_is_used_by_keyboard(runs: Path, server: Server) -> None:
 
 @pytest.mark.skipif("AIDSR_SCREENSHOTS" not in os.environ, reason="pictures for the docs are only taken when wanted")
 def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
-    with browsing() as visitor:
+    with browsing(webgl=True) as visitor:
         page = visitor.new_page()
         page.goto(server.address())
         shoot(page, "empty")
@@ -172,9 +173,10 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         for picture in page.locator("img.task").all():
             picture.evaluate("image => image.complete || new Promise(done => image.onload = done)")
         shoot(page, "setup", whole=True)
-        made_run(runs, name="Gripper", task="grasping/simple_grasping", waiting=True, model="openai:gpt-6.1-sol")
+        aidsr.design(task="simple_grasping", concepts=2, seed=3, runs=runs)
+        aidsr.design(task="tunnel", concepts=1, runs=runs)
         page.goto(server.address())
-        page.get_by_text("simple grasping").wait_for()
+        page.get_by_text("tunnel", exact=True).wait_for()
         shoot(page, "home")
     with browsing(color_scheme="dark") as visitor:
         page = visitor.new_page()

@@ -25,7 +25,11 @@ def curve_svg(rows: Sequence[CurveRow], budget_steps: int) -> str:
     def line(name: str, kind: str) -> str:
         places = [(row.steps, getattr(row, name)) for row in rows if not math.isnan(getattr(row, name))]
         path = " ".join(f"{x(steps):.1f},{y(share):.1f}" for steps, share in places)
-        return f'<polyline class="line {kind}" points="{path}"/>' if places else ""
+        if not places:
+            return ""
+        steps, share = places[-1]
+        dot = f'<circle class="dot {kind}" cx="{x(steps):.1f}" cy="{y(share):.1f}" r="3.5"/>'
+        return f'<polyline class="line {kind}" points="{path}"/>{dot}'
 
     grid = "".join(
         f'<line class="axis" x1="{_LEFT}" x2="{_WIDTH - 8}" y1="{y(share):.1f}" y2="{y(share):.1f}"/>'

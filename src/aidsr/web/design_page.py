@@ -11,6 +11,7 @@ from aidsr.artifacts import Fault
 from aidsr.errors import AidsrError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.comparing import Comparison, attempted, compare
+from aidsr.runs.status import newest
 from aidsr.runs.summary import duration_in_words
 from aidsr.runs.telling import DOING
 from aidsr.web.comparing import measured_in_words
@@ -40,7 +41,7 @@ from aidsr.web.training_panel import training_panel
 
 __all__ = ["add_design_page"]
 
-_TABS = {"found": "What was found", "concept": "Concept", "mjcf": "MJCF", "log": "Log", "training": "Training"}
+_TABS = {"found": "Findings", "concept": "Concept", "mjcf": "MJCF", "log": "Log", "training": "Training"}
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class _Page:
         return self.read()[2]
 
     def seen(self) -> tuple[int, bool, bool]:
-        """Return the number of the iteration looked at, and whether there is a scene and a picture of it."""
+        """Return the number of the iteration looked at, and whether there is a validated scene and a picture of it."""
         number = self.number()
         iteration = self.folder.iteration(number)
         return number, iteration.scene_report.path.exists(), iteration.preview.path.exists()
@@ -128,13 +129,19 @@ def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
 def _scene(page: _Page, seen: tuple[int, bool, bool]) -> None:
     number = seen[0]
     iteration = page.folder.iteration(number)
-    scene = iteration.scene.xml.read()
-    mjcf = scene.decode() if scene else attempted(page.folder, number).robot if number else ""
-    picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if seen[2] else ""
+    scene = iteration.scene.read()
+    state = attempted(page.folder, number)
     report = (iteration.scene_report if scene else iteration.robot_report).read()
-    draft = Draft(page.run, iteration)
-    address = file_address(page.run.path.name, picture)
-    show_scene(mjcf, address, faults=report.errors if report else (), on_pick=draft.pin)
+    robot = newest(it.robot.read() for it in reversed(page.folder.iterations) if it.number <= number)
+    show_scene(
+        scene.mjcf if scene else state.robot,
+        f"{page.run.path.name} design {page.folder.number} iteration {number}",
+        _picture(page, number),
+        faults=report.errors if report else (),
+        groups=robot.actuator_groups if robot else (),
+        environment="" if scene else page.run.brief().environment,
+        on_pick=Draft(page.run, iteration).pin,
+    )
 
 
 def _iterations(page: _Page, told: tuple[DesignView, str, int]) -> None:
@@ -155,11 +162,16 @@ def _iterations(page: _Page, told: tuple[DesignView, str, int]) -> None:
 
 def _frame(page: _Page, number: int, address: str, *, current: bool) -> None:
     with ui.link(target=address) as link:
-        exists = page.folder.iteration(number).preview.path.exists()
-        picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if exists else ""
-        image(file_address(page.run.path.name, picture), f"iteration {number}", "thumb")
+        image(_picture(page, number), f"iteration {number}", "thumb")
         text(str(number))
     link.props["aria-current"] = "true" if current else "false"
+
+
+def _picture(page: _Page, number: int) -> str:
+    """Return the address of an iteration's picture, empty where there is none."""
+    exists = page.folder.iteration(number).preview.path.exists()
+    picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if exists else ""
+    return file_address(page.run.path.name, picture)
 
 
 def _awaited(page: _Page) -> int:
@@ -217,7 +229,8 @@ def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:
             return
         with box("stack"):
             what = "the scene" if iteration.scene_report.path.exists() else "the robot alone"
-            stable = "no faults" if not report.faults else f"{len(report.errors)} faults"
+            many = f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}"
+            stable = many if report.errors else "stable, with warnings" if report.warnings else "stable, no faults"
             text(f"The validator on {what}: {stable}", tag="h2")
             for fault in (*report.errors, *report.warnings):
                 _fault(fault)

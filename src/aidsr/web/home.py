@@ -125,7 +125,9 @@ def _cells(site: Site, row: _Row) -> None:
     for count in (sum(one.valid for one in view.designs), sum(one.successful for one in view.designs)):
         text(str(count) if trained else "–", "num", "td")
     text(cost_in_words(view.status.usage), "num", "td")
-    text(record.started[:16].replace("T", " "), "small soft numbers", "td")
+    with box(tag="td"), box("stack tight small soft numbers"):
+        text(record.started[:10], "line")
+        text(record.started[11:16])
     _delete(site, row.name)
 
 

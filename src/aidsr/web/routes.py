@@ -31,7 +31,9 @@ def routes(site: Site) -> APIRouter:
     def file(name: str, path: str) -> FileResponse:
         found = _inside(site, name, path)
         if found.suffix in _SHOWN:
-            return FileResponse(found, media_type=_SHOWN[found.suffix], headers={"cache-control": "no-cache"})
+            # a picture of a run never changes; films of a training may be made anew
+            kept = "private, max-age=3600" if found.suffix == ".png" else "no-cache"
+            return FileResponse(found, media_type=_SHOWN[found.suffix], headers={"cache-control": kept})
         if found.suffix in _DOWNLOADED:
             return FileResponse(found, media_type="application/octet-stream", filename=found.name)
         raise HTTPException(404)

@@ -1,26 +1,36 @@
-"""The one place where a design is seen: its newest picture until a view in three dimensions takes its room."""
+"""The one place where a design is seen: by its picture."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from aidsr.artifacts import Fault
+from aidsr.artifacts import ActuatorGroup, Fault
 from aidsr.web.parts import box, image
 
 __all__ = ["show_scene"]
 
 
 def show_scene(
-    mjcf: str, picture: str, *, faults: Sequence[Fault] = (), on_pick: Callable[[str], None] | None = None
+    mjcf: str,
+    title: str,
+    picture: str,
+    *,
+    faults: Sequence[Fault] = (),
+    groups: Sequence[ActuatorGroup] = (),
+    environment: str = "",
+    on_pick: Callable[[str], None] = lambda _name: None,
 ) -> None:
-    """Show a robot or a scene.
+    """Show a robot or a scene; the arguments are what a view in three dimensions needs.
 
     Args:
         mjcf: Its text; empty while there is none.
+        title: What it is.
         picture: Address of a picture of it, empty where there is none.
         faults: What to light up.
-        on_pick: Told the name of a body or tendon that a person clicked.
+        groups: Actuators that act together.
+        environment: For a robot alone, the MJCF whose physics hold for it.
+        on_pick: Told the name of a body or tendon that a person clicked; empty takes it back.
     """
-    del mjcf, faults, on_pick
+    del mjcf, faults, groups, environment, on_pick
     with box("sheet flush"):
-        image(picture, "the design")
+        image(picture, title)
