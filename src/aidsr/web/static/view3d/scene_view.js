@@ -1,0 +1,330 @@
+// The view as a Vue component for NiceGUI: picture, transport, and a slider for each thing that can be pulled.
+import { Connection, FACTS, FRAME, shortName, STATE, TESTS, Viewer } from "aidsr-view3d";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+const SEND_MS = 40;
+const HIDDEN_MS = 4000;
+const LABELS_AT_MOST = 6;
+
+export default {
+  template: `
+<div class="v3d" :class="{'v3d-bare': !controls}" ref="root">
+  <div class="v3d-stage">
+    <div class="v3d-picture" ref="host" tabindex="0" role="application" :aria-label="'3-D view of ' + title + '. ' + keys"
+         @keydown="key"></div>
+    <div class="v3d-labels" aria-hidden="true">
+      <div v-for="label in labels" :key="label.text" class="v3d-label" :class="'v3d-' + label.kind"
+           :style="{transform: 'translate(' + label.x + 'px,' + label.y + 'px)'}">{{ label.text }}</div>
+    </div>
+    <div v-if="tip" class="v3d-tip" :style="{left: tip.x + 'px', top: tip.y + 'px'}">{{ tip.text }}</div>
+    <div class="v3d-clock" v-if="facts"><b>{{ showing }}</b> {{ clock }}<span v-if="slow"> · {{ slow }}</span></div>
+    <div class="v3d-tools" v-if="facts">
+      <q-btn flat round dense size="sm" icon="center_focus_strong" @click="viewer.frame()" aria-label="Frame the robot">
+        <q-tooltip>Frame the robot (F)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="my_location" :color="following ? 'primary' : undefined" @click="toggle('following')"
+        :aria-pressed="String(following)" aria-label="Follow the robot"><q-tooltip>Follow the robot</q-tooltip></q-btn>
+      <q-btn v-if="facts.is_scene" flat round dense size="sm" icon="blur_on" :color="xray ? 'primary' : undefined"
+        @click="toggle('xray')" :aria-pressed="String(xray)" aria-label="See through the surroundings">
+        <q-tooltip>See through the surroundings (X)</q-tooltip></q-btn>
+      <q-btn v-if="facts.tendons.length" flat round dense size="sm" icon="palette" :color="byTension ? 'primary' : undefined"
+        @click="toggle('byTension')" :aria-pressed="String(byTension)" aria-label="Colour tendons by tension">
+        <q-tooltip>Colour tendons by tension</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
+        <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="fullscreen" @click="fullScreen" aria-label="Full screen">
+        <q-tooltip>Full screen</q-tooltip></q-btn>
+    </div>
+    <div class="v3d-legend" v-if="facts && facts.tendons.length && byTension">
+      <span>slack</span><i></i><span>{{ number(facts.tendons[0].full_n) }} N</span></div>
+    <div class="v3d-square" v-if="facts">squares of {{ squareText }}</div>
+    <div class="v3d-cover" v-if="cover"><q-spinner v-if="busy" size="2em" /><div>{{ cover }}</div>
+      <q-btn v-if="status === 'open' && trouble" outline dense no-caps icon="replay" label="Reset" @click="send({do: 'reset'})" /></div>
+  </div>
+  <div class="v3d-transport" v-if="facts && controls">
+    <q-btn flat round dense :icon="state.runs ? 'pause' : 'play_arrow'" @click="playPause"
+      :aria-label="state.runs ? 'Pause' : 'Play'"><q-tooltip>{{ state.runs ? 'Pause' : 'Play' }} (space)</q-tooltip></q-btn>
+    <q-btn flat round dense icon="replay" @click="send({do: 'reset'})" aria-label="Reset"><q-tooltip>Reset (R)</q-tooltip></q-btn>
+    <q-btn-dropdown flat dense no-caps :label="state.speed + '×'" aria-label="Speed" class="v3d-speed">
+      <q-list dense><q-item v-for="times in speeds" :key="times" clickable v-close-popup
+        @click="send({do: 'speed', times})"><q-item-section>{{ times }}×</q-item-section></q-item></q-list>
+    </q-btn-dropdown>
+    <q-select class="v3d-choice" dense outlined options-dense emit-value map-options :options="choices" :model-value="choice"
+      @update:model-value="choose" aria-label="What to show" />
+    <q-slider v-if="state.duration_s" class="v3d-seek" dense :min="0" :max="state.duration_s" :step="0.001" :model-value="time"
+      @update:model-value="seek" aria-label="Time" />
+  </div>
+  <div class="v3d-sliders" v-if="facts && controls && facts.controls.length">
+    <div class="v3d-head"><b>{{ pullable ? 'Pull the tendons' : 'Move the actuators' }}</b>
+      <q-btn flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
+    <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member}">
+      <div class="v3d-name" :title="row.label">{{ row.label }}</div>
+      <q-slider dense :min="0" :max="1" :step="0.005" :model-value="row.share" @update:model-value="pull(row, $event)"
+        :aria-label="row.label" :color="row.group ? 'secondary' : 'primary'" />
+      <div class="v3d-value">{{ row.value }}</div>
+    </div>
+  </div>
+</div>`,
+
+  props: { view: String, path: String, title: String, lit: Array, episodes: Array, controls: Boolean },
+  emits: ["pick", "ready"],
+
+  data() {
+    return {
+      facts: null,
+      state: { mode: "live", runs: true, speed: 1, trouble: "", duration_s: null },
+      tests: [],
+      status: "connecting",
+      time: 0,
+      pace: 1,
+      ctrl: [],
+      tensions: [],
+      labels: [],
+      tip: null,
+      chosen: null,
+      following: false,
+      xray: false,
+      byTension: true,
+      speeds: SPEEDS,
+      keys: "Space plays and pauses, R resets, arrows turn, plus and minus zoom, F frames, X sees through, P saves a picture.",
+    };
+  },
+
+  computed: {
+    trouble() {
+      return this.state.trouble;
+    },
+    busy() {
+      return this.status !== "gone" && !this.trouble;
+    },
+    cover() {
+      if (this.status === "gone") return "This view has been closed. Reload the page.";
+      if (this.status === "lost") return "The connection was lost; trying again…";
+      if (this.trouble) return this.trouble;
+      return this.facts ? "" : "Preparing the model…";
+    },
+    showing() {
+      const { mode, index } = this.state;
+      if (mode === "test") return `Test: ${this.tests[index] ?? ""}`;
+      return mode === "episode" ? `Episode: ${this.episodes[index] ?? ""}` : "Live";
+    },
+    clock() {
+      return `${this.time.toFixed(2)} s`;
+    },
+    slow() {
+      return this.state.runs && this.time > 0.5 && this.pace < 0.85 * this.state.speed ? `${this.pace.toFixed(2)}× real time` : "";
+    },
+    choice() {
+      return this.state.mode === "live" ? "live" : `${this.state.mode} ${this.state.index}`;
+    },
+    choices() {
+      return [
+        { label: "Live simulation", value: "live" },
+        ...this.tests.map((label, index) => ({ label: `Test: ${label}`, value: `test ${index}` })),
+        ...this.episodes.map((label, index) => ({ label: `Episode: ${label}`, value: `episode ${index}` })),
+      ];
+    },
+    pullable() {
+      return this.facts.controls.some((control) => control.pulls_tendon);
+    },
+    squareText() {
+      const square = 10 ** Math.floor(Math.log10(this.facts.length_m * 1.5));
+      return square >= 1 ? `${square} m` : square >= 0.01 ? `${Math.round(square * 100)} cm` : `${Math.round(square * 1000)} mm`;
+    },
+    rows() {
+      const controls = this.facts.controls;
+      const grouped = new Map();
+      const rows = [];
+      for (const group of this.facts.groups) {
+        const members = controls.filter((control) => group.members.includes(control.name));
+        members.forEach((member) => grouped.set(member.name, true));
+        rows.push(this.row(`group ${group.name}`, group.name, members, { group: true }));
+        for (const member of members) rows.push(this.row(member.name, shortName(member.name), [member], { member: true }));
+      }
+      for (const control of controls)
+        if (!grouped.has(control.name)) rows.push(this.row(control.name, shortName(control.name), [control], {}));
+      return rows;
+    },
+  },
+
+  watch: {
+    lit: { deep: true, handler: "light" },
+    following(on) {
+      this.viewer.setFollowing(on);
+    },
+    xray(on) {
+      this.viewer.setXray(on);
+    },
+    byTension(on) {
+      this.viewer.setByTension(on);
+    },
+  },
+
+  mounted() {
+    this.unsent = new Map();
+    this.viewer = new Viewer(this.$refs.host, {
+      pick: (thing) => this.pick(thing),
+      hover: (...at) => this.hover(...at),
+      drawn: () => this.drawn(),
+    });
+    this.connection = new Connection(this.path, {
+      message: (kind, value) => this.hear(kind, value),
+      status: (status) => (this.status = status),
+    });
+    this.watching = new IntersectionObserver(([entry]) => {
+      this.onScreen = entry.isIntersecting;
+      this.lookOrNot();
+    });
+    this.watching.observe(this.$refs.root);
+    this.lookOrNot = this.lookOrNot.bind(this);
+    document.addEventListener("visibilitychange", this.lookOrNot);
+  },
+
+  unmounted() {
+    document.removeEventListener("visibilitychange", this.lookOrNot);
+    clearTimeout(this.hiding);
+    clearTimeout(this.sending);
+    this.watching.disconnect();
+    this.connection.look(false);
+    this.viewer.dispose();
+  },
+
+  methods: {
+    lookOrNot() {
+      clearTimeout(this.hiding);
+      if (this.onScreen && !document.hidden) this.connection.look(true);
+      else this.hiding = setTimeout(() => this.connection.look(false), HIDDEN_MS);
+    },
+    hear(kind, value) {
+      if (kind === FACTS) {
+        this.facts = Object.freeze(value);
+        this.viewer.show(value);
+        this.following = value.is_free;
+        this.viewer.setXray(this.xray);
+        this.light();
+        this.$emit("ready");
+      } else if (kind === FRAME) this.frame(value);
+      else if (kind === STATE) this.state = { ...this.state, ...value };
+      else if (kind === TESTS) this.tests = value.tests;
+    },
+    frame(frame) {
+      this.viewer.place(frame);
+      this.time = frame.time;
+      this.pace = frame.pace;
+      this.tensions = frame.tensions;
+      // what a person has just set stays where it was put until the player has heard of it
+      this.ctrl = Array.from(frame.ctrl, (value, at) => this.unsent.get(at) ?? value);
+    },
+    send(command) {
+      this.connection.send(command);
+    },
+    playPause() {
+      this.send({ do: this.state.runs ? "pause" : "play" });
+    },
+    choose(value) {
+      const [mode, index] = value.split(" ");
+      this.send(mode === "live" ? { do: "live" } : { do: mode, index: Number(index) });
+    },
+    seek(time) {
+      this.time = time;
+      this.send({ do: "pause" });
+      this.send({ do: "seek", time_s: time });
+    },
+    row(key, label, members, more) {
+      const shares = members.map((control) => (this.ctrl[control.at] - control.release) / (control.pull - control.release || 1));
+      const share = Math.min(Math.max(shares.reduce((sum, one) => sum + one, 0) / shares.length || 0, 0), 1);
+      const [first] = members;
+      const value = first.pulls_tendon || more.group ? `${Math.round(100 * share)} %` : this.number(this.ctrl[first.at] ?? 0);
+      return { key, label, members, share, value, ...more };
+    },
+    pull(row, share) {
+      for (const control of row.members) {
+        const value = control.release + share * (control.pull - control.release);
+        this.unsent.set(control.at, value);
+        this.ctrl[control.at] = value;
+      }
+      this.sending ??= setTimeout(() => this.flush(), SEND_MS);
+    },
+    letGo() {
+      for (const control of this.facts.controls) this.unsent.set(control.at, control.neutral);
+      this.flush();
+    },
+    flush() {
+      clearTimeout(this.sending);
+      this.sending = null;
+      this.send({ do: "ctrl", values: Object.fromEntries(this.unsent) });
+      this.unsent.clear();
+    },
+    toggle(name) {
+      this[name] = !this[name];
+    },
+    light() {
+      this.viewer.setLit(this.lit ?? [], this.chosen);
+    },
+    pick(thing) {
+      this.chosen = thing;
+      this.light();
+      this.$refs.host.focus({ preventScroll: true });
+      this.$emit("pick", thing ?? { kind: "", name: "" });
+    },
+    hover(thing, event) {
+      this.viewer.canvas.style.cursor = thing ? "pointer" : "grab";
+      if (!thing) {
+        this.tip = null;
+        return;
+      }
+      const box = this.$refs.host.getBoundingClientRect();
+      this.tip = { text: this.told(thing), x: event.clientX - box.left + 14, y: event.clientY - box.top + 14 };
+    },
+    told(thing) {
+      const index = this.facts.tendons.findIndex((tendon) => thing.kind === "tendon" && tendon.name === thing.name);
+      const pulled = index < 0 ? "" : ` · ${this.number(this.tensions[index] ?? 0)} N`;
+      return shortName(thing.name) + pulled;
+    },
+    /** Put the labels of lit bodies where these are now; called after each picture. */
+    drawn() {
+      const named = new Map();
+      for (const fault of this.lit ?? []) for (const name of fault.names) named.set(shortName(name), fault.severity);
+      if (this.chosen?.kind === "body") named.set(shortName(this.chosen.name), "chosen");
+      const labels = [];
+      for (const body of this.viewer.litBodies ?? []) {
+        const kind = named.get(shortName(body));
+        const spot = kind && labels.length < LABELS_AT_MOST ? this.viewer.spotOf(body) : null;
+        if (spot) labels.push({ text: shortName(body), kind, x: spot.x, y: spot.y });
+      }
+      this.labels = labels;
+    },
+    key(event) {
+      if (event.ctrlKey || event.metaKey || event.altKey || !this.facts) return;
+      const does = {
+        " ": () => this.playPause(),
+        r: () => this.send({ do: "reset" }),
+        f: () => this.viewer.frame(),
+        x: () => this.facts.is_scene && this.toggle("xray"),
+        p: () => this.download(),
+        ArrowLeft: () => this.viewer.turn(-1, 0),
+        ArrowRight: () => this.viewer.turn(1, 0),
+        ArrowUp: () => this.viewer.turn(0, 1),
+        ArrowDown: () => this.viewer.turn(0, -1),
+        "+": () => this.viewer.turn(0, 0, 1.15),
+        "-": () => this.viewer.turn(0, 0, 1 / 1.15),
+      }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      if (!does) return;
+      event.preventDefault();
+      does();
+    },
+    async download() {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(await this.viewer.picture());
+      link.download = `${this.title.replace(/[^\w-]+/g, "_") || "robot"}.png`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    },
+    fullScreen() {
+      if (document.fullscreenElement) document.exitFullscreen();
+      else this.$refs.root.requestFullscreen();
+    },
+    number(value) {
+      return Math.abs(value) < 0.0005 ? "0" : Number(value.toPrecision(2)).toString();
+    },
+  },
+};

@@ -1,0 +1,103 @@
+"""What the player says, as bytes: the server passes them on unread, `frames.js` reads them in the browser.
+
+A message begins with four bytes that say its kind. FACTS, TESTS and STATE go on as JSON. A FRAME goes on, everything
+little-endian, with
+
+    uint32   number of shapes that move, of pieces of tendons, of tendons, of controls
+    float32  time [s], pace [times real time]
+    float32  position (3) and rotation matrix (9, by rows) of each shape
+    float32  tendon, from (3), to (3), radius of each piece [m]
+    float32  tension of each tendon [N]
+    float32  each control
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Kind", "Moment", "kind_of", "pack_frame", "pack_json", "read_frame"]
+
+_KIND = struct.Struct("<I")
+_HEADER = struct.Struct("<IIIIff")
+_POSE_NUMBERS, _SEGMENT_NUMBERS = 12, 8
+
+
+class Kind(IntEnum):
+    """What a message tells."""
+
+    FACTS = 0
+    """A model; the viewer draws it anew."""
+    FRAME = 1
+    """One moment of it."""
+    STATE = 2
+    """What is being played, and what went wrong."""
+    TESTS = 3
+    """Which tests of the validator can be played."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What there is to be seen at one time.
+
+    Attributes:
+        time_s: Time of the simulation or in the motion [s].
+        pace: Times real time.
+        poses: Of each shape that moves, (n, 12) [m].
+        segments: Pieces of tendons, (n, 8) [m].
+        tension_n: Of each tendon, (ntendon,) [N].
+        ctrl: Commands, (nu,).
+    """
+
+    time_s: float
+    pace: float
+    poses: NDArray[np.float32]
+    segments: NDArray[np.float32]
+    tension_n: NDArray[np.float64]
+    ctrl: NDArray[np.float64]
+
+
+def kind_of(message: bytes) -> Kind:
+    """Return the kind of a message.
+
+    Raises:
+        ValueError: It is none.
+    """
+    return Kind(int.from_bytes(message[: _KIND.size], "little"))
+
+
+def pack_json(kind: Kind, value: dict[str, Any]) -> bytes:
+    """Return a message other than a frame."""
+    return _KIND.pack(kind) + json.dumps(value, allow_nan=False).encode()
+
+
+def pack_frame(moment: Moment) -> bytes:
+    """Return a frame."""
+    counts = (len(moment.poses), len(moment.segments), len(moment.tension_n), len(moment.ctrl))
+    arrays = (moment.poses, moment.segments, moment.tension_n, moment.ctrl)
+    header = _KIND.pack(Kind.FRAME) + _HEADER.pack(*counts, moment.time_s, moment.pace)
+    return header + b"".join(np.ascontiguousarray(array, "<f4").tobytes() for array in arrays)
+
+
+def read_frame(message: bytes) -> Moment:
+    """Return what `pack_frame` was given.
+
+    Raises:
+        ValueError: It is no frame.
+    """
+    if kind_of(message) != Kind.FRAME:
+        raise ValueError(f"expected a frame, found {kind_of(message).name}")
+    parts, segments, tendons, controls, time_s, pace = _HEADER.unpack_from(message, _KIND.size)
+    numbers = np.frombuffer(message, "<f4", offset=_KIND.size + _HEADER.size)
+    ends = np.cumsum([parts * _POSE_NUMBERS, segments * _SEGMENT_NUMBERS, tendons, controls])
+    if ends[-1] != len(numbers):
+        raise ValueError(f"expected a frame of {ends[-1]} numbers, found {len(numbers)}")
+    poses, pieces, tension, ctrl = np.split(numbers, ends[:-1])
+    shaped = poses.reshape(parts, _POSE_NUMBERS), pieces.reshape(segments, _SEGMENT_NUMBERS)
+    return Moment(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float))
