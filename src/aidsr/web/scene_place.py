@@ -1,4 +1,4 @@
-"""The one place where a design is seen: by its picture."""
+"""The one place where a design is seen: in three dimensions, its tendons to be pulled; before that, nothing yet."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from aidsr.artifacts import ActuatorGroup, Fault
 from aidsr.web.parts import box, image
+from aidsr.web.view3d import Pick, SceneView
 
 __all__ = ["show_scene"]
 
@@ -20,7 +21,7 @@ def show_scene(
     environment: str = "",
     on_pick: Callable[[str], None] = lambda _name: None,
 ) -> None:
-    """Show a robot or a scene; the arguments are what a view in three dimensions needs.
+    """Show a robot or a scene.
 
     Args:
         mjcf: Its text; empty while there is none.
@@ -31,6 +32,13 @@ def show_scene(
         environment: For a robot alone, the MJCF whose physics hold for it.
         on_pick: Told the name of a body or tendon that a person clicked; empty takes it back.
     """
-    del mjcf, faults, groups, environment, on_pick
-    with box("sheet flush"):
-        image(picture, title)
+    if not mjcf:
+        with box("sheet flush"):
+            image(picture, title)
+        return
+
+    def picked(pick: Pick) -> None:
+        on_pick(pick.name)
+
+    with box("sheet flush view"):
+        SceneView(mjcf, title=title, faults=faults, groups=groups, environment=environment, on_pick=picked)
