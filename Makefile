@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability corpus-report bench-validator fuzz tasks-study
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin corpus-report bench-validator fuzz tasks-study
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -38,6 +38,9 @@ demo: $(VENV)/core  ## design three robots for button_pushing with the built-in 
 
 bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable scenes (minutes)
 	$(BIN)/python benchmarks/stability/run.py
+
+bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2
+	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2)
 
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (half an hour)
 	$(BIN)/python -m benchmarks.validator.report
