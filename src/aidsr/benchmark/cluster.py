@@ -83,7 +83,7 @@ class RayPool:
             )
         except (ConnectionError, ValueError) as error:
             raise UserError(f"no Ray cluster answers at {address}: {error}; start one with: ray start --head") from None
-        self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))  # type: ignore[no-untyped-call]
+        self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))
         # lost workers are retried by the driver of the study, which also counts the attempts
         self._perform = ray.remote(num_cpus=1, max_retries=0)(perform_packed)
 

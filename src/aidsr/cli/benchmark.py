@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from aidsr.runs.record import Method
-
 if TYPE_CHECKING:
     from aidsr.benchmark.pool import Pool
     from aidsr.benchmark.study import Arm, StudyPlan
+
+Method = Literal["full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "direct"]
+"""As `aidsr.runs.record.Method`, which would load what a command line without a command does not need."""
 
 __all__ = ["benchmark", "compare", "report", "submit"]
 

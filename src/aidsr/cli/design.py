@@ -30,12 +30,16 @@ def design(
     repairs: bool = True,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     limits: Limits | None = None,
+    train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
     dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     runs: Path = Path("runs"),
 ) -> int:
     """Design robots for a task or for an objective in words.
 
-    Exit code 0 means that at least one design was approved, 1 that none was, 2 a mistake in the command.
+    Exit code 0 means that at least one design was approved (with --train: is successful), 1 that none was, 2 a mistake
+    in the command.
 
         aidsr design --task button_pushing
 
@@ -75,16 +79,25 @@ def design(
         nor an iteration.
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
+    train
+        Then teach each approved design its task, and judge it.
+    steps
+        Budget of control steps of each training.
+    seeds
+        Policies trained for each approved design.
     dry_run
         Only check what is asked for and say what it will about cost.
     runs
         Folder in which the folder of the run is made.
     """
     from aidsr.cli.following import follow
+    from aidsr.cli.learning import require_learning, train_designs
     from aidsr.pipeline import BUILTIN, brief_for, parts_of, start
     from aidsr.pipeline.teams import check_model
     from aidsr.runs import RunConfig
 
+    if train:
+        require_learning()
     config = RunConfig(
         model=model,
         concepts=concepts,
@@ -104,4 +117,5 @@ def design(
         check_model(config, config.budget)
         return 0
     run = start(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
-    return follow(run, parts_of(run))
+    code = follow(run, parts_of(run))
+    return train_designs(run, steps=steps, seeds=seeds) if train and code == 0 else code

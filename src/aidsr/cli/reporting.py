@@ -10,6 +10,7 @@ from aidsr.models.manual import MANUAL
 from aidsr.pipeline import BUILTIN
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
 from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
+from aidsr.runs.trainings import trainings_of, verdict_in_words
 
 __all__ = ["print_files", "print_introduction", "print_result", "print_status"]
 
@@ -55,6 +56,9 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
     console.print(table)
     for design in status.designs:
         _print_reason(console, design)
+    for folder in run.designs:
+        for training in trainings_of(folder):
+            console.print(f"design {folder.number}, {escape(verdict_in_words(training))}", soft_wrap=True)
     if status.stopped:
         console.print(f"\nStopped: {escape(status.stopped.message)}", soft_wrap=True)
     if run.summary.exists():

@@ -13,6 +13,7 @@ from aidsr.calls import Usage
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.status import DesignStatus, newest, read_status
+from aidsr.runs.trainings import trainings_of, verdict_in_words
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -103,6 +104,8 @@ class _Card:
     faults_found: int
     files: tuple[tuple[str, str], ...]
     """Label and path relative to the page."""
+    trainings: tuple[str, ...]
+    """What each training came to, in words."""
     cost: str
     tokens: str
     duration: str
@@ -124,6 +127,7 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
         rows=rows,
         faults_found=sum(len(row.faults) for row in rows),
         files=tuple(_files(folder)),
+        trainings=tuple(verdict_in_words(training) for training in trainings_of(folder)),
         cost=cost_in_words(status.usage),
         tokens=tokens_in_words(status.usage),
         duration=duration_in_words(status.latency_s),

@@ -15,7 +15,7 @@ from aidsr.artifacts import Artifact, Evaluation
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
-__all__ = ["CurveRow", "Inspection", "Training", "read_curve", "trainings_of"]
+__all__ = ["CurveRow", "Inspection", "Training", "read_curve", "trainings_of", "verdict_in_words"]
 
 
 class Inspection(Artifact):
@@ -88,6 +88,17 @@ def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
     folder = design.path / "training"
     found = folder.glob("[0-9]*") if folder.is_dir() else ()
     return tuple(Training(path) for path in sorted(found) if path.name.isdigit() and (path / "config.json").exists())
+
+
+def verdict_in_words(training: Training) -> str:
+    """Return what a training came to: its verdict and the share of held-out episodes, or that there is none yet."""
+    verdict = training.evaluation.read()
+    if verdict is None:
+        return f"training {training.path.name}: {'not judged' if training.result.path.exists() else 'not finished'}"
+    word = "valid and successful" if verdict.successful else "valid, not successful" if verdict.valid else "not valid"
+    failed = ", ".join(check.name for check in verdict.checks if not check.passed)
+    share = f"{verdict.success_share:.0%} of {len(verdict.episodes)} held-out episodes"
+    return f"training {training.path.name}: {word}, {share}" + (f" (fails {failed})" if failed else "")
 
 
 def read_curve(training: Training) -> tuple[CurveRow, ...]:
