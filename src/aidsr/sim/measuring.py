@@ -4,15 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
-import numpy as np
-
 from aidsr.artifacts import Artifact, Robot, Vec3
 from aidsr.sim import isolation
-from aidsr.sim.compiling import compile_mjcf
-from aidsr.sim.extent import bounding_box_m
-from aidsr.sim.functional_part import find_functional_part
-from aidsr.sim.structure import read_structure
 
 __all__ = ["Extent", "measure", "measure_in_worker"]
 
@@ -52,6 +45,15 @@ def measure_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
     Raises:
         MjcfError: The robot cannot be loaded.
     """
+    # here and not above: whoever only asks needs no MuJoCo
+    import mujoco
+    import numpy as np
+
+    from aidsr.sim.compiling import compile_mjcf
+    from aidsr.sim.extent import bounding_box_m
+    from aidsr.sim.functional_part import find_functional_part
+    from aidsr.sim.structure import read_structure
+
     model = compile_mjcf(argument["mjcf"])
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
