@@ -216,7 +216,8 @@ def _arm(model: str, method: Method, concepts: int) -> Arm:
     from aidsr.runs import RunConfig
 
     name = re.sub(r"[^a-z0-9._-]+", "-", model.lower()).strip("-.") + ("" if method == "full" else f".{method}")
-    return Arm(name=name, config=RunConfig(model=model, method=method, concepts=concepts))
+    # the paper counts iterations, so nothing ends before they are used up
+    return Arm(name=name, config=RunConfig(model=model, method=method, concepts=concepts, early_stop=False))
 
 
 def _pool(study: Path, jobs: int, ray: str) -> Pool:

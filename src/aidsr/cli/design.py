@@ -28,6 +28,7 @@ def design(
     max_output_tokens: Annotated[int, Parameter(validator=Number(gte=256))] = 20_000,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     repairs: bool = True,
+    early_stop: bool = True,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     limits: Limits | None = None,
     train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -77,6 +78,8 @@ def design(
     repairs
         Put right by code what can mean only one thing in a robot, before it is validated; that costs neither a call
         nor an iteration.
+    early_stop
+        End a design when a role is asked for the same again and nothing got better, before its iterations are used up.
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
     train
@@ -105,6 +108,7 @@ def design(
         max_output_tokens=max_output_tokens,
         seed=seed,
         repairs=repairs,
+        early_stop=early_stop,
         human=human,
         budget=(limits or Limits()).budget(),
     )

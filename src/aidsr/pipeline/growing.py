@@ -43,6 +43,7 @@ class Growth:
 
     def _rounds(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
         asked, left, brief = Change(), 1 + self.iterations, self.brief
+        found_wrong: list[Change] = []
         for number in itertools.count(1):
             attempt = Attempt(self.design.iteration(number), brief, self.parts, log, halt)
             try:
@@ -60,10 +61,14 @@ class Growth:
                 case Decision():
                     asked, left = Change(concept=found.text), 1 + self.iterations
                     brief = _keeping(self.brief, draft, found)
-                case _ if left > 0:
-                    asked = found
+                    found_wrong.clear()
                 case _:
-                    return self._give_up(found, number)
+                    found_wrong.append(found)
+                    if left <= 0:
+                        return self._give_up(found, number)
+                    if self.parts.stalled(found_wrong):
+                        return _stop_early(found, number)
+                    asked = found
         raise AssertionError("the attempts are counted")
 
     def _approve(self, attempt: Attempt, draft: Draft) -> Outcome:
@@ -80,6 +85,11 @@ class Growth:
         attempts = 1 + self.iterations
         still = f"Still wrong after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {wanted.reason}"
         return Outcome(outcome="invalid", reason=still, iteration=number)
+
+
+def _stop_early(wanted: Change, number: int) -> Outcome:
+    reason = f"Stopped early: iterations {number - 1} and {number} found the same, no better: {wanted.reason}"
+    return Outcome(outcome="invalid", reason=reason, iteration=number)
 
 
 def _keeping(brief: Brief, draft: Draft, decision: Decision) -> Brief:

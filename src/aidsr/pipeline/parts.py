@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from aidsr.artifacts import Decision, Placement, Robot, Scene, ValidationReport
+from aidsr.pipeline.routing import Change
+from aidsr.pipeline.stalling import keep_trying
 from aidsr.roles import Team
 from aidsr.runs import EventLog, IterationFolder
 
 if TYPE_CHECKING:
     from aidsr.validation.repairs import Repaired
 
-__all__ = ["Assemble", "Halt", "Mount", "Parts", "Person", "Picture", "Repair", "TeamFor", "Validate"]
+__all__ = ["Assemble", "Halt", "Mount", "Parts", "Person", "Picture", "Repair", "Stalled", "TeamFor", "Validate"]
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone is held while it is validated."""
@@ -24,6 +26,9 @@ TeamFor = Callable[[Path], Team]
 
 Picture = Callable[[str], bytes]
 """Draws MJCF as a PNG; may raise MjcfError or IsolationError."""
+
+Stalled = Callable[[Sequence[Change]], bool]
+"""Whether another attempt is useless, by what each iteration of the round found wrong."""
 
 Halt = Callable[[], bool]
 """Whether work should stop as soon as it can."""
@@ -81,5 +86,6 @@ class Parts:
     filmstrip: Picture
     """Draws a few moments of a model while its actuators swing."""
     person: Person
+    stalled: Stalled = keep_trying
     interrupt: Callable[[], None] = lambda: None
     """Lets calls that wait for a person's reply give up; called once, when work is asked to stop."""

@@ -13,6 +13,7 @@ from aidsr.errors import MjcfError, UserError
 from aidsr.pipeline.ablations import without
 from aidsr.pipeline.parts import Parts
 from aidsr.pipeline.person import DecisionFile, approve_at_once
+from aidsr.pipeline.stalling import keep_trying, same_again
 from aidsr.pipeline.teams import BUILTIN, check_model, team_of
 from aidsr.pipeline.working import Listen, work
 from aidsr.runs import Budget, Run, RunConfig, RunRecord, new_run
@@ -41,6 +42,7 @@ def design(
     max_output_tokens: int = 20_000,
     seed: int = 0,
     repairs: bool = True,
+    early_stop: bool = True,
     human: bool = False,
     budget: Budget | None = None,
     runs: str | Path = "runs",
@@ -66,6 +68,8 @@ def design(
         seed: Seed of the built-in rules.
         repairs: Put right by code what can mean only one thing in a robot (see docs/repairs.md), before it is
             validated; neither a call nor an iteration is spent on that.
+        early_stop: End a design when a role is asked for the same again and nothing got better, before its iterations
+            are used up.
         budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by
             default. A call that could exceed it is not made, and its design ends as "out_of_budget".
         human: Wait for a person's decision.json after each scene the Judge passed.
@@ -83,6 +87,7 @@ def design(
         max_output_tokens=max_output_tokens,
         seed=seed,
         repairs=repairs,
+        early_stop=early_stop,
         human=human,
         budget=budget or Budget(),
     )
@@ -214,6 +219,7 @@ def parts_of(run: Run) -> Parts:
         picture=picture,
         filmstrip=filmstrip,
         person=DecisionFile() if record.config.human else approve_at_once,
+        stalled=same_again if record.config.early_stop else keep_trying,
         interrupt=interrupt,
     )
     return without(parts, record.config.method)

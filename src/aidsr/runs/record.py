@@ -48,6 +48,9 @@ class RunConfig(Artifact):
     """Seed of the built-in rules; the same seed gives the same MJCF."""
     repairs: bool = True
     """Whether code puts right what can mean only one thing in a robot, before it is validated."""
+    early_stop: bool = True
+    """Whether a design ends when a role is asked for the same again and nothing got better. The paper's method has no
+    such rule: studies of it switch it off."""
     budget: Budget = Budget()
     """As asked for at first; a person may give a larger one later."""
     human: bool = False
