@@ -16,10 +16,6 @@ from aidsr.benchmark.pool import Ended
 from aidsr.benchmark.study import open_study
 from aidsr.errors import UserError
 
-os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-
-import ray
-
 __all__ = ["RayPool", "pack", "perform_packed", "unpack"]
 
 
@@ -73,6 +69,10 @@ class RayPool:
     def __init__(self, study: Path, address: str) -> None:
         self._study = study
         self._began: dict[Any, tuple[Job, float]] = {}
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        import ray
+
+        self._ray = ray
         try:
             # the dashboard would open a port that asks for no password
             ray.init(
@@ -99,15 +99,15 @@ class RayPool:
 
     def wait(self) -> Ended:
         """Return the next job that ends, its files brought back."""
-        (reference, *_), _ = ray.wait(list(self._began))
+        (reference, *_), _ = self._ray.wait(list(self._began))
         job, began = self._began.pop(reference)
         try:
-            packed, error = ray.get(reference)
+            packed, error = self._ray.get(reference)
             unpack(packed, self._study)
-        except ray.exceptions.RayError as lost:
+        except self._ray.exceptions.RayError as lost:
             error = f"{type(lost).__name__}: {lost}"
         return Ended(job, error, time.monotonic() - began)
 
     def close(self) -> None:
         """Leave the cluster; what is at work is dropped and can be done again."""
-        ray.shutdown()
+        self._ray.shutdown()
