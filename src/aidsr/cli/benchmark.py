@@ -221,14 +221,13 @@ def _arm(model: str, method: Method, concepts: int) -> Arm:
 
 
 def _pool(study: Path, jobs: int, ray: str) -> Pool:
+    from aidsr.benchmark.cluster import RayPool
     from aidsr.benchmark.pool import LocalPool
     from aidsr.errors import UserError
 
     if ray:
         try:
-            from aidsr.benchmark.cluster import RayPool
+            return RayPool(study, ray)
         except ModuleNotFoundError as error:
             raise UserError(f'--ray needs {error.name}; install it with: pip install "aidsr[ray]"') from None
-
-        return RayPool(study, ray)
     return LocalPool(study, jobs)
