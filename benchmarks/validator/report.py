@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-from benchmarks.validator.corpus.making import PLANS, Corpus, codes_in, load_or_make
+from benchmarks.validator.corpus.keeping import Corpus, codes_in, load_or_make
+from benchmarks.validator.corpus.plans import PLANS
 from benchmarks.validator.corpus.specimen import Specimen, Split
 from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, severity_of
 from benchmarks.validator.tables import markdown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.validator.corpus.making import Corpus
+from benchmarks.validator.corpus.keeping import Corpus
 from benchmarks.validator.corpus.specimen import Specimen
 from benchmarks.validator.report import Verdict, score, summarize
 from benchmarks.validator.tables import markdown

@@ -1,6 +1,8 @@
 """A second opinion on robots that shares no code with the validator: plain `mj_step` at half the time step.
 
-loop        the simulation loop: let a robot settle, drive it, write everything down
+trace       one simulation, step by step, everything written down
+shape       where geoms reach
+loop        the tests of one robot: let it settle, drive it
 still       what can be measured before anything moves
 passive     what it does when nobody drives it
 driven      what it does when driven
@@ -10,6 +12,6 @@ severity    for each fault code, how large the symptom is compared with the limi
 
 from __future__ import annotations
 
-from benchmarks.validator.oracle.severity import BUILDING_SEVERITIES, SEVERITIES, examine_good, severity_of
+from benchmarks.validator.oracle.severity import BUILDING_SEVERITIES, SEVERITIES, examine_good, measure_of, severity_of
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "severity_of"]
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "measure_of", "severity_of"]

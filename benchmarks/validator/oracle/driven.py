@@ -21,6 +21,7 @@ __all__ = [
     "instability",
     "no_effect",
     "overrun",
+    "plainly_diverges",
     "too_stiff",
     "too_weak",
 ]
@@ -46,6 +47,16 @@ def _fails(bench: Bench, speed_share: float) -> bool:
     return any(_failed(bench, test(), speed_share) for test in tests)
 
 
+def plainly_diverges(bench: Bench) -> bool:
+    """Whether MuJoCo warns of bad numbers in any test, whatever else there is."""
+    if bench.settle().failed:
+        return True
+    tests: list[Callable[[], Trace]] = [bench.together, bench.sweep]
+    for i in range(bench.model.nu):
+        tests += [partial(bench.alone, i, bench.ends(i)[0]), partial(_released, bench, i)]
+    return any(test().failed for test in tests)
+
+
 def _failed(bench: Bench, trace: Trace, speed_share: float) -> bool:
     if trace.failed or not len(trace.qvel):
         return True
@@ -63,8 +74,7 @@ def chatter(bench: Bench) -> float:
     for trace in traces:
         if trace.failed:
             return math.inf
-        late = trace.world_m[3 * len(trace.world_m) // 4 :, bench.moving]
-        acceleration = np.linalg.norm(np.diff(late, n=2, axis=0), axis=2) / trace.timestep_s**2
+        acceleration = trace.acceleration_m_s2[3 * len(trace.acceleration_m_s2) // 4 :, bench.moving]
         worst = max(worst, float(np.sqrt((acceleration**2).mean(axis=0)).max()))
     return worst / GRAVITY_M_S2 / 4
 
@@ -200,10 +210,14 @@ def held_by_antagonists(bench: Bench) -> float:
     worst = 0.0
     reference = bench.reference()
     for i in bench.pulling:
-        pull, _ = bench.ends(i)
-        target = {other: bench.ends(other)[1] for other in bench.pulling} | {i: pull}
         alone = effect(bench, i)
         if alone >= 0.1:
-            held = _displacement(bench, bench.drive(f"released {i}", target), reference)
+            held = _displacement(bench, _released(bench, i), reference)
             worst = max(worst, 0.35 * alone / max(held, 1e-9))
     return worst
+
+
+def _released(bench: Bench, actuator: int) -> Trace:
+    """One actuator at the end at which it pulls hardest, the others told to let go."""
+    target = {other: bench.ends(other)[1] for other in bench.pulling} | {actuator: bench.ends(actuator)[0]}
+    return bench.drive(f"released {actuator}", target)

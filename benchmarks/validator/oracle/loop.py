@@ -1,58 +1,26 @@
-"""The oracle's simulation loop: one robot, one `mj_step` after the other, everything written down."""
+"""The oracle's tests of one robot: let it settle, drive it, keep what it did."""
 
 from __future__ import annotations
 
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from benchmarks.validator.oracle.shape import corners, lowest_m
+from benchmarks.validator.oracle.trace import Array, Trace, record
 
-__all__ = ["Bench", "Trace"]
+__all__ = ["GRAVITY_M_S2", "Array", "Bench", "Trace"]
 
-Array = NDArray[np.float64]
 Change = Callable[[mujoco.MjModel], None]
 
 GRAVITY_M_S2 = 9.81
 _KICK_RAD = 0.02
 _SLACK = 29  # actuator group that is switched off
-_BAD = [int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "INERTIA")]
 _FREE, _BALL, _HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "HINGE"))
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
-_WATCHED = ("xipos", "xpos", "xmat", "qpos", "qvel", "sensordata", "ten_length", "actuator_force", "energy")
-
-
-@dataclass(frozen=True)
-class Trace:
-    """What one simulation did, one row a time step of the robot.
-
-    Attributes:
-        timestep_s: Between two rows.
-        com_m: Centres of mass seen from the root body, (n_rows, nbody, 3).
-        world_m: The same in the world.
-        qpos, qvel, sensors, tendons_m: As in MjData.
-        forces_n: Force of every actuator on its joint or tendon, negative where a tendon is pulled, (n_rows, nu).
-        energy_j: Potential and kinetic energy together.
-        contacts: Number of contacts.
-        failed: Whether MuJoCo warned of bad numbers, or one is not finite.
-    """
-
-    timestep_s: float
-    com_m: Array
-    world_m: Array
-    qpos: Array
-    qvel: Array
-    sensors: Array
-    tendons_m: Array
-    forces_n: Array
-    energy_j: Array
-    contacts: NDArray[np.int64]
-    failed: bool
-    end: mujoco.MjData
 
 
 class Bench:
@@ -69,7 +37,7 @@ class Bench:
         self.free = bool((model.jnt_type == _FREE).any())
         flat = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
         if self.free and not np.isin(model.geom_type, flat).any():
-            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, _lowest_m(model)])
+            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, lowest_m(model)])
             model = spec.compile()
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
@@ -94,7 +62,7 @@ class Bench:
     @cached_property
     def length_m(self) -> float:
         """The smaller of the longest way along joints and the diagonal around the moving bodies."""
-        points = np.concatenate([_corners(self.model, self.start, geom) for geom in self._moving_geoms])
+        points = np.concatenate([corners(self.model, self.start, geom) for geom in self._moving_geoms])
         diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
         return min(diagonal, self._longest_way_m) if self._longest_way_m else diagonal
 
@@ -115,7 +83,7 @@ class Bench:
                 travelled, here = travelled + float(np.linalg.norm(anchor - here)), anchor
             way[body] = travelled, np.array(here)
             mine = [geom for geom in self._moving_geoms if self.model.geom_bodyid[geom] == body]
-            far = [np.linalg.norm(_corners(self.model, self.start, geom) - here, axis=1).max() for geom in mine]
+            far = [np.linalg.norm(corners(self.model, self.start, geom) - here, axis=1).max() for geom in mine]
             longest = max(longest, travelled + float(max(far, default=0.0)))
         return longest
 
@@ -133,6 +101,11 @@ class Bench:
     def pulling(self) -> list[int]:
         """Actuators on tendons."""
         return [i for i in range(self.model.nu) if int(self.model.actuator_trntype[i]) == _TENDON]
+
+    @property
+    def failed(self) -> bool:
+        """Whether a test made so far ended in bad numbers."""
+        return any(trace.failed for trace in self._kept.values())
 
     def settle(self, name: str = "settle", change: Change | None = None, gravity: float = 1.0) -> Trace:
         """Kick every joint a little and wait, the tendons slack."""
@@ -262,81 +235,4 @@ class Bench:
         model.opt.disableactuator = 1 << _SLACK
         if change:
             change(model)
-        return _record(model, data, begin, target, duration_s, self.root, self._substeps)
-
-
-def _record(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    begin: Array,
-    target: Array | Callable[[float], Array] | None,
-    duration_s: float,
-    root: int,
-    substeps: int,
-) -> Trace:
-    """Simulate, and write down every `substeps`-th step: one row a time step of the robot."""
-    frame_s = float(model.opt.timestep) * substeps
-    frames = round(duration_s / frame_s)
-    data.time = 0
-    data.ctrl[:] = begin
-    for i in range(model.nu):
-        if model.actuator_actnum[i] == 1:
-            data.act[model.actuator_actadr[i]] = begin[i]
-    # views of MjData are read in place; asking for the attributes each step would cost as much as the physics
-    watched = {name: getattr(data, name) for name in _WATCHED}
-    rows = {name: np.empty((frames, *value.shape)) for name, value in watched.items()}
-    contacts = np.zeros(frames, dtype=np.int64)
-    energy, ctrl, count = watched["energy"], data.ctrl, 0
-    for frame in range(frames):
-        if callable(target):
-            ctrl[:] = target(frame * frame_s)
-        elif target is not None:
-            ctrl[:] = begin + min(1.0, frame / (0.25 * frames)) * (target - begin)
-        mujoco.mj_step(model, data, substeps)
-        if not math.isfinite(energy[0] + energy[1]) or (frame % 16 == 0 and _has_failed(data)):
-            break
-        for name, value in watched.items():
-            rows[name][frame] = value
-        contacts[frame] = data.ncon
-        count += 1
-    world, frames_of_root = rows["xipos"][:count], rows["xmat"][:count, root].reshape(count, 3, 3)
-    return Trace(
-        timestep_s=frame_s,
-        com_m=(world - rows["xpos"][:count, root, None]) @ frames_of_root,
-        world_m=world,
-        qpos=rows["qpos"][:count],
-        qvel=rows["qvel"][:count],
-        sensors=rows["sensordata"][:count],
-        tendons_m=rows["ten_length"][:count],
-        forces_n=rows["actuator_force"][:count] * model.actuator_gear[:, 0],
-        energy_j=rows["energy"][:count].sum(axis=1),
-        contacts=contacts[:count],
-        failed=count < frames or _has_failed(data),
-        end=data,
-    )
-
-
-def _has_failed(data: mujoco.MjData) -> bool:
-    return any(data.warning[kind].number for kind in _BAD)
-
-
-def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
-    """Corners of the box around a geom, in the world."""
-    box = model.geom_aabb[geom]
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    return np.asarray(data.geom_xpos[geom] + (box[:3] + signs * box[3:]) @ data.geom_xmat[geom].reshape(3, 3).T)
-
-
-def _lowest_m(model: mujoco.MjModel) -> float:
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    lowest = math.inf
-    for geom in range(model.ngeom):
-        if model.geom_bodyid[geom]:
-            points = _corners(model, data, geom)
-            kind, size = int(model.geom_type[geom]), model.geom_size[geom]
-            if kind in (int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_CAPSULE)):
-                half = size[1] * abs(data.geom_xmat[geom][8]) if kind == int(mujoco.mjtGeom.mjGEOM_CAPSULE) else 0.0
-                points = data.geom_xpos[geom][None] - np.array([0, 0, half + size[0]])
-            lowest = min(lowest, float(points[:, 2].min()))
-    return lowest
+        return record(model, data, begin, target, duration_s, self.root, self._substeps)

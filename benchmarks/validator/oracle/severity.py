@@ -9,7 +9,7 @@ from functools import partial
 from benchmarks.validator.oracle import building, driven, passive, still
 from benchmarks.validator.oracle.loop import Bench
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "severity_of"]
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "measure_of", "severity_of"]
 
 SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "no_tendons": partial(still.missing_parts, kind="tendon"),
@@ -67,9 +67,14 @@ _FIXED_ROBOTS_MAY = {"contact_disabled"}
 """Only a robot that must touch something is judged by these."""
 
 
+def measure_of(code: str) -> Callable[[Bench], float]:
+    """Return what measures how large the symptom of a fault is, compared with the limit."""
+    return (SEVERITIES | BUILDING_SEVERITIES)[code]
+
+
 def severity_of(code: str, mjcf: str) -> float:
     """Return how large the symptom of a fault is in a robot, compared with the limit."""
-    return (SEVERITIES | BUILDING_SEVERITIES)[code](Bench(mjcf))
+    return measure_of(code)(Bench(mjcf))
 
 
 def examine_good(mjcf: str, ceiling: float = 0.5) -> tuple[dict[str, float], dict[str, float]]:

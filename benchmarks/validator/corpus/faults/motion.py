@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from benchmarks.validator.corpus.faults.anatomy import first_of, inner_joints, pull_actuators, read_anatomy
+from benchmarks.validator.corpus.faults.anatomy import Anatomy, first_of, inner_joints, pull_actuators, read_anatomy
 from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError, of_spec, present
 
 __all__ = ["MOTION"]
@@ -172,22 +172,40 @@ def wild_force(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> st
 
 
 def hammering(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Servos whose velocity gain the explicit integrator cannot follow, held between force limits."""
+    """Servos with `size` times the velocity gain that the explicit integrator can follow, held between force limits.
+
+    Source: v' = -c w v is stable under explicit steps dt below 2 / (c w); w = J (M + dt D)^-1 J' is the inverse inertia
+    that a tendon with moment arms J feels, D the joint damping, which MuJoCo's Euler integrator treats implicitly.
+    """
     anatomy = read_anatomy(spec)
     spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
+    share = float(np.exp(rng.uniform(np.log(0.03), 0)))
+    stiffness = share * 4 * float(inner_joints(spec)[0].stiffness[0])
+    force = stiffness / anatomy.half_width_m(first_of(anatomy.limbs).bodies[0])
     for actuator in pull_actuators(spec):
         index = anatomy.model.tendon(actuator.target).id
         length = float(anatomy.data.ten_length[index])
-        force = 4 * float(inner_joints(spec)[0].stiffness[0]) / anatomy.half_width_m(first_of(anatomy.limbs).bodies[0])
         kp = 3 * force / length
+        kv = size * 2 / (spec.option.timestep * _inverse_inertia(anatomy, index))
         actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
         actuator.dyntype = mujoco.mjtDyn.mjDYN_NONE
         actuator.gainprm[:] = [kp, *[0] * 9]
-        actuator.biasprm[:] = [0, -kp, -kp * size, *[0] * 7]
+        actuator.biasprm[:] = [0, -kp, -kv, *[0] * 7]
         actuator.gear[:] = [1, 0, 0, 0, 0, 0]
         actuator.ctrlrange, actuator.ctrllimited = [0.9 * length, 1.1 * length], 1
         actuator.forcerange, actuator.forcelimited = [-force, force], 1
-    return f"velocity gain {size:.3g} s times kp under the Euler integrator"
+    return f"{size:.3g} times the velocity gain that the Euler integrator can follow, forces of {force:.3g} N"
+
+
+def _inverse_inertia(anatomy: Anatomy, tendon: int) -> float:
+    """J (M + dt D)^-1 J' of a tendon in the drawn pose [1/kg]."""
+    model, data = anatomy.model, anatomy.data
+    levers, inertia = np.zeros(model.nv), np.zeros((model.nv, model.nv))
+    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+    levers[model.ten_J_colind[first : first + count]] = data.ten_J.reshape(-1)[first : first + count]
+    mujoco.mj_fullM(model, data, inertia)
+    inertia += model.opt.timestep * np.diag(model.dof_damping)
+    return float(levers @ np.linalg.solve(inertia, levers))
 
 
 def soft_limits(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
@@ -219,7 +237,7 @@ MOTION: tuple[Injection, ...] = (
     Injection("numerical_instability", of_spec(stiff_and_undamped), {"bad": (10, 100), "band": (1, 5)}),
     Injection("numerical_instability", of_spec(explicit_damping), {"bad": (8, 200), "near miss": (0.001, 0.02)}),
     Injection("numerical_instability", of_spec(wild_force), {"bad": (100, 5000), "near miss": (1.1, 2)}),
-    Injection("chatter", of_spec(hammering), {"bad": (0.5, 30), "near miss": (1e-6, 1e-4), "band": (1e-4, 1e-2)}),
+    Injection("chatter", of_spec(hammering), {"bad": (4, 40), "near miss": (0.01, 0.2), "band": (0.5, 3)}),
     Injection("limit_overrun", of_spec(soft_limits), {"bad": (5, 80), "near miss": (0.5, 1.5), "band": (1.5, 6)}),
 )
 """Faults of robots that nobody drives, or that cannot be driven."""

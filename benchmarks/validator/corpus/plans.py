@@ -1,0 +1,53 @@
+"""How many robots of each kind the corpus has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from benchmarks.validator.corpus.faults import INJECTIONS, Injection
+from benchmarks.validator.corpus.specimen import Grade, Split
+
+__all__ = ["PLANS", "Plan"]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How many robots of each kind are made.
+
+    Attributes:
+        good: By writer.
+        graded: Of each injection.
+        bad_of_code: Of each code at least; a second batch is made where one injection alone gives fewer.
+        largest: Degrees of freedom of a robot that is made bad; larger ones only cost time.
+        patience: Attempts for each robot wanted.
+    """
+
+    good: dict[str, int]
+    graded: dict[Grade, int]
+    bad_of_code: int = 5
+    largest: int = 30
+    patience: int = 8
+
+    def bad_of(self, injection: Injection, among: Sequence[Injection]) -> int:
+        """Bad robots that one injection has to make, so that all injections of its code make enough."""
+        return math.ceil(self.bad_of_code / sum(other.code == injection.code for other in among))
+
+    def batches(self, injection: Injection, grade: Grade) -> list[range]:
+        """Numbers of the robots that are made together by an injection."""
+        first = self.graded[grade]
+        wanted = self.bad_of(injection, INJECTIONS) if grade == "bad" else first
+        return [range(first), *([range(first, wanted)] if wanted > first else [])]
+
+
+PLANS: dict[Split, Plan] = {
+    "tuning": Plan(
+        {"hinges": 5, "balls": 4, "tapered": 4, "discs": 4, "ground": 6, "loops": 3, "own": 4},
+        {"bad": 3, "near miss": 1, "band": 1},
+    ),
+    "held out": Plan(
+        {"hinges": 3, "balls": 3, "tapered": 3, "discs": 3, "ground": 4, "loops": 3, "own": 3, "hands": 4, "frames": 4},
+        {"bad": 3, "near miss": 1, "band": 1},
+    ),
+}
