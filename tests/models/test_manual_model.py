@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -98,7 +100,10 @@ def test_a_waiting_prompt_is_found_again_by_a_new_process(tmp_path: Path, answer
 def test_a_reply_that_is_kept_answers_no_second_question(tmp_path: Path) -> None:
     first = model(tmp_path)
     (record,) = asked(first, question("x"), replies=["one"])
-    assert model(tmp_path).ask(question("x")).reply == "one", "taken but never recorded: it is not lost"
+    first.interrupt()
+    second = model(tmp_path)
+    assert second.ask(question("x")).reply == "one", "taken but never recorded: it is not lost"
+    second.interrupt()
     first.kept(record)
     (again,) = asked(model(tmp_path), question("x"), replies=["two"])
     assert again.reply == "two"
@@ -161,6 +166,29 @@ def test_a_directory_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match="name another directory"):
         model(tmp_path / "file").ask(question("x"))
+
+
+def test_two_live_runs_in_one_directory_are_refused(tmp_path: Path) -> None:
+    first, second = model(tmp_path), model(tmp_path)
+    second.check_free()
+    asked(first, question("x"), replies=["one"])
+    for attempt in (second.check_free, lambda: second.ask(question("y"))):
+        with pytest.raises(UserError, match="belongs to a run that is at work, so name another one"):
+            attempt()
+    assert not (tmp_path / "0002.prompt.md").exists()
+    first.interrupt()
+    asked(second, question("y"), replies=["two"])
+    with pytest.raises(ModelError, match="interrupted before"):
+        first.ask(question("z"))
+
+
+def test_a_directory_whose_run_was_killed_is_free_again(tmp_path: Path) -> None:
+    code = (
+        "import os, sys, pathlib; from aidsr.models.claiming import Claim; held = Claim(pathlib.Path(sys.argv[1]));"
+        "os.kill(os.getpid(), 9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
+    model(tmp_path).check_free()
 
 
 def test_interrupting_ends_every_wait(tmp_path: Path) -> None:

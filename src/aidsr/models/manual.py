@@ -17,6 +17,7 @@ from pathlib import Path
 
 from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import ModelError, UserError
+from aidsr.models.claiming import Claim
 
 __all__ = ["MANUAL", "ManualModel", "WaitingPrompt", "estimated_tokens", "waiting_prompts"]
 
@@ -66,7 +67,7 @@ class ManualModel:
     """Writes each question into a directory and waits, as long as it takes, for its reply to appear there.
 
     A question found there from an earlier life of the run is not asked twice: its reply is taken, or waited for. Runs
-    may use a directory one after the other, not at the same time.
+    may use a directory one after the other: it is taken with the first question, and given back by `interrupt`.
 
     Args:
         directory: Made when the first question is asked.
@@ -81,6 +82,7 @@ class ManualModel:
         self._settled_s = settled_s
         self._claimed: dict[str, list[_Sheet]] = {}
         """Sheets that calls of this process ask or asked, by question."""
+        self._claim: Claim | None = None
         self._lock = threading.Lock()
         self._interrupted = threading.Event()
 
@@ -88,14 +90,25 @@ class ManualModel:
         """Return what a person, or whatever answers for them, put into the file of the reply.
 
         Raises:
-            UserError: The directory cannot be written, or the reply is not text in UTF-8.
+            UserError: The directory cannot be written or another run uses it, or the reply is not text in UTF-8.
             ModelError: Waiting was interrupted; the question stays, and its reply is taken when it is asked again.
         """
+        if self._interrupted.is_set():
+            raise ModelError("interrupted before it could be asked")
         sheet = self._sheet(question)
         while not _is_settled(sheet.reply, self._settled_s):
             if self._interrupted.wait(self._poll_s):
                 raise ModelError(f"interrupted while {sheet.prompt} waits for its reply")
         return _record(question, self.name, sheet)
+
+    def check_free(self) -> None:
+        """Refuse a directory that another run uses, before anything is asked.
+
+        Raises:
+            UserError: Another run uses it.
+        """
+        if self._directory.is_dir():
+            Claim(self._directory).release()
 
     def kept(self, record: CallRecord) -> None:
         """Take notice that a reply is recorded elsewhere: asked once more, the same question is a new one."""
@@ -106,13 +119,19 @@ class ManualModel:
                     return
 
     def interrupt(self) -> None:
-        """Let every call that waits give up, now and from now on."""
+        """Let every call that waits give up, now and from now on, and the directory be free for another run."""
         self._interrupted.set()
+        with self._lock:
+            if self._claim:
+                self._claim.release()
+                self._claim = None
 
     def _sheet(self, question: Question) -> _Sheet:
         """Return the place of the question: one left by an earlier life of the run, else a new one."""
         key = _fingerprint(question)
         with self._lock:
+            if self._claim is None:
+                self._claim = self._take()
             claimed = self._claimed.setdefault(key, [])
             left = (
                 sheet
@@ -123,17 +142,24 @@ class ManualModel:
             claimed.append(sheet)
             return sheet
 
-    def _new_sheet(self, question: Question, key: str) -> _Sheet:
+    def _take(self) -> Claim:
         try:
             self._directory.mkdir(parents=True, exist_ok=True)
-            number = max((sheet.number for sheet, _, _ in _sheets(self._directory)), default=0) + 1
-            sheet = _Sheet(self._directory, number)
+            return Claim(self._directory)
+        except OSError as error:
+            raise self._not_writable(error) from None
+
+    def _new_sheet(self, question: Question, key: str) -> _Sheet:
+        number = max((sheet.number for sheet, _, _ in _sheets(self._directory)), default=0) + 1
+        sheet = _Sheet(self._directory, number)
+        try:
             sheet.write(_text(question, key, sheet))
         except OSError as error:
-            raise UserError(
-                f"no prompt can be written into {self._directory} ({error.strerror}); name another directory"
-            ) from None
+            raise self._not_writable(error) from None
         return sheet
+
+    def _not_writable(self, error: OSError) -> UserError:
+        return UserError(f"no prompt can be written into {self._directory} ({error.strerror}); name another directory")
 
 
 @dataclass(frozen=True)

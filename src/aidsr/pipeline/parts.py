@@ -88,4 +88,4 @@ class Parts:
     person: Person
     stalled: Stalled = keep_trying
     interrupt: Callable[[], None] = lambda: None
-    """Lets calls that wait for a person's reply give up; called once, when work is asked to stop."""
+    """Lets calls that wait for a person's reply give up; called when work is asked to stop, and when it is over."""

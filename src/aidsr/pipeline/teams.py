@@ -27,7 +27,8 @@ def check_model(config: RunConfig, budget: Budget) -> None:
     """Refuse what could not be asked, before a run is made or goes on.
 
     Raises:
-        UserError: The model's name is not understood or lacks its key, or its price is not known and money is limited.
+        UserError: The model's name is not understood or lacks its key, its directory is in use, or its price is not
+            known and money is limited.
     """
     if config.model == BUILTIN:
         if config.method == "direct":
@@ -35,7 +36,9 @@ def check_model(config: RunConfig, budget: Budget) -> None:
                 "direct prompting asks a language model; name one with --model, the rules cannot be prompted"
             )
     else:
-        _connected(config.model)
+        model = _connected(config.model)
+        if isinstance(model, ManualModel):
+            model.check_free()
         check_prices(budget, config.model, price_of(config.model))
 
 

@@ -38,7 +38,10 @@ def work(run: Run, parts: Parts, listen: Listen = lambda _design, _event: None) 
         UserError: Another process is at work on the run, or a file of it is damaged.
         AidsrError: There are no concepts, because the Designer could not be asked.
     """
-    return _Work(run, parts, listen).run_all()
+    try:
+        return _Work(run, parts, listen).run_all()
+    finally:
+        parts.interrupt()
 
 
 @dataclass(frozen=True)
