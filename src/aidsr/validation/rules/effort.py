@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aidsr.artifacts import Fault
+from aidsr.catalogue.motors import can_hold, cheapest_motor
 from aidsr.validation.case import Case
 from aidsr.validation.drive import Drive
-from aidsr.validation.motors import can_hold, cheapest_motor
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.solids import volume_m3
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from aidsr.validation.motors import CONTINUOUS_SHARE, Motor, catalogue, cheapest_motor, fastest_motor, fit
+from aidsr.catalogue.motors import CONTINUOUS_SHARE, Motor, catalogue, cheapest_motor, fastest_motor, fit
 
 SERVO = Motor(
     name="servo",

@@ -105,7 +105,7 @@ class Fit(Artifact):
 @cache
 def catalogue() -> tuple[Motor, ...]:
     """Return all motors, cheapest first; those without a known price last, lightest first."""
-    text = files("aidsr.validation").joinpath("motors.toml").read_text(encoding="utf-8")
+    text = files("aidsr.catalogue").joinpath("motors.toml").read_text(encoding="utf-8")
     return tuple(sorted(map(Motor.model_validate, tomllib.loads(text)["motor"]), key=_by_price))
 
 
