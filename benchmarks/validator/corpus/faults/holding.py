@@ -53,7 +53,10 @@ def _add_ribs(spec: mujoco.MjSpec, anatomy: Anatomy, body: int, middle: Array, h
 
 
 def short_servos(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
-    """Position servos that pull only and can be let out to `1 + 0.02 (1 / size - 1)` of the tendon's rest length."""
+    """Position servos that pull only and can be let out to `1 + 0.02 (1 / size - 1)` of the tendon's rest length.
+
+    Weak ones: tendons that pull against each other harder than the joints are stiff make the limb buckle instead.
+    """
     anatomy = read_anatomy(spec)
     upper = 1 + 0.02 * (1 / size - 1)
     for actuator in pull_actuators(spec):
@@ -62,8 +65,8 @@ def short_servos(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> 
             raise UnsuitableError("a tendon that is not spatial")
         length = float(anatomy.data.ten_length[index])
         lever = anatomy.half_width_m(first_of(anatomy.limbs).bodies[0])
-        force = 3 * float(inner_joints(spec)[0].stiffness[0]) / lever
-        kp = 40 * force / length
+        force = 0.3 * float(inner_joints(spec)[0].stiffness[0]) / lever
+        kp = 80 * force / length
         actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
         actuator.dyntype = mujoco.mjtDyn.mjDYN_NONE
         actuator.gainprm = [kp, *[0] * 9]
@@ -171,9 +174,7 @@ def still_sensors(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) ->
 
 HOLDING: tuple[Injection, ...] = (
     Injection("self_collision_lock", of_spec(collars), {"bad": (1.0, 4), "near miss": (0.03, 0.06)}),
-    Injection(
-        "antagonist_lock", of_spec(short_servos), {"bad": (0.9, 2), "near miss": (0.05, 0.1), "band": (0.2, 0.6)}
-    ),
+    Injection("antagonist_lock", of_spec(short_servos), {"bad": (2, 6), "near miss": (0.05, 0.1), "band": (0.2, 0.6)}),
     Injection(
         "tendon_against_limit", of_spec(taut_limits), {"bad": (40, 500), "near miss": (0.02, 0.1), "band": (6, 40)}
     ),
