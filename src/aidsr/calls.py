@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import base64
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, PlainSerializer
 
 from aidsr.artifacts import Artifact, Role
 
-__all__ = ["CallRecord", "FailedAttempt", "Finish", "Message", "Question", "Usage"]
+__all__ = ["CallRecord", "FailedAttempt", "Finish", "Message", "Png", "Question", "Usage"]
 
 Finish = Literal["stop", "length", "refusal", "other"]
+
+
+def _decoded(value: object) -> object:
+    return base64.b64decode(value, validate=True) if isinstance(value, str) else value
+
+
+def _encoded(value: bytes) -> str:
+    return base64.b64encode(value).decode()
+
+
+Png = Annotated[bytes, BeforeValidator(_decoded), PlainSerializer(_encoded, return_type=str, when_used="json")]
+"""A picture; base64 where it is written as JSON."""
 
 
 class Message(Artifact):
@@ -16,6 +31,8 @@ class Message(Artifact):
 
     role: Literal["system", "user", "assistant"]
     text: str
+    pictures: tuple[Png, ...] = ()
+    """Shown after the text; of a user's turn only, and only to a model that takes images."""
 
 
 class Question(Artifact):

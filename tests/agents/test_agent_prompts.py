@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
 from agent_samples import BRIEF, CONCEPT, CRITIQUE, PLACEMENT, REPORT, ROBOT, SCENE, SUMMARY
 
-from aidsr.agents import team
+from aidsr.agents import JudgeAgent, direct_team, prompts, team
 from aidsr.agents.coder import _Reader as CoderReader
 from aidsr.agents.designer import _Reader as DesignerReader
 from aidsr.agents.environment import describe_environment
@@ -48,10 +48,10 @@ class Listener:
         )
 
 
-def heard_from(job: Callable[[Team], object], reasks: int = 0) -> list[Question]:
+def heard_from(job: Callable[[Team], object], reasks: int = 0, made: Callable[..., Team] = team) -> list[Question]:
     listener = Listener()
     with pytest.raises(ReplyError):
-        job(team(listener, reasks=reasks))
+        job(made(listener, reasks=reasks))
     return listener.heard
 
 
@@ -74,7 +74,13 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "integrator_place_limb": lambda t: t.integrator.place(BRIEF, CONCEPT, LIMB),
     "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, REPORT),
     "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
+    "judge_scene_seen": lambda t: seeing(t.judge).judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
 }
+PICTURES = {"The scene as it stands.": b"\x89PNG 1", "It moves.": b"\x89PNG 2"}
+
+
+def seeing(judge: JudgeAgent) -> JudgeAgent:
+    return replace(judge, see=lambda _scene: PICTURES)
 
 
 def agrees(name: str, text: str) -> None:
@@ -121,8 +127,32 @@ def test_what_a_role_is_told_when_its_reply_is_of_no_use() -> None:
     agrees("reask", third.messages[-1].text)
 
 
+def test_pictures_stand_after_the_words_that_speak_of_them_also_when_it_is_asked_again() -> None:
+    asked = heard_from(JOBS["judge_scene_seen"], reasks=2)
+    for question in asked:
+        shown = [message.pictures for message in question.messages]
+        assert shown == [(), tuple(PICTURES.values()), *[()] * (len(shown) - 2)]
+    assert "1. The scene as it stands.\n2. It moves.\n" in asked[0].messages[1].text
+
+
+def test_what_direct_prompting_says() -> None:
+    (question,) = heard_from(lambda t: t.coder.write(BRIEF, t.designer.propose(BRIEF, 2)[1]), made=direct_team)
+    assert [message.role for message in question.messages] == ["system", "user"]
+    agrees("direct_system", question.messages[0].text)
+    agrees("direct", question.messages[1].text)
+
+
+def test_every_text_of_the_room_is_in_a_snapshot() -> None:
+    """A line of a prompt's file that no snapshot shows would be a text that nobody looks at."""
+    shown = "\n".join(path.read_text(encoding="utf-8") for path in SNAPSHOTS.glob("*.md"))
+    for path in Path(prompts.__file__).parent.glob("*.md"):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if line.strip() and "{" not in line:
+                assert line in shown, f"{path.name}: {line}"
+
+
 def test_no_snapshot_is_left_over() -> None:
-    names = {*JOBS, "designer", "coder", "coder_editor", "integrator", "judge", "reask"}
+    names = {*JOBS, "direct", "direct_system", "designer", "coder", "coder_editor", "integrator", "judge", "reask"}
     assert {path.stem for path in SNAPSHOTS.glob("*.md")} == names
 
 

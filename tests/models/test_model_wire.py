@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from aidsr.calls import CallRecord, Message, Question
+from aidsr.errors import ModelError, UserError
 from aidsr.models import Access, Model, connect
-from loopback import Act, Loopback, Received, Say
+from aidsr.models.remote import RemoteModel
+from loopback import Act, Fail, Loopback, Received, Say
 
 SYSTEM = "Du bist ein Prüfstand <system>&amp; mehr</system>."
 TEXTS = (SYSTEM, "first user turn\n```xml\n<mujoco/>\n```", "first reply", "second user turn: 20 µm, “quoted”")
@@ -106,6 +111,52 @@ def test_the_words_arrive_unaltered_and_capped(
     assert record.model == name.replace("LOOPBACK", record.model.partition("@")[2])
     assert (record.usage.input_tokens, record.usage.cached_input_tokens, record.usage.output_tokens) == (100, 30, 20)
     assert (record.usage.calls, record.usage.retries, record.failed_attempts) == (1, 0, ())
+
+
+PNG = b"\x89PNG\r\n\x1a\n not much of a picture"
+WITH_PICTURE = Question(
+    role="judge",
+    messages=(Message(role="system", text="s"), Message(role="user", text="Look:", pictures=(PNG,))),
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_picture_arrives_after_its_words(name: str) -> None:
+    with Loopback([Say("seen")]) as server:
+        record = loop_model(name, server).ask(WITH_PICTURE)
+    sent = json.dumps(server.requests[0].body)
+    assert sent.count(base64.b64encode(PNG).decode()) == 1
+    assert sent.count("image/png") == 1
+    assert sent.index("Look:") < sent.index("image/png")
+    assert CallRecord.model_validate_json(record.model_dump_json()) == record, "a record keeps what was shown"
+
+
+@pytest.mark.parametrize("status", [400, 404, 422])
+def test_a_model_that_takes_no_images_is_told_of(status: int) -> None:
+    refusal = Fail(status, "this model does not support image input")
+    with Loopback([refusal, refusal]) as server:
+        with (
+            pytest.raises(UserError, match=r"support image input.*without --judge-pictures")
+            if status != 404
+            else (pytest.raises(UserError, match="was not found"))
+        ):
+            loop_model("m@LOOPBACK", server).ask(WITH_PICTURE)
+        with pytest.raises((ModelError, UserError)) as refused:
+            loop_model("m@LOOPBACK", server).ask(QUESTION)
+    assert "picture" not in str(refused.value)
+
+
+def test_a_model_known_to_take_no_images_is_not_asked() -> None:
+    from pydantic_ai.models.openai import OpenAIChatModel
+
+    with Loopback([]) as server:
+        model = loop_model("m@LOOPBACK", server)
+        assert isinstance(model, RemoteModel)
+        assert isinstance(model.client, OpenAIChatModel)
+        blind = OpenAIChatModel("m", provider=model.client._provider, profile={"supports_image_input": False})
+        with pytest.raises(UserError, match="takes no images; start the run without --judge-pictures"):
+            replace(model, client=blind).ask(WITH_PICTURE)
+    assert server.requests == []
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -11,14 +11,14 @@ from aidsr.agents.designer import DesignerAgent
 from aidsr.agents.direct import DirectCoder, DirectDesigner
 from aidsr.agents.integrator import IntegratorAgent
 from aidsr.agents.interview import Interview
-from aidsr.agents.judge import JudgeAgent
+from aidsr.agents.judge import JudgeAgent, See, blind
 from aidsr.models import Model
 from aidsr.roles import Team
 
-__all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "direct_team", "team"]
+__all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "blind", "direct_team", "team"]
 
 
-def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool = True) -> Team:
+def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool = True, see: See = blind) -> Team:
     """Return a team whose four roles are played by one language model.
 
     Args:
@@ -26,13 +26,14 @@ def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool =
         reasks: How often a reply that cannot be used is asked for again before the role gives up.
         edits: Whether the Coder mends a robot by a patch rather than by writing it anew.
         condensed: Whether the Integrator and the Judge see a robot without its repetitions.
+        see: What pictures of a scene the Judge is shown; none by default.
     """
     interview = Interview(model, reasks)
     return Team(
         designer=DesignerAgent(interview),
         coder=CoderAgent(interview, edits),
         integrator=IntegratorAgent(interview, condensed),
-        judge=JudgeAgent(interview, condensed),
+        judge=JudgeAgent(interview, condensed, see),
     )
 
 

@@ -29,7 +29,7 @@ class Interview:
     model: Model
     reasks: int = 2
 
-    def ask(self, role: Role, system: str, user: str, read: Callable[[str], T]) -> T:
+    def ask(self, role: Role, system: str, user: str, read: Callable[[str], T], pictures: tuple[bytes, ...] = ()) -> T:
         """Return what `read` makes of the reply.
 
         Args:
@@ -37,12 +37,14 @@ class Interview:
             system: What the role is always told; the same for all its calls, so that providers can cache it.
             user: The job.
             read: Turns a reply into its artifact; raises ReplyError with a sentence for the model.
+            pictures: PNGs that belong to the job.
 
         Raises:
             ReplyError: No reply could be used.
             UserError, ModelError: The model gave no reply.
         """
-        messages: tuple[Message, ...] = (Message(role="system", text=system), Message(role="user", text=user))
+        asked = Message(role="user", text=user, pictures=pictures)
+        messages: tuple[Message, ...] = (Message(role="system", text=system), asked)
         for _ in range(1 + self.reasks):
             record = self.model.ask(Question(role=role, messages=messages))
             try:
@@ -81,4 +83,4 @@ def _asked_again(record: CallRecord, complaint: str) -> tuple[Message, ...]:
     asked = record.question.messages
     if record.finish in {"stop", "other"} and record.reply.strip():
         return (*asked, Message(role="assistant", text=record.reply), Message(role="user", text=text))
-    return (*asked[:-1], Message(role="user", text=f"{asked[-1].text}\n\n{text}"))
+    return (*asked[:-1], asked[-1].model_copy(update={"text": f"{asked[-1].text}\n\n{text}"}))

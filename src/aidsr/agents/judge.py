@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from aidsr.agents.condensing import condense
@@ -11,7 +12,16 @@ from aidsr.agents.prompts import as_json, render
 from aidsr.agents.replies import json_in, read_as
 from aidsr.artifacts import Brief, Concept, Critique, Robot, Scene, ValidationReport
 
-__all__ = ["JudgeAgent"]
+__all__ = ["JudgeAgent", "See", "blind"]
+
+See = Callable[[Scene], Mapping[str, bytes]]
+"""Returns what of a scene the Judge is shown: a PNG for each caption."""
+
+
+def blind(scene: Scene) -> Mapping[str, bytes]:
+    """Show no picture."""
+    del scene
+    return {}
 
 
 @dataclass(frozen=True)
@@ -21,10 +31,12 @@ class JudgeAgent:
     Attributes:
         interview: Who is asked, and how often again.
         condensed: Whether the robot is shown without its repetitions.
+        see: Pictures of the scene.
     """
 
     interview: Interview
     condensed: bool = True
+    see: See = blind
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
         """Return a pass, or a fail with issues that each blame a role.
@@ -32,6 +44,7 @@ class JudgeAgent:
         Raises:
             ReplyError: No reply could be used.
         """
+        seen = self.see(scene)
         user = render(
             "judge_scene",
             brief=brief,
@@ -42,5 +55,10 @@ class JudgeAgent:
             placement=as_json(scene.placement),
             notes=scene.notes,
             report=report.account(),
+            captions=list(seen),
         )
-        return self.interview.ask("judge", render("judge"), user, lambda reply: read_as(Critique, json_in(reply)))
+        return self.interview.ask("judge", render("judge"), user, _read, tuple(seen.values()))
+
+
+def _read(reply: str) -> Critique:
+    return read_as(Critique, json_in(reply))

@@ -29,6 +29,7 @@ def design(
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     repairs: bool = True,
     early_stop: bool = True,
+    judge_pictures: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     limits: Limits | None = None,
     train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -80,6 +81,8 @@ def design(
         nor an iteration.
     early_stop
         End a design when a role is asked for the same again and nothing got better, before its iterations are used up.
+    judge_pictures
+        Show the Judge pictures of the scene; only for a model that takes images.
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
     train
@@ -109,6 +112,7 @@ def design(
         seed=seed,
         repairs=repairs,
         early_stop=early_stop,
+        judge_pictures=judge_pictures,
         human=human,
         budget=(limits or Limits()).budget(),
     )

@@ -11,6 +11,7 @@ import math
 import re
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,13 +20,15 @@ from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import ModelError, UserError
 from aidsr.models.claiming import Claim
 
-__all__ = ["MANUAL", "ManualModel", "WaitingPrompt", "estimated_tokens", "waiting_prompts"]
+__all__ = ["MANUAL", "ManualModel", "WaitingPrompt", "estimated_input_tokens", "estimated_tokens", "waiting_prompts"]
 
 MANUAL = "manual:"
 """What the name of such a model begins with; the directory follows."""
 
 _BYTES_PER_TOKEN = 3
 """Our choice: English and MJCF take 3 to 4 bytes a token with current tokenizers, so this rather counts too many."""
+_TOKENS_A_PICTURE = 1600
+"""Our choice, rather too many: providers count 250 to 1,600 for pictures of the sizes that we draw."""
 _PROMPT = re.compile(r"(\d{4,})\.prompt\.md")
 _FIRST_LINE = re.compile(r"<!-- AID-SR question ([0-9a-f]{64}), asked by the ([a-z]+) -->")
 _HOW_TO = """\
@@ -61,6 +64,12 @@ def waiting_prompts(directory: Path) -> tuple[WaitingPrompt, ...]:
 def estimated_tokens(text: str) -> int:
     """Return about how many tokens a text has; only its visible bytes are known."""
     return math.ceil(len(text.encode()) / _BYTES_PER_TOKEN)
+
+
+def estimated_input_tokens(question: Question) -> int:
+    """Return about how many tokens a question has, its pictures included."""
+    pictures = sum(len(message.pictures) for message in question.messages)
+    return estimated_tokens("\n".join(message.text for message in question.messages)) + _TOKENS_A_PICTURE * pictures
 
 
 class ManualModel:
@@ -153,7 +162,7 @@ class ManualModel:
         number = max((sheet.number for sheet, _, _ in _sheets(self._directory)), default=0) + 1
         sheet = _Sheet(self._directory, number)
         try:
-            sheet.write(_text(question, key, sheet))
+            sheet.write(_text(question, key, sheet), [png for each in question.messages for png in each.pictures])
         except OSError as error:
             raise self._not_writable(error) from None
         return sheet
@@ -182,8 +191,13 @@ class _Sheet:
         """There once the reply is recorded in a run."""
         return self.directory / f".{self.number:04d}.taken"
 
-    def write(self, text: str) -> None:
-        """Put the whole prompt there at once, so that nobody reads half of it."""
+    def picture(self, number: int) -> Path:
+        return self.directory / f"{self.number:04d}.picture_{number}.png"
+
+    def write(self, text: str, pictures: Sequence[bytes]) -> None:
+        """Put the whole prompt there at once, so that nobody reads half of it; its pictures are there before."""
+        for number, png in enumerate(pictures, start=1):
+            self.picture(number).write_bytes(png)
         draft = self.directory / f".{self.number:04d}.tmp"
         draft.write_text(text, encoding="utf-8")
         draft.replace(self.prompt)
@@ -205,6 +219,10 @@ def _text(question: Question, key: str, sheet: _Sheet) -> str:
         number=f"{sheet.number:04d}", role=question.role, max_output_tokens=question.max_output_tokens
     )
     first = f"<!-- AID-SR question {key}, asked by the {question.role} -->\n"
+    shown = sum(len(message.pictures) for message in question.messages)
+    if shown:
+        names = ", ".join(f"`{sheet.picture(number).name}`" for number in range(1, shown + 1))
+        how_to += f"The pictures that it speaks of lie beside this file, in their order: {names}.\n"
     return first + how_to + "".join(_turn(message) for message in question.messages)
 
 
@@ -247,7 +265,7 @@ def _record(question: Question, name: str, sheet: _Sheet) -> CallRecord:
         finish="stop",
         usage=Usage(
             calls=1,
-            input_tokens=estimated_tokens("\n".join(message.text for message in question.messages)),
+            input_tokens=estimated_input_tokens(question),
             output_tokens=estimated_tokens(reply),
             tokens_estimated=True,
             cost_usd=None,

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from aidsr.calls import CallRecord, FailedAttempt, Finish, Message, Question, Usage
+from aidsr.errors import ModelError, UserError
 from aidsr.models import background
 from aidsr.models.access import Access
 from aidsr.models.failures import explain
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from pydantic_ai.settings import ModelSettings
 
 __all__ = ["RemoteModel", "cost_usd"]
+
+_WITHOUT_PICTURES = "start the run without --judge-pictures, or name a model that takes images"
 
 _FINISHES: dict[str | None, Finish] = {"stop": "stop", "length": "length", "content_filter": "refusal"}
 
@@ -52,6 +55,7 @@ class RemoteModel:
             ModelError: No reply after every retry, or a request the provider will never accept.
             ValueError: The question has a system message after the first place, which strict servers refuse.
         """
+        self._check_pictures(question)
         messages = _wire_messages(question.messages)
         started = datetime.now(UTC)
         begin = self.clock.now()
@@ -68,6 +72,11 @@ class RemoteModel:
             failed_attempts=failed,
         )
 
+    def _check_pictures(self, question: Question) -> None:
+        shown = any(message.pictures for message in question.messages)
+        if shown and not self.client.profile.get("supports_image_input", True):
+            raise UserError(f"{self.name} takes no images; {_WITHOUT_PICTURES}.")
+
     def _attempt(self, question: Question, messages: list[ModelMessage], limit_s: float) -> ModelResponse:
         """Send the question once.
 
@@ -78,6 +87,8 @@ class RemoteModel:
             return background.run(self._request(messages, question.max_output_tokens, limit_s))
         except Exception as error:
             failure = explain(error, self.name, self.key_variable, self.access.keys())
+        if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
+            failure = UserError(f"{failure} It was shown pictures: if it takes none, {_WITHOUT_PICTURES}.")
         raise failure
 
     async def _request(self, messages: list[ModelMessage], max_output_tokens: int, limit_s: float) -> ModelResponse:
@@ -128,7 +139,14 @@ def cost_usd(response: ModelResponse, priced: bool) -> float | None:
 
 def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:
     """Return the conversation in pydantic-ai's terms, word for word."""
-    from pydantic_ai.messages import ModelRequest, ModelResponse, SystemPromptPart, TextPart, UserPromptPart
+    from pydantic_ai.messages import (
+        BinaryContent,
+        ModelRequest,
+        ModelResponse,
+        SystemPromptPart,
+        TextPart,
+        UserPromptPart,
+    )
 
     wire: list[ModelMessage] = []
     for place, message in enumerate(messages):
@@ -138,7 +156,8 @@ def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:
             case "system":
                 raise ValueError("a system message may only come first")
             case "user":
-                wire.append(ModelRequest(parts=[UserPromptPart(message.text)]))
+                shown = [BinaryContent(data=png, media_type="image/png") for png in message.pictures]
+                wire.append(ModelRequest(parts=[UserPromptPart([message.text, *shown] if shown else message.text)]))
             case "assistant":
                 wire.append(ModelResponse(parts=[TextPart(message.text)]))
     return wire

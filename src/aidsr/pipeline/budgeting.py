@@ -9,7 +9,7 @@ from pathlib import Path
 from aidsr.calls import CallRecord, Question, Usage
 from aidsr.errors import BudgetError, UserError
 from aidsr.models import Model
-from aidsr.models.manual import estimated_tokens
+from aidsr.models.manual import estimated_input_tokens
 from aidsr.runs import Run
 from aidsr.runs.record import Budget
 
@@ -74,7 +74,7 @@ class Ledger:
         return record
 
     def _bound(self, question: Question) -> Usage:
-        tokens = estimated_tokens("\n".join(message.text for message in question.messages))
+        tokens = estimated_input_tokens(question)
         cost = self._price(tokens, question.max_output_tokens) if self._budget.limits_cost else 0.0
         return Usage(input_tokens=tokens, output_tokens=question.max_output_tokens, cost_usd=cost)
 

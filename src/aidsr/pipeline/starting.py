@@ -43,6 +43,7 @@ def design(
     seed: int = 0,
     repairs: bool = True,
     early_stop: bool = True,
+    judge_pictures: bool = False,
     human: bool = False,
     budget: Budget | None = None,
     runs: str | Path = "runs",
@@ -70,6 +71,7 @@ def design(
             validated; neither a call nor an iteration is spent on that.
         early_stop: End a design when a role is asked for the same again and nothing got better, before its iterations
             are used up.
+        judge_pictures: Show the Judge pictures of the scene, which must be a language model that takes images.
         budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by
             default. A call that could exceed it is not made, and its design ends as "out_of_budget".
         human: Wait for a person's decision.json after each scene the Judge passed.
@@ -88,6 +90,7 @@ def design(
         seed=seed,
         repairs=repairs,
         early_stop=early_stop,
+        judge_pictures=judge_pictures,
         human=human,
         budget=budget or Budget(),
     )

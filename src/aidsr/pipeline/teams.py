@@ -11,6 +11,7 @@ from aidsr.errors import UserError
 from aidsr.models import ManualModel, Model, connect
 from aidsr.models.prices import list_price_usd
 from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
+from aidsr.pipeline.looking import pictures_of
 from aidsr.pipeline.parts import TeamFor
 from aidsr.roles import Team
 from aidsr.runs import RecordedModel, Run, RunConfig
@@ -31,6 +32,8 @@ def check_model(config: RunConfig, budget: Budget) -> None:
             known and money is limited.
     """
     if config.model == BUILTIN:
+        if config.judge_pictures:
+            raise UserError("pictures are for a language model's Judge; name one with --model, the rules see none")
         if config.method == "direct":
             raise UserError(
                 "direct prompting asks a language model; name one with --model, the rules cannot be prompted"
@@ -55,11 +58,11 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
     by_hand = model if isinstance(model, ManualModel) else None
     kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
 
-    made = agents.direct_team if config.method == "direct" else agents.team
-
     def team_for(folder: Path) -> Team:
-        recorded = RecordedModel(Budgeted(model, ledger, folder), folder, kept)
-        return made(_Capped(recorded, config.max_output_tokens))
+        capped = _Capped(RecordedModel(Budgeted(model, ledger, folder), folder, kept), config.max_output_tokens)
+        if config.method == "direct":
+            return agents.direct_team(capped)
+        return agents.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else agents.blind)
 
     return team_for, by_hand.interrupt if by_hand else lambda: None
 

@@ -51,6 +51,8 @@ class RunConfig(Artifact):
     early_stop: bool = True
     """Whether a design ends when a role is asked for the same again and nothing got better. The paper's method has no
     such rule: studies of it switch it off."""
+    judge_pictures: bool = False
+    """Whether the Judge is shown rendered pictures of the scene; only for a model that takes images."""
     budget: Budget = Budget()
     """As asked for at first; a person may give a larger one later."""
     human: bool = False

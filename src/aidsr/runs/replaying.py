@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import hashlib
 import threading
 from collections import deque
 from pathlib import Path
@@ -78,7 +79,11 @@ def _prompt(question: Question) -> tuple[str, tuple[Message, ...]]:
 
 
 def _text(question: Question) -> str:
-    return "\n".join(f"[{message.role}]\n{message.text}" for message in question.messages)
+    return "\n".join(f"[{message.role}]\n{message.text}{_pictures(message)}" for message in question.messages)
+
+
+def _pictures(message: Message) -> str:
+    return "".join(f"\n[picture {hashlib.sha256(png).hexdigest()[:12]}]" for png in message.pictures)
 
 
 def _likeness(one: str, other: str) -> float:
