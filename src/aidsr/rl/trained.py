@@ -83,11 +83,11 @@ def evaluate_training(
             training=training.result,
         )
     home = training.folder
+    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
+    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
     home.write("curve.png", curve_picture(home / "curve.csv"))
     if videos:
         films = episode_videos(training.scene.mjcf, watched, training.scene.task.control_dt_s)
         for name, film in films.items():
             home.write(f"{name}.mp4", film)
-    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
-    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
     return evaluation
