@@ -52,7 +52,16 @@ class Drop:
     """The connection closes without a reply."""
 
 
-Act = Say | Fail | Raw | Hang | Drop
+@dataclass(frozen=True)
+class Cut:
+    """Half of a reply; then the connection closes."""
+
+    say: Say
+    meanwhile: Callable[[], None] = lambda: None
+    """Done when half of the reply is on its way."""
+
+
+Act = Say | Fail | Raw | Hang | Drop | Cut
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,8 @@ class Loopback:
 
     def __init__(self, script: Iterable[Act] | Callable[[Received], Act]) -> None:
         self.requests: list[Received] = []
+        self.sent: list[str] = []
+        """Texts of all replies that were sent to their last byte."""
         self._answer = script if callable(script) else _in_order(list(script))
         self._closing = threading.Event()
         self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self))
@@ -111,6 +122,7 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
             match act:
                 case Say():
                     self._send(200, json.dumps(_shape(self.path, act)).encode())
+                    loopback.sent.append(act.text)
                 case Fail():
                     self._send(act.status, json.dumps({"error": {"message": act.message}}).encode(), act.headers)
                 case Raw():
@@ -119,12 +131,19 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
                     loopback.wait_for_closing()
                 case Drop():
                     self.close_connection = True
+                case Cut():
+                    body = json.dumps(_shape(self.path, act.say)).encode()
+                    self._send(200, body[: len(body) // 2], length=len(body))
+                    act.meanwhile()
+                    self.close_connection = True
 
-        def _send(self, status: int, body: bytes, headers: dict[str, str] | None = None) -> None:
+        def _send(
+            self, status: int, body: bytes, headers: dict[str, str] | None = None, length: int | None = None
+        ) -> None:
             self.send_response(status)
             for key, value in ({"Content-Type": "application/json"} | (headers or {})).items():
                 self.send_header(key, value)
-            self.send_header("Content-Length", str(len(body)))
+            self.send_header("Content-Length", str(len(body) if length is None else length))
             self.end_headers()
             self.wfile.write(body)
 
