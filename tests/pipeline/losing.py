@@ -320,8 +320,8 @@ def account(faults: dict[str, Any], kills: dict[str, Any]) -> str:
 | **in all** | **{sum(faults["injected"].values())}** |
 
 - Faults: {faults["runs"]} runs, {faults["finished"]} finished; {faults["approved"]} of {faults["designs"]} designs
-  approved. {faults["paid"]} replies paid for, **{faults["lost"]} lost**. {faults["without_a_reply"]} faults brought no reply, and
-  {faults["failed_attempts"]} failed attempts are on record. {faults["tokens_paid"]:,} tokens paid, and
+  approved. {faults["paid"]} replies paid for, **{faults["lost"]} lost**. {faults["without_a_reply"]} faults brought no
+  reply, and {faults["failed_attempts"]} failed attempts are on record. {faults["tokens_paid"]:,} tokens paid, and
   {faults["tokens_recorded"]:,} in the accounts.
 - kill -9 and resume: {len(killed)} runs, {finished} finished; {paid} replies paid for, **{lost} lost**.
 - kill -9 on purpose between a question and the file of its reply: {len(writing)} runs, {total(writing, "finished")}
