@@ -2,7 +2,8 @@
 
 A robot counts as good when the oracle finds no symptom above half its limit, as bad when its own symptom is at least
 twice its limit, and as a near miss when it is at most half. What was meant to be one and is found to be another is put
-aside and counted, and so is a robot with a driven fault that diverges: what it truly has is an instability.
+aside and counted. So is a robot with a driven fault that shows at half the time step and not at its own, or that
+diverges: what it truly has is an instability.
 """
 
 from __future__ import annotations
@@ -90,11 +91,19 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
             reason = f"{injection.code}, {grade}: came out as {grade_of(severity)}"
             put_aside[reason] = put_aside.get(reason, 0) + 1
             continue
-        if grade == "bad" and injection.code in _DRIVEN and (bench.failed or plainly_diverges(Bench(mjcf, 1.0))):
-            put_aside[f"{injection.code}: diverges"] = put_aside.get(f"{injection.code}: diverges", 0) + 1
+        if grade == "bad" and injection.code in _DRIVEN and (why := _is_something_else(injection.code, bench)):
+            put_aside[f"{injection.code}: {why}"] = put_aside.get(f"{injection.code}: {why}", 0) + 1
             continue
         made.append(_changed(base, injection, number, batch[len(made)], grade, mjcf, words, severity))
     return made, put_aside
+
+
+def _is_something_else(code: str, halved: Bench) -> str:
+    """Why a driven fault that shows at half the time step is not what the robot has at its own; "" where it is."""
+    bench = Bench(halved.mjcf, 1.0)
+    if halved.failed or measure_of(code)(bench) < 2:
+        return "not at both time steps"
+    return "diverges" if bench.failed or plainly_diverges(bench) else ""
 
 
 def _is_as_named(injection: Injection, mjcf: str) -> bool:

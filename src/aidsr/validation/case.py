@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
+from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.drive import Drive
-from aidsr.validation.protocol import Evidence, Variant, rerun
+from aidsr.validation.points import displacements, last_quarter
+from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
 from aidsr.validation.thresholds import Thresholds
 
 __all__ = ["Case", "Rule"]
+
+_PARTS = 4
 
 
 @dataclass(frozen=True)
@@ -90,8 +95,41 @@ class Case:
 
     def effect_of(self, drive: int) -> float:
         """Largest effect / L of one actuator alone, the other tendons slack; 0 if it has no end but neutral."""
-        evidence = self.driven
-        return max((float(evidence.effects[i]) for i in self.single_tests([drive])), default=0.0)
+        return max((self.effect_in(test) for test in self.single_tests([drive])), default=0.0)
+
+    def effect_in(self, test: int) -> float:
+        """Effect / L of a test: its largest displacement, or where the robot shakes the one it shakes about."""
+        return float(self._effects[test])
+
+    def shakes(self, test: int) -> bool:
+        """Whether the robot shakes at the end of a test more than an error allows."""
+        battery = self.driven.battery
+        return battery is not None and self._shakes(battery, test)
+
+    def _shakes(self, recording: Recording, row: int) -> bool:
+        return bool(self.shaking_g(recording, row).max(initial=0.0) > self.limits.chatter_error_g)
+
+    @cached_property
+    def _effects(self) -> NDArray[np.float64]:
+        battery = self.driven.battery
+        return np.zeros(0) if battery is None else self._effects_of(battery)
+
+    def _effects_of(self, recording: Recording) -> NDArray[np.float64]:
+        """Effect / L of each simulation against the first, (n_sims,)."""
+        ways_m = displacements(recording, self.structure, self.model, reference=0)
+        largest_m = np.linalg.norm(ways_m, axis=-1).max(axis=(1, 2), initial=0.0)
+        held_m = np.linalg.norm(last_quarter(ways_m, axis=1).mean(axis=1), axis=-1).max(axis=1, initial=0.0)
+        shaking = [self._shakes(recording, row) for row in range(len(largest_m))]
+        return np.asarray(np.where(shaking, held_m, largest_m) / self.length_m)
+
+    def shaking_g(self, recording: Recording, row: int) -> NDArray[np.float64]:
+        """Root mean square acceleration of each body's centre of mass in the last quarter of a simulation, in g.
+
+        Of the calmest of four parts: a robot that topples late and hits the ground once does not shake.
+        """
+        squares = last_quarter(recording.acceleration_m_s2[row] ** 2, axis=0)[:, list(self.structure.bodies)]
+        parts = np.array_split(squares, min(_PARTS, len(squares)))
+        return np.asarray(np.sqrt(np.min([part.mean(axis=0) for part in parts], axis=0)) / STANDARD_GRAVITY_M_S2)
 
     def force_n(self, drive: Drive) -> NDArray[np.float64]:
         """Force of an actuator on its tendon or joint in every frame of the battery, (n_tests, n_frames).
@@ -118,14 +156,9 @@ class Case:
     def effects_if(self, name: str, variant: Variant, tests: Sequence[int]) -> dict[int, float]:
         """Effects of some tests in a changed model, by row of the battery; made once under a name."""
         if name not in self.causes:
-            effects = rerun(self.model, self.structure, self.driven, variant, tests)
+            effects = self._effects_of(rerun(self.model, self.structure, self.driven, variant, tests))[1:]
             self.causes[name] = {test: float(effect) for test, effect in zip(tests, effects, strict=True)}
         return self.causes[name]
-
-    def tail(self, values: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-        """The last quarter of the frames."""
-        count = values.shape[axis]
-        return np.asarray(np.take(values, range(count - count // 4, count), axis=axis))
 
 
 Rule = Callable[[Case], Iterable[Fault]]

@@ -29,7 +29,7 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "tendons_not_actuated": ("fully_actuated", *_NO_EFFECT),
     "ctrlrange_missing": _NO_EFFECT,
     "joint_range_too_small": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
-    "disconnected": ("no_soft_chain", "segments_gap", "tendon_no_moment", *_DROP, *_NO_EFFECT),
+    "disconnected": ("no_soft_chain", "segments_gap", "tendon_no_moment", "tendon_skips_segments", *_DROP, *_NO_EFFECT),
     "no_soft_chain": ("fully_actuated", "tendon_one_body", "tendon_no_moment", *_NO_EFFECT),
     "zero_gear": _NO_EFFECT,
     "tendon_one_body": _NO_EFFECT,
@@ -41,11 +41,10 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "base_not_attached": (*_COLLAPSE, *_SHAKING, *_NO_EFFECT),
     "passive_collapse": ("gravity_collapse", *_SHAKING, *_NO_EFFECT),
     "gravity_collapse": (*_SHAKING, *_NO_EFFECT),
-    "mass_ratio": ("underdamped", "chatter", "limit_overrun", "sensor_constant"),
+    "mass_ratio": ("underdamped", "chatter", "limit_overrun", "sensor_constant", "implausible_density"),
     "energy_growth": _SHAKING[1:],
     "underdamped": ("numerical_instability", "chatter"),
-    "numerical_instability": ("chatter", "limit_overrun", *_NO_EFFECT),
-    "chatter": ("limit_overrun", *_NO_EFFECT),
+    "chatter": ("antagonist_lock", "actuator_too_weak", "too_stiff", "no_effect", "sensor_constant"),
     "self_collision_lock": _NO_EFFECT[1:],
     "antagonist_lock": _NO_EFFECT[2:],
     "tendon_against_limit": ("sensor_constant",),
@@ -58,8 +57,9 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "actuator_power": ("actuator_speed", "cable_stroke"),
 }
 """Codes that an error explains. Where two could explain each other, the first is the cause.
-Source: our choice; missing blocks before wiring and ranges, then topology, lock and overlap, drop, collapse, divergence
-and chatter, no effect, sensors."""
+Source: our choice; missing blocks before wiring and ranges, then topology, lock and overlap, drop, collapse, growth of
+energy, no effect, sensors. Divergence explains nothing: other rules look at tests that do not diverge. Chatter spoils
+forces, not obstacles: rules about effects look at what a robot shakes about."""
 
 
 def is_explained(code: str, faults: Sequence[Fault]) -> bool:

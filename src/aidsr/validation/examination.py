@@ -19,7 +19,7 @@ from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
 from aidsr.validation.overlap import REFUTED, overlap_explains_divergence, with_verdict
 from aidsr.validation.protocol import Protocol, gather_evidence
-from aidsr.validation.rules import REALIZABILITY_RULES, SIMULATE_RULES, STRUCTURE_RULES
+from aidsr.validation.rules import BUILDING_RULES, DRAWING_RULES, SIMULATE_RULES, STRUCTURE_RULES
 from aidsr.validation.rules.effort import motor_measurements
 from aidsr.validation.standing import Standing, stand
 from aidsr.validation.validating import Mount
@@ -80,9 +80,11 @@ def examine_text(
         case = replace(case, evidence=gather_evidence(model, case.structure))
         apply(SIMULATE_RULES, case)
         measurements |= measure(case)
+        works = all(fault.severity != "error" for fault in case.found)
+        apply(DRAWING_RULES, case)
         # forces and speeds of a robot that does not work say nothing about its motors
-        if all(fault.severity != "error" for fault in case.found):
-            apply(REALIZABILITY_RULES, case)
+        if works:
+            apply(BUILDING_RULES, case)
             measurements["motors"] = motor_measurements(case)
     report = make_report(_explained(case, measurements), measurements, notes + standing.notes, realizable)
     return Examination(report, standing, case)
@@ -192,7 +194,7 @@ def measure(case: Case) -> dict[str, Any]:
     speeds = evidence.battery.speed_m_s[:, :, list(case.structure.bodies)]
     return {
         "effect_over_length": effects,
-        "largest_effect_over_length": round(float(evidence.effects.max(initial=0.0)), 6),
+        "largest_effect_over_length": round(max(map(case.effect_in, range(len(evidence.tests))), default=0.0), 6),
         "fastest_body_m_s": round(float(np.max(speeds, initial=0.0)), 6),
         "simulated_s": round(evidence.battery.frame_s * evidence.battery.speed_m_s.shape[1] * len(evidence.tests), 6),
     }

@@ -9,22 +9,28 @@ from numpy.typing import NDArray
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure
 
-__all__ = ["displacements", "drawn_seen_from_root", "seen_from_root"]
+__all__ = ["displacements", "drawn_seen_from_root", "last_quarter", "seen_from_root"]
 
 Array = NDArray[np.float64]
 
 
 def displacements(recording: Recording, structure: Structure, model: mujoco.MjModel, reference: int) -> Array:
-    """Distance of every point of the robot from where it is in the reference simulation.
+    """Way of every point of the robot from where it is in the reference simulation.
 
     Points are centres of mass and marks (sites that no tendon runs through), seen from the root they hang from, so that
     neither a drifting base nor a moving mount counts as an effect.
 
     Returns:
-        (n_sims, n_frames, n_points) [m].
+        (n_sims, n_frames, n_points, 3) [m].
     """
     points = seen_from_root(recording, structure, model)
-    return np.asarray(np.linalg.norm(points - points[reference], axis=-1))
+    return np.asarray(points - points[reference])
+
+
+def last_quarter(values: Array, axis: int) -> Array:
+    """The last quarter of the frames, when commands have long been constant."""
+    count = values.shape[axis]
+    return np.asarray(np.take(values, range(count - count // 4, count), axis=axis))
 
 
 def seen_from_root(recording: Recording, structure: Structure, model: mujoco.MjModel) -> Array:

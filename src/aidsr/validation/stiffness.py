@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.structure import Structure
+from aidsr.validation.thresholds import Thresholds
+from aidsr.validation.variants import mass_ratio
 
 __all__ = ["explain_divergence", "integration_numbers"]
 
-_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+_RK4, _EULER = int(mujoco.mjtIntegrator.mjINT_RK4), int(mujoco.mjtIntegrator.mjINT_EULER)
 _STABLE_STEP = 2.0
 """dt * omega above which an undamped oscillator diverges. Source: stability of the semi-implicit Euler method."""
 _STABLE_RK4_DAMPING = 2.7
@@ -50,20 +52,46 @@ def integration_numbers(model: mujoco.MjModel) -> tuple[float, float]:
 
 
 def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
-    """Return the likely cause of a divergence in a sentence, "" when no number points to one."""
+    """Return the likely causes of a divergence in words, "" when no number points to one."""
     if not model.nv:
         return ""
     step, damping = integration_numbers(model)
     weakest = min((float(model.dof_damping[dof]) for dof in _inner_dofs(model, structure)), default=0.0)
-    if int(model.opt.integrator) == _RK4 and damping > _STABLE_RK4_DAMPING:
-        return f"RK4 treats damping explicitly: dt x damping / inertia is {damping:.3g}, stable below 2.8"
+    servos = _explicit_servo_damping(model)
+    ratio = mass_ratio(model, structure)
+    causes = []
     if weakest < 0:
-        return f"negative joint damping ({weakest:.3g})"
+        causes.append(f"negative joint damping ({weakest:.3g})")
+    if int(model.opt.integrator) == _RK4 and damping > _STABLE_RK4_DAMPING:
+        causes.append(f"RK4 treats damping explicitly: dt x damping / inertia is {damping:.3g}, stable below 2.8")
+    elif servos > _STABLE_STEP:
+        causes.append(f"Euler treats kv explicitly: dt x kv / inertia is {servos:.3g}, stable below 2")
+    if ratio > Thresholds().mass_ratio:
+        causes.append(f"the heaviest body has {ratio:.3g} times the median's mass")
     if step > _STABLE_STEP:
-        return f"too stiff for the time step: dt x omega is {step:.3g}, stable below 2 unless damped"
-    if weakest == 0:
-        return f"joints without damping (dt x omega is {step:.3g}; only damping takes out what a sweep puts in)"
-    return ""
+        causes.append(f"too stiff for the time step: dt x omega is {step:.3g}, stable below 2 unless damped")
+    if not causes and weakest == 0:
+        causes.append(f"joints without damping (dt x omega is {step:.3g}; only damping takes out what a sweep puts in)")
+    return "; ".join(causes)
+
+
+def _explicit_servo_damping(model: mujoco.MjModel) -> float:
+    """Largest eigenvalue of dt (M + dt D)^-1 J' kv J under the Euler integrator, 0 under any other.
+
+    Source: MuJoCo documentation, Computation, "Numerical integration": Euler is implicit in joint damping D alone.
+    """
+    if int(model.opt.integrator) != _EULER:
+        return 0.0
+    data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, mass)
+    servos = np.zeros_like(mass)
+    for actuator in range(model.nactuator):
+        row = _actuator_row(model, data, actuator)
+        servos += max(0.0, -float(model.actuator_biasprm[actuator, 2])) * np.outer(row, row)
+    timestep_s = float(model.opt.timestep)
+    mass += timestep_s * np.diag(np.array(model.dof_damping))
+    return timestep_s * float(np.linalg.eigvals(np.linalg.solve(mass, servos)).real.max(initial=0.0))
 
 
 def _inner_dofs(model: mujoco.MjModel, structure: Structure) -> list[int]:

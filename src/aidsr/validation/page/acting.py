@@ -29,7 +29,7 @@ def actuator_traces(case: Case) -> Iterator[ActuatorTrace]:
     for index, drive in enumerate(evidence.drives[:_MOST_ACTUATORS]):
         rows = case.single_tests([index])
         force_n = -case.force_n(drive)
-        best = max(rows, key=lambda row: float(evidence.effects[row]), default=-1)
+        best = max(rows, key=case.effect_in, default=-1)
         lengths = evidence.battery.fields["ten_length"][:, :, _target(case, drive)] if drive.on_tendon else np.zeros(1)
         frames = moved.shape[1]
         yield ActuatorTrace(

@@ -10,11 +10,12 @@ import numpy as np
 from aidsr.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
+from aidsr.validation.divergence import divergence, sound_tests
 from aidsr.validation.page.sampling import Array, signal
 from aidsr.validation.page.traces import Signal
-from aidsr.validation.points import displacements
+from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
-from aidsr.validation.rules.motion import describe_test, divergence
+from aidsr.validation.rules.motion import describe_test
 
 __all__ = ["moved_over_length", "signal_of"]
 
@@ -33,7 +34,8 @@ def signal_of(case: Case, fault: Fault) -> Signal | None:
 def moved_over_length(case: Case) -> Array:
     """Largest displacement of any point against the reference / L, (n_tests, n_frames)."""
     battery = _battery(case)
-    moved = displacements(battery, case.structure, case.model, reference=0).max(axis=2, initial=0.0)
+    ways = displacements(battery, case.structure, case.model, reference=0)
+    moved = np.linalg.norm(ways, axis=-1).max(axis=2, initial=0.0)
     return np.asarray(moved / case.length_m)
 
 
@@ -69,11 +71,11 @@ def _chatter(case: Case, fault: Fault) -> Signal | None:
     if evidence.battery is not None:
         rows += [
             (describe_test(case, row), evidence.battery, row)
-            for row, test in enumerate(evidence.tests)
-            if test.kind != "sweep"
+            for row in sound_tests(case)
+            if evidence.tests[row].kind != "sweep"
         ]
     test, recording, row = max(
-        rows, key=lambda r: float(case.tail(r[1].acceleration_m_s2[r[2]], axis=0)[:, body].mean())
+        rows, key=lambda r: float(last_quarter(r[1].acceleration_m_s2[r[2]], axis=0)[:, body].mean())
     )
     curve = recording.acceleration_m_s2[row][:, body] / STANDARD_GRAVITY_M_S2
     limits = (fault.limit,) if fault.limit is not None else ()
@@ -134,7 +136,7 @@ def _effect(case: Case, fault: Fault) -> Signal | None:
     for drive in _drives(case, fault.names) or range(len(case.driven.drives)):
         rows = case.single_tests([drive])
         if rows and len(curves) < _MOST_CURVES:
-            best = max(rows, key=lambda row: float(case.driven.effects[row]))
+            best = max(rows, key=case.effect_in)
             curves[case.actuator(case.driven.drives[drive].actuator)] = moved[best]
     test = "a test of each actuator alone, the others slack"
     return signal("largest displacement", _OF_LENGTH, test, _battery(case).frame_s, curves, (case.limits.effect,))
@@ -142,10 +144,10 @@ def _effect(case: Case, fault: Fault) -> Signal | None:
 
 def _antagonists(case: Case, fault: Fault) -> Signal | None:
     moved, (drive, *_) = moved_over_length(case), _drives(case, fault.names)
-    alone = max(case.single_tests([drive]), key=lambda row: float(case.driven.effects[row]))
+    alone = max(case.single_tests([drive]), key=case.effect_in)
     told = next(row for row, test in enumerate(case.driven.tests) if test.kind == "released" and test.drive == drive)
     curves = {"the others slack": moved[alone], "the others told to let go": moved[told]}
-    limits = (case.limits.lock_share * float(case.driven.effects[alone]),)
+    limits = (case.limits.lock_share * case.effect_in(alone),)
     quantity, test = "largest displacement", f"tests in which {fault.names[0]} pulls"
     return signal(quantity, _OF_LENGTH, test, _battery(case).frame_s, curves, limits)
 

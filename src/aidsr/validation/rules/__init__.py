@@ -30,7 +30,7 @@ from aidsr.validation.rules.topology import disconnected, fully_actuated, no_sof
 from aidsr.validation.rules.walls import thin_wall
 from aidsr.validation.rules.wiring import tendon_no_moment, tendon_one_body, zero_gear
 
-__all__ = ["REALIZABILITY_RULES", "SIMULATE_RULES", "STRUCTURE_RULES"]
+__all__ = ["BUILDING_RULES", "DRAWING_RULES", "SIMULATE_RULES", "STRUCTURE_RULES"]
 
 STRUCTURE_RULES: tuple[Rule, ...] = (
     no_tendons,
@@ -70,16 +70,16 @@ SIMULATE_RULES: tuple[Rule, ...] = (
 )
 """Rules that look at what the robot did."""
 
-REALIZABILITY_RULES: tuple[Rule, ...] = (
+DRAWING_RULES: tuple[Rule, ...] = (tendon_skips_segments, implausible_density, thin_wall)
+"""Rules about whether it could be built that read the drawing alone."""
+
+BUILDING_RULES: tuple[Rule, ...] = (
     tendon_through_body,
-    tendon_skips_segments,
     tendon_pushes,
     tendon_slack,
     actuator_overforce,
     actuator_power,
     actuator_speed,
     no_motor_fits,
-    implausible_density,
-    thin_wall,
 )
-"""Rules about whether it could be built, reported apart from stability."""
+"""Rules about whether it could be built that look at what it did when driven; all are reported apart from stability."""

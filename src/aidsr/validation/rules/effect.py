@@ -5,22 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import mujoco
+import numpy as np
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.causes import is_explained
+from aidsr.validation.divergence import sound_tests
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.variants import mass_ratio, softer, without_limits, without_outlier_mass, without_self_contact
 
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock"]
 
+_JOINING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
+_OF_SITES = int(mujoco.mjtObj.mjOBJ_SITE)
+
 
 def self_collision_lock(case: Case) -> Iterator[Fault]:
-    """The robot does not hold itself by its own contacts. Looked at only where its parts touch each other."""
+    """The robot does not hold itself by its own contacts. Looked at only where an actuator makes its parts touch.
+
+    Parts next to each other touch at the end of their joint's way, as at a stop, and so do those that an equality joins
+    where a chain is closed to a ring.
+    """
     if is_explained("self_collision_lock", case.found):
         return
-    weak = _hindered(case)
-    if not weak or not _touches_itself(case):
+    weak = [drive for drive in _hindered(case) if _touches_itself(case, drive)]
+    if not weak:
         return
     tests = case.single_tests(weak)
     freed = case.effects_if("without self-contact", without_self_contact(case.structure), tests)
@@ -44,10 +53,11 @@ def antagonist_lock(case: Case) -> Iterator[Fault]:
     """
     evidence, limits = case.driven, case.limits
     locked = []
-    for row, test in enumerate(evidence.tests):
-        alone = case.effect_of(test.drive)
-        if test.kind == "released" and alone >= limits.effect and evidence.effects[row] < limits.lock_share * alone:
-            locked.append((row, test.drive, float(evidence.effects[row]) / alone))
+    for row in sound_tests(case):
+        test = evidence.tests[row]
+        alone, together = case.effect_of(test.drive), case.effect_in(row)
+        if test.kind == "released" and alone >= limits.effect and together < limits.lock_share * alone:
+            locked.append((row, test.drive, together / alone))
     if locked:
         yield Fault(
             code="antagonist_lock",
@@ -67,14 +77,16 @@ def antagonist_lock(case: Case) -> Iterator[Fault]:
 def no_effect(case: Case) -> Iterator[Fault]:
     """The actuators move the robot. Where they do not, counterfactuals name what is in the way.
 
-    An error where no test moves the robot; a warning where single actuators have no effect.
+    An error where no command that is held moves the robot, whatever jolts it when commands change; a warning where
+    single actuators have no effect.
     """
     evidence, limits = case.driven, case.limits
-    if evidence.battery is None or not evidence.drives or is_explained("no_effect", case.found):
+    if evidence.battery is None or not evidence.drives or is_explained("tendon_against_limit", case.found):
         return
-    whole = float(evidence.effects.max(initial=0.0)) < limits.effect
+    held = [row for row in sound_tests(case) if evidence.tests[row].kind in ("single", "released", "all")]
+    whole = max((case.effect_in(row) for row in held), default=0.0) < limits.effect
     least = limits.effect if whole else limits.single_effect
-    weak = [index for index in range(len(evidence.drives)) if case.effect_of(index) < least]
+    weak = [index for index in _measured(case) if case.effect_of(index) < least]
     if not weak:
         return
     tests = case.single_tests(weak)
@@ -135,7 +147,8 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
             cure="Raise forcerange, kp or ctrlrange; bending a limb takes about its weight times L / tendon offset.",
         )
     soft = case.effects_if("softer", softer(limits.softer), tests)
-    stiff = _improved(case, weak, soft, limits.limit_gain)
+    # an effect goes with 1 / stiffness, so that a robot that is far too stiff still is with a share of it
+    stiff = _improved(case, weak, soft, limits.limit_gain, visible=limits.effect * limits.softer)
     return _effect_fault(
         case,
         "too_stiff" if stiff else "no_effect",
@@ -148,30 +161,56 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
     )
 
 
+def _measured(case: Case) -> list[int]:
+    """Actuators whose own tests do not diverge, so that their effect is known."""
+    sound = set(sound_tests(case))
+    return [index for index in range(len(case.driven.drives)) if sound.issuperset(case.single_tests([index]))]
+
+
 def _hindered(case: Case) -> list[int]:
     """Actuators that an obstacle might hold: their effect is a small share of L, about the effect of a free limb."""
-    return [index for index in range(len(case.driven.drives)) if case.effect_of(index) < case.limits.lock_share]
+    return [index for index in _measured(case) if case.effect_of(index) < case.limits.lock_share]
 
 
-def _touches_itself(case: Case) -> bool:
-    """Whether parts of the robot touch each other after settling or at the end of a test."""
+def _touches_itself(case: Case, drive: int) -> bool:
+    """Whether parts that nothing joins touch each other after settling or at the end of an actuator's tests."""
     evidence, model = case.driven, case.model
-    data, ours = mujoco.MjData(model), set(case.structure.geoms)
-    states = [evidence.settle.states[0], *(evidence.battery.states if evidence.battery is not None else ())]
-    for state in states:
+    if evidence.battery is None:
+        return False
+    data, ours, joined = mujoco.MjData(model), set(case.structure.geoms), _joined(model)
+    for state in (evidence.settle.states[0], *evidence.battery.states[case.single_tests([drive])]):
         mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
         mujoco.mj_forward(model, data)
-        if any(int(contact.geom1) in ours and int(contact.geom2) in ours for contact in data.contact):
-            return True
+        for contact in data.contact:
+            bodies = frozenset(int(model.geom_bodyid[geom]) for geom in contact.geom)
+            if ours.issuperset(contact.geom.tolist()) and bodies not in joined:
+                return True
     return False
 
 
-def _improved(case: Case, drives: Sequence[int], effects: dict[int, float], factor: float) -> list[int]:
+def _joined(model: mujoco.MjModel) -> set[frozenset[int]]:
+    """Pairs of bodies that an equality constraint joins at a point.
+
+    Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
+    """
+    pairs = set()
+    for equality in np.flatnonzero(np.isin(model.eq_type, _JOINING)):
+        ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
+        if int(model.eq_objtype[equality]) == _OF_SITES:
+            ends = (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]]))
+        pairs.add(frozenset(ends))
+    return pairs
+
+
+def _improved(
+    case: Case, drives: Sequence[int], effects: dict[int, float], factor: float, visible: float | None = None
+) -> list[int]:
     """Actuators whose effect becomes visible, and `factor` times as large, in a counterfactual."""
+    least = case.limits.effect if visible is None else visible
     return [
         index
         for index in drives
-        if (freed := max((effects[test] for test in case.single_tests([index])), default=0.0)) >= case.limits.effect
+        if (freed := max((effects[test] for test in case.single_tests([index])), default=0.0)) >= least
         and freed > factor * case.effect_of(index)
     ]
 

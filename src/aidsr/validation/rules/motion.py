@@ -7,18 +7,17 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
-from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
-from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
+from aidsr.validation.divergence import divergence, sound_tests
+from aidsr.validation.points import last_quarter
 from aidsr.validation.stiffness import explain_divergence
 
-__all__ = ["chatter", "describe_test", "divergence", "limit_overrun", "numerical_instability"]
+__all__ = ["chatter", "describe_test", "limit_overrun", "numerical_instability"]
 
-_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
-_PARTS = 4
-_FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+_HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def numerical_instability(case: Case) -> Iterator[Fault]:
@@ -63,56 +62,19 @@ def describe_test(case: Case, row: int) -> str:
     }.get(test.kind, "the random sweep of all actuators")
 
 
-def divergence(
-    case: Case, recording: Recording, row: int
-) -> tuple[float | None, float | None, str, tuple[str, ...], float] | None:
-    """Return (measured, limit, unit, names, time) of the first sign of divergence in a simulation, None without one."""
-    limits, frame_s = case.limits, recording.frame_s
-    dofs = [dof for dof in range(case.model.nv) if int(case.model.dof_jntid[dof]) in case.structure.joints]
-    bodies = list(case.structure.bodies)
-    turning = np.array([_is_turning(case, dof) for dof in dofs], dtype=bool)
-    allowed = np.where(turning, limits.joint_speed_rad_s, limits.body_speed_m_s)
-    too_fast = recording.fastest[row][:, dofs] / allowed if dofs else np.zeros((1, 1))
-    too_far = recording.speed_m_s[row][:, bodies] / limits.body_speed_m_s
-    by_joint, by_body = (np.argmax((ratio > 1).any(axis=1)) for ratio in (too_fast, too_far))
-    if (too_fast > 1).any() and (not (too_far > 1).any() or by_joint <= by_body):
-        dof = int(np.argmax(too_fast[by_joint]))
-        measured, unit = float(recording.fastest[row, by_joint, dofs[dof]]), "rad/s" if turning[dof] else "m/s"
-        joint = case.joint(int(case.model.dof_jntid[dofs[dof]]))
-        return measured, float(allowed[dof]), unit, (joint,), float(by_joint + 1) * frame_s
-    if (too_far > 1).any():
-        body = int(np.argmax(too_far[by_body]))
-        measured = float(recording.speed_m_s[row, by_body, bodies[body]])
-        return measured, limits.body_speed_m_s, "m/s", (case.body(bodies[body]),), float(by_body + 1) * frame_s
-    if recording.failed(row):
-        return None, None, "", (), float(recording.good_frames[row] + 1) * frame_s
-    return None
-
-
-def _is_turning(case: Case, dof: int) -> bool:
-    joint = int(case.model.dof_jntid[dof])
-    kind = int(case.model.jnt_type[joint])
-    if kind == _FREE:
-        return dof - int(case.model.jnt_dofadr[joint]) >= 3
-    return kind != _SLIDE
-
-
 def chatter(case: Case) -> Iterator[Fault]:
     """Under constant commands, after settling, the robot stands still.
 
-    Root mean square acceleration of each centre of mass in the last quarter of each test with constant commands, in the
-    calmest of four parts: a robot that topples late and hits the ground once does not chatter.
+    Looked at in tests that do not diverge. See `Case.shaking_g` for what is measured.
     """
     evidence, limits = case.driven, case.limits
-    rows = [("settling", evidence.settle, 0)]
+    rows = [("settling", evidence.settle, 0)] if divergence(case, evidence.settle, 0) is None else []
     if evidence.battery is not None:
-        constant = [row for row, test in enumerate(evidence.tests) if test.kind != "sweep"]
+        constant = [row for row in sound_tests(case) if evidence.tests[row].kind != "sweep"]
         rows += [(describe_test(case, row), evidence.battery, row) for row in constant]
     worst, where, what = 0.0, -1, ""
     for phase, recording, row in rows:
-        squares = case.tail(recording.acceleration_m_s2[row] ** 2, axis=0)[:, list(case.structure.bodies)]
-        parts = np.array_split(squares, min(_PARTS, len(squares)))
-        rms = np.sqrt(np.min([part.mean(axis=0) for part in parts], axis=0)) / STANDARD_GRAVITY_M_S2
+        rms = case.shaking_g(recording, row)
         if rms.size and rms.max() > worst:
             worst, where, what = float(rms.max()), int(np.argmax(rms)), phase
     if worst > limits.chatter_warning_g:
@@ -148,18 +110,16 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
 
     Source: MuJoCo documentation, Modeling, "Solver parameters": limits are soft, and softer for light links.
     """
-    model, evidence, limits = case.model, case.driven, case.limits
-    if evidence.battery is None:
-        return
+    model, limits = case.model, case.limits
     worst_deg, at = 0.0, -1
     for joint in case.structure.joints:
         if int(model.jnt_type[joint]) != _HINGE or not model.jnt_limited[joint]:
             continue
-        angles = evidence.battery.fields["qpos"][:, :, int(model.jnt_qposadr[joint])]
         low, high = model.jnt_range[joint]
-        beyond_deg = math.degrees(max(float(low - angles.min()), float(angles.max() - high)))
-        if beyond_deg > worst_deg:
-            worst_deg, at = beyond_deg, joint
+        for angles in _angles_rad(case, joint):
+            beyond_deg = math.degrees(max(float(low - angles.min()), float(angles.max() - high)))
+            if beyond_deg > worst_deg:
+                worst_deg, at = beyond_deg, joint
     if worst_deg > limits.overrun_warning_deg:
         severe = worst_deg > limits.overrun_error_deg
         yield Fault(
@@ -174,3 +134,18 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
             likely_cause="limits are soft for light links with the default solreflimit",
             cure='Set solreflimit="0.004 1" on the joints, or reduce the tendon force.',
         )
+
+
+def _angles_rad(case: Case, joint: int) -> Iterator[NDArray[np.float64]]:
+    """Angles of a hinge in each test that does not diverge; of one that shakes, only the mean it shakes about."""
+    battery, tests = case.driven.battery, case.driven.tests
+    if battery is None:
+        return
+    sound, column = sound_tests(case), int(case.model.jnt_qposadr[joint])
+    shaking = {row for row in sound if tests[row].kind != "sweep" and case.shakes(row)}
+    for row in sound:
+        angles = battery.fields["qpos"][row, :, column]
+        if row in shaking:
+            yield np.atleast_1d(last_quarter(angles, axis=0).mean())
+        elif not (shaking and tests[row].kind == "sweep"):  # what shakes when held shakes in the sweep too
+            yield angles
