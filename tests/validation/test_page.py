@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable
 
@@ -38,8 +39,26 @@ MOVING: dict[str, tuple[Callable[[], str], bool]] = {
 }
 
 
+@functools.cache
+def seen(code: str) -> Traced:
+    """What a robot with one fault did; every trace costs a whole battery, and tests only read it."""
+    make, realizable = MOVING[code]
+    return traced(make(), realizable=realizable)
+
+
+@functools.cache
+def strong_arm() -> tuple[str, Traced]:
+    text = faulty.arm(bend_rad=3)
+    return text, traced(text)
+
+
 def page(text: str, found: Traced, **options: object) -> str:
     return page_html(text, found, file="robot.xml", **options)  # type: ignore[arg-type]
+
+
+@functools.cache
+def good_page() -> str:
+    return page(robots.arm(), traced(robots.arm()))
 
 
 def words(html: str) -> str:
@@ -48,8 +67,7 @@ def words(html: str) -> str:
 
 @pytest.mark.parametrize("code", MOVING)
 def test_a_fault_has_the_signal_it_was_read_off(code: str) -> None:
-    make, realizable = MOVING[code]
-    found = traced(make(), realizable=realizable)
+    found = seen(code)
     index = [fault.code for fault in found.report.faults].index(code)
     signal = found.signals[index]
     assert isinstance(signal, Signal)
@@ -60,8 +78,7 @@ def test_a_fault_has_the_signal_it_was_read_off(code: str) -> None:
 
 @pytest.mark.parametrize("code", ["actuator_overforce", "actuator_power", "actuator_speed", "chatter", "limit_overrun"])
 def test_a_signal_crosses_its_limit(code: str) -> None:
-    make, realizable = MOVING[code]
-    found = traced(make(), realizable=realizable)
+    found = seen(code)
     signal = found.signals[[fault.code for fault in found.report.faults].index(code)]
     assert signal is not None
     assert signal.limits
@@ -70,13 +87,13 @@ def test_a_signal_crosses_its_limit(code: str) -> None:
 
 
 def test_what_is_traced_is_what_is_validated() -> None:
-    text = faulty.arm(bend_rad=3)
-    assert traced(text).report == validate(text)
+    text, found = strong_arm()
+    assert found.report == validate(text)
 
 
 def test_a_bad_robot_has_a_page() -> None:
-    text = faulty.arm(bend_rad=3)
-    html = page(text, traced(text))
+    text, found = strong_arm()
+    html = page(text, found)
     said = words(html)
     assert "Stable, with warnings" in said
     assert "actuator_overforce" in said
@@ -87,7 +104,7 @@ def test_a_bad_robot_has_a_page() -> None:
 
 
 def test_a_good_robot_has_a_page_with_its_motors() -> None:
-    said = words(page(robots.arm(), traced(robots.arm())))
+    said = words(good_page())
     assert "Stable no faults found" in said
     assert "Feetech" in said
     assert "What is wrong" not in said
@@ -103,7 +120,7 @@ def test_load_errors_show_their_lines() -> None:
 
 
 def test_nothing_of_the_page_is_fetched_or_run() -> None:
-    html = page(robots.arm(), traced(robots.arm()))
+    html = good_page()
     assert not re.findall(r"<(?:script|link|iframe)|@import|url\(", html)
     assert not re.findall(r'(?:src|href)="(?!data:|#)', html)
 
@@ -122,12 +139,12 @@ def test_names_cannot_become_markup() -> None:
 
 
 def test_plots_take_the_colours_of_the_page() -> None:
-    text = faulty.arm(bend_rad=3)
-    (svg,) = re.findall(r"<figure>(<svg.*?</svg>)", page(text, traced(text)), re.DOTALL)
+    text, found = strong_arm()
+    (svg,) = re.findall(r"<figure>(<svg.*?</svg>)", page(text, found), re.DOTALL)
     assert "var(--curve-1)" in svg
     assert not re.findall(r"#0[1-5]0[1-5]0\d", svg)
 
 
 def test_the_same_robot_has_the_same_page() -> None:
-    text = faulty.arm(bend_rad=3)
-    assert page(text, traced(text)) == page(text, traced(text))
+    text, found = strong_arm()
+    assert page(text, traced(text)) == page(text, found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from aidsr.artifacts import Fault
+from aidsr.artifacts import Fault, written
 from aidsr.validation.machine_form import FileReport
 
 __all__ = ["told", "verdict"]
@@ -56,12 +56,12 @@ def _account(report: FileReport, faults: tuple[Fault, ...], max_bytes: int = 160
     return report.model_copy(update={"faults": faults}).account(max_bytes)
 
 
-def _repairs_told(report: FileReport, written: Path) -> str:
+def _repairs_told(report: FileReport, place: Path) -> str:
     repairs = report.repairs
     if repairs is None or not repairs.total:
-        return f"nothing to repair; the text was written to {written} as it is"
+        return f"nothing to repair; the text was written to {place} as it is"
     changes = "1 mechanical repair" if repairs.total == 1 else f"{repairs.total} mechanical repairs"
-    return "\n".join([f"{changes}, written to {written}:", *(f"- {note}" for note in repairs.notes)])
+    return "\n".join([f"{changes}, written to {place}:", *(f"- {note}" for note in repairs.notes)])
 
 
 def _motors_told(report: FileReport) -> Iterator[str]:
@@ -74,5 +74,5 @@ def _motors_told(report: FileReport) -> Iterator[str]:
         tension_n, speed_m_s, stroke_m = (
             max(asked[actuator][name] for actuator in actuators) for name in ("tension_n", "speed_m_s", "stroke_m")
         )
-        needs = f"{tension_n:.3g} N, {speed_m_s:.2g} m/s, stroke {1000 * stroke_m:.3g} mm"
+        needs = f"{written(tension_n)} N, {written(speed_m_s)} m/s, stroke {written(1000 * stroke_m)} mm"
         yield f"- {', '.join(actuators)} ({needs}): {motor}"
