@@ -42,8 +42,8 @@ bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable
 bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2
 	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2)
 
-corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (half an hour)
-	$(BIN)/python -m benchmarks.validator.report
+corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour; a stopped run goes on): JOBS=2
+	$(BIN)/python -m benchmarks.validator.report --processes $(or $(JOBS),2)
 
 bench-validator: $(VENV)/core  ## how long a validation takes, beside a plain loop over mj_step
 	$(BIN)/python -m benchmarks.validator.speed

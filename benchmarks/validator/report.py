@@ -6,6 +6,7 @@ python -m benchmarks.validator.report --split tuning
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import platform
 import sys
@@ -23,6 +24,7 @@ from benchmarks.validator.corpus.specimen import Specimen, Split
 from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, severity_of
 from benchmarks.validator.tables import markdown
 
+import aidsr
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.validation import validate
 
@@ -59,6 +61,7 @@ class RuleScore:
     Attributes:
         bad, found: Robots with the fault, and those in which it was reported.
         instead: What was reported in the others.
+        missed: Those others.
         near, near_blamed: Robots with at most half of it, and those blamed for it.
         band, band_blamed: Robots in between.
         good_blamed: Good robots blamed for it, by name.
@@ -69,6 +72,7 @@ class RuleScore:
     bad: int = 0
     found: int = 0
     instead: Counter[str] = field(default_factory=Counter)
+    missed: list[Specimen] = field(default_factory=list)
     near: int = 0
     near_blamed: int = 0
     band: int = 0
@@ -90,14 +94,38 @@ class RuleScore:
         return true / (true + false) if true + false else float("nan")
 
 
-def judge_corpus(specimens: Sequence[Specimen], threads: int = 2) -> list[Verdict]:
-    """Validate every robot; each call has a worker process of its own."""
+def judge_corpus(specimens: Sequence[Specimen], kept: Path, threads: int = 2) -> list[Verdict]:
+    """Validate every robot; each call has a worker process of its own.
+
+    Args:
+        specimens: The robots.
+        kept: Folder in which reports are kept, so that a stopped run goes on; a changed validator begins anew.
+        threads: Robots at once.
+    """
+    folder = kept / f"reports-{_fingerprint()}"
+    folder.mkdir(parents=True, exist_ok=True)
 
     def judge(specimen: Specimen) -> Verdict:
-        return Verdict(specimen, validate(specimen.mjcf, **specimen.arguments))
+        asked = json.dumps([specimen.mjcf, dict(specimen.arguments)], sort_keys=True)
+        file = folder / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.json"
+        if not file.exists():
+            report = validate(specimen.mjcf, **specimen.arguments)
+            file.with_suffix(".part").write_text(report.model_dump_json(), "utf-8")
+            file.with_suffix(".part").replace(file)
+        return Verdict(specimen, ValidationReport.model_validate_json(file.read_text("utf-8")))
 
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(judge, specimens))
+
+
+def _fingerprint() -> str:
+    """Of everything that decides what the validator says."""
+    package = Path(aidsr.__file__).parent
+    sources = [package / "artifacts.py"]
+    for room in ("sim", "validation", "catalogue"):
+        sources += sorted(path for path in (package / room).rglob("*") if path.suffix in (".py", ".toml"))
+    text = "".join(source.read_text("utf-8") for source in sources) + mujoco.__version__
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def score(verdicts: Sequence[Verdict]) -> dict[str, RuleScore]:
@@ -118,6 +146,7 @@ def score(verdicts: Sequence[Verdict]) -> dict[str, RuleScore]:
             own.found += verdict.found
             if not verdict.found:
                 own.instead[_summary(verdict.report)] += 1
+                own.missed.append(specimen)
         elif specimen.grade == "band":
             own.band += 1
             own.band_blamed += verdict.found
@@ -161,6 +190,7 @@ def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, Rul
         "good_with_warnings": {v.specimen.name: _summary(v.report) for v in warned},
         "false_alarm_share": len(blamed) / max(1, len(good)),
         "bad": bad,
+        "found": found,
         "recall": found / max(1, bad),
         "rules": {
             code: {
@@ -169,6 +199,7 @@ def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, Rul
                 "recall": s.recall,
                 "precision": s.precision,
                 "instead": dict(s.instead),
+                "missed": [{"robot": m.name, "severity": m.severity, "change": m.change} for m in s.missed],
                 "near_misses": s.near,
                 "near_misses_blamed": s.near_blamed,
                 "band": s.band,
@@ -185,12 +216,12 @@ def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, Rul
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Make or read the corpus, validate it, write `report.md` and `report.json`."""
+    """Make or read the corpus, validate it, write `results.md` and `results.json`."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--split", action="append", choices=list(PLANS), help="default: both")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")
-    parser.add_argument("--out", type=Path, default=_HERE, help="folder of report.md and report.json")
+    parser.add_argument("--out", type=Path, default=_HERE, help="folder of results.md and results.json")
     parser.add_argument("--code", help="only robots with this fault, and nothing is written")
     options = parser.parse_args(arguments)
     mujoco.set_mju_user_warning(lambda _message: None)
@@ -199,7 +230,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for split in splits:
         corpus = load_or_make(split, options.kept, options.processes, lambda text: _say(text))
         chosen = [s for s in corpus.specimens if options.code in (None, s.code or "good")]
-        verdicts = judge_corpus(chosen, options.processes)
+        verdicts = judge_corpus(chosen, options.kept, options.processes)
         scores = score(verdicts)
         figures[split] = summarize(corpus, verdicts, scores)
         _say_misses(verdicts)
@@ -207,10 +238,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.code:
         _say(text)
         return
-    command = "make corpus-report" if options.split is None else f"make corpus-report SPLIT={splits}"
-    options.out.joinpath("report.md").write_text(text.replace("COMMAND", command), "utf-8")
-    options.out.joinpath("report.json").write_text(json.dumps(figures, indent=1, default=str) + "\n", "utf-8")
-    _say(f"written to {options.out / 'report.md'}")
+    named = "" if options.split is None else "".join(f" --split '{split}'" for split in splits)
+    command = f"python -m benchmarks.validator.report{named}" if named else "make corpus-report"
+    options.out.joinpath("results.md").write_text(text.replace("COMMAND", command), "utf-8")
+    options.out.joinpath("results.json").write_text(json.dumps(figures, indent=1, default=str) + "\n", "utf-8")
+    _say(f"written to {options.out / 'results.md'}")
 
 
 def _say_misses(verdicts: Sequence[Verdict]) -> None:

@@ -45,6 +45,8 @@ def test_recall_precision_and_what_was_said_instead() -> None:
     text = markdown({"tuning": figures})
     assert "| `chatter` | 2 | 1 | 50 % | 50 % | 1 of 1 | 1 of 1 | 0 | 0 |" in text
     assert "- chatter: underdamped (1)" in text
+    assert "| bad robots found | 1 of 2 (50.0 %) | 9 to 91 % |" in text
+    assert "- missed: b: " in text
 
 
 def test_a_fault_beside_another_counts_as_true_only_if_the_oracle_finds_it() -> None:
