@@ -36,6 +36,9 @@ FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
 _SITE_RADIUS_M = 0.003
 _SITE_GROUP = 4  # MuJoCo draws groups 0 to 2 unless asked for more
 
+_LITTLE_SMALLER = 0.75
+"""Scale down to which a robot keeps its step. Our choice: soft limbs stable at a step are stable at 1.3 times it."""
+
 _NAMES_LISTED = 30  # our choice: a fault is read by a person or a language model, not searched
 
 _OF_THE_ENVIRONMENT = ("option", "visual", "statistic", "size", "keyframe")
@@ -249,9 +252,10 @@ def _common_timestep(environment_s: float, robot_s: float | None, scale: float) 
     """Return the scene's timestep [s]: the environment's, or a whole fraction of it where the robot needs less.
 
     Scaled matter moves in scaled time (`aidsr.sim.scaling`), so a smaller robot needs a smaller step to be as stable.
+    A little smaller, it is left to the validation of the scene to say so: half the step is twice the physics to compute.
     The whole number keeps control periods that are multiples of the environment's step what they are.
     """
-    asked_s = min(environment_s, robot_s or environment_s) * scale
+    asked_s = min(environment_s, robot_s or environment_s) * (scale if scale < _LITTLE_SMALLER else 1.0)
     parts = max(1, math.ceil(environment_s / asked_s - 1e-9))
     if parts == 1:
         return environment_s, []
