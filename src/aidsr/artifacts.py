@@ -39,6 +39,7 @@ __all__ = [
     "Role",
     "Scene",
     "SiteSummary",
+    "TaskReport",
     "ValidationReport",
     "Vec3",
     "written",
@@ -356,6 +357,14 @@ class Critique(Artifact):
         if self.passed == bool(self.issues):
             raise ValueError("a passing critique has no issues and a failing one at least one")
         return self
+
+
+class TaskReport(Artifact):
+    """Where a judged scene stops on its task when it is tried without learning, and whose work that is."""
+
+    phase: Literal["solved", "partial", "never_reached", "no_force", "slipped", "unstable", "not_forward"]
+    progress: float
+    critique: Critique
 
 
 class Decision(Artifact):

@@ -16,7 +16,8 @@ def describe_feedback(feedback: Feedback) -> str:
 
 
 def _describe_critique(critique: Critique) -> str:
-    return "\n".join(["The Judge says:", *(_describe_issue(issue) for issue in critique.issues)])
+    verdict = f"The verdict on the scene: {critique.summary}".rstrip()
+    return "\n".join([verdict, *(_describe_issue(issue) for issue in critique.issues)])
 
 
 def _describe_issue(issue: CritiqueIssue) -> str:

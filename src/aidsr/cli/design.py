@@ -30,6 +30,8 @@ def design(
     repairs: bool = True,
     early_stop: bool = True,
     judge_pictures: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    task_feedback: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    task_rounds: Annotated[int, Parameter(validator=Number(gte=1, lte=10))] = 2,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     limits: Limits | None = None,
     train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -83,6 +85,11 @@ def design(
         End a design when a role is asked for the same again and nothing got better, before its iterations are used up.
     judge_pictures
         Show the Judge pictures of the scene; only for a model that takes images.
+    task_feedback
+        Try each scene that the Judge passed on its task without learning, and send it back to the role to blame where
+        it falls short; needs a task or a goal.
+    task_rounds
+        How often a design may go back for that.
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
     train
@@ -113,6 +120,8 @@ def design(
         repairs=repairs,
         early_stop=early_stop,
         judge_pictures=judge_pictures,
+        task_feedback=task_feedback,
+        task_rounds=task_rounds,
         human=human,
         budget=(limits or Limits()).budget(),
     )

@@ -7,7 +7,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from aidsr.artifacts import Brief, Concept, Critique, Decision, Fault, Placement, Robot, Scene, ValidationReport
+from aidsr.artifacts import (
+    Brief,
+    Concept,
+    Critique,
+    Decision,
+    Fault,
+    Placement,
+    Robot,
+    Scene,
+    TaskReport,
+    ValidationReport,
+)
 from aidsr.errors import IsolationError, MjcfError
 from aidsr.pipeline.parts import Halt, Mount, Parts
 from aidsr.pipeline.routing import Change, after_critique, after_scene_faults
@@ -70,8 +81,31 @@ class Attempt:
         )
         if not critique.passed:
             return draft, after_critique(critique)
+        tried = self._tried(robot, scene)
+        if tried is not None and not tried.critique.passed:
+            return draft, replace(after_critique(tried.critique), after_trial=True)
+        return draft, self.decide()
+
+    def decide(self) -> Decision:
+        """Return what a person says to the scene of this iteration, which the Judge passed."""
+        scene = self.folder.scene.read()
+        assert scene is not None, "only an assembled scene is judged"
         self._steps.draw("motion", self.folder.motion, self.parts.filmstrip, scene.mjcf)
-        return draft, self.parts.person(self.folder, self.log, self.halt)
+        return self.parts.person(self.folder, self.log, self.halt)
+
+    def _tried(self, robot: Robot, scene: Scene) -> TaskReport | None:
+        try_out = self.parts.try_out
+        if try_out is None:
+            return None
+
+        def report() -> TaskReport:
+            try:
+                return try_out(robot, scene)
+            except IsolationError as error:  # trying is advice: a scene that is too slow for it may still be trained
+                untried = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
+                return TaskReport(phase="partial", progress=0.0, critique=untried)
+
+        return self._steps.take("task_report", self.folder.task_report, report, lambda report: report.phase)
 
     @property
     def _steps(self) -> Steps:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from aidsr.artifacts import Brief, Decision, Outcome
 from aidsr.errors import BudgetError, ReplyError
@@ -42,34 +42,59 @@ class Growth:
         return outcome
 
     def _rounds(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
-        asked, left, brief = Change(), 1 + self.iterations, self.brief
-        found_wrong: list[Change] = []
+        at = _Standing(draft, self.brief, 1 + self.iterations)
         for number in itertools.count(1):
-            attempt = Attempt(self.design.iteration(number), brief, self.parts, log, halt)
-            try:
-                draft, found = attempt.make(draft, asked)
-            except ReplyError as error:
-                return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
-            except BudgetError as error:
-                return Outcome(outcome="out_of_budget", reason=str(error), iteration=number)
-            left -= 1
+            attempt = Attempt(self.design.iteration(number), at.brief, self.parts, log, halt)
+            found = self._next(attempt, at)
+            if isinstance(found, Outcome) and at.fallback:
+                attempt, at.draft = at.fallback
+                found = attempt.decide()
             match found:
+                case None:
+                    continue
+                case Outcome():
+                    return found
                 case Decision(verdict="approve"):
-                    return self._approve(attempt, draft)
+                    return self._approve(attempt, at.draft)
                 case Decision(verdict="quit"):
-                    return Outcome(outcome="quit", reason=found.text or "A person ended it.", iteration=number)
+                    reason = found.text or "A person ended it."
+                    return Outcome(outcome="quit", reason=reason, iteration=attempt.folder.number)
                 case Decision():
-                    asked, left = Change(concept=found.text), 1 + self.iterations
-                    brief = _keeping(self.brief, draft, found)
-                    found_wrong.clear()
-                case _:
-                    found_wrong.append(found)
-                    if left <= 0:
-                        return self._give_up(found, number)
-                    if self.parts.stalled(found_wrong):
-                        return _stop_early(found, number)
-                    asked = found
+                    brief = _keeping(self.brief, at.draft, found)
+                    at = _Standing(at.draft, brief, 1 + self.iterations, Change(concept=found.text))
         raise AssertionError("the attempts are counted")
+
+    def _next(self, attempt: Attempt, at: _Standing) -> Decision | Outcome | None:
+        """Make an attempt and return the person's decision or how the design ends; None when it goes on."""
+        number = attempt.folder.number
+        try:
+            at.draft, found = attempt.make(at.draft, at.asked)
+        except ReplyError as error:
+            return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
+        except BudgetError as error:
+            return Outcome(outcome="out_of_budget", reason=str(error), iteration=number)
+        at.left -= 1
+        if isinstance(found, Decision):
+            return found
+        if found.after_trial:
+            return self._after_trial(attempt, at, found)
+        at.found_wrong.append(found)
+        if at.left <= 0:
+            return self._give_up(found, number)
+        if self.parts.stalled(at.found_wrong):
+            return _stop_early(found, number)
+        at.asked = found
+        return None
+
+    def _after_trial(self, attempt: Attempt, at: _Standing, found: Change) -> Outcome | None:
+        """Send a design back that fell short on its task; after the last time, keep what came farthest."""
+        at.shortfalls.append(found)
+        if not at.fallback or _progress(attempt) > _progress(at.fallback[0]):
+            at.fallback = attempt, at.draft
+        if len(at.shortfalls) > self.parts.task_rounds or self.parts.stalled(at.shortfalls):
+            return _stop_early(found, attempt.folder.number)
+        at.left, at.found_wrong, at.asked = 1 + self.iterations, [], found
+        return None
 
     def _approve(self, attempt: Attempt, draft: Draft) -> Outcome:
         scene = attempt.folder.scene.read()
@@ -77,14 +102,37 @@ class Growth:
         assert draft.robot is not None, "only a robot is placed in a scene"
         self.design.final_robot.write(draft.robot.mjcf.encode())
         self.design.final_scene.write(scene.mjcf.encode())
-        critique = attempt.folder.critique.read()
+        critique, tried = attempt.folder.critique.read(), attempt.folder.task_report.read()
         reason = critique.summary if critique and critique.summary else "Stable, and passed by the Judge."
+        if tried is not None:
+            reason += f" {tried.critique.summary}"
         return Outcome(outcome="approved", reason=reason, iteration=attempt.folder.number)
 
     def _give_up(self, wanted: Change, number: int) -> Outcome:
         attempts = 1 + self.iterations
         still = f"Still wrong after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {wanted.reason}"
         return Outcome(outcome="invalid", reason=still, iteration=number)
+
+
+@dataclass
+class _Standing:
+    """Where a design stands in a round."""
+
+    draft: Draft
+    brief: Brief
+    left: int
+    """Attempts."""
+    asked: Change = field(default_factory=Change)
+    found_wrong: list[Change] = field(default_factory=list)
+    shortfalls: list[Change] = field(default_factory=list)
+    """What scenes fell short by that the Judge had passed."""
+    fallback: tuple[Attempt, Draft] | None = None
+    """The one of them that came farthest; it is kept where nothing better follows."""
+
+
+def _progress(attempt: Attempt) -> float:
+    report = attempt.folder.task_report.read()
+    return report.progress if report else 0.0
 
 
 def _stop_early(wanted: Change, number: int) -> Outcome:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from aidsr.artifacts import Decision, Placement, Robot, Scene, ValidationReport
+from aidsr.artifacts import Decision, Placement, Robot, Scene, TaskReport, ValidationReport
 from aidsr.pipeline.routing import Change
 from aidsr.pipeline.stalling import keep_trying
 from aidsr.roles import Team
@@ -16,7 +16,19 @@ from aidsr.runs import EventLog, IterationFolder
 if TYPE_CHECKING:
     from aidsr.validation.repairs import Repaired
 
-__all__ = ["Assemble", "Halt", "Mount", "Parts", "Person", "Picture", "Repair", "Stalled", "TeamFor", "Validate"]
+__all__ = [
+    "Assemble",
+    "Halt",
+    "Mount",
+    "Parts",
+    "Person",
+    "Picture",
+    "Repair",
+    "Stalled",
+    "TeamFor",
+    "TryOut",
+    "Validate",
+]
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone is held while it is validated."""
@@ -32,6 +44,10 @@ Stalled = Callable[[Sequence[Change]], bool]
 
 Halt = Callable[[], bool]
 """Whether work should stop as soon as it can."""
+
+
+TryOut = Callable[[Robot, Scene], TaskReport]
+"""Tries a scene that the Judge passed on its task."""
 
 
 class Repair(Protocol):
@@ -87,5 +103,8 @@ class Parts:
     """Draws a few moments of a model while its actuators swing."""
     person: Person
     stalled: Stalled = keep_trying
+    try_out: TryOut | None = None
+    task_rounds: int = 0
+    """How often a design may be sent back after it was tried."""
     interrupt: Callable[[], None] = lambda: None
     """Lets calls that wait for a person's reply give up; called when work is asked to stop, and when it is over."""

@@ -28,6 +28,8 @@ class Change:
     """What the Coder is asked to repair."""
     placement: Feedback | None = None
     """What the Scene Integrator is asked to adjust."""
+    after_trial: bool = False
+    """Whether a scene that the Judge passed fell short when it was tried on its task."""
 
     @property
     def reason(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from aidsr.artifacts import Brief
 from aidsr.errors import MjcfError, UserError
 from aidsr.pipeline.ablations import without
-from aidsr.pipeline.parts import Parts
+from aidsr.pipeline.parts import Parts, TryOut
 from aidsr.pipeline.person import DecisionFile, approve_at_once
 from aidsr.pipeline.stalling import keep_trying, same_again
 from aidsr.pipeline.teams import BUILTIN, check_model, team_of
@@ -44,6 +45,8 @@ def design(
     repairs: bool = True,
     early_stop: bool = True,
     judge_pictures: bool = False,
+    task_feedback: bool = False,
+    task_rounds: int = 2,
     human: bool = False,
     budget: Budget | None = None,
     runs: str | Path = "runs",
@@ -72,6 +75,9 @@ def design(
         early_stop: End a design when a role is asked for the same again and nothing got better, before its iterations
             are used up.
         judge_pictures: Show the Judge pictures of the scene, which must be a language model that takes images.
+        task_feedback: Try each scene that the Judge passed on its task by open-loop motions, and send it back to the
+            role to blame where it falls short (see docs/probe.md); needs a task or a goal.
+        task_rounds: How often a design may go back for that.
         budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by
             default. A call that could exceed it is not made, and its design ends as "out_of_budget".
         human: Wait for a person's decision.json after each scene the Judge passed.
@@ -91,6 +97,8 @@ def design(
         repairs=repairs,
         early_stop=early_stop,
         judge_pictures=judge_pictures,
+        task_feedback=task_feedback,
+        task_rounds=task_rounds,
         human=human,
         budget=budget or Budget(),
     )
@@ -185,9 +193,14 @@ def start(
     """Make the folder of a new run; `work` then does it.
 
     Raises:
-        UserError: The model's name is not understood or lacks its key, or the folder cannot be made.
+        UserError: The model's name is not understood or lacks its key, there is no task to give feedback, or the
+            folder cannot be made.
     """
     check_model(config, config.budget)
+    if config.task_feedback and not (brief.task or goal):
+        raise UserError(
+            "feedback from the task needs a measure of success; name a task, or give a goal (docs/goals.md)"
+        )
     record = RunRecord(
         objective=brief.objective,
         task=brief.task,
@@ -222,10 +235,22 @@ def parts_of(run: Run) -> Parts:
         picture=picture,
         filmstrip=filmstrip,
         person=DecisionFile() if record.config.human else approve_at_once,
+        try_out=_trial(run) if record.config.task_feedback else None,
+        task_rounds=record.config.task_rounds,
         stalled=same_again if record.config.early_stop else keep_trying,
         interrupt=interrupt,
     )
     return without(parts, record.config.method)
+
+
+def _trial(run: Run) -> TryOut:
+    """Return what tries scenes on the task of a run, or by its goal."""
+    from aidsr.probing.trying import try_out
+
+    record = run.asked()
+    if record.task:
+        return partial(try_out, task=record.task, level=record.level or "standard")
+    return partial(try_out, goal=run.goal.path)
 
 
 def _mjcf(source: str | Path, what: str) -> str:

@@ -51,6 +51,7 @@ Step = Literal[
     "scene_report",
     "preview",
     "critique",
+    "task_report",
     "motion",
 ]
 """A step is named after the file it writes."""

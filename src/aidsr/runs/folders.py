@@ -24,6 +24,7 @@ from aidsr.artifacts import (
     Repairs,
     Robot,
     Scene,
+    TaskReport,
     ValidationReport,
 )
 from aidsr.calls import CallRecord
@@ -99,6 +100,11 @@ class IterationFolder:
     def motion(self) -> BytesFile:
         """A PNG."""
         return BytesFile(self.path / "motion.png")
+
+    @property
+    def task_report(self) -> JsonFile[TaskReport]:
+        """Where the judged scene stopped on its task, where it was tried."""
+        return JsonFile(self.path / "task_report.json", TaskReport)
 
     @property
     def decision(self) -> JsonFile[Decision]:
@@ -290,8 +296,5 @@ def _numbered(folder: Path) -> list[Path]:
     )
 
 
-_SLUG_LENGTH = 40
-
-
 def _slug(text: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "_", text.lower())[:_SLUG_LENGTH].strip("_") or "run"
+    return re.sub(r"[^a-z0-9]+", "_", text.lower())[:40].strip("_") or "run"

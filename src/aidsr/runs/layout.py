@@ -29,6 +29,10 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/II/scene_report.json", "the validator's report on that scene"),
     ("designs/N/II/preview.png", "a picture of the scene, or of the robot where there is no scene"),
     ("designs/N/II/critique.json", "the Judge's verdict on a stable scene"),
+    (
+        "designs/N/II/task_report.json",
+        "where a judged scene stopped when it was tried on its task, with --task-feedback",
+    ),
     ("designs/N/II/motion.png", "moments of a scene that the Judge passed or was shown, while its actuators swing"),
     ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),
     ("designs/N/II/calls/NNNN_ROLE.json", "the calls of this iteration"),

@@ -53,6 +53,11 @@ class RunConfig(Artifact):
     such rule: studies of it switch it off."""
     judge_pictures: bool = False
     """Whether the Judge is shown rendered pictures of the scene; only for a model that takes images."""
+    task_feedback: bool = False
+    """Whether a scene that the Judge passed is tried on its task, and goes back when it falls short. The paper names
+    this as missing from its method."""
+    task_rounds: Annotated[int, Field(ge=1, le=10)] = 2
+    """How often a design may go back for that, each time with all its iterations. Our choice."""
     budget: Budget = Budget()
     """As asked for at first; a person may give a larger one later."""
     human: bool = False

@@ -22,6 +22,7 @@ _AT_WORK = {
     "scene": "scene",
     "scene_report": "scene stable",
     "critique": "judged",
+    "task_report": "tried",
 }
 """Which stage a step belongs to."""
 
@@ -75,6 +76,10 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
         _stage("scene stable", at_work, *(_verdict(scene.stable, len(scene.errors)) if scene else ("none", ""))),
         _stage("judged", at_work, *(_judged(passed=critique.passed) if critique else ("none", ""))),
     ]
+    tried = iteration.task_report.read()
+    if tried or at_work == "tried":
+        good: Mark = "good" if tried and tried.critique.passed else "bad"
+        stages.append(_stage("tried", at_work, good, tried.phase.replace("_", " ") if tried else ""))
     decision = _decision(iteration)
     if decision is not None:
         mark: Mark = "good" if decision[0] == "approve" else "bad" if decision[0] == "quit" else "done"
