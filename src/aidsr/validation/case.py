@@ -103,11 +103,15 @@ class Case:
 
     def shakes(self, test: int) -> bool:
         """Whether the robot shakes at the end of a test more than an error allows."""
-        battery = self.driven.battery
-        return battery is not None and self._shakes(battery, test)
+        return bool(self._shaking[test])
 
-    def _shakes(self, recording: Recording, row: int) -> bool:
-        return bool(self.shaking_g(recording, row).max(initial=0.0) > self.limits.chatter_error_g)
+    @cached_property
+    def _shaking(self) -> NDArray[np.bool_]:
+        battery = self.driven.battery
+        return np.zeros(0, dtype=bool) if battery is None else self._shakes(battery)
+
+    def _shakes(self, recording: Recording) -> NDArray[np.bool_]:
+        return np.asarray(self.shaking_g(recording).max(axis=1, initial=0.0) > self.limits.chatter_error_g)
 
     @cached_property
     def _effects(self) -> NDArray[np.float64]:
@@ -119,17 +123,16 @@ class Case:
         ways_m = displacements(recording, self.structure, self.model, reference=0)
         largest_m = np.linalg.norm(ways_m, axis=-1).max(axis=(1, 2), initial=0.0)
         held_m = np.linalg.norm(last_quarter(ways_m, axis=1).mean(axis=1), axis=-1).max(axis=1, initial=0.0)
-        shaking = [self._shakes(recording, row) for row in range(len(largest_m))]
-        return np.asarray(np.where(shaking, held_m, largest_m) / self.length_m)
+        return np.asarray(np.where(self._shakes(recording), held_m, largest_m) / self.length_m)
 
-    def shaking_g(self, recording: Recording, row: int) -> NDArray[np.float64]:
-        """Root mean square acceleration of each body's centre of mass in the last quarter of a simulation, in g.
+    def shaking_g(self, recording: Recording) -> NDArray[np.float64]:
+        """Root mean square acceleration of each body's centre of mass in the last quarter, (n_sims, n_bodies), in g.
 
         Of the calmest of four parts: a robot that topples late and hits the ground once does not shake.
         """
-        squares = last_quarter(recording.acceleration_m_s2[row] ** 2, axis=0)[:, list(self.structure.bodies)]
-        parts = np.array_split(squares, min(_PARTS, len(squares)))
-        return np.asarray(np.sqrt(np.min([part.mean(axis=0) for part in parts], axis=0)) / STANDARD_GRAVITY_M_S2)
+        squares = last_quarter(recording.acceleration_m_s2[:, :, list(self.structure.bodies)], axis=1) ** 2
+        parts = np.array_split(squares, min(_PARTS, squares.shape[1]), axis=1)
+        return np.asarray(np.sqrt(np.min([part.mean(axis=1) for part in parts], axis=0)) / STANDARD_GRAVITY_M_S2)
 
     def force_n(self, drive: Drive) -> NDArray[np.float64]:
         """Force of an actuator on its tendon or joint in every frame of the battery, (n_tests, n_frames).

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
 
-__all__ = ["divergence", "sound_tests"]
+__all__ = ["divergence", "sound", "sound_tests"]
 
 _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -16,9 +17,28 @@ _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE
 def sound_tests(case: Case) -> tuple[int, ...]:
     """Return the rows of the battery without a sign of divergence: what a diverging test shows is its divergence."""
     battery = case.driven.battery
-    if battery is None:
-        return ()
-    return tuple(row for row in range(len(case.driven.tests)) if divergence(case, battery, row) is None)
+    return () if battery is None else tuple(np.flatnonzero(sound(case, battery)).tolist())
+
+
+def sound(case: Case, recording: Recording) -> NDArray[np.bool_]:
+    """Return which simulations have no sign of divergence, (n_sims,)."""
+    dofs, bodies, (_, allowed) = _dofs(case), list(case.structure.bodies), _allowed(case)
+    too_fast = (recording.fastest[:, :, dofs] > allowed).any(axis=(1, 2))
+    too_far = (recording.speed_m_s[:, :, bodies] > case.limits.body_speed_m_s).any(axis=(1, 2))
+    return ~(too_fast | too_far | np.array([bool(failure) for failure in recording.failures]))
+
+
+def _dofs(case: Case) -> NDArray[np.int64]:
+    return np.flatnonzero(np.isin(case.model.dof_jntid, case.structure.joints))
+
+
+def _allowed(case: Case) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Which of the robot's degrees of freedom turn, and how fast each may be."""
+    dofs = _dofs(case)
+    joints = case.model.dof_jntid[dofs]
+    kinds = case.model.jnt_type[joints]
+    turning = np.where(kinds == _FREE, dofs - case.model.jnt_dofadr[joints] >= 3, kinds != _SLIDE)
+    return turning, np.where(turning, case.limits.joint_speed_rad_s, case.limits.body_speed_m_s)
 
 
 def divergence(
@@ -26,11 +46,8 @@ def divergence(
 ) -> tuple[float | None, float | None, str, tuple[str, ...], float] | None:
     """Return (measured, limit, unit, names, time) of the first sign of divergence in a simulation, None without one."""
     limits, frame_s = case.limits, recording.frame_s
-    dofs = [dof for dof in range(case.model.nv) if int(case.model.dof_jntid[dof]) in case.structure.joints]
-    bodies = list(case.structure.bodies)
-    turning = np.array([_is_turning(case, dof) for dof in dofs], dtype=bool)
-    allowed = np.where(turning, limits.joint_speed_rad_s, limits.body_speed_m_s)
-    too_fast = recording.fastest[row][:, dofs] / allowed if dofs else np.zeros((1, 1))
+    dofs, bodies, (turning, allowed) = _dofs(case), list(case.structure.bodies), _allowed(case)
+    too_fast = recording.fastest[row][:, dofs] / allowed if dofs.size else np.zeros((1, 1))
     too_far = recording.speed_m_s[row][:, bodies] / limits.body_speed_m_s
     by_joint, by_body = (np.argmax((ratio > 1).any(axis=1)) for ratio in (too_fast, too_far))
     if (too_fast > 1).any() and (not (too_far > 1).any() or by_joint <= by_body):
@@ -45,11 +62,3 @@ def divergence(
     if recording.failed(row):
         return None, None, "", (), float(recording.good_frames[row] + 1) * frame_s
     return None
-
-
-def _is_turning(case: Case, dof: int) -> bool:
-    joint = int(case.model.dof_jntid[dof])
-    kind = int(case.model.jnt_type[joint])
-    if kind == _FREE:
-        return dof - int(case.model.jnt_dofadr[joint]) >= 3
-    return kind != _SLIDE

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
+from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
-from aidsr.validation.divergence import divergence, sound_tests
+from aidsr.validation.divergence import divergence, sound, sound_tests
 from aidsr.validation.points import last_quarter
 from aidsr.validation.stiffness import explain_divergence
 
@@ -22,11 +23,7 @@ _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 def numerical_instability(case: Case) -> Iterator[Fault]:
     """No test ends in numbers that are not finite, warned about, or faster than anything real."""
-    phases = [("settling", case.driven.settle, 0)]
-    battery = case.driven.battery
-    if battery is not None:
-        phases += [(describe_test(case, row), battery, row) for row in range(len(case.driven.tests))]
-    for phase, recording, row in phases:
+    for phase, recording, row in _phases(case):
         found = divergence(case, recording, row)
         if found is None:
             continue
@@ -49,6 +46,16 @@ def numerical_instability(case: Case) -> Iterator[Fault]:
         return
 
 
+def _phases(case: Case) -> Iterator[tuple[str, Recording, int]]:
+    """Simulations with a sign of divergence, the passive one first."""
+    settle, battery = case.driven.settle, case.driven.battery
+    if not sound(case, settle)[0]:
+        yield "settling", settle, 0
+    if battery is not None:
+        for row in np.flatnonzero(~sound(case, battery)).tolist():
+            yield describe_test(case, row), battery, row
+
+
 def describe_test(case: Case, row: int) -> str:
     """Return a test of the battery in words."""
     test = case.driven.tests[row]
@@ -67,16 +74,17 @@ def chatter(case: Case) -> Iterator[Fault]:
 
     Looked at in tests that do not diverge. See `Case.shaking_g` for what is measured.
     """
-    evidence, limits = case.driven, case.limits
-    rows = [("settling", evidence.settle, 0)] if divergence(case, evidence.settle, 0) is None else []
-    if evidence.battery is not None:
-        constant = [row for row in sound_tests(case) if evidence.tests[row].kind != "sweep"]
-        rows += [(describe_test(case, row), evidence.battery, row) for row in constant]
+    limits = case.limits
+    settle, battery = case.driven.settle, case.driven.battery
     worst, where, what = 0.0, -1, ""
-    for phase, recording, row in rows:
-        rms = case.shaking_g(recording, row)
+    rows = [("settling", rms, 0) for rms in case.shaking_g(settle)[:1] if sound(case, settle)[0]]
+    if battery is not None:
+        shaking_g = case.shaking_g(battery)
+        rows += [("", shaking_g[row], row) for row in sound_tests(case) if case.driven.tests[row].kind != "sweep"]
+    for phase, rms, row in rows:
         if rms.size and rms.max() > worst:
-            worst, where, what = float(rms.max()), int(np.argmax(rms)), phase
+            worst, where = float(rms.max()), int(np.argmax(rms))
+            what = phase or describe_test(case, row)
     if worst > limits.chatter_warning_g:
         severe = worst > limits.chatter_error_g
         yield Fault(
@@ -112,12 +120,13 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
     """
     model, limits = case.model, case.limits
     worst_deg, at = 0.0, -1
+    sound_rows = sound_tests(case)
     for joint in case.structure.joints:
         if int(model.jnt_type[joint]) != _HINGE or not model.jnt_limited[joint]:
             continue
         low, high = model.jnt_range[joint]
-        for angles in _angles_rad(case, joint):
-            beyond_deg = math.degrees(max(float(low - angles.min()), float(angles.max() - high)))
+        for angles in _angles_rad(case, joint, sound_rows):
+            beyond_deg = math.degrees(max(float(low - angles.min(initial=low)), float(angles.max(initial=high) - high)))
             if beyond_deg > worst_deg:
                 worst_deg, at = beyond_deg, joint
     if worst_deg > limits.overrun_warning_deg:
@@ -136,16 +145,17 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
         )
 
 
-def _angles_rad(case: Case, joint: int) -> Iterator[NDArray[np.float64]]:
+def _angles_rad(case: Case, joint: int, sound_rows: tuple[int, ...]) -> Iterator[NDArray[np.float64]]:
     """Angles of a hinge in each test that does not diverge; of one that shakes, only the mean it shakes about."""
     battery, tests = case.driven.battery, case.driven.tests
     if battery is None:
         return
-    sound, column = sound_tests(case), int(case.model.jnt_qposadr[joint])
-    shaking = {row for row in sound if tests[row].kind != "sweep" and case.shakes(row)}
-    for row in sound:
-        angles = battery.fields["qpos"][row, :, column]
-        if row in shaking:
-            yield np.atleast_1d(last_quarter(angles, axis=0).mean())
-        elif not (shaking and tests[row].kind == "sweep"):  # what shakes when held shakes in the sweep too
-            yield angles
+    angles = battery.fields["qpos"][:, :, int(case.model.jnt_qposadr[joint])]
+    held = [row for row in sound_rows if tests[row].kind != "sweep"]
+    shaking = [row for row in held if case.shakes(row)]
+    if not shaking:
+        yield angles[list(sound_rows)]
+        return
+    # what shakes when held shakes in the sweep too
+    yield last_quarter(angles[shaking], axis=1).mean(axis=1)
+    yield angles[[row for row in held if row not in shaking]]
