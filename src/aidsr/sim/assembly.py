@@ -255,7 +255,7 @@ def _common_timestep(environment_s: float, robot_s: float | None, scale: float) 
     A little smaller, it is left to the validation of the scene to say so: half the step is twice the physics to compute.
     The whole number keeps control periods that are multiples of the environment's step what they are.
     """
-    asked_s = min(environment_s, robot_s or environment_s) * (scale if scale < _LITTLE_SMALLER else 1.0)
+    asked_s = min(environment_s, robot_s or environment_s) * (1.0 if _LITTLE_SMALLER <= scale < 1.0 else scale)
     parts = max(1, math.ceil(environment_s / asked_s - 1e-9))
     if parts == 1:
         return environment_s, []
