@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from aidsr.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure, name_of
+from aidsr.validation.divergence import sound
 from aidsr.validation.drive import Drive
 from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
@@ -100,6 +101,12 @@ class Case:
     def effect_in(self, test: int) -> float:
         """Effect / L of a test: its largest displacement, or where the robot shakes the one it shakes about."""
         return float(self._effects[test])
+
+    @cached_property
+    def sound_tests(self) -> tuple[int, ...]:
+        """Rows of the battery without a sign of divergence: what a diverging test shows is its divergence."""
+        battery = self.driven.battery
+        return () if battery is None else tuple(np.flatnonzero(sound(self, battery)).tolist())
 
     def shakes(self, test: int) -> bool:
         """Whether the robot shakes at the end of a test more than an error allows."""

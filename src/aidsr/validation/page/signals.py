@@ -10,7 +10,7 @@ import numpy as np
 from aidsr.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
-from aidsr.validation.divergence import divergence, sound_tests
+from aidsr.validation.divergence import divergence
 from aidsr.validation.page.sampling import Array, signal
 from aidsr.validation.page.traces import Signal
 from aidsr.validation.points import displacements, last_quarter
@@ -71,7 +71,7 @@ def _chatter(case: Case, fault: Fault) -> Signal | None:
     if evidence.battery is not None:
         rows += [
             (describe_test(case, row), evidence.battery, row)
-            for row in sound_tests(case)
+            for row in case.sound_tests
             if evidence.tests[row].kind != "sweep"
         ]
     test, recording, row = max(

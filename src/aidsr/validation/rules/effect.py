@@ -10,7 +10,6 @@ import numpy as np
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.causes import is_explained
-from aidsr.validation.divergence import sound_tests
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.variants import mass_ratio, softer, without_limits, without_outlier_mass, without_self_contact
 
@@ -53,7 +52,7 @@ def antagonist_lock(case: Case) -> Iterator[Fault]:
     """
     evidence, limits = case.driven, case.limits
     locked = []
-    for row in sound_tests(case):
+    for row in case.sound_tests:
         test = evidence.tests[row]
         alone, together = case.effect_of(test.drive), case.effect_in(row)
         if test.kind == "released" and alone >= limits.effect and together < limits.lock_share * alone:
@@ -83,7 +82,7 @@ def no_effect(case: Case) -> Iterator[Fault]:
     evidence, limits = case.driven, case.limits
     if evidence.battery is None or not evidence.drives or is_explained("tendon_against_limit", case.found):
         return
-    held = [row for row in sound_tests(case) if evidence.tests[row].kind in ("single", "released", "all")]
+    held = [row for row in case.sound_tests if evidence.tests[row].kind in ("single", "released", "all")]
     whole = max((case.effect_in(row) for row in held), default=0.0) < limits.effect
     least = limits.effect if whole else limits.single_effect
     weak = [index for index in _measured(case) if case.effect_of(index) < least]
@@ -163,7 +162,7 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
 
 def _measured(case: Case) -> list[int]:
     """Actuators whose own tests do not diverge, so that their effect is known."""
-    sound = set(sound_tests(case))
+    sound = set(case.sound_tests)
     return [index for index in range(len(case.driven.drives)) if sound.issuperset(case.single_tests([index]))]
 
 

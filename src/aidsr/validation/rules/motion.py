@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aidsr.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
-from aidsr.validation.divergence import divergence, sound, sound_tests
+from aidsr.validation.divergence import divergence, sound
 from aidsr.validation.points import last_quarter
 from aidsr.validation.stiffness import explain_divergence
 
@@ -52,7 +52,7 @@ def _phases(case: Case) -> Iterator[tuple[str, Recording, int]]:
     if not sound(case, settle)[0]:
         yield "settling", settle, 0
     if battery is not None:
-        for row in np.flatnonzero(~sound(case, battery)).tolist():
+        for row in sorted(set(range(len(case.driven.tests))).difference(case.sound_tests)):
             yield describe_test(case, row), battery, row
 
 
@@ -80,7 +80,7 @@ def chatter(case: Case) -> Iterator[Fault]:
     rows = [("settling", rms, 0) for rms in case.shaking_g(settle)[:1] if sound(case, settle)[0]]
     if battery is not None:
         shaking_g = case.shaking_g(battery)
-        rows += [("", shaking_g[row], row) for row in sound_tests(case) if case.driven.tests[row].kind != "sweep"]
+        rows += [("", shaking_g[row], row) for row in case.sound_tests if case.driven.tests[row].kind != "sweep"]
     for phase, rms, row in rows:
         if rms.size and rms.max() > worst:
             worst, where = float(rms.max()), int(np.argmax(rms))
@@ -120,12 +120,11 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
     """
     model, limits = case.model, case.limits
     worst_deg, at = 0.0, -1
-    sound_rows = sound_tests(case)
     for joint in case.structure.joints:
         if int(model.jnt_type[joint]) != _HINGE or not model.jnt_limited[joint]:
             continue
         low, high = model.jnt_range[joint]
-        for angles in _angles_rad(case, joint, sound_rows):
+        for angles in _angles_rad(case, joint):
             beyond_deg = math.degrees(max(float(low - angles.min(initial=low)), float(angles.max(initial=high) - high)))
             if beyond_deg > worst_deg:
                 worst_deg, at = beyond_deg, joint
@@ -145,16 +144,16 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
         )
 
 
-def _angles_rad(case: Case, joint: int, sound_rows: tuple[int, ...]) -> Iterator[NDArray[np.float64]]:
+def _angles_rad(case: Case, joint: int) -> Iterator[NDArray[np.float64]]:
     """Angles of a hinge in each test that does not diverge; of one that shakes, only the mean it shakes about."""
     battery, tests = case.driven.battery, case.driven.tests
     if battery is None:
         return
     angles = battery.fields["qpos"][:, :, int(case.model.jnt_qposadr[joint])]
-    held = [row for row in sound_rows if tests[row].kind != "sweep"]
+    held = [row for row in case.sound_tests if tests[row].kind != "sweep"]
     shaking = [row for row in held if case.shakes(row)]
     if not shaking:
-        yield angles[list(sound_rows)]
+        yield angles[list(case.sound_tests)]
         return
     # what shakes when held shakes in the sweep too
     yield last_quarter(angles[shaking], axis=1).mean(axis=1)

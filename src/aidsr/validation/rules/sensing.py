@@ -9,7 +9,6 @@ import numpy as np
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
-from aidsr.validation.divergence import sound_tests
 
 __all__ = ["sensor_constant"]
 
@@ -25,7 +24,7 @@ _TOUCHING = tuple(
 
 def sensor_constant(case: Case) -> Iterator[Fault]:
     """Sensors change while the robot is driven; those that wait for a touch are left out."""
-    model, battery, sound = case.model, case.driven.battery, sound_tests(case)
+    model, battery, sound = case.model, case.driven.battery, case.sound_tests
     if battery is None or not case.driven.drives or len(sound) < len(case.driven.tests):
         return  # what a test that diverged would have shown is not known
     looked_at = [i for i in case.structure.sensors if int(model.sensor_type[i]) not in _TOUCHING]
