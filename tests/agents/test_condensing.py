@@ -58,13 +58,31 @@ def test_what_stands_after_a_chain_is_kept() -> None:
 
 def test_limbs_of_one_build_are_shown_once() -> None:
     text = condense(robot(limb("finger_a"), limb("finger_b", place="1 0 0"), limb("finger_c", place="0 1 0")))
-    assert comments(text)[-1] == "finger_b, finger_c: like finger_a, but body finger_a pos 1 0 0 | 0 1 0"
+    likewise = "and likewise in the parts that are like these"
+    assert comments(text)[-1] == f"finger_b, finger_c: like finger_a, but its own pos 1 0 0 | 0 1 0, {likewise}"
     assert "finger_c_1" not in text
 
 
 def test_a_limb_that_differs_within_says_so() -> None:
     text = condense(robot(limb("finger_a"), limb("finger_b", stiffness="0.3")))
     assert "finger_a_bend_1 stiffness 0.3" in comments(text)[-1]
+
+
+def test_limbs_told_apart_by_a_letter_are_shown_once() -> None:
+    fingers = [
+        limb("a0").replace('"a0', f'"{letter}0').replace('pos="0 0 0"', f'pos="{place} 0 0"')
+        for place, letter in enumerate("abcdefghi")
+    ]
+    text = condense(robot(*fingers))
+    assert comments(text)[-1].startswith("b0, c0 … i0: like a0, but its own pos 1 0 0 … 8 0 0")
+    assert len(list(etree.fromstring(text).iter("joint"))) == 1
+
+
+def test_a_shape_that_its_class_describes_is_shown() -> None:
+    plain = "<default><geom rgba='1 0 0 1'/></default>"
+    text = condense(robot('<body name="link"><geom/><geom rgba="0 1 0 1"/></body>', rest=plain))
+    assert text.count("<geom/>") == 2
+    assert "rgba" not in text
 
 
 def test_limbs_of_different_builds_are_both_shown() -> None:

@@ -24,10 +24,10 @@ _LEAST_LEFT_OUT = 2
 """A comment in place of fewer elements would save nothing. Our choice."""
 _NUMBERS = re.compile(r"\s*[-+]?\.?\d[-+.\deE]*(\s+[-+]?\.?\d[-+.\deE]*)*\s*")
 _COUNTED = re.compile(
-    r"(?<=[A-Za-z_])\d+[a-z]?(?![a-z])|(?<=_)[a-z](?![a-z])"
+    r"([a-z]|(?<=[A-Z_]))\d+[a-z]?(?![a-z])|(?<=_)[a-z](?![a-z])"
     r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
 )
-"""What tells copies of one thing apart in their names: numbers, single letters, sides."""
+"""What tells copies of one thing apart in their names: numbers and a letter beside them, single letters, sides."""
 _MOST_UNEVEN = 8
 """Copies that differ in more numbers than this, other than steadily, are shown whole. Our choice: the comment would be
 as hard to read."""
@@ -62,8 +62,11 @@ def _drop_looks(root: Element) -> None:
     for element in root.iter(etree.Element):
         for key in _LOOKS & set(element.attrib):
             del element.attrib[key]
-    for element in list(root.iter("asset", "site", "geom")):
-        if not len(element) and not element.attrib:
+    for element in list(root.iter("asset", "default")):
+        emptied = [child for child in element if child.tag in ("geom", "site") and not child.attrib]
+        for child in emptied:  # elsewhere, one without attributes is all that its class says
+            element.remove(child)
+        if element.tag == "asset" and not len(element):
             _remove(element)
 
 
@@ -95,6 +98,8 @@ def _shorten_row(row: Sequence[Element]) -> None:
     differences = _differences(_elements(pattern), [_elements(element) for element in left_out])
     if differences is None:
         return
+    if differences and any(True for _ in pattern.iter(etree.Comment)):
+        differences += ", and likewise in the parts that are like these"
     left_out[0].addprevious(etree.Comment(_comment(said + differences)))
     for element in left_out:
         _remove(element)
@@ -151,7 +156,8 @@ def _differences(pattern: Sequence[Element], others: Sequence[Sequence[Element]]
         for key, value in attributes(element):
             values = [other[index].get(key, "") for other in others]
             if _NUMBERS.fullmatch(value) and any(each != value for each in values):
-                change = f"{element.tag} {element.get('name', '')} {key}".replace("  ", " ")
+                own = "its own" if index == 0 else f"{element.tag} {element.get('name', '')}".rstrip()
+                change = f"{own} {key}"
                 if len(set(values)) == 1:
                     steady.append(f"{change} {values[0]}")
                 elif len(values) > 2 and _is_steady(values):
