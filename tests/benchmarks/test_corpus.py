@@ -11,7 +11,10 @@ from benchmarks.validator.corpus.physique import Physique
 from benchmarks.validator.corpus.specimen import Specimen
 from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS, TUNING_WRITERS, Writer
 from benchmarks.validator.corpus.writers.hinges import HingeArms
+from benchmarks.validator.corpus.writers.loops import write_loop
 from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, severity_of
+
+from aidsr.validation import validate
 
 ARM = HingeArms(
     Physique(length_m=0.3, segments=6, mass_kg=0.1, radius_m=0.02, sag=0.8, damping_ratio=0.3, bend_rad=1.5)
@@ -75,3 +78,9 @@ def test_mistakes_are_refused_by_mujoco() -> None:
     assert put_aside == {}
     with pytest.raises(ValueError, match="XML"):
         mujoco.MjSpec.from_string(made[0].mjcf)
+
+
+def test_a_ring_may_touch_at_its_seam() -> None:
+    """Where a chain is closed by a constraint, links meet as at the stop of a joint."""
+    report = validate(write_loop(np.random.default_rng([1000, 1172857409, 0, 0])).mjcf)
+    assert not report.errors
