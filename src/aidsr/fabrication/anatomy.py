@@ -1,0 +1,128 @@
+"""A robot as one who builds it sees it: rigid parts, the elastic joints between them, and cables through guides.
+
+Everything stands in one frame, the robot at rest, in millimetres: parts are drawn where they will sit.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.artifacts import Artifact, Vec3
+from aidsr.sim import isolation
+from aidsr.sim.isolation import Limits
+
+__all__ = ["Anatomy", "Cable", "Guide", "Joint", "Part", "Shape", "Vector", "read_anatomy"]
+
+Vector = NDArray[np.float64]
+
+_LIMITS = Limits(wall_s=20, cpu_s=30)
+
+
+class Shape(Artifact):
+    """One solid of a part."""
+
+    name: str
+    kind: Literal["sphere", "capsule", "cylinder", "box", "ellipsoid", "hull"]
+    size_mm: Vec3
+    """MuJoCo's size numbers of this kind."""
+    position_mm: Vec3
+    rotation: tuple[float, ...]
+    """From its own axes to the robot's, row by row, nine numbers."""
+    points_mm: tuple[Vec3, ...] = ()
+    """Corners of a hull."""
+
+
+class Part(Artifact):
+    """Bodies that never move against each other: one piece to print."""
+
+    name: str
+    bodies: tuple[str, ...]
+    body_ids: tuple[int, ...]
+    shapes: tuple[Shape, ...]
+    position_mm: Vec3
+    """Origin of its first body."""
+    rotation: tuple[float, ...]
+    mass_kg: float
+    held: bool = False
+    """Whether the world holds it, so that its mass moves nothing."""
+
+
+class Joint(Artifact):
+    """What bends between two parts: one joint of the simulation, or several about the same point."""
+
+    names: tuple[str, ...]
+    parent: int
+    """Part it hangs on; -1 for the world."""
+    child: int
+    kind: Literal["hinge", "ball", "other"]
+    anchor_mm: Vec3
+    axes: tuple[Vec3, ...]
+    """Unit axes of rotation at rest; a ball joint has three."""
+    stiffness_n_m_rad: tuple[float, ...]
+    range_rad: tuple[float, ...]
+    """Largest angle about each axis, infinite where there is no limit."""
+    preload_n_m: float
+    """Torque of the springs in the drawn pose."""
+    offset_mm: float
+    """How far the joints' own anchors lie apart."""
+
+
+class Guide(Artifact):
+    """A site that a cable passes."""
+
+    site: str
+    part: int
+    position_mm: Vec3
+
+
+class Cable(Artifact):
+    """A tendon and the actuator that reels it in."""
+
+    tendon: str
+    actuator: str
+    """Empty for a tendon that nothing drives."""
+    guides: tuple[Guide, ...]
+    wraps: bool
+    """Whether it runs around a geom or a pulley, or is no cable through sites at all."""
+    length_mm: float
+    largest_pull_n: float
+    """By the actuator's force limits; infinite where it has none."""
+    torques_mm: dict[str, float]
+    """Torque about each joint of the simulation for a pull of 1 N [N mm]."""
+
+
+class Anatomy(Artifact):
+    """A robot as parts, joints and cables."""
+
+    parts: tuple[Part, ...]
+    joints: tuple[Joint, ...]
+    cables: tuple[Cable, ...]
+    held: bool
+    """Whether the robot's base is fixed to something, rather than free on the ground."""
+    other_actuators: tuple[str, ...] = ()
+    """Actuators that pull on no tendon."""
+    open_loops: tuple[str, ...] = ()
+    """Equality constraints that no rigid part can stand for."""
+
+    @property
+    def moving_mass_kg(self) -> float:
+        """Mass of all parts the world does not hold [kg]."""
+        return sum(part.mass_kg for part in self.parts if not part.held)
+
+
+def read_anatomy(mjcf: str, *, scale: float = 1.0) -> Anatomy:
+    """Return the anatomy of a robot.
+
+    Args:
+        mjcf: The robot alone; compiled in a worker.
+        scale: Factor on its lengths, as its placement says.
+
+    Raises:
+        MjcfError: The text cannot be loaded.
+        IsolationError: Loading ran past a limit.
+    """
+    argument = {"mjcf": mjcf, "scale": scale}
+    return Anatomy.model_validate(isolation.call("aidsr.fabrication.reading:read", argument, _LIMITS))

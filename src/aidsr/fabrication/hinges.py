@@ -1,0 +1,277 @@
+"""What bends at each joint: a bought rod, a pair of rods, or a printed neck, sized from the joint's stiffness.
+
+A rod of bending stiffness E I that is free over a length g between two clamps is a hinge of stiffness k = E I / g about
+its middle. A neck printed in one piece with its limb spans the gap, so its thickness follows from g.
+
+Source: Euler-Bernoulli beam under a pure moment; a strip has I = w t^3 / 12, a round rod I = pi d^4 / 64.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from aidsr.artifacts import Fault
+from aidsr.fabrication.anatomy import Anatomy, Joint
+from aidsr.fabrication.materials import Material, Rod, rods
+from aidsr.fabrication.skeleton import Gap, Skeleton
+from aidsr.sim.beam import rod_diameter, rod_stiffness
+
+__all__ = ["Backbone", "Hinge", "Hinges", "design_hinges", "elastic_faults"]
+
+_LEAST_CLAMP_MM = 3.0
+"""Length over which a part must hold a rod. Our choice: a glued joint of two to three diameters."""
+
+_LEAST_FREE_MM = 2.0
+_SAME_STIFFNESS = 0.1
+"""Stiffnesses about two axes that differ by less than this share are made by one round rod. Our choice."""
+
+_STEP_MM = 0.05
+"""To which printed thicknesses are rounded. Our choice: a printer's own accuracy."""
+
+_WIDEST_SHARE = 1.6
+"""Width of a flat neck / radius of the limb. Our choice: inside the limb, with room for cables beside it."""
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """What stands for one joint.
+
+    Attributes:
+        joint: Its index in the anatomy.
+        kind: "rod", "pair" of rods side by side, a "round" or a "flat" printed neck.
+        thickness_mm: Diameter of the rod or the round neck, thickness of the flat one.
+        width_mm: Of the flat neck; distance between the rods of a pair; 0 otherwise.
+        free_mm: Length over which it bends.
+        stiffness_n_m_rad: As built.
+        strain: Largest strain at the joint's largest angle.
+        allowed_strain: What its material may see.
+        linear_rad: Angle beyond which it is softer than a spring of constant stiffness.
+    """
+
+    joint: int
+    kind: str
+    thickness_mm: float
+    width_mm: float
+    free_mm: float
+    stiffness_n_m_rad: float
+    strain: float
+    allowed_strain: float
+    linear_rad: float
+
+    @property
+    def bought(self) -> bool:
+        """Whether it is a rod."""
+        return self.kind in ("rod", "pair")
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Rods that run through a limb.
+
+    Attributes:
+        joints: Joints they run through, from the root outwards.
+        rod: What to buy.
+        diameter_mm: Of each rod.
+        count: One, or two side by side.
+    """
+
+    joints: tuple[int, ...]
+    rod: Rod
+    diameter_mm: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Hinges:
+    """All hinges of a robot, the backbones that some belong to, and what could not be made."""
+
+    hinges: dict[int, Hinge]
+    backbones: tuple[Backbone, ...]
+    faults: tuple[Fault, ...]
+
+
+def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> Hinges:
+    """Return what bends at each joint of a robot printed of a material."""
+    hinges: dict[int, Hinge] = {}
+    backbones: list[Backbone] = []
+    faults = list(elastic_faults(anatomy))
+    makeable = {index for index, joint in enumerate(anatomy.joints) if not _unmakeable(joint)}
+    for limb in skeleton.limbs:
+        joints = tuple(index for index in limb if index in makeable)
+        if material.elastomer:
+            found = [_neck(anatomy.joints[index], skeleton.gaps[index], material) for index in joints]
+            hinges |= {hinge.joint: hinge for hinge in found}
+            continue
+        for stretch in _stretches(joints, skeleton):
+            made = _best_backbone(anatomy, skeleton, stretch)
+            if made is None:
+                faults.append(_no_rod(anatomy, skeleton, stretch))
+                continue
+            backbones.append(made[0])
+            hinges |= {hinge.joint: hinge for hinge in made[1]}
+    faults += _strained(anatomy, hinges)
+    return Hinges(hinges, tuple(backbones), tuple(faults))
+
+
+def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
+    """Yield the joints that no elastic hinge can stand for, whatever it is made of."""
+    reasons: dict[str, list[str]] = {}
+    for joint in anatomy.joints:
+        reason = _unmakeable(joint)
+        if reason:
+            reasons.setdefault(reason, []).extend(joint.names)
+    for reason, names in reasons.items():
+        yield Fault(
+            code="joint_not_elastic",
+            layer="realizability",
+            severity="error",
+            names=tuple(names),
+            message=reason,
+            cure="Use one hinge, or two crossed hinges of equal stiffness through one point, each with a stiffness.",
+        )
+
+
+def _unmakeable(joint: Joint) -> str:
+    if joint.kind == "other":
+        return "slides or has more than turning joints; rods and necks only bend"
+    if joint.parent < 0:
+        return "joins the robot to the world, where there is no part to hold a hinge"
+    if min(joint.stiffness_n_m_rad) <= 0:
+        return "turns without a spring; rods and necks always have stiffness"
+    if joint.offset_mm > 1.0:
+        return "has axes that do not meet in one point"
+    if len(joint.names) > 2 and joint.kind == "hinge":
+        return "has more than two hinges; a rod that bends both ways hardly twists"
+    low, high = min(joint.stiffness_n_m_rad), max(joint.stiffness_n_m_rad)
+    return "" if high <= (1 + _SAME_STIFFNESS) * low else "has axes of different stiffness"
+
+
+def _stretches(joints: tuple[int, ...], skeleton: Skeleton) -> Iterator[tuple[int, ...]]:
+    """Yield runs of joints through which one straight rod can be pushed: what is bent at rest needs short pieces."""
+    run: list[int] = []
+    for index in joints:
+        run.append(index)
+        if not skeleton.gaps[index].straight:
+            yield tuple(run[:-1]) if len(run) > 1 else (index,)
+            if len(run) > 1:
+                yield (index,)
+            run = []
+    if run:
+        yield tuple(run)
+
+
+def _best_backbone(
+    anatomy: Anatomy, skeleton: Skeleton, joints: tuple[int, ...]
+) -> tuple[Backbone, tuple[Hinge, ...]] | None:
+    """Return the stock that is strained least for its kind, or None where no stock gives the stiffness."""
+    count = 2 if len(anatomy.joints[joints[0]].axes) == 1 else 1
+    if any(not skeleton.gaps[index].straight for index in joints):
+        return None
+    best: tuple[float, Backbone, tuple[Hinge, ...]] | None = None
+    for rod in rods():
+        for diameter in rod.diameters_mm:
+            backbone = Backbone(joints, rod, diameter, count)
+            hinges = tuple(_rod_hinge(anatomy.joints[index], skeleton.gaps[index], backbone) for index in joints)
+            if not _holds(hinges, skeleton, joints):
+                continue
+            strained = max(hinge.strain / hinge.allowed_strain for hinge in hinges)
+            if best is None or strained < best[0]:
+                best = (strained, backbone, hinges)
+    return None if best is None else (best[1], best[2])
+
+
+def _rod_hinge(joint: Joint, gap: Gap, backbone: Backbone) -> Hinge:
+    rod, diameter_m = backbone.rod, backbone.diameter_mm / 1000.0
+    stiffness = min(joint.stiffness_n_m_rad)
+    free_m = backbone.count * rod_stiffness(rod.young_modulus_pa, diameter_m) / stiffness
+    per_rad = diameter_m / 2.0 / free_m
+    return Hinge(
+        joint=gap.joint,
+        kind="pair" if backbone.count == 2 else "rod",
+        thickness_mm=backbone.diameter_mm,
+        width_mm=gap.radius_mm if backbone.count == 2 else 0.0,
+        free_mm=1000.0 * free_m,
+        stiffness_n_m_rad=stiffness,
+        strain=per_rad * gap.bend_rad,
+        allowed_strain=rod.largest_strain,
+        linear_rad=rod.linear_strain / per_rad,
+    )
+
+
+def _holds(hinges: tuple[Hinge, ...], skeleton: Skeleton, joints: tuple[int, ...]) -> bool:
+    """Whether each part between two hinges is long enough to hold the rod, and no free length is a mere slit."""
+    if min(hinge.free_mm for hinge in hinges) < max(_LEAST_FREE_MM, hinges[0].thickness_mm):
+        return False
+    anchors = skeleton.anchors
+    for (one, hinge), (other, following) in zip(
+        list(zip(joints, hinges, strict=True))[:-1], list(zip(joints, hinges, strict=True))[1:], strict=True
+    ):
+        apart = math.dist(anchors[one], anchors[other])
+        if apart - (hinge.free_mm + following.free_mm) / 2 < _LEAST_CLAMP_MM:
+            return False
+    ends = (skeleton.gaps[joints[0]].before_mm, skeleton.gaps[joints[-1]].after_mm)
+    return all(hinge.free_mm / 2 <= 2 * end for hinge, end in zip((hinges[0], hinges[-1]), ends, strict=True))
+
+
+def _neck(joint: Joint, gap: Gap, material: Material) -> Hinge:
+    """Return the printed neck that spans a gap."""
+    stiffness, free_m, modulus = min(joint.stiffness_n_m_rad), gap.length_mm / 1000.0, material.young_modulus_pa
+    if len(joint.axes) == 1:
+        width_mm = _WIDEST_SHARE * gap.radius_mm
+        exact_m = (12.0 * stiffness * free_m / (modulus * width_mm / 1000.0)) ** (1.0 / 3.0)
+        thickness_mm = _rounded(1000.0 * exact_m)
+        inertia_m4 = width_mm * thickness_mm**3 / 12.0 * 1e-12
+        kind = "flat"
+    else:
+        width_mm, kind = 0.0, "round"
+        thickness_mm = _rounded(1000.0 * rod_diameter(stiffness * free_m, modulus))
+        inertia_m4 = math.pi * thickness_mm**4 / 64.0 * 1e-12
+    per_rad = thickness_mm / 2.0 / gap.length_mm
+    return Hinge(
+        joint=gap.joint,
+        kind=kind,
+        thickness_mm=thickness_mm,
+        width_mm=width_mm,
+        free_mm=gap.length_mm,
+        stiffness_n_m_rad=modulus * inertia_m4 / free_m,
+        strain=per_rad * gap.bend_rad,
+        allowed_strain=material.largest_strain,
+        linear_rad=math.inf,
+    )
+
+
+def _rounded(length_mm: float) -> float:
+    return max(_STEP_MM, round(length_mm / _STEP_MM) * _STEP_MM)
+
+
+def _no_rod(anatomy: Anatomy, skeleton: Skeleton, joints: tuple[int, ...]) -> Fault:
+    bent = any(not skeleton.gaps[index].straight for index in joints)
+    return Fault(
+        code="hinge_stiffness",
+        layer="realizability",
+        severity="error",
+        names=tuple(name for index in joints for name in anatomy.joints[index].names),
+        measured=max(anatomy.joints[index].stiffness_n_m_rad[0] for index in joints),
+        unit="N m/rad",
+        message="is bent at rest, and rods are straight" if bent else "no rod that is sold gives this stiffness here",
+        cure="Print the limb of an elastomer (tpu95a), or lengthen the segments.",
+    )
+
+
+def _strained(anatomy: Anatomy, hinges: dict[int, Hinge]) -> Iterator[Fault]:
+    over = [hinge for hinge in hinges.values() if hinge.strain > hinge.allowed_strain]
+    if over:
+        worst = max(over, key=lambda hinge: hinge.strain / hinge.allowed_strain)
+        yield Fault(
+            code="hinge_strain",
+            layer="realizability",
+            severity="error",
+            names=tuple(name for hinge in over for name in anatomy.joints[hinge.joint].names),
+            measured=100.0 * worst.strain,
+            limit=100.0 * worst.allowed_strain,
+            unit="%",
+            message="bends so far that its hinge would not last",
+            cure="Lengthen the segments, narrow the joints' range, or lower the tension.",
+        )

@@ -1,0 +1,107 @@
+"""Does the drawn robot keep what was simulated: cables free in their ducts, walls around them, joints that bend."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.artifacts import Fault
+from aidsr.fabrication.anatomy import Anatomy
+from aidsr.fabrication.routing import Bore
+from aidsr.fabrication.shaping import Shaping
+from aidsr.fabrication.skeleton import Gap
+from aidsr.fabrication.solids import rounded, union
+
+__all__ = ["Passage", "bend_limit_rad", "duct_faults", "passages"]
+
+_FREE_SHARE, _HELD_SHARE = 0.01, 0.95
+"""Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
+drilled circle, and mouths that widen."""
+
+_MIDDLE = (0.2, 0.8)
+"""Part of a duct in which its wall is measured: mouths widen at its ends."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """One straight stretch of a cable in a part, measured on the finished solid.
+
+    Attributes:
+        cable: Its index in the anatomy.
+        part: The part.
+        blocked: Share of the cable's own volume that is plastic.
+        held: Share of a wall around the duct that is plastic.
+    """
+
+    cable: int
+    part: int
+    blocked: float
+    held: float
+
+    @property
+    def sound(self) -> bool:
+        """Whether the cable runs free, and inside."""
+        return self.blocked <= _FREE_SHARE and self.held >= _HELD_SHARE
+
+
+def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[float, ...]) -> tuple[Passage, ...]:
+    """Return how each cable passes each part, by intersecting its path with the assembled robot."""
+    solid = union([piece.solid for piece in shaping.pieces])
+    found = []
+    for duct in shaping.ducts:
+        bore = bores[duct.cable]
+        points = duct.path if len(duct.path) > 1 else np.array([duct.begin, duct.end])
+        line = union([rounded(a, b, line_radii_mm[duct.cable]) for a, b in pairwise(points)])
+        begin, end = duct.narrow
+        low, high = (begin + share * (end - begin) for share in _MIDDLE)
+        ring = rounded(low, high, bore.radius_mm + 0.6) - rounded(
+            low - (high - low), high + (high - low), bore.radius_mm + 0.1
+        )
+        found.append(Passage(duct.cable, duct.part, _share(line, solid), _share(ring, solid)))
+    return tuple(found)
+
+
+def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]:
+    """Yield the cables that are blocked by plastic, or run outside of it."""
+    blocked = [one for one in found if one.blocked > _FREE_SHARE]
+    if blocked:
+        yield _fault(
+            anatomy, blocked, max(100 * one.blocked for one in blocked), 100 * _FREE_SHARE, "runs through plastic"
+        )
+    bare = [one for one in found if one.held < _HELD_SHARE]
+    if bare:
+        worst = min(100 * one.held for one in bare)
+        yield _fault(anatomy, bare, worst, 100 * _HELD_SHARE, "has no wall all around it in some part")
+
+
+def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float, message: str) -> Fault:
+    names = dict.fromkeys(f"{anatomy.cables[one.cable].tendon} in {anatomy.parts[one.part].name}" for one in found)
+    return Fault(
+        code="tendon_through_body" if "plastic" in message else "duct_open",
+        layer="realizability",
+        severity="error" if "plastic" in message else "warning",
+        names=tuple(names),
+        measured=measured,
+        limit=limit,
+        unit="%",
+        message=message,
+        cure="Move the routing sites away from other parts, or nearer to the part they belong to.",
+    )
+
+
+def _share(probe: Manifold, solid: Manifold) -> float:
+    volume = probe.volume()
+    return float((probe ^ solid).volume() / volume) if volume > 0 else 0.0
+
+
+def bend_limit_rad(gap: Gap, outside_mm: float) -> float:
+    """Return the angle at which the faces of a gap touch [rad].
+
+    Source: two flat faces of radius R, each half a gap g from the hinge's middle, touch at 2 atan(g / 2 R).
+    """
+    return 2 * math.atan(gap.length_mm / 2 / outside_mm)

@@ -1,0 +1,38 @@
+"""Which pieces are the same but for where they sit, so that one file serves for all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.fabrication.anatomy import Part, Vector
+from aidsr.fabrication.solids import placed, triangles
+
+__all__ = ["alike", "moments"]
+
+_TOLERANCE = 0.02
+"""Largest relative difference of the moments of two pieces that are the same. Our choice: facets of curved faces."""
+
+
+def moments(solid: Manifold, part: Part) -> Vector:
+    """Return volume, extent, centroid and second moments of a piece in the frame of its first part (16,) [mm].
+
+    Mirror images differ in them, as rotations do.
+
+    Source: integrals over the tetrahedra between the origin and each triangle.
+    """
+    turn = np.array(part.rotation).reshape(3, 3)
+    at_home = placed(solid.translate(tuple(-np.array(part.position_mm))), np.zeros(3), turn.T)
+    a, b, c = np.moveaxis(triangles(at_home).corners, 1, 0)
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+    middle = (a + b + c) * volumes[:, None] / 4
+    total = volumes.sum()
+    second = sum(np.einsum("i,ij,ik->jk", volumes, p, p) for p in (a, b, c, a + b + c)) / 20 / total
+    upper = np.asarray(second)[np.triu_indices(3)]
+    signed_root = np.sign(upper) * np.sqrt(np.abs(upper))
+    return np.concatenate([[np.cbrt(total)], at_home.bounding_box(), middle.sum(axis=0) / total, signed_root])
+
+
+def alike(one: Vector, other: Vector) -> bool:
+    """Whether two pieces with these moments are the same."""
+    return bool(np.abs(one - other).max() <= _TOLERANCE * one[0])

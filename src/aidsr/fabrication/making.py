@@ -1,0 +1,251 @@
+"""A robot made: material chosen, hinges sized, pieces shaped, weighed and inspected, winches chosen."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
+from aidsr.fabrication.checks import Print, to_print
+from aidsr.fabrication.hinges import Hinges, design_hinges
+from aidsr.fabrication.inspecting import Passage, duct_faults, passages
+from aidsr.fabrication.joining import Piece
+from aidsr.fabrication.likeness import alike, moments
+from aidsr.fabrication.materials import Material, lines, material_for, sheath_for
+from aidsr.fabrication.printers import Printer
+from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
+from aidsr.fabrication.shaping import Shaping, shape
+from aidsr.fabrication.skeleton import Skeleton
+from aidsr.fabrication.solids import Triangles
+from aidsr.fabrication.stations import seat_of, spool, station
+from aidsr.fabrication.weighing import Weight, weigh
+from aidsr.fabrication.winches import Winch, demands, string, winch_faults
+
+__all__ = ["Made", "PrintedPart", "make"]
+
+
+@dataclass(frozen=True)
+class PrintedPart:
+    """One kind of piece, printed one or several times.
+
+    Attributes:
+        name: File name without ending.
+        what: "robot", "station" or "spool".
+        material: What it is printed of.
+        used_for: Pieces or cables it is used for.
+        lying: How it lies on the bed.
+        full: What of it must be printed full, lying the same; None where nothing must.
+        weight: Its mass and infill.
+    """
+
+    name: str
+    what: str
+    material: Material
+    used_for: tuple[str, ...]
+    lying: Print
+    full: Triangles | None
+    weight: Weight
+
+
+@dataclass(frozen=True)
+class Made:
+    """A robot that was made, as far as it could be."""
+
+    anatomy: Anatomy
+    skeleton: Skeleton
+    material: Material
+    printer: Printer
+    hinges: Hinges
+    shaping: Shaping
+    bores: tuple[Bore, ...]
+    winches: tuple[Winch, ...]
+    passages: tuple[Passage, ...]
+    parts: tuple[PrintedPart, ...]
+
+    @property
+    def robot_parts(self) -> tuple[PrintedPart, ...]:
+        """The pieces of the robot itself."""
+        return tuple(part for part in self.parts if part.what == "robot")
+
+    @cached_property
+    def rod_mass_kg(self) -> float:
+        """Mass of all rods [kg]."""
+        total = 0.0
+        for rod in self.shaping.rods:
+            backbone = self.hinges.backbones[rod.backbone]
+            area_mm2 = math.pi * backbone.diameter_mm**2 / 4
+            total += area_mm2 * rod.length_mm * 1e-9 * backbone.rod.density_kg_m3
+        return total
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Everything in the way of building it, errors first."""
+        found = [
+            *routing_faults(self.anatomy),
+            *self.hinges.faults,
+            *duct_faults(self.anatomy, self.passages),
+            *winch_faults(self.anatomy, self.winches),
+            *_piece_faults(self),
+        ]
+        if self.anatomy.open_loops:
+            message = "ties parts together by a constraint that no rigid part stands for"
+            names = self.anatomy.open_loops
+            found.append(Fault(code="loop_open", layer="realizability", severity="error", names=names, message=message))
+        return tuple(sorted(found, key=lambda fault: fault.severity != "error"))
+
+
+def make(
+    mjcf: str,
+    reports: Sequence[ValidationReport],
+    printer: Printer,
+    *,
+    material: str | None = None,
+    scale: float = 1.0,
+) -> Made:
+    """Make a robot of the first material its hinges can be made of.
+
+    Args:
+        mjcf: The robot alone.
+        reports: What the validator recorded of it, alone and in its scene.
+        printer: What it is printed on.
+        material: Name of a material; None tries all the printer has.
+        scale: Factor on its lengths.
+
+    Raises:
+        UserError: There is no such material for this printer.
+        MjcfError: The robot cannot be loaded.
+    """
+    choices = material_for(printer, material)
+    anatomy = read_anatomy(mjcf, scale=scale)
+    skeleton = Skeleton(anatomy)
+    designed = [(choice, design_hinges(anatomy, skeleton, choice)) for choice in choices]
+    chosen, hinges = min(designed, key=lambda pair: len([f for f in pair[1].faults if f.severity == "error"]))
+    return _made(anatomy, skeleton, chosen, hinges, reports, printer)
+
+
+def _made(
+    anatomy: Anatomy,
+    skeleton: Skeleton,
+    material: Material,
+    hinges: Hinges,
+    reports: Sequence[ValidationReport],
+    printer: Printer,
+) -> Made:
+    asked = demands(anatomy, reports)
+    first = {winch.cable: winch for winch in string(anatomy, asked, {})}
+    stock = [first[index].line if index in first else None for index in range(len(anatomy.cables))]
+    used = [line or lines()[0] for line in stock]
+    bores = tuple(bore_for(line, sheath_for(line), printer) for line in used)
+    shaping = shape(anatomy, skeleton, hinges, bores, material, printer)
+    entries = {
+        duct.cable: max(0.0, float(np.linalg.norm(duct.seat - duct.path[0])) - SOCKET_MM)
+        for duct in shaping.ducts
+        if duct.sheathed
+    }
+    winches = string(anatomy, asked, entries)
+    found = passages(shaping, bores, tuple(line.diameter_mm / 2 for line in used))
+    parts = (*_robot_parts(anatomy, shaping, hinges, printer), *_bench_parts(anatomy, winches, material, printer))
+    return Made(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, tuple(parts))
+
+
+def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:
+    """The robot's pieces, alike ones together."""
+    moving = sum(1 for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts))
+    rods = sum(
+        math.pi * hinges.backbones[r.backbone].diameter_mm ** 2 / 4 * r.length_mm * 1e-9
+        * hinges.backbones[r.backbone].rod.density_kg_m3
+        for r in shaping.rods
+    )  # fmt: skip
+    shares = Counter(part for piece in shaping.pieces for part in piece.parts)
+    groups: list[tuple[Vector, list[Piece]]] = []
+    for piece in shaping.pieces:
+        own = moments(piece.solid, anatomy.parts[piece.parts[0]])
+        same = next((pieces for known, pieces in groups if alike(known, own)), None)
+        if same is None:
+            groups.append((own, [piece]))
+        else:
+            same.append(piece)
+    parts = []
+    for _, pieces in groups:
+        piece = pieces[0]
+        simulated = sum(anatomy.parts[part].mass_kg / shares[part] for part in piece.parts)
+        name = piece.name if len(pieces) == 1 else f"{piece.name}_x{len(pieces)}"
+        lying, full = to_print(piece.solid, piece.up, printer, piece.necks)
+        weight = weigh(piece.solid, simulated, rods / max(1, moving), piece.material, printer, necks=piece.necks)
+        parts.append(
+            PrintedPart(_file_name(name), "robot", piece.material, tuple(p.name for p in pieces), lying, full, weight)
+        )
+    return parts
+
+
+def _bench_parts(
+    anatomy: Anatomy, winches: tuple[Winch, ...], material: Material, printer: Printer
+) -> list[PrintedPart]:
+    """Stations and spools, those of the same motor and spool together; of the stiffest plastic the printer has."""
+    stiff = max(
+        material_for(printer, None), key=lambda m: (m.name == material.name and not m.elastomer, not m.elastomer)
+    )
+    groups: dict[tuple[str, float], list[Winch]] = {}
+    for winch in winches:
+        if winch.fit is not None:
+            groups.setdefault((winch.fit.motor.name, winch.fit.spool_radius_m), []).append(winch)
+    up, parts = np.array([0.0, 0.0, 1.0]), []
+    for (motor, radius_m), group in groups.items():
+        fit = group[0].fit
+        if fit is None:
+            continue
+        seat = seat_of(fit.motor)
+        label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{1000 * radius_m:g}mm"
+        names = tuple(anatomy.cables[winch.cable].actuator for winch in group)
+        made: tuple[tuple[str, Manifold], ...] = (
+            ("station", station(seat, 1000 * radius_m, group[0].sheath, printer)),
+            ("spool", spool(seat, 1000 * radius_m, printer)),
+        )
+        for what, solid in made:
+            lying, _ = to_print(solid, up, printer)
+            mass = weigh(solid, 0.0 if what == "station" else 1.0, 0.0, stiff, printer)
+            parts.append(
+                PrintedPart(_file_name(f"{what}_{label}_x{len(group)}"), what, stiff, names, lying, None, mass)
+            )
+    return parts
+
+
+def _piece_faults(made: Made) -> list[Fault]:
+    found = []
+    for code, severity, message, limit, unit, concerned in (
+        ("part_open", "error", "has a surface that is not closed", None, "", {
+            part.name: 0.0 for part in made.parts if not part.lying.watertight}),
+        ("part_exceeds_bed", "error", "does not fit the bed", max(made.printer.bed_mm), "mm", {
+            part.name: max(part.lying.size_mm) for part in made.parts if not part.lying.fits}),
+        ("thin_wall", "warning", "has a wall thinner than the printer makes well", made.printer.wall_mm, "mm", {
+            part.name: part.lying.wall_mm for part in made.parts if part.lying.wall_mm < made.printer.wall_mm}),
+        ("part_in_pieces", "error", "falls into pieces: some shapes of a body do not touch", 1.0, "piece", {
+            piece.name: float(count) for piece in made.shaping.pieces
+            if (count := len(piece.solid.decompose())) > 1}),
+    ):  # fmt: skip
+        if concerned:
+            worst = (min if code == "thin_wall" else max)(concerned.values())
+            found.append(
+                Fault(
+                    code=code,
+                    layer="realizability",
+                    severity="error" if severity == "error" else "warning",
+                    names=tuple(concerned),
+                    measured=worst if limit is not None else None,
+                    limit=limit,
+                    unit=unit,
+                    message=message,
+                )
+            )
+    return found
+
+
+def _file_name(name: str) -> str:
+    return "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in name)

@@ -1,0 +1,75 @@
+"""What a printer can do: the walls, gaps and sizes that parts are drawn for."""
+
+from __future__ import annotations
+
+from aidsr.artifacts import Artifact
+from aidsr.errors import UserError
+
+__all__ = ["PRINTERS", "Printer", "printer_named"]
+
+
+class Printer(Artifact):
+    """One kind of printer."""
+
+    name: str
+    label: str
+    bed_mm: tuple[float, float, float]
+    wall_mm: float
+    """Thinnest wall that comes out sound."""
+    hole_mm: float
+    """Narrowest hole that stays open."""
+    clearance_mm: float
+    """What is added to the diameter of a hole so that what belongs in it slides."""
+    fit_mm: float
+    """What is added to the diameter of a hole in which something is glued."""
+    overhang_deg: float
+    """Steepest lean from the vertical that needs no support."""
+    shell_mm: float
+    """Wall that is always solid, inside of which the infill begins; 0 where parts are solid."""
+    source: str
+
+    def fits(self, size_mm: tuple[float, float, float]) -> bool:
+        """Whether a box of this size goes onto the bed, turned by 90 degrees if need be."""
+        x, y, z = size_mm
+        width, depth, height = self.bed_mm
+        return z <= height and ((x <= width and y <= depth) or (y <= width and x <= depth))
+
+
+PRINTERS = (
+    Printer(
+        name="fdm",
+        label="filament printer, 0.4 mm nozzle",
+        bed_mm=(220.0, 220.0, 250.0),
+        wall_mm=0.8,
+        hole_mm=1.2,
+        clearance_mm=0.5,
+        fit_mm=0.2,
+        overhang_deg=45.0,
+        shell_mm=0.8,
+        source="two lines of a 0.4 mm nozzle; holes print 0.2 to 0.4 mm too narrow; bed of a usual desktop machine",
+    ),
+    Printer(
+        name="sla",
+        label="resin printer",
+        bed_mm=(200.0, 125.0, 210.0),
+        wall_mm=0.6,
+        hole_mm=0.8,
+        clearance_mm=0.3,
+        fit_mm=0.1,
+        overhang_deg=60.0,
+        shell_mm=0.0,
+        source="Formlabs, Form 4 build volume and design guide: supported walls of 0.2 mm, here three times as thick",
+    ),
+)
+
+
+def printer_named(name: str) -> Printer:
+    """Return a printer.
+
+    Raises:
+        UserError: There is none of that name.
+    """
+    for printer in PRINTERS:
+        if printer.name == name:
+            return printer
+    raise UserError(f'a printer was expected, one of {", ".join(p.name for p in PRINTERS)}; found "{name}"')

@@ -1,0 +1,201 @@
+"""The worker's side of `aidsr.fabrication.anatomy`: compile a robot and read it off in its rest pose."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Part, Shape, Vector
+from aidsr.sim.compiling import parse_mjcf
+from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
+from aidsr.sim.pulling import pull_of
+from aidsr.sim.scaling import scale_robot
+from aidsr.sim.structure import name_of
+
+__all__ = ["read"]
+
+_OBJ = mujoco.mjtObj
+_FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+_BALL = int(mujoco.mjtJoint.mjJNT_BALL)
+_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+_WELD = int(mujoco.mjtEq.mjEQ_WELD)
+_LOOPS = (_WELD, int(mujoco.mjtEq.mjEQ_CONNECT))
+_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+_KINDS = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
+    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
+    _MESH: "hull",
+}
+
+
+def read(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return the `Anatomy` of {"mjcf", "scale"} as JSON."""
+    spec = parse_mjcf(argument["mjcf"])
+    if argument["scale"] != 1.0:
+        scale_robot(spec, argument["scale"])
+    return _Reader(spec.compile()).anatomy().model_dump(mode="json")
+
+
+class _Reader:
+    """Reads a compiled robot in its initial pose."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        mujoco.mj_forward(model, self.data)
+        self.owner = self._owners()
+        kept = sorted(set(self.owner[1:].tolist()))
+        self.number = {root: index for index, root in enumerate(kept)}
+
+    def anatomy(self) -> Anatomy:
+        model = self.model
+        pulling = {int(model.actuator_trnid[a, 0]): a for a in range(model.nu) if self._pulls(a)}
+        loops = [
+            name_of(model, _OBJ.mjOBJ_EQUALITY, index)
+            for index in range(model.neq)
+            if int(model.eq_type[index]) in _LOOPS and not self._is_rigid_loop(index)
+        ]
+        return Anatomy(
+            parts=tuple(self._part(root) for root in self.number),
+            joints=tuple(self._joint(body) for body in range(1, model.nbody) if self._bends(body)),
+            cables=tuple(self._cable(tendon, pulling.get(tendon)) for tendon in range(model.ntendon)),
+            held=not any(int(kind) == _FREE for kind in model.jnt_type),
+            other_actuators=tuple(self._name("ACTUATOR", a) for a in range(model.nu) if not self._pulls(a)),
+            open_loops=tuple(loops),
+        )
+
+    def _owners(self) -> Vector:
+        """First body of the rigid part of each body, (nbody,)."""
+        model = self.model
+        owner = np.arange(model.nbody)
+        for body in range(1, model.nbody):
+            if model.body_jntnum[body] == 0 and model.body_parentid[body] != 0:
+                owner[body] = owner[model.body_parentid[body]]
+        for index in range(model.neq):
+            if self._is_rigid_loop(index):
+                one, other = sorted(owner[[model.eq_obj1id[index], model.eq_obj2id[index]]])
+                owner[owner == other] = one
+        return owner
+
+    def _is_rigid_loop(self, index: int) -> bool:
+        """Whether a weld constraint joins two bodies where they are drawn."""
+        model = self.model
+        bodies = int(mujoco.mjtObj.mjOBJ_BODY)
+        return bool(
+            model.eq_active0[index]
+            and int(model.eq_type[index]) == _WELD
+            and int(model.eq_objtype[index]) == bodies
+            and model.eq_obj1id[index]
+            and model.eq_obj2id[index]
+        )
+
+    def _pulls(self, actuator: int) -> bool:
+        return int(self.model.actuator_trntype[actuator]) == _TENDON
+
+    def _bends(self, body: int) -> bool:
+        first = int(self.model.body_jntadr[body])
+        return first >= 0 and int(self.model.jnt_type[first]) != _FREE
+
+    def _name(self, kind: str, index: int) -> str:
+        return name_of(self.model, getattr(_OBJ, f"mjOBJ_{kind}"), index)
+
+    def _part(self, root: int) -> Part:
+        model, data = self.model, self.data
+        bodies = [int(body) for body in np.flatnonzero(self.owner == root)]
+        geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies]
+        solid = [g for g in geoms if int(model.geom_type[g]) in _KINDS]
+        touching = [g for g in solid if model.geom_contype[g] or model.geom_conaffinity[g]]
+        free = int(model.body_dofnum[root]) == 6
+        return Part(
+            name=self._name("BODY", root),
+            bodies=tuple(self._name("BODY", body) for body in bodies),
+            body_ids=tuple(bodies),
+            shapes=tuple(self._shape(geom) for geom in touching or solid),
+            position_mm=_mm(data.xpos[root]),
+            rotation=_numbers(data.xmat[root]),
+            mass_kg=float(model.body_mass[bodies].sum()),
+            held=int(model.body_parentid[root]) == 0 and not free and int(model.body_jntnum[root]) == 0,
+        )
+
+    def _shape(self, geom: int) -> Shape:
+        model, data, kind = self.model, self.data, int(self.model.geom_type[geom])
+        points: tuple[Any, ...] = ()
+        if kind == _MESH:
+            mesh = int(model.geom_dataid[geom])
+            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            points = tuple(_mm(vertex) for vertex in model.mesh_vert[first : first + count])
+        return Shape(
+            name=self._name("GEOM", geom),
+            kind=_KINDS[kind],
+            size_mm=_mm(model.geom_size[geom]),
+            position_mm=_mm(data.geom_xpos[geom]),
+            rotation=_numbers(data.geom_xmat[geom]),
+            points_mm=points,
+        )
+
+    def _joint(self, body: int) -> Joint:
+        model, data = self.model, self.data
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        joints = range(first, first + count)
+        kinds = {int(model.jnt_type[j]) for j in joints}
+        ball = kinds == {_BALL} and count == 1
+        anchors = data.xanchor[first : first + count]
+        axes = data.xmat[body].reshape(3, 3).T if ball else data.xaxis[first : first + count]
+        parent = int(self.owner[model.body_parentid[body]])
+        stiffness = [float(np.ravel(model.jnt_stiffness[j])[0]) for j in joints]
+        return Joint(
+            names=tuple(self._name("JOINT", j) for j in joints),
+            parent=self.number.get(parent, -1),
+            child=self.number[int(self.owner[body])],
+            kind="ball" if ball else "hinge" if not kinds & {_SLIDE, _BALL, _FREE} else "other",
+            anchor_mm=_mm(anchors.mean(axis=0)),
+            axes=tuple(_numbers(axis) for axis in axes),
+            stiffness_n_m_rad=tuple(stiffness) * (3 if ball else 1),
+            range_rad=tuple(self._largest_angle(j) for j in joints) * (3 if ball else 1),
+            preload_n_m=max(abs(float(data.qfrc_spring[model.jnt_dofadr[j]])) for j in joints),
+            offset_mm=1000.0 * float(np.linalg.norm(anchors - anchors[0], axis=1).max()),
+        )
+
+    def _largest_angle(self, joint: int) -> float:
+        if not self.model.jnt_limited[joint]:
+            return math.inf
+        return float(np.abs(self.model.jnt_range[joint]).max())
+
+    def _cable(self, tendon: int, actuator: int | None) -> Cable:
+        model, data = self.model, self.data
+        wraps = tendon_wraps(model, tendon)
+        sites = [site for kind, site in wraps if kind == WRAP_SITE]
+        pull = pull_of(model, data, tendon)
+        dofs = {self._name("JOINT", int(model.dof_jntid[dof])): float(pull[dof]) for dof in np.flatnonzero(pull)}
+        return Cable(
+            tendon=self._name("TENDON", tendon),
+            actuator="" if actuator is None else self._name("ACTUATOR", actuator),
+            guides=tuple(self._guide(site) for site in sites),
+            wraps=len(sites) < len(wraps) or len(sites) < 2,
+            length_mm=1000.0 * float(data.ten_length[tendon]),
+            largest_pull_n=math.inf if actuator is None else self._largest_pull_n(actuator),
+            torques_mm={name: 1000.0 * torque for name, torque in dofs.items()},
+        )
+
+    def _largest_pull_n(self, actuator: int) -> float:
+        if self.model.actuator_forcelimited[actuator]:
+            return float(np.abs(self.model.actuator_forcerange[actuator]).max())
+        return math.inf
+
+    def _guide(self, site: int) -> Guide:
+        part = self.number.get(int(self.owner[self.model.site_bodyid[site]]), -1)
+        return Guide(site=self._name("SITE", site), part=part, position_mm=_mm(self.data.site_xpos[site]))
+
+
+def _mm(metres: Vector) -> tuple[float, float, float]:
+    x, y, z = (1000.0 * float(value) for value in metres)
+    return (x, y, z)
+
+
+def _numbers(values: Vector) -> Any:
+    return tuple(float(value) for value in np.ravel(values))

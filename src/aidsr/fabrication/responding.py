@@ -1,0 +1,81 @@
+"""How far each cable is reeled in for a given control: pulled one at a time in simulation, until the robot rests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import Artifact
+from aidsr.sim import isolation
+from aidsr.sim.compiling import parse_mjcf
+from aidsr.sim.isolation import Limits
+from aidsr.sim.scaling import scale_robot
+from aidsr.sim.structure import name_of
+
+__all__ = ["Response", "measure", "responses"]
+
+_LEVELS = 6
+_SETTLING_S = 1.0
+"""Our choice: long against the 0.05 s of the winches and the swing of a limb; the drift that is left is recorded."""
+
+_LIMITS = Limits(wall_s=60, cpu_s=60)
+_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+
+
+class Response(Artifact):
+    """What one actuator does alone."""
+
+    actuator: str
+    ctrl: tuple[float, ...]
+    """From rest to the end of its range, in the units of the simulation."""
+    force_n: tuple[float, ...]
+    """Tension of the cable at rest there."""
+    reeled_in_mm: tuple[float, ...]
+
+
+def responses(mjcf: str, *, scale: float = 1.0) -> tuple[Response, ...]:
+    """Return the response of each tendon actuator of a robot.
+
+    Raises:
+        IsolationError: Simulating ran past a limit.
+    """
+    argument = {"mjcf": mjcf, "scale": scale}
+    found = isolation.call("aidsr.fabrication.responding:measure", argument, _LIMITS)["responses"]
+    return tuple(map(Response.model_validate, found))
+
+
+def measure(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"responses"} of {"mjcf", "scale"}; the worker's side of `responses`."""
+    spec = parse_mjcf(argument["mjcf"])
+    if argument["scale"] != 1.0:
+        scale_robot(spec, argument["scale"])
+    model = spec.compile()
+    model.opt.gravity[:] = 0.0  # the same answer however the robot is mounted
+    actuators = [index for index in range(model.nu) if int(model.actuator_trntype[index]) == _TENDON]
+    return {"responses": [_response(model, index).model_dump(mode="json") for index in actuators]}
+
+
+def _response(model: mujoco.MjModel, actuator: int) -> Response:
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    tendon = int(model.actuator_trnid[actuator, 0])
+    low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
+    rest = float(np.clip(0.0, low, high))
+    far = float(high if high - rest >= rest - low else low)
+    drawn = float(data.ten_length[tendon])
+    levels = np.linspace(rest, far, _LEVELS)
+    forces, reeled = [], []
+    for level in levels:
+        data.ctrl[actuator] = level
+        for _ in range(round(_SETTLING_S / model.opt.timestep)):
+            mujoco.mj_step(model, data)
+        forces.append(-float(data.actuator_force[actuator]))
+        reeled.append(1000.0 * (drawn - float(data.ten_length[tendon])))
+    return Response(
+        actuator=name_of(model, mujoco.mjtObj.mjOBJ_ACTUATOR, actuator),
+        ctrl=tuple(levels.tolist()),
+        force_n=tuple(round(force, 4) for force in forces),
+        reeled_in_mm=tuple(round(length, 3) for length in reeled),
+    )

@@ -1,0 +1,224 @@
+"""Where cables run inside parts: straight ducts along the guides, an opening for the sheath, a seat for the knot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.artifacts import Fault
+from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Vector
+from aidsr.fabrication.materials import Line, Sheath
+from aidsr.fabrication.printers import Printer
+from aidsr.fabrication.skeleton import Skeleton, unit
+from aidsr.fabrication.solids import bell_mouth, first_hits, rounded
+
+__all__ = ["Bore", "Duct", "bore_for", "ducts_of", "routing_faults"]
+
+_FILLET_MM = 0.6
+"""Radius of a mouth. Our choice: the line's own radius twice over, and less than the wall around it."""
+
+_WALL_MM = 1.0
+"""Wall around a cable's hole. Our choice: more than the thinnest wall, as lines cut into plastic."""
+
+SOCKET_MM = 5.0
+"""Depth of the seat of a sheath. Our choice: two and a half of its diameters."""
+
+_KNOT_MM = (2.4, 3.0)
+"""Diameter and least depth of the seat of a knot or a crimped sleeve. Our choice: a 2 mm sleeve."""
+
+_LONGEST_ENTRY_MM = 15.0
+"""How far behind its first guide a cable may meet the body for the body to hold its sheath."""
+
+_SHORT_DUCT_MM = 3.0
+"""Length of the duct where a cable passes a part at one site only."""
+
+_REACH_MM = 400.0
+
+
+@dataclass(frozen=True)
+class Bore:
+    """Diameters of what is drilled for one cable.
+
+    Attributes:
+        radius_mm: Of the duct.
+        sheath_mm: Radius of the seat of the sheath.
+        knot_mm: Radius of the seat of the knot.
+    """
+
+    radius_mm: float
+    sheath_mm: float
+    knot_mm: float
+
+    def wall_radius(self, duct: Duct) -> float:
+        """Outer radius of the wall around a duct [mm]."""
+        widest = max(self.radius_mm, self.sheath_mm * duct.sheathed, self.knot_mm * duct.ends)
+        return widest + _WALL_MM
+
+
+@dataclass(frozen=True)
+class Duct:
+    """A cable's way through one part.
+
+    Attributes:
+        cable: Its index in the anatomy.
+        part: The part.
+        path: Where the simulated cable runs in the part (n, 3).
+        begin: Where the wall around the duct begins, towards the winch (3,).
+        end: Where it ends.
+        sheathed: Whether the sheath ends here, at `seat`.
+        ends: Whether the cable is tied here.
+        seat: Mouth of the sheath's seat, where the cable comes out of its sheath's end into the part (3,).
+        open_mm: How far beyond its end the seat of the knot is cut, so that it can be reached.
+    """
+
+    cable: int
+    part: int
+    path: Vector
+    begin: Vector
+    end: Vector
+    sheathed: bool
+    ends: bool
+    seat: Vector
+    open_mm: float
+
+    @property
+    def direction(self) -> Vector:
+        """From the winch to the tied end."""
+        return unit(self.end - self.begin)
+
+    @property
+    def narrow(self) -> tuple[Vector, Vector]:
+        """Where the duct is as narrow as the line allows: between the seats of sheath and knot."""
+        along = self.direction
+        begin = self.seat + SOCKET_MM * along if self.sheathed else self.begin
+        return begin, self.end - _KNOT_MM[1] * self.ends * along
+
+    def drills(self, bore: Bore) -> Iterator[Manifold]:
+        """Yield what to cut out of the part."""
+        along = self.direction
+        points = [self.seat if self.sheathed else self.begin, *self.path[1:-1], self.end]
+        for one, other in pairwise(points):
+            step = unit(other - one)
+            yield rounded(one - 0.3 * step, other + 0.3 * step, bore.radius_mm)
+        if self.sheathed:
+            yield rounded(self.seat - 2 * bore.sheath_mm * along, self.seat + SOCKET_MM * along, bore.sheath_mm)
+        else:
+            yield bell_mouth(self.begin, -along, bore.radius_mm, _FILLET_MM)
+        if self.ends:
+            deep = self.end - _KNOT_MM[1] * along
+            yield rounded(deep, self.end + self.open_mm * along, bore.knot_mm)
+        else:
+            yield bell_mouth(self.end, along, bore.radius_mm, _FILLET_MM)
+
+
+def bore_for(line: Line, sheath: Sheath, printer: Printer) -> Bore:
+    """Return what a printer should leave open for a line."""
+    return Bore(
+        radius_mm=max(printer.hole_mm, line.diameter_mm + printer.clearance_mm) / 2,
+        sheath_mm=(sheath.outer_mm + printer.fit_mm) / 2,
+        knot_mm=max(_KNOT_MM[0], 3 * line.diameter_mm) / 2,
+    )
+
+
+def ducts_of(anatomy: Anatomy, skeleton: Skeleton, bodies: dict[int, Manifold]) -> tuple[Duct, ...]:
+    """Return the ducts of all cables that run through sites.
+
+    Args:
+        anatomy: The robot.
+        skeleton: Its gaps.
+        bodies: Solid of each part before anything is cut.
+    """
+    found: list[Duct] = []
+    for index, cable in enumerate(anatomy.cables):
+        if not cable.wraps:
+            found.extend(_ducts(index, cable, skeleton, bodies))
+    return tuple(found)
+
+
+def routing_faults(anatomy: Anatomy) -> Iterator[Fault]:
+    """Yield the cables for which straight ducts do not suffice, and actuators that are no cables."""
+    around = tuple(cable.tendon for cable in anatomy.cables if cable.wraps)
+    if around:
+        yield _fault("cable_wraps", around, "runs around a geom or a pulley, or is no cable through sites")
+    outside = tuple(c.tendon for c in anatomy.cables if not c.wraps and any(g.part < 0 for g in c.guides))
+    if outside:
+        yield _fault("cable_wraps", outside, "is guided by the world, which is not printed")
+    if anatomy.other_actuators:
+        yield _fault("actuator_without_cable", anatomy.other_actuators, "drives a joint or a body and no tendon")
+
+
+def _fault(code: str, names: tuple[str, ...], message: str) -> Fault:
+    cure = "Lead a spatial tendon through sites of the robot's own bodies, and let the actuator pull on it."
+    return Fault(code=code, layer="realizability", severity="error", names=names, message=message, cure=cure)
+
+
+def _ducts(index: int, cable: Cable, skeleton: Skeleton, bodies: dict[int, Manifold]) -> Iterator[Duct]:
+    visits = [(part, list(guides)) for part, guides in groupby(cable.guides, key=lambda guide: guide.part)]
+    for number, (part, guides) in enumerate(visits):
+        if part < 0:
+            continue
+        first, last = number == 0, number == len(visits) - 1
+        along = _direction(skeleton, part, guides, visits, number)
+        path = np.array([guide.position_mm for guide in guides])
+        begin, end = path[0], path[-1]
+        if len(guides) == 1 and not (first or last):
+            begin, end = begin - _SHORT_DUCT_MM / 2 * along, end + _SHORT_DUCT_MM / 2 * along
+        seat = begin
+        if first:
+            begin, seat = _entry(bodies[part], path[0], -along)
+        if last:
+            end = end + (_KNOT_MM[1] + _SHORT_DUCT_MM) * along
+        yield Duct(index, part, path, begin, end, first, last, seat, _way_out(bodies[part], end, along))
+
+
+def _way_out(body: Manifold, end: Vector, along: Vector) -> float:
+    """How far it is from a duct's end out of the body it lies in [mm]."""
+    hits = first_hits(body, end, along, _REACH_MM)
+    return (hits[0] if len(hits) % 2 else 0.0) + _SHORT_DUCT_MM / 2
+
+
+def _direction(
+    skeleton: Skeleton, part: int, guides: list[Guide], visits: list[tuple[int, list[Guide]]], number: int
+) -> Vector:
+    """Direction of a cable in a part: from guide to guide, or along the limb where there is only one guide."""
+    if len(guides) > 1:
+        return unit(np.array(guides[-1].position_mm) - np.array(guides[0].position_mm))
+    here = np.array(guides[0].position_mm)
+    before = visits[number - 1][1][-1].position_mm if number else here
+    after = visits[number + 1][1][0].position_mm if number + 1 < len(visits) else here
+    towards = np.array(after) - np.array(before)
+    spines = [gap for index, gap in enumerate(skeleton.gaps) if part in _parts(skeleton, index)]
+    if spines:
+        nearest = min(spines, key=lambda gap: float(np.linalg.norm(gap.anchor - here)))
+        axis = nearest.before if skeleton.anatomy.joints[nearest.joint].parent == part else nearest.after
+        return axis if axis @ towards >= 0 else -axis
+    return unit(towards)
+
+
+def _parts(skeleton: Skeleton, joint: int) -> tuple[int, int]:
+    bend = skeleton.anatomy.joints[joint]
+    return bend.parent, bend.child
+
+
+def _entry(body: Manifold, guide: Vector, backward: Vector) -> tuple[Vector, Vector]:
+    """Return where the wall around a first duct begins, and where the sheath sits.
+
+    The cable goes back along the limb. Where it meets the body soon, the body holds the sheath on its far side; where
+    not, a short wall of its own does.
+    """
+    hits = first_hits(body, guide, backward, _REACH_MM)
+    inside = len(hits) % 2 == 1
+    if not inside and (not hits or hits[0] > _LONGEST_ENTRY_MM):
+        seat = guide + (SOCKET_MM + _SHORT_DUCT_MM) * backward
+        return seat, seat
+    entered = 0.0 if inside else hits[0]
+    crossings = hits if inside else hits[1:]
+    exits = crossings[0]
+    if exits - entered < SOCKET_MM + _SHORT_DUCT_MM:  # a thin plate holds no sheath by itself
+        exits = max(exits, SOCKET_MM + _SHORT_DUCT_MM)
+        return guide + exits * backward, guide + exits * backward
+    return guide + (entered + 1.0) * backward, guide + exits * backward

@@ -1,0 +1,240 @@
+"""Where parts end and hinges begin: the gap at each joint, how far it bends, and limbs as joints in series."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from aidsr.fabrication.anatomy import Anatomy, Guide, Joint, Shape, Vector
+
+__all__ = ["Gap", "Skeleton", "unit"]
+
+_LEAST_HALF_GAP_MM = 1.0
+"""Our choice: faces closer than 2 mm touch at once when they bend."""
+
+_SHARE_OF_SEGMENT = 0.25
+"""Half gap / distance to the next joint where no cable says where a part ends: docs/physics.md puts guides there."""
+
+_LEAST_RIGID_MM = 4.0
+"""Shortest part between two gaps, which has to hold a rod. Our choice."""
+
+_LONGEST_HALF_GAP_MM = 40.0
+_STRAIGHT = 0.9995
+"""Cosine above which a limb counts as straight at rest."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The opening between two parts at a joint.
+
+    Attributes:
+        joint: Its index in the anatomy.
+        anchor: Centre of rotation (3,) [mm].
+        before: Unit vector along the limb at its parent, pointing from parent to child.
+        after: The same at its child.
+        before_mm: From the anchor back to the parent's face.
+        after_mm: From the anchor on to the child's face.
+        radius_mm: Of the limb there.
+        reach_mm: Largest distance of a cable from the limb's axis there; 0 without cables.
+        bend_rad: Largest angle that limits allow and cables can pull.
+    """
+
+    joint: int
+    anchor: Vector
+    before: Vector
+    after: Vector
+    before_mm: float
+    after_mm: float
+    radius_mm: float
+    reach_mm: float
+    bend_rad: float
+
+    @property
+    def length_mm(self) -> float:
+        """From face to face."""
+        return self.before_mm + self.after_mm
+
+    @property
+    def straight(self) -> bool:
+        """Whether the limb runs straight through the joint at rest."""
+        return float(self.before @ self.after) > _STRAIGHT
+
+
+class Skeleton:
+    """The gaps and limbs of a robot."""
+
+    def __init__(self, anatomy: Anatomy) -> None:
+        self.anatomy = anatomy
+        self.anchors = [np.array(joint.anchor_mm) for joint in anatomy.joints]
+        self._out: dict[int, list[int]] = {}
+        self._into: dict[int, int] = {}
+        for index, joint in enumerate(anatomy.joints):
+            self._out.setdefault(joint.parent, []).append(index)
+            self._into.setdefault(joint.child, index)
+
+    @cached_property
+    def gaps(self) -> tuple[Gap, ...]:
+        """One for each joint."""
+        return tuple(self._gap(index) for index in range(len(self.anatomy.joints)))
+
+    @cached_property
+    def limbs(self) -> tuple[tuple[int, ...], ...]:
+        """Joints in series, each limb from its root outwards."""
+        starts = [joint for joint in range(len(self.anchors)) if self._before(joint) is None]
+        return tuple(tuple(self._onward(joint)) for joint in starts)
+
+    def spine(self, part: int) -> tuple[Vector, Vector] | None:
+        """Return a point and the direction of the limb's axis through a part, None for one that carries no joint."""
+        into, out = self._into.get(part), self._out.get(part, [])
+        if into is not None and not (len(out) > 1 and self.anatomy.parts[part].held):
+            return self.anchors[into], self.gaps[into].after
+        return (self.anchors[out[0]], self.gaps[out[0]].before) if out else None
+
+    def crossings(self, joint: int) -> Iterator[tuple[Guide, Guide]]:
+        """Yield the neighbouring guides of each cable that crosses a joint, the parent's first."""
+        bend = self.anatomy.joints[joint]
+        for cable in self.anatomy.cables:
+            for one, other in pairwise(cable.guides):
+                if (one.part, other.part) == (bend.parent, bend.child):
+                    yield one, other
+                elif (other.part, one.part) == (bend.parent, bend.child):
+                    yield other, one
+
+    def _before(self, joint: int) -> int | None:
+        """The joint that comes before one in its limb."""
+        parent = self.anatomy.joints[joint].parent
+        into = self._into.get(parent)
+        alone = len(self._out.get(parent, [])) == 1
+        return into if alone and into is not None and not self._closes_a_loop(parent) else None
+
+    def _closes_a_loop(self, part: int) -> bool:
+        """Whether joints on both sides lead back to a part: it is where a ring begins."""
+        first = self._out[part][0]
+        return self.anatomy.joints[first].parent == part and part == min(self._ring(part), default=-1)
+
+    def _ring(self, part: int) -> list[int]:
+        seen, here = [], part
+        while here not in seen and here in self._into:
+            seen.append(here)
+            here = self.anatomy.joints[self._into[here]].parent
+        return seen if here == part else []
+
+    def _onward(self, joint: int) -> Iterator[int]:
+        while True:
+            yield joint
+            following = [j for j in self._out.get(self.anatomy.joints[joint].child, []) if self._before(j) == joint]
+            if not following:
+                return
+            joint = following[0]
+
+    def _gap(self, index: int) -> Gap:
+        joint, anchor = self.anatomy.joints[index], self.anchors[index]
+        before, after = self._axes(index)
+        back, on = self._room(index)
+        crossings = list(self.crossings(index))
+        behind = [float((anchor - np.array(one.position_mm)) @ before) for one, _ in crossings]
+        ahead = [float((np.array(other.position_mm) - anchor) @ after) for _, other in crossings]
+        offsets = [_distance(np.array(other.position_mm), anchor, after) for _, other in crossings]
+        return Gap(
+            joint=index,
+            anchor=anchor,
+            before=before,
+            after=after,
+            before_mm=_half_gap(behind, back),
+            after_mm=_half_gap(ahead, on),
+            radius_mm=self._radius(joint, anchor, after),
+            reach_mm=max(offsets, default=0.0),
+            bend_rad=self._bend(joint),
+        )
+
+    def _axes(self, index: int) -> tuple[Vector, Vector]:
+        """Directions of the limb at the parent and at the child of a joint."""
+        joint, anchor = self.anatomy.joints[index], self.anchors[index]
+        following = self._out.get(joint.child, [])
+        if len(following) == 1 and np.linalg.norm(self.anchors[following[0]] - anchor) > _LEAST_HALF_GAP_MM:
+            after = unit(self.anchors[following[0]] - anchor)
+        else:
+            after = self._along(joint.child, anchor, joint)
+        into = self._into.get(joint.parent)
+        alone = len(self._out[joint.parent]) == 1
+        if into is not None and alone and np.linalg.norm(anchor - self.anchors[into]) > _LEAST_HALF_GAP_MM:
+            return unit(anchor - self.anchors[into]), after
+        return after, after
+
+    def _along(self, part: int, anchor: Vector, joint: Joint) -> Vector:
+        """Direction in which a limb's last part goes on from its joint."""
+        guides = [np.array(other.position_mm) for _, other in self.crossings(self.anatomy.joints.index(joint))]
+        middles = [np.array(shape.position_mm) for shape in self.anatomy.parts[part].shapes]
+        ends = [middle for middle in middles if np.linalg.norm(middle - anchor) > _LEAST_HALF_GAP_MM]
+        ahead = unit(np.mean(ends, axis=0) - anchor) if ends else unit(np.mean(guides, axis=0) - anchor)
+        for shape in self.anatomy.parts[part].shapes:
+            axis = np.array(shape.rotation).reshape(3, 3)[:, 2]
+            if shape.kind in ("capsule", "cylinder") and _distance(anchor, np.array(shape.position_mm), axis) < 0.5:
+                return axis if axis @ ahead > 0 else -axis
+        return ahead
+
+    def _room(self, index: int) -> tuple[float, float]:
+        """How far a gap may reach back and on [mm]: half of the rigid part is left where the next joint is near."""
+        joint, anchor = self.anatomy.joints[index], self.anchors[index]
+        others = self._out.get(joint.child, []) + [j for j in (self._into.get(joint.parent),) if j is not None]
+        apart = [float(np.linalg.norm(self.anchors[other] - anchor)) for other in others if other != index]
+        nearest = min((distance for distance in apart if distance > 0), default=4 * _LONGEST_HALF_GAP_MM)
+        room = max(_LEAST_HALF_GAP_MM, min((nearest - _LEAST_RIGID_MM) / 2, _SHARE_OF_SEGMENT * 2 * nearest))
+        return room, room
+
+    def _radius(self, joint: Joint, anchor: Vector, axis: Vector) -> float:
+        """Radius of the limb at a joint: of the shape along its axis, else what cables leave room for."""
+        radii = [
+            shape.size_mm[0]
+            for part in (joint.child, joint.parent)
+            for shape in self.anatomy.parts[part].shapes
+            if part >= 0 and _is_along(shape, anchor, axis)
+        ]
+        if radii:
+            return radii[0]
+        sizes = [min(size for size in shape.size_mm if size > 0) for shape in self.anatomy.parts[joint.child].shapes]
+        return min(sizes, default=5.0)
+
+    def _bend(self, joint: Joint) -> float:
+        """Largest angle of a joint when cables pull as hard as they may, up to its limits [rad]."""
+        stiffness, limit = min(joint.stiffness_n_m_rad), max(joint.range_rad)
+        pulls = np.array(
+            [
+                [cable.largest_pull_n * cable.torques_mm.get(name, 0.0) / 1000.0 for name in joint.names]
+                for cable in self.anatomy.cables
+                if cable.actuator and any(name in cable.torques_mm for name in joint.names)
+            ]
+        ).reshape(-1, len(joint.names))
+        if stiffness <= 0 or joint.kind != "hinge" or not np.isfinite(pulls).all():
+            return min(limit, math.pi / 2)
+        turns = np.linspace(0, 2 * math.pi, 36, endpoint=False)
+        wheel = np.stack([np.cos(turns), np.sin(turns), *([np.zeros(36)] * (len(joint.names) - 2))], axis=1)
+        wheel = wheel[:, : len(joint.names)] if len(joint.names) > 1 else np.array([[1.0], [-1.0]])
+        return float(min(limit, np.maximum(pulls @ wheel.T, 0).sum(axis=0).max(initial=0.0) / stiffness))
+
+
+def unit(vector: Vector) -> Vector:
+    """Return a vector of length 1 in the same direction."""
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _half_gap(guides: list[float], room_mm: float) -> float:
+    """A part ends at its guides, where the simulated cable leaves it."""
+    asked = min(guides, default=room_mm)
+    return float(np.clip(asked, _LEAST_HALF_GAP_MM, min(room_mm, _LONGEST_HALF_GAP_MM)))
+
+
+def _distance(point: Vector, on_axis: Vector, axis: Vector) -> float:
+    away = point - on_axis
+    return float(np.linalg.norm(away - (away @ axis) * axis))
+
+
+def _is_along(shape: Shape, anchor: Vector, axis: Vector) -> bool:
+    own = np.array(shape.rotation).reshape(3, 3)[:, 2]
+    centred = _distance(np.array(shape.position_mm), anchor, axis) < shape.size_mm[0] / 2
+    return shape.kind in ("capsule", "cylinder") and abs(float(own @ axis)) > 0.9 and centred

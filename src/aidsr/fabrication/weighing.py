@@ -1,0 +1,67 @@
+"""What pieces weigh when printed, and the infill that makes them weigh what was simulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from manifold3d import Manifold
+
+from aidsr.fabrication.materials import Material
+from aidsr.fabrication.printers import Printer
+
+__all__ = ["Weight", "printed_kg", "weigh"]
+
+_LEAST_INFILL, _STEP = 0.15, 0.05
+"""Our choice: below 15 % a slicer's top layers sag; slicers are set in steps of 5 %."""
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A piece's mass, and how to print it.
+
+    Attributes:
+        infill: Share of the inside that is filled.
+        mass_kg: Printed so.
+        simulated_kg: What its bodies weighed in simulation.
+    """
+
+    infill: float
+    mass_kg: float
+    simulated_kg: float
+
+
+def printed_kg(
+    solid: Manifold, infill: float, material: Material, printer: Printer, necks: Manifold | None = None
+) -> float:
+    """Return the mass of a printed solid: a full shell and full necks around a partly filled inside [kg]."""
+    volume = solid.volume()
+    full = solid.surface_area() * printer.shell_mm
+    if necks is not None:
+        full += max(0.0, necks.volume() - necks.surface_area() * printer.shell_mm)
+    shell = min(volume, full) if printer.shell_mm else volume
+    return float((shell + infill * (volume - shell)) * 1e-9 * material.density_kg_m3)
+
+
+def weigh(
+    piece: Manifold,
+    simulated_kg: float,
+    extra_kg: float,
+    material: Material,
+    printer: Printer,
+    necks: Manifold | None = None,
+) -> Weight:
+    """Return the infill with which a piece comes nearest to the simulated mass.
+
+    Args:
+        piece: Its solid.
+        simulated_kg: Mass of its bodies in simulation.
+        extra_kg: Mass of what is put into it: rods, screws.
+        material: Of the piece.
+        printer: Whose shell is always full.
+        necks: What of it must be full, because it bends.
+    """
+    count = round((1 - _LEAST_INFILL) / _STEP) + 1
+    steps = [_LEAST_INFILL + _STEP * number for number in range(count)] if printer.shell_mm else [1.0]
+    masses = {infill: printed_kg(piece, infill, material, printer, necks) + extra_kg for infill in steps}
+    best = min(masses, key=lambda infill: abs(masses[infill] - simulated_kg))
+    return Weight(round(best, 2), masses[best], simulated_kg)

@@ -1,0 +1,175 @@
+"""What pulls each cable: the cheapest motor that fits what the tests recorded, its spool, its line and its sheath."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.catalogue.motors import Fit, cheapest_motor, fastest_motor
+from aidsr.fabrication.anatomy import Anatomy
+from aidsr.fabrication.materials import Line, Sheath, line_for, sheath_for
+
+__all__ = ["Demand", "Winch", "demands", "string", "winch_faults"]
+
+SHEATH_FRICTION = 0.1
+"""Coefficient of friction of UHMWPE or steel in PTFE. Source: PTFE on polished steel 0.05 to 0.1; the upper end."""
+
+SHEATH_BEND_RAD = math.pi / 2
+"""Angle through which a sheath bends in all between winch and robot. Our choice: one quarter turn."""
+
+SHEATH_MM = 300.0
+"""Length of a sheath. Our choice: the winches stand on a board beside the robot."""
+
+SPOOL_TURNS_SPARE = 1.5
+"""Turns of cable that stay on a spool. Our choice: so that its tie is never loaded."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What the validator's tests asked of an actuator."""
+
+    tension_n: float
+    speed_m_s: float
+    stroke_m: float
+
+    @property
+    def at_winch_n(self) -> float:
+        """Tension the winch must give for it [N].
+
+        Source: capstan equation, T_winch = T exp(mu theta).
+        """
+        return self.tension_n * math.exp(SHEATH_FRICTION * SHEATH_BEND_RAD)
+
+
+@dataclass(frozen=True)
+class Winch:
+    """A cable with all that is bought for it.
+
+    Attributes:
+        cable: Its index in the anatomy.
+        demand: What it is asked for.
+        fit: The motor and its spool; None where no motor of the catalogue holds the cable.
+        line: What the cable is made of; None where none is strong enough.
+        sheath: The tube it runs in.
+        inside_mm: Length of the cable in the robot, at rest.
+        cut_mm: Length to cut.
+    """
+
+    cable: int
+    demand: Demand
+    fit: Fit | None
+    line: Line | None
+    sheath: Sheath
+    inside_mm: float
+    cut_mm: float
+
+    @property
+    def fast_enough(self) -> bool:
+        """Whether the motor reels in as fast as the tests saw."""
+        return self.fit is not None and self.fit.speed_m_s >= self.demand.speed_m_s
+
+
+def demands(anatomy: Anatomy, reports: Iterable[ValidationReport]) -> dict[str, Demand]:
+    """Return the most that any of some reports recorded for each actuator of a robot.
+
+    A robot's own report and that of its scene call an actuator by different names; both are understood.
+    """
+    most: dict[str, Demand] = {}
+    names = {cable.actuator for cable in anatomy.cables if cable.actuator}
+    for report in reports:
+        for name, asked in report.measurements.get("motors", {}).items():
+            own = name.removeprefix("robot/")
+            if own not in names:
+                continue
+            known = most.get(own, Demand(0.0, 0.0, 0.0))
+            most[own] = Demand(
+                max(known.tension_n, asked["tension_n"]),
+                max(known.speed_m_s, asked["speed_m_s"]),
+                max(known.stroke_m, asked["stroke_m"]),
+            )
+    return most
+
+
+def string(anatomy: Anatomy, asked: dict[str, Demand], entries_mm: dict[int, float]) -> tuple[Winch, ...]:
+    """Return a winch for each driven cable.
+
+    Args:
+        anatomy: The robot.
+        asked: What each actuator must give.
+        entries_mm: Length of each cable between its sheath's end and its first guide.
+    """
+    winches = []
+    for index, cable in enumerate(anatomy.cables):
+        demand = asked.get(cable.actuator)
+        if demand is None:
+            continue
+        fit = cheapest_motor(demand.at_winch_n, demand.speed_m_s, demand.stroke_m)
+        fit = fit or fastest_motor(demand.at_winch_n, demand.stroke_m)
+        line = line_for(demand.at_winch_n)
+        inside = cable.length_mm + entries_mm.get(index, 0.0)
+        spare = 2 * math.pi * 1000 * (fit.spool_radius_m if fit else 0.01) * SPOOL_TURNS_SPARE
+        cut = inside + SHEATH_MM + 1000 * demand.stroke_m + spare + 60.0
+        winches.append(Winch(index, demand, fit, line, sheath_for(line or _thickest()), inside, _up_to(cut, 10.0)))
+    return tuple(winches)
+
+
+def winch_faults(anatomy: Anatomy, winches: tuple[Winch, ...]) -> Iterator[Fault]:
+    """Yield what the catalogue cannot do, in the codes of the validator's layer of realizability."""
+    names = {winch.cable: anatomy.cables[winch.cable].actuator for winch in winches}
+    none = [winch for winch in winches if winch.fit is None]
+    if none:
+        worst = max(none, key=lambda winch: winch.demand.tension_n)
+        message = f"no motor of the catalogue holds {worst.demand.at_winch_n:.3g} N over this stroke, sheath included"
+        yield _fault("cable_stroke", "error", [names[w.cable] for w in none], worst.demand.stroke_m, None, "m", message)
+    slow = [winch for winch in winches if winch.fit is not None and not winch.fast_enough]
+    if slow:
+        worst = min(slow, key=lambda winch: (winch.fit.speed_m_s if winch.fit else 0) / winch.demand.speed_m_s)
+        reached = worst.fit.speed_m_s if worst.fit else 0.0
+        message = "was reeled faster in simulation than the fastest motor that holds it can"
+        yield _fault(
+            "actuator_speed", "warning", [names[w.cable] for w in slow], worst.demand.speed_m_s, reached, "m/s", message
+        )
+    weak = [winch for winch in winches if winch.line is None]
+    if weak:
+        worst = max(weak, key=lambda winch: winch.demand.tension_n)
+        message = "no line of the table holds this four times over"
+        yield _fault(
+            "cable_strength", "error", [names[w.cable] for w in weak], worst.demand.tension_n, None, "N", message
+        )
+    untested = tuple(c.actuator for c in anatomy.cables if c.actuator and c.actuator not in names.values())
+    if untested:
+        message = "was not driven by the validator, so that nothing says which motor it needs"
+        yield _fault("cable_stroke", "error", untested, None, None, "", message)
+    idle = tuple(cable.tendon for cable in anatomy.cables if not cable.actuator and not cable.wraps)
+    if idle:
+        yield _fault(
+            "cable_idle", "warning", idle, None, None, "", "is driven by nothing; its duct is printed, no cable is cut"
+        )
+
+
+def _fault(
+    code: str, severity: str, names: Iterable[str], measured: float | None, limit: float | None, unit: str, message: str
+) -> Fault:
+    return Fault(
+        code=code,
+        layer="realizability",
+        severity="error" if severity == "error" else "warning",
+        names=tuple(names),
+        measured=measured,
+        limit=limit,
+        unit=unit,
+        message=message,
+        cure="Lower the tension, or bring the tendons nearer to the backbone to shorten their stroke.",
+    )
+
+
+def _thickest() -> Line:
+    from aidsr.fabrication.materials import lines
+
+    return lines()[-1]
+
+
+def _up_to(length_mm: float, step_mm: float) -> float:
+    return math.ceil(length_mm / step_mm) * step_mm
