@@ -101,6 +101,9 @@ def judge_corpus(specimens: Sequence[Specimen], kept: Path, threads: int = 2) ->
         specimens: The robots.
         kept: Folder in which reports are kept, so that a stopped run goes on; a changed validator begins anew.
         threads: Robots at once.
+
+    Raises:
+        TimeoutError: A robot that loads was refused, so that its worker must have been stopped.
     """
     folder = kept / f"reports-{_fingerprint()}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -110,6 +113,8 @@ def judge_corpus(specimens: Sequence[Specimen], kept: Path, threads: int = 2) ->
         file = folder / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.json"
         if not file.exists():
             report = validate(specimen.mjcf, **specimen.arguments)
+            if specimen.loads and any(fault.code == "load_error" for fault in report.faults):
+                raise TimeoutError(f"{specimen.name} was not judged in time; run this again when the machine is free")
             file.with_suffix(".part").write_text(report.model_dump_json(), "utf-8")
             file.with_suffix(".part").replace(file)
         return Verdict(specimen, ValidationReport.model_validate_json(file.read_text("utf-8")))
