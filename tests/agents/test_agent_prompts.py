@@ -31,6 +31,9 @@ LIMB = ROBOT.model_copy(
     update={"mjcf": next(block.text for block in blocks(render("coder")) if block.language == "xml")}
 )
 """A robot long enough to be shown shortened."""
+MEASURED = REPORT.model_copy(
+    update={"measurements": {"effect_over_length": {"robot/pull_a": 0.913, "robot/pull_b": 0.913}}}
+)
 MOVING = BRIEF.model_copy(update={"base": "moving"})
 
 
@@ -72,7 +75,7 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "integrator_place": lambda t: t.integrator.place(MOVING, CONCEPT, ROBOT),
     "integrator_adjust_faults": lambda t: t.integrator.adjust(BRIEF, CONCEPT, ROBOT, PLACEMENT, REPORT),
     "integrator_place_limb": lambda t: t.integrator.place(BRIEF, CONCEPT, LIMB),
-    "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, REPORT),
+    "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, MEASURED),
     "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
     "judge_scene_seen": lambda t: seeing(t.judge).judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
 }

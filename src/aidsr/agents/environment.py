@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary
+from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, Vec3
 
 __all__ = ["describe_environment"]
 
@@ -43,8 +43,8 @@ def _section(title: str, lines: Sequence[str]) -> str:
 def _mount(mount: MountSummary) -> str:
     moved = f"moved by {', '.join(mount.moved_by)}" if mount.moved_by else "stands still"
     return (
-        f"- {mount.name}, at {_vector(mount.position_m)}; the robot's +z points along {_vector(mount.z_axis)} "
-        f"and its +x along {_vector(mount.x_axis)}; {moved}"
+        f"- {mount.name}, at {_vector(mount.position_m)}; the robot's +z points along {_vector(mount.z_axis)}, "
+        f"its +x along {_vector(mount.x_axis)}, its +y along {_vector(_cross(mount.z_axis, mount.x_axis))}; {moved}"
     )
 
 
@@ -66,6 +66,10 @@ def _geom(geom: GeomSummary) -> str:
         size = "".join(f", {word} {_number(value)}" for word, value in zip(meanings, geom.size_m, strict=False))
     turned = "" if geom.shape == "sphere" or geom.z_axis == _UPRIGHT else f", its z axis along {_vector(geom.z_axis)}"
     return f"{named}{size}, at {_vector(geom.position_m)}{turned}"
+
+
+def _cross(a: Vec3, b: Vec3) -> Vec3:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def _vector(values: Iterable[float]) -> str:

@@ -49,15 +49,24 @@ class JudgeAgent:
             "judge_scene",
             brief=brief,
             environment=describe_environment(brief.summary),
-            concept=as_json(concept),
+            concept=as_json(concept, "interpretation", "rationale"),
             robot=robot,
             mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
-            placement=as_json(scene.placement),
+            placement=as_json(scene.placement, whole=True),
             notes=scene.notes,
             report=report.account(),
+            measured=_measured(report),
             captions=list(seen),
         )
         return self.interview.ask("judge", render("judge"), user, _read, tuple(seen.values()))
+
+
+def _measured(report: ValidationReport) -> list[str]:
+    """Return how far each actuator moves the robot, where that was measured; those that do the same share a line."""
+    alike: dict[str, list[str]] = {}
+    for actuator, share in report.measurements.get("effect_over_length", {}).items():
+        alike.setdefault(f"{share:.2f}", []).append(actuator)
+    return [f"{', '.join(names)}: some part by {share} of the robot's length" for share, names in alike.items()]
 
 
 def _read(reply: str) -> Critique:

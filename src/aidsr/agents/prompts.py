@@ -23,9 +23,9 @@ def render(prompt: str, **values: Any) -> str:
     return _templates().get_template(f"{prompt}.md").render(**values)
 
 
-def as_json(artifact: Artifact, *left_out: str) -> str:
-    """Return an artifact as a model would write it: what was said, one field a line, nothing that is only a default."""
-    said = artifact.model_dump(mode="json", exclude_defaults=True, exclude=set(left_out))
+def as_json(artifact: Artifact, *left_out: str, whole: bool = False) -> str:
+    """Return an artifact as a model would write it, one field a line; what is only a default is said when `whole`."""
+    said = artifact.model_dump(mode="json", exclude_defaults=not whole, exclude=set(left_out))
     fields = ",\n".join(f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in said.items())
     return f"{{\n{fields}\n}}"
 
