@@ -27,6 +27,9 @@ class Recipe(Artifact):
     batch_size: Annotated[int, Field(ge=2)] = 128
     epochs: Annotated[int, Field(ge=1)] = 10
     learning_rate: Annotated[float, Field(gt=0)] = 1e-3
+    """At the start."""
+    final_learning_rate: Annotated[float, Field(gt=0)] = 1e-4
+    """At the end of the budget; it falls evenly, so that the policy that is kept is not one of many that come by."""
     gamma: Share = 0.97
     """Discount of one control step."""
     gae_lambda: Share = 0.95

@@ -167,6 +167,11 @@ def _differences(begun: TrainingConfig, asked: TrainingConfig) -> list[str]:
     return sorted(name for name in names if getattr(begun, name) != getattr(asked, name))
 
 
+def _falling(first: float, last: float) -> Callable[[float], float]:
+    """Return a learning rate that falls evenly with the share of the budget that is left."""
+    return lambda left: last + (first - last) * left
+
+
 class _Training:
     """The moving parts of one call of `train`."""
 
@@ -211,7 +216,7 @@ class _Training:
             n_steps=recipe.rollout_steps,
             batch_size=recipe.batch_size,
             n_epochs=recipe.epochs,
-            learning_rate=recipe.learning_rate,
+            learning_rate=_falling(recipe.learning_rate, recipe.final_learning_rate),
             gamma=recipe.gamma,
             gae_lambda=recipe.gae_lambda,
             clip_range=recipe.clip_range,

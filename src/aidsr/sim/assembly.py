@@ -252,7 +252,7 @@ def _common_timestep(environment_s: float, robot_s: float | None, scale: float) 
     """Return the scene's timestep [s]: the environment's, or a whole fraction of it where the robot needs less.
 
     Scaled matter moves in scaled time (`aidsr.sim.scaling`), so a smaller robot needs a smaller step to be as stable.
-    A little smaller, it is left to the validation of the scene to say so: half the step is twice the physics to compute.
+    If it is only a little smaller, that is left to the validation of the scene: half the step is twice the work.
     The whole number keeps control periods that are multiples of the environment's step what they are.
     """
     asked_s = min(environment_s, robot_s or environment_s) * (1.0 if _LITTLE_SMALLER <= scale < 1.0 else scale)

@@ -10,7 +10,7 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.manipulation.drawers import ALL_STAGES, DRAWERS, STAGES, openings_m, wanted
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import closeness, excess, share
+from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import Edits, Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
@@ -96,7 +96,7 @@ class DrawerOpening(Task):
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Stages done, and the share of the present one."""
         to_handle, opening_m, _ = wanted(readings, memory)
-        near = closeness(np.linalg.norm(to_handle, axis=1), margin=0.2)
+        near = approach(np.linalg.norm(to_handle, axis=1))
         shares = (near, near, share(opening_m, OPEN_M), 1.0 - share(opening_m - SHUT_M, OPEN_M - SHUT_M))
         stage = memory["stage"]
         present = np.where(stage < ALL_STAGES, np.choose((stage % STAGES).astype(np.intp), shares), 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_center_m, cell_of, in_band, steady
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import closeness, excess, share
+from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
@@ -98,7 +98,7 @@ class ForceControlledBrushing(Task):
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Cells brushed, weighted by how steady the force was; a twentieth for coming to the wanted cell."""
         covered = share(brushed(memory).mean(axis=1), self.coverage) * share(steady(memory), STEADY)
-        near = closeness(np.linalg.norm(self._to_wanted_m(readings, memory), axis=1), margin=0.2)
+        near = approach(np.linalg.norm(self._to_wanted_m(readings, memory), axis=1))
         return 0.95 * covered + 0.05 * np.where(covered < 1.0, near, 1.0)
 
     def violation(self, readings: Readings) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import closeness, excess, share
+from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import Edits, Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
@@ -92,7 +92,7 @@ class ButtonPushing(Task):
         """Half for nearness of the functional part to the button, half for the button's travel."""
         del memory
         distance = np.linalg.norm(readings["button_position"] - readings["tip_position"], axis=1)
-        near = closeness(distance, within=0.02, margin=0.2)
+        near = approach(distance, within=0.01)
         return 0.5 * near + 0.5 * share(readings.scalar("button_travel"), PRESSED_M)
 
     def violation(self, readings: Readings) -> FloatArray:
