@@ -8,7 +8,22 @@ import sys
 from cyclopts import App
 
 from aidsr import __version__
-from aidsr.cli import benchmark, design, doctor, evaluate, mcp, probe, resume, show, tasks, train, validate, view, web
+from aidsr.cli import (
+    benchmark,
+    design,
+    doctor,
+    evaluate,
+    export,
+    mcp,
+    probe,
+    resume,
+    show,
+    tasks,
+    train,
+    validate,
+    view,
+    web,
+)
 from aidsr.errors import AidsrError, UserError
 
 __all__ = ["app", "main"]
@@ -37,6 +52,7 @@ for command in (
     probe.probe,
     train.train,
     evaluate.evaluate,
+    export.export,
     web.web,
     mcp.mcp,
     benchmark.benchmark,

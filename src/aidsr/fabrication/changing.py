@@ -1,0 +1,266 @@
+"""The robot as it will be built, as MJCF: with the masses, stiffness, ranges and shapes of its parts."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.artifacts import Artifact
+from aidsr.fabrication.inspecting import bend_limit_rad
+from aidsr.fabrication.making import Made
+from aidsr.fabrication.skeleton import Gap
+from aidsr.sim import isolation
+from aidsr.sim.compiling import parse_mjcf
+from aidsr.sim.scaling import scale_robot
+from aidsr.sim.structure import name_of
+
+__all__ = ["Change", "as_built", "changes_of", "rewrite", "touching_rad"]
+
+_NOTICED = 0.01
+"""Relative difference below which nothing is called a change. Our choice: what a printer repeats."""
+
+
+class Change(Artifact):
+    """Something in which the built robot differs from the simulated one."""
+
+    what: str
+    simulated: str
+    built: str
+
+
+def touching_rad(made: Made, gap: Gap) -> float:
+    """Angle at which the walls of two neighbouring parts touch [rad]."""
+    walls = [made.bores[duct.cable].radius_mm + 1.0 for duct in made.shaping.ducts]
+    outside = max(gap.radius_mm, gap.reach_mm + max(walls, default=0.0))
+    return bend_limit_rad(gap, outside)
+
+
+def changes_of(made: Made) -> tuple[Change, ...]:
+    """Return what was changed to build a robot, in words."""
+    found = [*_mass_changes(made), *_joint_changes(made)]
+    gaps = [gap.length_mm for gap in made.skeleton.gaps]
+    if gaps:
+        found.append(
+            Change(
+                what="skin at the joints",
+                simulated="closed from part to part",
+                built=f"open for {min(gaps):.1f} to {max(gaps):.1f} mm between parts, so that they can bend",
+            )
+        )
+    if made.shaping.ducts:
+        found.append(
+            Change(
+                what="guides",
+                simulated="points beside the body",
+                built=f"ducts in walls along every part, holes of {2 * max(b.radius_mm for b in made.bores):.1f} mm: "
+                f"a cable may lie {max(b.radius_mm for b in made.bores) - 0.2:.1f} mm off its line",
+            )
+        )
+    if made.winches:
+        found.append(
+            Change(
+                what="winches",
+                simulated="without mass, at the first guide",
+                built="on a board beside the robot, through sheaths that cost about 15 % of the pull; not simulated",
+            )
+        )
+    if made.shaping.flange_mm:
+        found.append(Change(what="foot", simulated="held by the world", built="a flange with four screws M4"))
+    return tuple(found)
+
+
+def _mass_changes(made: Made) -> list[Change]:
+    simulated = sum(part.weight.simulated_kg * len(part.used_for) for part in made.robot_parts)
+    built = sum(part.weight.mass_kg * len(part.used_for) for part in made.robot_parts)
+    if abs(built - simulated) <= _NOTICED * simulated:
+        return []
+    return [Change(what="mass", simulated=f"{1000 * simulated:.1f} g", built=f"{1000 * built:.1f} g")]
+
+
+def _joint_changes(made: Made) -> list[Change]:
+    found, joints = [], made.anatomy.joints
+    softer = [
+        hinge
+        for hinge in made.hinges.hinges.values()
+        if abs(hinge.stiffness_n_m_rad / min(joints[hinge.joint].stiffness_n_m_rad) - 1) > _NOTICED
+    ]
+    if softer:
+        worst = max(softer, key=lambda h: abs(h.stiffness_n_m_rad / min(joints[h.joint].stiffness_n_m_rad) - 1))
+        asked = min(joints[worst.joint].stiffness_n_m_rad)
+        name = joints[worst.joint].names[0]
+        built = f"{worst.stiffness_n_m_rad:.3f} N m/rad, as thicknesses are rounded to 0.05 mm"
+        found.append(Change(what=f"stiffness, most at {name}", simulated=f"{asked:.3f} N m/rad", built=built))
+    tighter = [gap for gap in made.skeleton.gaps if touching_rad(made, gap) < max(joints[gap.joint].range_rad)]
+    if tighter:
+        angle = min(touching_rad(made, gap) for gap in tighter)
+        limit = max(joints[tighter[0].joint].range_rad)
+        simulated = "without limit" if math.isinf(limit) else f"{math.degrees(limit):.0f} deg"
+        built = f"{math.degrees(angle):.0f} deg at the tightest of {len(tighter)} joints, where walls touch"
+        found.append(Change(what="range of joints", simulated=simulated, built=built))
+    bent = [h for h in made.hinges.hinges.values() if made.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
+    if bent:
+        angle = min(hinge.linear_rad for hinge in bent)
+        found.append(
+            Change(
+                what="springs",
+                simulated="of constant stiffness",
+                built=f"NiTi, softer beyond {math.degrees(angle):.0f} deg a joint; not simulated",
+            )
+        )
+    return found
+
+
+def as_built(made: Made, mjcf: str, *, scale: float = 1.0) -> str:
+    """Return the MJCF of a robot as it is built.
+
+    Raises:
+        MjcfError: The changed robot cannot be compiled.
+        IsolationError: Compiling ran past a limit.
+    """
+    argument = {
+        "mjcf": mjcf,
+        "scale": scale,
+        "masses": _mass_factors(made),
+        "joints": _joint_values(made),
+        "skins": _skins(made),
+        "walls": _walls(made) + _bending(made),
+    }
+    text: str = isolation.call("aidsr.fabrication.changing:rewrite", argument)["mjcf"]
+    return text
+
+
+def _mass_factors(made: Made) -> dict[str, float]:
+    """Built / simulated mass of each body, by its number."""
+    shares = Counter(part for piece in made.shaping.pieces for part in piece.parts)
+    of_piece = {name: part.weight for part in made.robot_parts for name in part.used_for}
+    factors: dict[int, float] = dict.fromkeys(shares, 0.0)
+    for piece in made.shaping.pieces:
+        weight = of_piece[piece.name]
+        for part in piece.parts:
+            factors[part] += (weight.mass_kg / weight.simulated_kg if weight.simulated_kg else 1.0) / shares[part]
+    return {str(body): factors[part] for part in factors for body in made.anatomy.parts[part].body_ids}
+
+
+def _joint_values(made: Made) -> dict[str, dict[str, float]]:
+    values: dict[str, dict[str, float]] = {}
+    for index, hinge in made.hinges.hinges.items():
+        joint, gap = made.anatomy.joints[index], made.skeleton.gaps[index]
+        for name, limit in zip(joint.names, joint.range_rad, strict=False):
+            values[name] = {"stiffness": hinge.stiffness_n_m_rad, "range": min(limit, touching_rad(made, gap))}
+    return values
+
+
+def _skins(made: Made) -> dict[str, list[list[float]]]:
+    """New ends of the capsules and cylinders that end at gaps, by the geom's name [m]."""
+    found: dict[str, list[list[float]]] = {}
+    for gap in made.skeleton.gaps:
+        joint = made.anatomy.joints[gap.joint]
+        for part, face in (
+            (joint.parent, gap.anchor - gap.before_mm * gap.before),
+            (joint.child, gap.anchor + gap.after_mm * gap.after),
+        ):
+            for shape in made.anatomy.parts[part].shapes:
+                axis = np.array(shape.rotation).reshape(3, 3)[:, 2]
+                middle, half = np.array(shape.position_mm), shape.size_mm[1]
+                ends = found.get(shape.name, [list((middle - half * axis) / 1000), list((middle + half * axis) / 1000)])
+                nearest = [float(np.linalg.norm(np.array(end) * 1000 - gap.anchor)) for end in ends]
+                if shape.kind == "capsule" and min(nearest) < 1.0:
+                    ends[int(np.argmin(nearest))] = list(face / 1000)
+                    found[shape.name] = ends
+    return found
+
+
+def _walls(made: Made) -> list[dict[str, Any]]:
+    """The walls around ducts, as capsules [m]."""
+    return [
+        {
+            "body": made.anatomy.parts[duct.part].body_ids[0],
+            "ends": [list(duct.begin / 1000), list(duct.end / 1000)],
+            "radius": made.bores[duct.cable].wall_radius(duct) / 1000,
+        }
+        for duct in made.shaping.ducts
+        if len(duct.path) > 1
+    ]
+
+
+def _bending(made: Made) -> list[dict[str, Any]]:
+    """What bends in each gap, half of it on either part, as capsules [m]."""
+    found = []
+    for index, hinge in made.hinges.hinges.items():
+        gap, joint = made.skeleton.gaps[index], made.anatomy.joints[index]
+        for part, face in (
+            (joint.parent, gap.anchor - gap.before_mm * gap.before),
+            (joint.child, gap.anchor + gap.after_mm * gap.after),
+        ):
+            ends = [list(gap.anchor / 1000), list(face / 1000)]
+            body = made.anatomy.parts[part].body_ids[0]
+            found.append({"body": body, "ends": ends, "radius": hinge.thickness_mm / 2000})
+    return found
+
+
+def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"mjcf"}, the robot with masses, joints and shapes as built; the worker's side of `as_built`."""
+    spec = parse_mjcf(argument["mjcf"])
+    if argument["scale"] != 1.0:
+        scale_robot(spec, argument["scale"])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    bodies = {int(body.id): body for body in spec.bodies}
+    for number, factor in argument["masses"].items():
+        _weigh(bodies[int(number)], model, int(number), factor)
+    for joint in spec.joints:
+        new = argument["joints"].get(name_of(model, mujoco.mjtObj.mjOBJ_JOINT, int(joint.id)))
+        if new is not None:
+            joint.stiffness = np.full_like(joint.stiffness, 0.0) if np.ndim(joint.stiffness) else 0.0
+            if np.ndim(joint.stiffness):
+                joint.stiffness[0] = new["stiffness"]
+            else:
+                joint.stiffness = new["stiffness"]
+            if math.isfinite(new["range"]):
+                joint.range = [-new["range"], new["range"]]
+                joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    for geom in spec.geoms:
+        ends = argument["skins"].get(name_of(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom.id)))
+        if ends is not None:
+            _shorten(geom, ends, model, data, int(geom.id))
+    for wall in argument["walls"]:
+        _add_wall(bodies[wall["body"]], wall, data)
+    spec.compile()
+    return {"mjcf": spec.to_xml()}
+
+
+def _weigh(body: Any, model: mujoco.MjModel, number: int, factor: float) -> None:
+    if model.body_mass[number] <= 0:
+        return
+    body.explicitinertial = True
+    body.mass = factor * float(model.body_mass[number])
+    body.inertia = factor * model.body_inertia[number]
+    body.ipos, body.iquat = model.body_ipos[number], model.body_iquat[number]
+    body.fullinertia = np.full(6, np.nan)
+
+
+def _local(data: mujoco.MjData, body: int, points: Any) -> Any:
+    return (np.array(points) - data.xpos[body]) @ data.xmat[body].reshape(3, 3)
+
+
+def _shorten(geom: Any, ends: Any, model: mujoco.MjModel, data: mujoco.MjData, number: int) -> None:
+    """Make a capsule a cylinder between two faces; parts have flat ends."""
+    begin, end = _local(data, int(model.geom_bodyid[number]), ends)
+    geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
+    geom.fromto = [*begin, *end]
+    geom.size = [float(model.geom_size[number, 0]), 0.0, 0.0]
+
+
+def _add_wall(body: Any, wall: dict[str, Any], data: mujoco.MjData) -> None:
+    begin, end = _local(data, wall["body"], wall["ends"])
+    like = next((geom for geom in body.geoms), None)
+    new = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[*begin, *end], size=[wall["radius"], 0.0, 0.0])
+    new.mass = 0.0
+    if like is not None:
+        for name in ("contype", "conaffinity", "condim", "friction", "solref", "solimp", "group", "rgba", "material"):
+            setattr(new, name, getattr(like, name))

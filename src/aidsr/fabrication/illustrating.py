@@ -1,0 +1,146 @@
+"""The pictures of the assembly sheet: the robot taken apart, a winch, and where each cable runs."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from aidsr.fabrication.anatomy import Vector
+from aidsr.fabrication.drawing import Coloured, View, draw, view_of
+from aidsr.fabrication.joining import Piece
+from aidsr.fabrication.making import Made
+from aidsr.fabrication.materials import sheath_for
+from aidsr.fabrication.solids import rounded, triangles
+from aidsr.fabrication.stations import seat_of, spool, station
+
+__all__ = ["exploded", "routing", "winch_picture"]
+
+_APART = 0.55
+"""How far pieces are moved away from the root / their distance from it. Our choice: they no longer overlap."""
+
+_COARSE_MM = 0.15
+"""Detail left out of pictures."""
+
+_COLOURS = ((0.80, 0.84, 0.89), (0.49, 0.64, 0.76), (0.96, 0.72, 0.42), (0.62, 0.77, 0.62))
+_ROD_COLOUR = (0.35, 0.35, 0.38)
+_SIZE = (860, 620)
+_CABLE_COLOURS = ("#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a65", "#a04000", "#566573")
+
+
+def exploded(made: Made) -> Markup:
+    """Return the robot taken apart, with the letter of its file at each piece."""
+    pieces, root = made.shaping.pieces, _middle(made.shaping.pieces[0])
+    letters = {name: chr(65 + n % 26) for n, part in enumerate(made.robot_parts) for name in part.used_for}
+    kinds = {name: n for n, part in enumerate(made.robot_parts) for name in part.used_for}
+    shifts = [_APART * (_middle(piece) - root) for piece in pieces]
+    items = [
+        Coloured(triangles(piece.solid.simplify(_COARSE_MM)), _COLOURS[kinds[piece.name] % len(_COLOURS)], shift)
+        for piece, shift in zip(pieces, shifts, strict=True)
+    ]
+    for rod in made.shaping.rods:
+        diameter = made.hinges.backbones[rod.backbone].diameter_mm
+        along = (rod.end - rod.begin) * (1 + _APART)
+        aside = 1.6 * made.skeleton.gaps[made.hinges.backbones[rod.backbone].joints[0]].reach_mm * np.array([1.0, 0, 0])
+        begin = root + (1 + _APART) * (rod.begin - root) + aside
+        items.append(Coloured(triangles(rounded(begin, begin + along, diameter / 2)), _ROD_COLOUR, np.zeros(3)))
+    view = _view(items)
+    centres = [_middle(piece) + shift for piece, shift in zip(pieces, shifts, strict=True)]
+    return _labelled(draw(items, view), view, list(zip(centres, [letters[p.name] for p in pieces], strict=True)))
+
+
+def winch_picture(made: Made) -> Markup:
+    """Return one winch: its station, and the spool before the shaft it goes on."""
+    fits = [winch for winch in made.winches if winch.fit is not None]
+    if not fits or fits[0].fit is None:
+        return Markup("")
+    fit = fits[0].fit
+    seat, radius = seat_of(fit.motor), 1000 * fit.spool_radius_m
+    stand = station(seat, radius, sheath_for(fits[0].line) if fits[0].line else fits[0].sheath, made.printer)
+    _, _, _, _, wide, high = stand.bounding_box()
+    drum = spool(seat, radius, made.printer).rotate((-90, 0, 0)).translate((0, wide + 12, high / 2))
+    items = [
+        Coloured(triangles(stand.simplify(_COARSE_MM)), _COLOURS[0], np.zeros(3)),
+        Coloured(triangles(drum.simplify(_COARSE_MM)), _COLOURS[2], np.zeros(3)),
+    ]
+    points = np.vstack([item.surface.points for item in items])
+    view = view_of(points, (520, 340), up=np.array([0.0, 0, 1]), towards=np.array([0.8, 0.9, 0.8]))
+    labels = [(np.array([0, 0, high + 4.0]), fit.motor.name), (np.array([0, wide + 12.0, high + 8.0]), "spool")]
+    return _labelled(draw(items, view), view, labels)
+
+
+def routing(made: Made) -> Markup:
+    """Return each limb seen from its tip, with its cables where they leave the root, one colour a cable."""
+    return Markup("").join(_limb_end(made, limb) for limb in made.skeleton.limbs)
+
+
+def _limb_end(made: Made, limb: tuple[int, ...]) -> Markup:
+    gap = made.skeleton.gaps[limb[0]]
+    members = {made.anatomy.joints[index].child for index in limb}
+    cables = [n for n, cable in enumerate(made.anatomy.cables) if any(guide.part in members for guide in cable.guides)]
+    side = _sideways(gap.after)
+    across = np.cross(gap.after, side)
+    drawn = []
+    for number in cables:
+        guide = next(g for g in made.anatomy.cables[number].guides if g.part in members)
+        anchors = [made.skeleton.gaps[j] for j in limb if made.anatomy.joints[j].child == guide.part]
+        away = np.array(guide.position_mm) - anchors[0].anchor
+        drawn.append((number, float(away @ side), float(away @ across)))
+    reach = max([gap.radius_mm, *(math.hypot(x, y) for _, x, y in drawn)]) + 3.0
+    scale = 80.0 / reach
+    shapes = [f'<circle cx="150" cy="105" r="{gap.radius_mm * scale:.1f}" class="limb"/>']
+    for number, x, y in drawn:
+        colour = _CABLE_COLOURS[number % len(_CABLE_COLOURS)]
+        px, py = 150 + scale * x, 105 - scale * y
+        shapes.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" r="5" fill="{colour}"/>')
+        anchor = "start" if px >= 150 else "end"
+        name = escape(made.anatomy.cables[number].actuator or made.anatomy.cables[number].tendon)
+        shift = 9 if px >= 150 else -9
+        shapes.append(
+            f'<text x="{px + shift:.1f}" y="{py + 4:.1f}" text-anchor="{anchor}" fill="{colour}">{name}</text>'
+        )
+    name = escape(made.anatomy.parts[made.anatomy.joints[limb[0]].child].name)
+    title = f'<text x="150" y="206" text-anchor="middle">limb that begins with {name}</text>'
+    return Markup(f'<svg viewBox="-40 0 380 212" class="routing">{"".join(shapes)}{title}</svg>')
+
+
+def _sideways(axis: Vector) -> Vector:
+    """A direction across a limb that points to the same side in every picture."""
+    from aidsr.fabrication.solids import frame_along
+
+    return np.asarray(frame_along(axis)[:, 0])
+
+
+def _middle(piece: Piece) -> Vector:
+    x0, y0, z0, x1, y1, z1 = piece.solid.bounding_box()
+    return np.array([x0 + x1, y0 + y1, z0 + z1]) / 2
+
+
+def _view(items: list[Coloured]) -> View:
+    points = np.vstack([item.surface.points + item.shift for item in items])
+    extent = np.ptp(points, axis=0)
+    if extent[2] > 1.4 * max(extent[0], extent[1]):  # a tall robot is laid down, so that the page is used
+        return view_of(points, _SIZE, up=np.array([-1.0, 0.25, 0.0]), towards=np.array([0.25, -1.0, 0.45]))
+    return view_of(points, _SIZE, up=np.array([0.0, 0, 1]), towards=np.array([1.0, -1.3, 0.7]))
+
+
+def _labelled(png: bytes, view: View, labels: list[tuple[Vector, str]]) -> Markup:
+    """A picture with labels at points of it."""
+    width, height = view.size
+    data = base64.b64encode(png).decode()
+    marks = "".join(_marks(view, labels))
+    image = f'<image href="data:image/png;base64,{data}" width="{width}" height="{height}"/>'
+    return Markup(f'<svg viewBox="0 0 {width} {height}" class="picture">{image}{marks}</svg>')
+
+
+def _marks(view: View, labels: list[tuple[Vector, str]]) -> Iterator[str]:
+    for point, text in labels:
+        x, y, _ = view.project(point)[0]
+        if len(text) == 1:
+            yield f'<circle cx="{x:.0f}" cy="{y:.0f}" r="9" class="tag"/>'
+            yield f'<text x="{x:.0f}" y="{y + 4:.0f}" text-anchor="middle" class="tagged">{escape(text)}</text>'
+        else:
+            yield f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" class="label">{escape(text)}</text>'

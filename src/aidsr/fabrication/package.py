@@ -1,0 +1,109 @@
+"""The folder that leaves for the workshop."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from aidsr.fabrication.billing import bill
+from aidsr.fabrication.control import DRIVE, control_map
+from aidsr.fabrication.files import stl, three_mf
+from aidsr.fabrication.making import Made
+from aidsr.fabrication.responding import Response
+from aidsr.fabrication.sheet import sheet
+from aidsr.fabrication.verdict import Retest, Verdict, judge
+
+__all__ = ["MARK", "write_package"]
+
+MARK = "verdict.json"
+"""File by which a folder is known to be an export, and may be replaced by the next."""
+
+
+def write_package(
+    folder: Path,
+    made: Made,
+    *,
+    title: str,
+    built_mjcf: str | None = None,
+    responses: tuple[Response, ...] = (),
+    retest: Retest | None = None,
+) -> Verdict:
+    """Write parts, list of parts, control map, sheet and verdict into a folder, and return the verdict.
+
+    Args:
+        folder: Made when it is missing; files of an earlier export in it are replaced.
+        made: The robot.
+        title: What the sheet calls it.
+        built_mjcf: The robot as built.
+        responses: How far each actuator reels in.
+        retest: How the robot as built behaves.
+    """
+    parts = folder / "parts"
+    parts.mkdir(parents=True, exist_ok=True)
+    for old in parts.glob("*"):
+        old.unlink()
+    for part in made.parts:
+        (parts / f"{part.name}.3mf").write_bytes(three_mf(part.lying.surface, part.name))
+        (parts / f"{part.name}.stl").write_bytes(stl(part.lying.surface, part.name))
+        if part.full is not None:
+            (parts / f"{part.name}_full.stl").write_bytes(stl(part.full, part.name))
+    items = bill(made)
+    verdict = judge(made, tuple((item.what, item.cost_usd) for item in items), retest)
+    control = control_map(made, responses)
+    texts = {
+        "sheet.html": sheet(made, verdict, items, control, title),
+        "control.json": json.dumps(control, indent=2),
+        "drive.py": DRIVE,
+        "parts.json": json.dumps(_part_list(made), indent=2),
+        "bill.json": json.dumps([item.model_dump(mode="json") for item in items], indent=2),
+        "cables.json": json.dumps(_cable_list(made), indent=2),
+        MARK: verdict.model_dump_json(indent=2),
+    }
+    if built_mjcf is not None:
+        texts["as_built.xml"] = built_mjcf
+    for name, text in texts.items():
+        (folder / name).write_text(text.rstrip() + "\n", encoding="utf-8")
+    return verdict
+
+
+def _part_list(made: Made) -> list[dict[str, object]]:
+    return [
+        {
+            "file": part.name,
+            "what": part.what,
+            "copies": len(part.used_for),
+            "used_for": part.used_for,
+            "material": part.material.name,
+            "infill": part.weight.infill,
+            "mass_g": round(1000 * part.weight.mass_kg, 2),
+            "simulated_g": round(1000 * part.weight.simulated_kg, 2) if part.what == "robot" else None,
+            "size_mm": [round(side, 2) for side in part.lying.size_mm],
+            "support_cm3": round(part.lying.support_mm3 / 1000, 2),
+            "thinnest_wall_mm": round(part.lying.wall_mm, 2),
+            "watertight": part.lying.watertight,
+            "fits_bed": part.lying.fits,
+        }
+        for part in made.parts
+    ]
+
+
+def _cable_list(made: Made) -> list[dict[str, object]]:
+    return [
+        {
+            "cable": made.anatomy.cables[winch.cable].tendon,
+            "actuator": made.anatomy.cables[winch.cable].actuator,
+            "line": winch.line.label if winch.line else None,
+            "in_robot_mm": round(winch.inside_mm, 1),
+            "stroke_mm": round(1000 * winch.demand.stroke_m, 1),
+            "cut_mm": winch.cut_mm,
+            "tension_n": winch.demand.tension_n,
+            "at_winch_n": round(winch.demand.at_winch_n, 2),
+            "speed_m_s": winch.demand.speed_m_s,
+            "motor": winch.fit.motor.name if winch.fit else None,
+            "motor_speed_m_s": round(winch.fit.speed_m_s, 4) if winch.fit else None,
+            "torque_share": round(winch.fit.torque_share, 3) if winch.fit else None,
+            "spool_radius_mm": 1000 * winch.fit.spool_radius_m if winch.fit else None,
+            "guides": [guide.site for guide in made.anatomy.cables[winch.cable].guides],
+        }
+        for winch in made.winches
+    ]

@@ -1,0 +1,67 @@
+"""The assembly sheet: one HTML file with everything a builder needs on the bench."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import jinja2
+
+from aidsr.fabrication.billing import Item
+from aidsr.fabrication.illustrating import exploded, routing, winch_picture
+from aidsr.fabrication.making import Made, PrintedPart
+from aidsr.fabrication.verdict import Verdict
+
+__all__ = ["sheet"]
+
+
+def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[str, Any], title: str) -> str:
+    """Return the sheet as HTML that needs nothing else."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters["deg"] = math.degrees
+    return environment.get_template("sheet.html.j2").render(
+        title=title,
+        made=made,
+        verdict=verdict,
+        items=items,
+        total_usd=sum(item.cost_usd or 0.0 for item in items),
+        parts=[(chr(65 + n % 26), part) for n, part in enumerate(made.robot_parts)],
+        bench=[part for part in made.parts if part.what != "robot"],
+        settings=_settings,
+        cables=_cables(made),
+        hinges=_hinges(made),
+        control=control["actuators"],
+        exploded=exploded(made),
+        routing=routing(made),
+        winch=winch_picture(made),
+    )
+
+
+def _settings(part: PrintedPart) -> str:
+    """How to print a part, in words."""
+    words = [part.material.label, f"infill {100 * part.weight.infill:.0f} %"]
+    if part.full is not None and part.weight.infill < 1:
+        words.append(f"100 % inside {part.name}_full.stl (load it as a modifier)")
+    volume = part.lying.support_mm3 / 1000
+    if volume >= 0.5:
+        words.append(f"support, up to {volume:.0f} cm³ of room under overhangs")
+    return ", ".join(words)
+
+
+def _cables(made: Made) -> list[dict[str, Any]]:
+    rows = []
+    for winch in made.winches:
+        cable = made.anatomy.cables[winch.cable]
+        parts = list(dict.fromkeys(made.anatomy.parts[guide.part].name for guide in cable.guides))
+        rows.append({"winch": winch, "cable": cable, "first": parts[0], "last": parts[-1], "passes": len(parts)})
+    return rows
+
+
+def _hinges(made: Made) -> list[dict[str, Any]]:
+    rows = []
+    for index, hinge in made.hinges.hinges.items():
+        gap = made.skeleton.gaps[index]
+        rows.append({"name": made.anatomy.joints[index].names[0], "hinge": hinge, "gap": gap})
+    return rows

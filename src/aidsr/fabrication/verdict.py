@@ -1,0 +1,129 @@
+"""Can it be built: the verdict on a made robot, and what it was compared with."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from aidsr.artifacts import Artifact, Fault, ValidationReport
+from aidsr.fabrication.changing import Change, changes_of
+from aidsr.fabrication.making import Made
+
+__all__ = ["Retest", "Verdict", "judge", "retest_of"]
+
+REACH_TOLERANCE = 0.1
+"""Largest relative difference of reach. Source: what the project asks of a built robot."""
+
+MASS_TOLERANCE = 0.15
+
+
+class Retest(Artifact):
+    """The robot as built, beside the robot as designed, both driven by the validator."""
+
+    stable: bool
+    reach_m: float
+    """Largest displacement that any single actuator caused."""
+    designed_reach_m: float
+    faults: tuple[Fault, ...]
+    success_share: float | None = None
+    """Of the trained policy, in the scene with the robot as built; None where none was tried."""
+    designed_success_share: float | None = None
+
+    @property
+    def same_reach(self) -> bool:
+        """Whether reach is within tolerance."""
+        return abs(self.reach_m - self.designed_reach_m) <= REACH_TOLERANCE * self.designed_reach_m
+
+
+class Verdict(Artifact):
+    """What is said of a robot that somebody wants to build."""
+
+    verdict: Literal["buildable", "buildable with changes", "not buildable"]
+    reasons: tuple[Fault, ...]
+    """Errors keep it from being built; warnings are to be watched."""
+    changes: tuple[Change, ...]
+    printer: str
+    material: str
+    simulated_g: float
+    """Mass of what is printed, and of the rods in it, as simulated."""
+    built_g: float
+    moving_simulated_g: float
+    """The same without pieces that hold still."""
+    moving_built_g: float
+    winches_g: float | None
+    """Mass of the motors, which stand beside the robot; None where one is unknown."""
+    cost_usd: float
+    """Of all that has a price; `unpriced` has none."""
+    unpriced: tuple[str, ...]
+    retest: Retest | None = None
+
+
+def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
+    """Return what two reports of the validator say of a robot as built."""
+
+    def reach(report: ValidationReport) -> float:
+        share = report.measurements.get("largest_effect_over_length", 0.0)
+        return float(share) * float(report.measurements.get("characteristic_length_m", 0.0))
+
+    return Retest(stable=built.stable, reach_m=reach(built), designed_reach_m=reach(designed), faults=built.faults)
+
+
+def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest | None) -> Verdict:
+    """Return the verdict.
+
+    Args:
+        made: The robot.
+        bill: What is bought, and for how much.
+        retest: How the robot as built behaves; None where that was not tried.
+    """
+    reasons, changes = [*made.faults], changes_of(made)
+    if retest is not None:
+        reasons += _retest_reasons(retest)
+    errors = [fault for fault in reasons if fault.severity == "error"]
+    held = {part.name for part in made.anatomy.parts if part.held}
+    masses = [
+        (p.used_for, p.weight.simulated_kg * len(p.used_for), p.weight.mass_kg * len(p.used_for))
+        for p in made.robot_parts
+    ]
+    moving = [entry for entry in masses if not held & set(entry[0])]
+    weights = [w.fit.motor.mass_kg if w.fit else None for w in made.winches]
+    return Verdict(
+        verdict="not buildable" if errors else "buildable with changes" if changes else "buildable",
+        reasons=tuple(sorted(reasons, key=lambda fault: fault.severity != "error")),
+        changes=changes,
+        printer=made.printer.name,
+        material=made.material.name,
+        simulated_g=round(1000 * sum(entry[1] for entry in masses), 1),
+        built_g=round(1000 * sum(entry[2] for entry in masses), 1),
+        moving_simulated_g=round(1000 * sum(entry[1] for entry in moving), 1),
+        moving_built_g=round(1000 * sum(entry[2] for entry in moving), 1),
+        winches_g=None if None in weights else round(1000 * sum(weight or 0.0 for weight in weights), 1),
+        cost_usd=round(sum(cost or 0.0 for _, cost in bill), 2),
+        unpriced=tuple(what for what, cost in bill if cost is None),
+        retest=retest,
+    )
+
+
+def _retest_reasons(retest: Retest) -> list[Fault]:
+    found = [
+        Fault(
+            code="unstable_as_built",
+            layer="realizability",
+            severity="error",
+            names=tuple(dict.fromkeys(fault.code for fault in retest.faults if fault.severity == "error")),
+            message="the validator finds faults in the robot as built",
+            cure="See the faults under retest.",
+        )
+    ] * (not retest.stable)
+    if not retest.same_reach:
+        found.append(
+            Fault(
+                code="reach_changed",
+                layer="realizability",
+                severity="error",
+                measured=retest.reach_m,
+                limit=retest.designed_reach_m,
+                unit="m",
+                message="reaches another distance than designed, by more than a tenth",
+            )
+        )
+    return found

@@ -1,0 +1,157 @@
+"""A design or a robot handed to the workshop: made into parts, tried again as it will be built, and written down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from aidsr.artifacts import Placement, Robot, ValidationReport
+from aidsr.errors import UserError
+from aidsr.fabrication.changing import as_built
+from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.package import MARK, write_package
+from aidsr.fabrication.printers import printer_named
+from aidsr.fabrication.responding import responses
+from aidsr.fabrication.verdict import Retest, Verdict, retest_of
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.trainings import trainings_of
+from aidsr.sim.assembly import assemble
+from aidsr.sim.mjcf import open_mjcf
+from aidsr.validation import validate
+
+if TYPE_CHECKING:
+    from aidsr.validation.validating import Mount
+
+__all__ = ["Exported", "export"]
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An export on disk."""
+
+    folder: Path
+    verdict: Verdict
+    made: Made
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """What is to be built, and what is known of it.
+
+    Attributes:
+        title: For the sheet.
+        mjcf: The robot alone.
+        scale: Factor on its lengths.
+        reports: What the validator recorded of it already.
+        environment: MJCF of the environment it was designed for; empty for a robot from a file.
+        mount: How it is held while it is tested.
+        design: Its folder, where it comes from a run.
+    """
+
+    title: str
+    mjcf: str
+    scale: float
+    reports: tuple[ValidationReport, ...]
+    environment: str
+    mount: Mount
+    design: DesignFolder | None
+
+
+def export(
+    subject: Path,
+    folder: Path | None = None,
+    *,
+    printer: str = "fdm",
+    material: str | None = None,
+    policy: bool = False,
+) -> Exported:
+    """Export a design's folder, or the MJCF of a robot.
+
+    Args:
+        subject: Folder of an approved design, or a file.
+        folder: Where to; "export" in the design's folder, or NAME_export beside the file, when not given.
+        printer: Name of a printer.
+        material: Name of a material; None tries all the printer has.
+        policy: Whether the design's last trained policy is tried with the robot as built.
+
+    Raises:
+        UserError: There is nothing to export, or the folder holds something else.
+        MjcfError: The robot cannot be loaded.
+    """
+    given = _read(subject)
+    target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
+    if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
+        raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
+    designed = validate(given.mjcf, mount=given.mount, environment=given.environment)
+    reports = (*given.reports, designed)
+    made = make(given.mjcf, reports, printer_named(printer), material=material, scale=given.scale)
+    built = as_built(made, given.mjcf, scale=given.scale)
+    retest = retest_of(designed, validate(built, mount=given.mount, environment=given.environment))
+    if policy:
+        retest = _with_policy(retest, given, built)
+    measured = responses(given.mjcf, scale=given.scale)
+    verdict = write_package(target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest)
+    return Exported(target, verdict, made)
+
+
+def _read(subject: Path) -> _Subject:
+    """Return what a path stands for."""
+    if not subject.is_dir():
+        return _Subject(subject.stem, open_mjcf(subject), 1.0, (), "", "auto", None)
+    design = DesignFolder(subject)
+    robot = design.final_robot.read()
+    if robot is None:
+        raise UserError(
+            f"a design with a final_robot.xml was expected, and {subject} has none; give the folder of an approved "
+            "design, as runs/…/designs/1, or the MJCF of a robot"
+        )
+    brief = Run(subject.parent.parent).brief()
+    placement = _last(design, "placement") or Placement(mount="world", base="fixed")
+    reports = tuple(report for name in ("robot_report", "scene_report") if (report := _last(design, name)) is not None)
+    concept = _last(design, "concept")
+    title = f"{concept.name if concept else 'robot'} for {brief.task or 'an objective in words'}"
+    return _Subject(
+        title=title,
+        mjcf=robot.decode(),
+        scale=placement.scale,
+        reports=reports,
+        environment=brief.environment,
+        mount=placement.base,
+        design=design,
+    )
+
+
+def _last(design: DesignFolder, name: Literal["placement", "concept", "robot_report", "scene_report", "robot"]) -> Any:
+    """The newest artifact of a kind in a design's iterations."""
+    found = [value for one in design.iterations if (value := getattr(one, name).read()) is not None]
+    return found[-1] if found else None
+
+
+def _with_policy(retest: Retest, given: _Subject, built: str) -> Retest:
+    """Let the design's last finished policy act in the scene with the robot as built."""
+    from aidsr.episodes.scene import TaskScene
+    from aidsr.rl.evaluation import evaluate
+    from aidsr.rl.policy import one_torch_thread
+    from aidsr.rl.trained import FinishedTraining
+
+    design = given.design
+    finished = [one for one in trainings_of(design) if one.result.path.exists()] if design else []
+    if design is None or not finished:
+        raise UserError("a trained policy was asked for, and there is none; train the design first, with aidsr train")
+    trained = FinishedTraining.load(finished[-1].path)
+    robot: Robot = _last(design, "robot")
+    changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
+    placement = _last(design, "placement").model_copy(update={"scale": 1.0})
+    scene = assemble(changed, given.environment, placement, trained.scene.task.sensors)
+    grouping: Literal["auto", "off"] = "auto" if trained.config.groups_from != "none" else "off"
+    groups = [group for group in trained.config.groups if len(group.actuators) > 1]
+    there = TaskScene.of(scene.mjcf, trained.scene.task, groups=groups, grouping=grouping)
+    with one_torch_thread():
+        verdict, _ = evaluate(there, trained.policy, threads=1, smoothing=trained.config.recipe.smoothing)
+    before = finished[-1].evaluation.read()
+    shares = {
+        "success_share": verdict.success_share,
+        "designed_success_share": before.success_share if before else None,
+    }
+    return retest.model_copy(update=shares)
