@@ -57,6 +57,9 @@ class Thresholds:
     """Of the slowest visible oscillation. Soft bodies with any loss reach 0.05."""
     ringing: float = 0.02
     """Amplitude / L of an oscillation that is still visible after settling."""
+    swing_share: float = 0.35
+    """Third largest way between reversals / the largest, from where it is a swing. Below a half, since the slowest
+    pendulum is seen for less than three ways, of which the first and the last are cut off."""
 
     # driven
     joint_speed_rad_s: float = 200.0

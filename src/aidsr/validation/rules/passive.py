@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
@@ -181,7 +182,8 @@ def negative_damping(case: Case) -> Iterator[Fault]:
 def underdamped(case: Case) -> Iterator[Fault]:
     """The robot comes to rest.
 
-    Damping ratio from the decay between two windows at the end of settling and the reversals in the last.
+    Damping ratio from the decay between two windows at the end of settling and the reversals in the last. What swings
+    does so several times alike; a ring that rolls on to its next link late moves once, and that is no swing.
 
     Source: logarithmic decrement; amplitude falls by exp(-pi zeta) from one reversal to the next for small zeta.
     """
@@ -198,8 +200,8 @@ def underdamped(case: Case) -> Iterator[Fault]:
     axis = int(np.argmax(np.ptp(later[:, point], axis=0)))
     before, after = points[-2 * window : -window, point, axis], later[:, point, axis]
     reversals = int(np.count_nonzero(np.diff(np.sign(np.diff(after)))))
-    if not reversals:
-        return  # it creeps, or still falls
+    if not reversals or not _is_even(points[-2 * window :, point, axis], limits.swing_share):
+        return  # it creeps, still falls, or topples
     decay = math.log(max(float(np.ptp(before)), 1e-12) / float(np.ptp(after)))
     ratio = decay / (math.pi * reversals)
     if ratio < limits.damping_ratio:
@@ -216,6 +218,13 @@ def underdamped(case: Case) -> Iterator[Fault]:
             likely_cause="joints have little or no damping",
             cure="Give each joint damping of about 0.02 to 0.1 s times its stiffness.",
         )
+
+
+def _is_even(path_m: NDArray[np.float64], share: float) -> bool:
+    """Whether the third largest way from one reversal to the next is at least a share of the largest."""
+    turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(path_m))))
+    ways_m = np.sort(np.abs(np.diff(path_m[[0, *turns, -1]])))
+    return bool(len(ways_m) >= 3 and ways_m[-3] >= share * ways_m[-1])
 
 
 def _owner_of_point(case: Case, point: int) -> tuple[str, ...]:
