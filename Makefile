@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin corpus-report bench-validator fuzz tasks-study
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -41,6 +41,9 @@ bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable
 
 bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2
 	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2)
+
+bench-rl: $(VENV)/dev  ## stepping and learning, beside plain Gymnasium environments in SubprocVecEnv (hours): RUNS=5 LEARN=5
+	$(BIN)/python benchmarks/rl/speed.py --runs $(or $(RUNS),5) --learn $(or $(LEARN),5)
 
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour; a stopped run goes on): JOBS=2
 	$(BIN)/python -m benchmarks.validator.report --processes $(or $(JOBS),2)
