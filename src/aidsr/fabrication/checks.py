@@ -89,19 +89,18 @@ def is_watertight(surface: Triangles) -> bool:
 def thinnest_wall_mm(solid: Manifold) -> float:
     """Return the thinnest wall between two faces that look away from each other [mm]."""
     surface = triangles(solid)
-    areas = np.linalg.norm(surface.normals, axis=1)
+    normals, corners = surface.normals, surface.corners
+    areas = np.linalg.norm(normals, axis=1)
     largest = np.argsort(-areas)[: 4 * _PROBES]
-    chosen = largest[:: max(1, len(largest) // _PROBES)]
     thinnest = np.inf
-    for face in chosen:
-        outward = surface.normals[face] / areas[face] if areas[face] > 0 else None
-        if outward is None:
+    for face in largest[:: max(1, len(largest) // _PROBES)]:
+        if areas[face] == 0:
             continue
-        start = surface.corners[face].mean(axis=0) - _SAFE_TURN_MM * outward
-        for hit in solid.ray_cast(start, start - 50.0 * outward):
+        outward = normals[face] / areas[face]
+        start = corners[face].mean(axis=0) - _SAFE_TURN_MM * outward
+        for hit in solid.ray_cast(start, start - 50.0 * outward)[:1]:
             if float(np.array(hit.normal) @ outward) < -_FACING:
                 thinnest = min(thinnest, 50.0 * float(hit.distance))
-            break
     return float(thinnest)
 
 

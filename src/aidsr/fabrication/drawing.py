@@ -70,7 +70,7 @@ def view_of(points: Vector, size: tuple[int, int], *, up: Vector, towards: Vecto
 
     Args:
         points: What must be seen (n, 3) [mm].
-        size: Columns and rows of the picture.
+        size: Columns of the picture, and the most rows; fewer where the points need fewer.
         up: What points upwards.
         towards: From where to look.
     """
@@ -80,6 +80,7 @@ def view_of(points: Vector, size: tuple[int, int], *, up: Vector, towards: Vecto
     along = np.column_stack([points @ right, points @ upwards, points @ towards])
     low, high = along.min(axis=0), along.max(axis=0)
     width, height, _ = np.maximum(high - low, 1e-6)
+    size = (size[0], min(size[1], round(size[0] * (height / width + 2 * _MARGIN))))
     scale = (1 - 2 * _MARGIN) * min(size[0] / width, size[1] / height)
     middle = np.column_stack([right, upwards, towards]) @ ((low + high) / 2)
     return View(right, upwards, towards, middle, float(scale), size)

@@ -68,8 +68,8 @@ def winch_picture(made: Made) -> Markup:
     ]
     points = np.vstack([item.surface.points for item in items])
     view = view_of(points, (520, 340), up=np.array([0.0, 0, 1]), towards=np.array([0.8, 0.9, 0.8]))
-    labels = [(np.array([0, 0, high + 4.0]), fit.motor.name), (np.array([0, wide + 12.0, high + 8.0]), "spool")]
-    return _labelled(draw(items, view), view, labels)
+    labels = [(np.array([0, wide + 12.0, high * 0.5 - radius - 10.0]), f"spool for {fit.motor.name}")]
+    return _labelled(draw(items, view), view, labels, "picture narrow")
 
 
 def routing(made: Made) -> Markup:
@@ -127,13 +127,13 @@ def _view(items: list[Coloured]) -> View:
     return view_of(points, _SIZE, up=np.array([0.0, 0, 1]), towards=np.array([1.0, -1.3, 0.7]))
 
 
-def _labelled(png: bytes, view: View, labels: list[tuple[Vector, str]]) -> Markup:
+def _labelled(png: bytes, view: View, labels: list[tuple[Vector, str]], style: str = "picture") -> Markup:
     """A picture with labels at points of it."""
     width, height = view.size
     data = base64.b64encode(png).decode()
     marks = "".join(_marks(view, labels))
     image = f'<image href="data:image/png;base64,{data}" width="{width}" height="{height}"/>'
-    return Markup(f'<svg viewBox="0 0 {width} {height}" class="picture">{image}{marks}</svg>')
+    return Markup(f'<svg viewBox="0 0 {width} {height}" class="{style}">{image}{marks}</svg>')
 
 
 def _marks(view: View, labels: list[tuple[Vector, str]]) -> Iterator[str]:

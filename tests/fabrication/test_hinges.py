@@ -1,0 +1,91 @@
+"""Hinges have the stiffness that was simulated, and joints that cannot be made are told."""
+
+import math
+
+import pytest
+from made import ROBOTS, made, mjcf
+
+from aidsr.errors import UserError
+from aidsr.fabrication.anatomy import read_anatomy
+from aidsr.fabrication.hinges import design_hinges
+from aidsr.fabrication.materials import LINE_SAFETY, line_for, lines, material_for
+from aidsr.fabrication.printers import printer_named
+from aidsr.fabrication.skeleton import Skeleton
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("material", ["tpu95a", "petg"])
+def test_hinges_have_the_stiffness_of_the_joints(robot: str, material: str) -> None:
+    robot_made = made(robot, material)
+    assert len(robot_made.hinges.hinges) == len(robot_made.anatomy.joints)
+    for index, hinge in robot_made.hinges.hinges.items():
+        asked = robot_made.anatomy.joints[index].stiffness_n_m_rad[0]
+        assert hinge.stiffness_n_m_rad == pytest.approx(asked, rel=0.05)
+        assert hinge.strain <= hinge.allowed_strain
+
+
+def test_a_rod_bends_as_the_beam_formula_says() -> None:
+    robot_made = made("arm", "petg")
+    (backbone,) = robot_made.hinges.backbones
+    for hinge in robot_made.hinges.hinges.values():
+        inertia = math.pi * (backbone.diameter_mm / 1000) ** 4 / 64
+        stiffness = backbone.count * backbone.rod.young_modulus_pa * inertia / (hinge.free_mm / 1000)
+        assert hinge.stiffness_n_m_rad == pytest.approx(stiffness, rel=1e-6)
+
+
+def test_a_flat_neck_has_the_thickness_of_the_beam_formula() -> None:
+    robot_made = made("gripper", "tpu95a")
+    hinge = robot_made.hinges.hinges[0]
+    assert hinge.kind == "flat"
+    modulus, free = robot_made.material.young_modulus_pa, hinge.free_mm / 1000
+    asked = robot_made.anatomy.joints[0].stiffness_n_m_rad[0]
+    exact = (12 * asked * free / (modulus * hinge.width_mm / 1000)) ** (1 / 3)
+    assert hinge.thickness_mm == pytest.approx(1000 * exact, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (
+            ('<joint name="seg01_bend_x" axis="1 0 0"/>', '<joint name="seg01_bend_x" type="slide" axis="1 0 0"/>'),
+            "slides",
+        ),
+        (
+            ('<joint name="seg01_bend_x" axis="1 0 0"/>', '<joint name="seg01_bend_x" axis="1 0 0" stiffness="0"/>'),
+            "spring",
+        ),
+        (
+            ('<joint name="seg01_bend_x" axis="1 0 0"/>', '<joint name="seg01_bend_x" axis="1 0 0" pos="0 0 .005"/>'),
+            "meet",
+        ),
+    ],
+)
+def test_joints_that_no_rod_can_stand_for_are_told(change: tuple[str, str], word: str) -> None:
+    text = mjcf("arm")
+    assert change[0] in text
+    anatomy = read_anatomy(text.replace(*change))
+    material = material_for(printer_named("fdm"), "petg")[0]
+    faults = design_hinges(anatomy, Skeleton(anatomy), material).faults
+    assert [fault.code for fault in faults if word in fault.message] == ["joint_not_elastic"]
+
+
+def test_a_joint_too_stiff_for_any_rod_is_told() -> None:
+    text = mjcf("arm").replace('stiffness="', 'stiffness="99')
+    anatomy = read_anatomy(text)
+    material = material_for(printer_named("fdm"), "petg")[0]
+    assert "hinge_stiffness" in {fault.code for fault in design_hinges(anatomy, Skeleton(anatomy), material).faults}
+
+
+def test_what_a_printer_cannot_print_is_refused() -> None:
+    with pytest.raises(UserError, match="tough2000"):
+        material_for(printer_named("sla"), "tpu95a")
+    with pytest.raises(UserError, match="fdm, sla"):
+        printer_named("laser")
+
+
+def test_lines_hold_four_times_their_pull() -> None:
+    for pull_n in (10.0, 60.0, 150.0):
+        line = line_for(pull_n)
+        assert line is not None
+        assert line.breaking_n >= LINE_SAFETY * pull_n
+    assert line_for(max(line.breaking_n for line in lines())) is None

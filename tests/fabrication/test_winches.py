@@ -1,0 +1,46 @@
+"""Motors do what the tests recorded, and what none can do is told."""
+
+import pytest
+from made import ROBOTS, made, report
+
+from aidsr.artifacts import ValidationReport
+from aidsr.fabrication.winches import demands, string, winch_faults
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_motors_hold_the_recorded_forces_speeds_and_strokes(robot: str) -> None:
+    robot_made, recorded = made(robot), report(robot).measurements["motors"]
+    assert len(robot_made.winches) == len(recorded)
+    for winch in robot_made.winches:
+        asked = recorded[robot_made.anatomy.cables[winch.cable].actuator]
+        fit, radius = winch.fit, winch.fit.spool_radius_m
+        assert fit.torque_share <= 1
+        assert fit.motor.torque_n_m("held") >= asked["tension_n"] * radius
+        assert fit.motor.speed_rad_s(asked["tension_n"] * radius) * radius >= asked["speed_m_s"]
+        assert fit.turns * 2 * 3.1416 * radius >= asked["stroke_m"] * 0.999
+        assert winch.cut_mm > winch.inside_mm + 1000 * asked["stroke_m"] + 300
+
+
+def test_a_scenes_report_names_the_same_actuators() -> None:
+    whole = made("arm")
+    name, asked = next(iter(report("arm").measurements["motors"].items()))
+    scene = ValidationReport(stable=True, measurements={"motors": {f"robot/{name}": asked | {"tension_n": 99.0}}})
+    assert demands(whole.anatomy, [report("arm"), scene])[name].tension_n == 99.0
+
+
+def test_pulls_that_no_motor_holds_are_told() -> None:
+    anatomy = made("arm").anatomy
+    strong = {
+        name: asked | {"tension_n": 5000.0, "speed_m_s": 0.1}
+        for name, asked in report("arm").measurements["motors"].items()
+    }
+    asked = demands(anatomy, [ValidationReport(stable=True, measurements={"motors": strong})])
+    codes = {fault.code for fault in winch_faults(anatomy, string(anatomy, asked, {}))}
+    assert codes == {"cable_stroke", "cable_strength"}
+
+
+def test_an_actuator_nobody_tested_is_told() -> None:
+    anatomy = made("arm").anatomy
+    faults = list(winch_faults(anatomy, string(anatomy, demands(anatomy, []), {})))
+    assert [fault.code for fault in faults] == ["cable_stroke"]
+    assert len(faults[0].names) == len(anatomy.cables)
