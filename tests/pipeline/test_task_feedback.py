@@ -1,6 +1,7 @@
 """Scenes that the Judge passed are tried on their task, and go back a bounded number of times."""
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -9,8 +10,9 @@ from aidsr.errors import IsolationError, UserError
 from aidsr.pipeline import parts_of, work
 from aidsr.pipeline.stalling import same_again
 from aidsr.runs import read_events, read_status
-from aidsr.runs.events import Done
+from aidsr.runs.events import Done, Step
 from aidsr.runs.stages import attempts
+from aidsr.runs.telling import DOING, sentence
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -45,6 +47,7 @@ def test_a_scene_that_can_do_its_task_is_approved(tmp_path) -> None:
     assert asked == ["designer", "coder", "integrator", "judge"]
     assert outcome.reason == "Plausible. It can do it."
     assert run.design(1).iteration(1).task_report.read() == solved()
+    assert sentence(Done(step="task_report", summary="no force")) == "tried on its task: no force"
     done = [event for event in read_events(run.design(1).events) if isinstance(event, Done)]
     assert [event.summary for event in done if event.step == "task_report"] == ["solved"]
 
@@ -112,6 +115,10 @@ def test_resuming_tries_nothing_twice(tmp_path) -> None:
 
     work(run, parts(Scripted(), try_out=again, task_rounds=2))
     assert read_status(run).approved == 1
+
+
+def test_every_step_has_words_while_it_is_at_work() -> None:
+    assert set(get_args(Step)) == DOING.keys()
 
 
 def test_it_is_off_by_default_and_needs_a_task(tmp_path) -> None:

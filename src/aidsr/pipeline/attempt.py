@@ -105,7 +105,7 @@ class Attempt:
                 untried = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
                 return TaskReport(phase="partial", progress=0.0, critique=untried)
 
-        return self._steps.take("task_report", self.folder.task_report, report, lambda report: report.phase)
+        return self._steps.take("task_report", self.folder.task_report, report, _phase)
 
     @property
     def _steps(self) -> Steps:
@@ -202,6 +202,10 @@ def _findings(report: ValidationReport) -> str:
         return "stable"
     codes = ", ".join(dict.fromkeys(fault.code for fault in report.errors))
     return f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}: {codes}"
+
+
+def _phase(report: TaskReport) -> str:
+    return report.phase.replace("_", " ")
 
 
 def _verdict(critique: Critique) -> str:

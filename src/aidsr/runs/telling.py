@@ -27,6 +27,7 @@ DOING = {
     "scene_report": "the scene is validated",
     "preview": "a picture is drawn",
     "critique": "the Judge looks at the scene",
+    "task_report": "the scene is tried on its task",
     "motion": "its motion is drawn",
 }
 """Each step while it is at work."""
@@ -36,6 +37,7 @@ _FOUND = {
     "robot_report": "robot",
     "scene_report": "scene",
     "critique": "Judge",
+    "task_report": "tried on its task",
 }
 """The steps whose result a person wants to read, and what they looked at."""
 
