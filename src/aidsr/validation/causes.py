@@ -43,7 +43,7 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "gravity_collapse": (*_SHAKING, *_NO_EFFECT),
     "mass_ratio": ("underdamped", "chatter", "limit_overrun", "sensor_constant", "implausible_density"),
     "energy_growth": _SHAKING[1:],
-    "underdamped": ("numerical_instability", "chatter"),
+    "underdamped": ("chatter",),
     "chatter": ("antagonist_lock", "actuator_too_weak", "too_stiff", "no_effect", "sensor_constant"),
     "self_collision_lock": _NO_EFFECT[1:],
     "antagonist_lock": _NO_EFFECT[2:],

@@ -85,6 +85,8 @@ class Thresholds:
     """Largest tension / weight of what moves; less cannot lift the robot."""
     softer: float = 0.02
     """Factor on stiffness and damping in the counterfactual of a stiff robot."""
+    elastic_share: float = 0.4
+    """Gain in it / what springs alone would give, above which springs are what holds the robot."""
     mass_ratio: float = 100.0
     """Heaviest body / median segment; beyond it contacts and joints of the light parts lose precision."""
     sensor_change: float = 1e-9

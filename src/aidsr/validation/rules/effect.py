@@ -146,8 +146,10 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
             cure="Raise forcerange, kp or ctrlrange; bending a limb takes about its weight times L / tendon offset.",
         )
     soft = case.effects_if("softer", softer(limits.softer), tests)
-    # an effect goes with 1 / stiffness, so that a robot that is far too stiff still is with a share of it
-    stiff = _improved(case, weak, soft, limits.limit_gain, visible=limits.effect * limits.softer)
+    # of a robot that is far too stiff the effect stays small, and still goes with 1 / stiffness
+    stiff = _improved(case, weak, soft, limits.limit_gain) or _improved(
+        case, weak, soft, limits.elastic_share / limits.softer, visible=0.0
+    )
     return _effect_fault(
         case,
         "too_stiff" if stiff else "no_effect",
