@@ -112,7 +112,7 @@ def whole_limbs(
 def _plug(gap: Gap, root: Manifold, printer: Printer, drills: list[Manifold]) -> tuple[Manifold, Manifold]:
     """Return the foot of a limb, and what to take from its root for it."""
     face = gap.anchor - gap.before_mm * gap.before
-    seat, reach = face - _COLLAR_MM * gap.before, gap.radius_mm + gap.reach_mm
+    seat, reach = face - _COLLAR_MM * gap.before, max(gap.radius_mm, gap.reach_mm) + _COLLAR_MM
     end, radius = seat - _PLUG_MM * gap.before, _PLUG_SHARE * gap.radius_mm
     disc = root ^ rounded(seat, face + _BEYOND_MM * gap.before, reach)
     plug = rounded(end, face, radius) - union(drills)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.catalogue.motors import Fit, cheapest_motor, fastest_motor
@@ -112,7 +112,38 @@ def string(anatomy: Anatomy, asked: dict[str, Demand], entries_mm: dict[int, flo
         spare = 2 * math.pi * 1000 * (fit.spool_radius_m if fit else 0.01) * SPOOL_TURNS_SPARE
         cut = inside + SHEATH_MM + 1000 * demand.stroke_m + spare + 60.0
         winches.append(Winch(index, demand, fit, line, sheath_for(line or _thickest()), inside, _up_to(cut, 10.0)))
-    return tuple(winches)
+    return _with_common_spools(winches)
+
+
+def _with_common_spools(winches: list[Winch]) -> tuple[Winch, ...]:
+    """Give winches of one motor one spool, the largest among them, where each can still do its part with it."""
+    radii: dict[str, float] = {}
+    for winch in winches:
+        if winch.fit is not None:
+            name = winch.fit.motor.name
+            radii[name] = max(radii.get(name, 0.0), winch.fit.spool_radius_m)
+    return tuple(
+        replace(winch, fit=_with_spool(winch.fit, winch.demand, radii[winch.fit.motor.name])) if winch.fit else winch
+        for winch in winches
+    )
+
+
+def _with_spool(fit: Fit, demand: Demand, radius_m: float) -> Fit:
+    """Return a motor with a larger spool, or as it was where that asks too much of it."""
+    torque = demand.at_winch_n * radius_m
+    share = torque / fit.motor.torque_n_m("held")
+    speed = fit.motor.speed_rad_s(torque) * radius_m
+    if share > 1 or speed < min(demand.speed_m_s, fit.speed_m_s):
+        return fit
+    changed = {
+        "spool_radius_m": radius_m,
+        "torque_n_m": torque,
+        "torque_share": share,
+        "speed_m_s": speed,
+        "turns": demand.stroke_m / (2 * math.pi * radius_m),
+        "power_w": demand.at_winch_n * speed,
+    }
+    return fit.model_copy(update=changed)
 
 
 def winch_faults(anatomy: Anatomy, winches: tuple[Winch, ...]) -> Iterator[Fault]:

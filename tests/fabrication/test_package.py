@@ -1,0 +1,96 @@
+"""The folder: whole, readable, honest about what differs, and never written over something else."""
+
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import mujoco
+import pytest
+from made import made, mjcf, report
+
+from aidsr.errors import UserError
+from aidsr.fabrication.changing import as_built, changes_of
+from aidsr.fabrication.package import write_package
+from aidsr.fabrication.responding import responses
+from aidsr.fabrication.verdict import Retest, judge, retest_of
+from aidsr.pipeline.exporting import export
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory):
+    home = tmp_path_factory.mktemp("export")
+    measured = responses(mjcf("gripper"))
+    write_package(home, made("gripper", "tpu95a"), title="a <gripper>", responses=measured)
+    return home
+
+
+def test_the_folder_holds_everything_a_builder_needs(folder) -> None:
+    listed = json.loads((folder / "parts.json").read_text())
+    for part in listed:
+        assert (folder / "parts" / f"{part['file']}.3mf").stat().st_size > 500
+        assert (folder / "parts" / f"{part['file']}.stl").stat().st_size > 500
+    cables = json.loads((folder / "cables.json").read_text())
+    assert len(cables) == 6
+    assert all(cable["torque_share"] <= 1 and cable["cut_mm"] > cable["in_robot_mm"] for cable in cables)
+    sheet = (folder / "sheet.html").read_text()
+    assert "a &lt;gripper&gt;" in sheet
+    assert "http" not in sheet.replace("http://www.w3.org", "")
+    for word in ("Calibrate", "Cut the cables", "Taken apart", *(cable["cable"] for cable in cables)):
+        assert word in sheet
+
+
+def test_the_drive_program_runs_as_it_is(folder) -> None:
+    done = subprocess.run([sys.executable, folder / "drive.py"], capture_output=True, text=True, check=True)
+    actuators = json.loads((folder / "control.json").read_text())["actuators"]
+    assert done.stdout.count("motor ") == len(actuators) ** 2
+    for actuator in actuators:
+        assert actuator["spool_angle_rad"] == sorted(actuator["spool_angle_rad"])
+        assert actuator["torque_n_m"][-1] <= actuator["largest_torque_n_m"] * 1.01
+
+
+@pytest.mark.parametrize(("robot", "material"), [("arm", "petg"), ("gripper", "tpu95a"), ("crawler", "tpu95a")])
+def test_the_robot_as_built_has_the_masses_and_springs_of_its_parts(robot: str, material: str) -> None:
+    whole = made(robot, material)
+    before, after = (mujoco.MjModel.from_xml_string(text) for text in (mjcf(robot), as_built(whole, mjcf(robot))))
+    built = sum(part.weight.mass_kg * len(part.used_for) for part in whole.robot_parts)
+    assert after.body_mass.sum() == pytest.approx(built, rel=0.02)
+    assert after.nv == before.nv
+    assert after.jnt_stiffness == pytest.approx(before.jnt_stiffness, rel=0.05)
+    assert {change.what for change in changes_of(whole)} >= {"winches", "guides", "skin at the joints"}
+
+
+def test_a_robot_that_moves_otherwise_when_built_is_not_buildable() -> None:
+    whole = made("gripper", "tpu95a")
+    same = retest_of(report("gripper"), report("gripper"))
+    assert same.same_reach
+    assert judge(whole, (), same).verdict == "buildable with changes"
+    shorter = Retest(
+        stable=True, reach_m=0.8 * same.designed_reach_m, designed_reach_m=same.designed_reach_m, faults=()
+    )
+    verdict = judge(whole, (), shorter)
+    assert verdict.verdict == "not buildable"
+    assert verdict.reasons[0].code == "reach_changed"
+
+
+def test_the_as_built_model_keeps_its_tendons(folder) -> None:
+    text = as_built(made("gripper", "tpu95a"), mjcf("gripper"))
+    assert len(ElementTree.fromstring(text).findall("tendon/spatial")) == 6
+
+
+def test_a_robot_from_a_file_is_exported_and_the_export_replaced(tmp_path) -> None:
+    robot = tmp_path / "gripper.xml"
+    robot.write_text(mjcf("gripper"))
+    exported = export(robot)
+    assert exported.folder == tmp_path / "gripper_export"
+    assert exported.verdict.retest is not None
+    assert exported.verdict.retest.stable
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("keep")
+    with pytest.raises(UserError, match="no earlier export"):
+        export(robot, tmp_path / "mine")
+
+
+def test_a_folder_without_a_robot_is_refused(tmp_path) -> None:
+    with pytest.raises(UserError, match="final_robot"):
+        export(tmp_path)
