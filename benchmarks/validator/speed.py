@@ -216,10 +216,10 @@ def _markdown(rounds: Sequence[Round], steps: int, count: int, faults: str, aske
     return f"""# How fast a validation is
 
 An arm of 12 segments with universal joints (24 degrees of freedom) and 4 tendons; {count} simulations, {steps:,} steps
-in all; errors found: {faults}. Made by `python -m benchmarks.validator.speed --rounds {asked}`: in each round everything
-is timed once, one after the other. MuJoCo {mujoco.__version__}, Python {platform.python_version()}, NumPy {np.__version__},
-{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the end. Processor times hold on a busy machine too, times on
-the clock only on a free one.
+in all; errors found: {faults}. Made by `python -m benchmarks.validator.speed --rounds {asked}`: in each round
+everything is timed once, one after the other. MuJoCo {mujoco.__version__}, Python {platform.python_version()},
+NumPy {np.__version__}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the end. Processor times hold on a
+busy machine too, times on the clock only on a free one.
 
 | | median | range | target |
 |---|---|---|---|
