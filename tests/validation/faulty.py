@@ -22,12 +22,14 @@ class Bad:
         mjcf: Makes the text.
         arguments: How it is validated.
         severity: Of the fault.
+        warned: Warnings that belong to the same change.
     """
 
     code: str
     mjcf: Callable[[], str]
     arguments: dict[str, Any] = field(default_factory=dict)
     severity: str = "error"
+    warned: tuple[str, ...] = ()
 
 
 def arm(**changes: Any) -> str:
@@ -318,7 +320,7 @@ BAD = (
     Bad("mass_ratio", _heavy_tip),
     Bad("sensor_constant", still_sensors),
     Bad("tendon_skips_segments", _skipping, REALIZABLE, severity="warning"),
-    Bad("tendon_through_body", _through_parts, REALIZABLE),
+    Bad("tendon_through_body", _through_parts, REALIZABLE, warned=("tendon_skips_segments",)),
     Bad("tendon_pushes", pushing, REALIZABLE),
     Bad("tendon_slack", lambda: long_servos(0.3), REALIZABLE, severity="warning"),
     Bad("thin_wall", lambda: thin_plate(0.0004), REALIZABLE, severity="warning"),

@@ -51,7 +51,7 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "actuator_too_weak": ("sensor_constant",),
     "too_stiff": ("sensor_constant",),
     "no_effect": ("sensor_constant",),
-    "tendon_through_body": ("tendon_skips_segments", "actuator_overforce", "actuator_power", "actuator_speed"),
+    "tendon_through_body": ("actuator_overforce", "actuator_power", "actuator_speed"),
     "tendon_pushes": ("tendon_slack",),
     "actuator_overforce": ("actuator_power", "actuator_speed", "cable_stroke"),
     "actuator_power": ("actuator_speed", "cable_stroke"),
