@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study bench-fabrication
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -14,7 +14,7 @@ $(VENV)/core: pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/dev: $(VENV)/core
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev,mcp,rl,web]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev,fabrication,mcp,rl,web]"
 	@touch $@
 
 setup: $(VENV)/core  ## install AID-SR into .venv
@@ -53,6 +53,9 @@ bench-validator: $(VENV)/core  ## how long a validation takes, beside a plain lo
 
 fuzz: $(VENV)/core  ## feed CASES=1000 broken documents to the validator, BATTERY=50 of them driven
 	$(BIN)/python -m benchmarks.validator.fuzz --cases $(or $(CASES),1000) --battery $(or $(BATTERY),50)
+
+bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=build/studies/builtin can be built, and what keeps the rest from it
+	$(BIN)/python benchmarks/fabrication/run.py $(or $(RUNS),build/studies/builtin)
 
 tasks-study: $(VENV)/dev  ## idle bodies, goals by hand and open-loop motions at every task (hours; what is measured is kept)
 	$(BIN)/python benchmarks/tasks/study.py

@@ -40,6 +40,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/outcome_before_M.json", "an earlier out_of_budget, set aside when a larger budget was given"),
     ("designs/N/final.xml", "the approved scene"),
     ("designs/N/final_robot.xml", "the approved robot alone"),
+    ("designs/N/export/", "parts, sheet and verdict for the workshop, where that design was exported; may be replaced"),
     ("designs/N/probe.json", "how far that design gets without learning, where it was probed"),
 )
 """Path pattern and content. N counts from 1, II from 01, NNNN from 0001; ROLE is one of the four roles."""
