@@ -44,11 +44,13 @@ def changes_of(made: Made) -> tuple[Change, ...]:
     found = [*_mass_changes(made), *_joint_changes(made)]
     gaps = [gap.length_mm for gap in made.skeleton.gaps]
     if gaps:
+        least, most = f"{min(gaps):.1f}", f"{max(gaps):.1f}"
+        width = least if least == most else f"{least} to {most}"
         found.append(
             Change(
                 what="skin at the joints",
                 simulated="closed from part to part",
-                built=f"open for {min(gaps):.1f} to {max(gaps):.1f} mm between parts, so that they can bend",
+                built=f"open for {width} mm between parts, so that they can bend",
             )
         )
     if made.shaping.ducts:

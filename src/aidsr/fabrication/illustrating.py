@@ -68,7 +68,7 @@ def winch_picture(made: Made) -> Markup:
     ]
     points = np.vstack([item.surface.points for item in items])
     view = view_of(points, (520, 340), up=np.array([0.0, 0, 1]), towards=np.array([0.8, 0.9, 0.8]))
-    labels = [(np.array([0, wide + 12.0, high * 0.5 - radius - 10.0]), f"spool for {fit.motor.name}")]
+    labels = [(np.array([0, wide + 12.0, high * 0.5 - radius - 10.0]), "spool")]
     return _labelled(draw(items, view), view, labels, "picture narrow")
 
 

@@ -60,8 +60,18 @@ def _cables(made: Made) -> list[dict[str, Any]]:
 
 
 def _hinges(made: Made) -> list[dict[str, Any]]:
-    rows = []
+    """One row for each kind of hinge, with the joints it is made for."""
+    rows: dict[tuple[Any, ...], dict[str, Any]] = {}
     for index, hinge in made.hinges.hinges.items():
-        gap = made.skeleton.gaps[index]
-        rows.append({"name": made.anatomy.joints[index].names[0], "hinge": hinge, "gap": gap})
-    return rows
+        gap, name = made.skeleton.gaps[index], made.anatomy.joints[index].names[0]
+        sizes = (
+            hinge.thickness_mm,
+            hinge.width_mm,
+            hinge.free_mm,
+            gap.length_mm,
+            hinge.stiffness_n_m_rad,
+            hinge.strain,
+        )
+        likeness = (hinge.kind, *(round(size, 2) for size in sizes))
+        rows.setdefault(likeness, {"names": [], "hinge": hinge, "gap": gap})["names"].append(name)
+    return list(rows.values())
