@@ -18,7 +18,7 @@ __all__ = ["Anatomy", "Cable", "Guide", "Joint", "Part", "Shape", "Vector", "rea
 
 Vector = NDArray[np.float64]
 
-_LIMITS = Limits(wall_s=60, cpu_s=60)
+_LIMITS = Limits(wall_s=120, cpu_s=60)
 
 
 class Shape(Artifact):

@@ -20,7 +20,7 @@ _LEVELS = 6
 _SETTLING_S = 1.0
 """Our choice: long against the 0.05 s of the winches and the swing of a limb; the drift that is left is recorded."""
 
-_LIMITS = Limits(wall_s=60, cpu_s=60)
+_LIMITS = Limits(wall_s=300, cpu_s=120)
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 
