@@ -121,6 +121,29 @@ def test_another_site_reaches_nothing(runs: Path, server: Server) -> None:
     stranger.server_close()
 
 
+def test_without_webgl_a_design_is_a_still_picture_and_a_sentence(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.get_by_text("This browser has no WebGL").wait_for()
+        picture = page.locator(".v3d-still img")
+        assert picture.evaluate("image => image.decode().then(() => image.naturalWidth)") == 1
+        assert page.get_by_text("Preparing the model").count() == 0
+
+
+def test_a_design_is_drawn_without_complaints_of_the_browser(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        complaints: list[str] = []
+        page.on("console", lambda said: complaints.append(said.text) if "THREE" in said.text else None)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.get_by_text("squares of").wait_for()
+        assert not complaints
+
+
 @pytest.mark.parametrize("width", [820, 1280, 1920])
 def test_pages_fit_tablets_and_wide_screens(runs: Path, server: Server, width: int) -> None:
     run = made_run(runs, waiting=True)

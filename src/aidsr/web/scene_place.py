@@ -26,7 +26,7 @@ def show_scene(
     Args:
         mjcf: Its text; empty while there is none.
         title: What it is.
-        picture: Address of a picture of it, empty where there is none.
+        picture: Address of a picture of it, for browsers without WebGL too; empty where there is none.
         faults: What to light up.
         groups: Actuators that act together.
         environment: For a robot alone, the MJCF whose physics hold for it.
@@ -41,4 +41,12 @@ def show_scene(
         on_pick(pick.name)
 
     with box("sheet flush view"):
-        SceneView(mjcf, title=title, faults=faults, groups=groups, environment=environment, on_pick=picked)
+        SceneView(
+            mjcf,
+            title=title,
+            picture=picture,
+            faults=faults,
+            groups=groups,
+            environment=environment,
+            on_pick=picked,
+        )

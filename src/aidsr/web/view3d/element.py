@@ -40,6 +40,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
     Args:
         mjcf: Robot or scene, as text or as the path of its file.
         title: What it is, for those who cannot see it and for the names of pictures.
+        picture: Address of a still picture, for browsers without WebGL.
         faults: What is wrong with it: the bodies and tendons named there are lit.
         groups: Actuators that act together, as the robot's author says; each gets a slider.
         episodes: Recorded motions to choose from.
@@ -54,6 +55,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         mjcf: str | Path,
         *,
         title: str = "robot",
+        picture: str = "",
         faults: Sequence[Fault] = (),
         groups: Sequence[ActuatorGroup] = (),
         episodes: Sequence[Episode] = (),
@@ -68,6 +70,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         _views().add(self.stream)
         self._props["path"] = f"{ADDRESS}/{self.stream.id}"
         self._props["title"] = title
+        self._props["picture"] = picture
         self._props["episodes"] = [episode.name for episode in episodes]
         self._props["controls"] = controls
         self._picked = on_pick

@@ -1,7 +1,7 @@
 // The browser's side of aidsr.web.view3d: what the Vue component in scene_view.js uses.
 export { Connection } from "./connection.js";
 export { FACTS, FRAME, STATE, TESTS } from "./frames.js";
-export { shortName, Viewer } from "./viewer.js";
+export { canDraw, shortName, Viewer } from "./viewer.js";
 
 const style = document.createElement("link");
 style.rel = "stylesheet";

@@ -1,5 +1,5 @@
 // The view as a Vue component for NiceGUI: picture, transport, and a slider for each thing that can be pulled.
-import { Connection, FACTS, FRAME, shortName, STATE, TESTS, Viewer } from "aidsr-view3d";
+import { canDraw, Connection, FACTS, FRAME, shortName, STATE, TESTS, Viewer } from "aidsr-view3d";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const SEND_MS = 40;
@@ -8,7 +8,13 @@ const LABELS_AT_MOST = 6;
 
 export default {
   template: `
-<div class="v3d" :class="{'v3d-bare': !controls}" ref="root">
+<figure v-if="!drawable" class="v3d-still">
+  <img v-if="picture" :src="picture" :alt="title">
+  <figcaption role="status">This browser has no WebGL, so the design cannot be turned or pulled here{{
+    picture ? '; this is a still picture of it' : '' }}. Turn on hardware acceleration in the browser's settings, or open
+    this page in another browser.</figcaption>
+</figure>
+<div v-else class="v3d" :class="{'v3d-bare': !controls}" ref="root">
   <div class="v3d-stage">
     <div class="v3d-picture" ref="host" tabindex="0" role="application" :aria-label="'3-D view of ' + title + '. ' + keys"
          @keydown="key"></div>
@@ -65,11 +71,12 @@ export default {
   </div>
 </div>`,
 
-  props: { view: String, path: String, title: String, lit: Array, episodes: Array, controls: Boolean },
+  props: { view: String, path: String, title: String, picture: String, lit: Array, episodes: Array, controls: Boolean },
   emits: ["pick", "ready"],
 
   data() {
     return {
+      drawable: canDraw(),
       facts: null,
       state: { mode: "live", runs: true, speed: 1, trouble: "", duration_s: null },
       tests: [],
@@ -160,6 +167,7 @@ export default {
   },
 
   mounted() {
+    if (!this.drawable) return;
     this.unsent = new Map();
     this.viewer = new Viewer(this.$refs.host, {
       pick: (thing) => this.pick(thing),
@@ -180,6 +188,7 @@ export default {
   },
 
   unmounted() {
+    if (!this.drawable) return;
     document.removeEventListener("visibilitychange", this.lookOrNot);
     clearTimeout(this.hiding);
     clearTimeout(this.sending);
@@ -258,7 +267,7 @@ export default {
       this[name] = !this[name];
     },
     light() {
-      this.viewer.setLit(this.lit ?? [], this.chosen);
+      this.viewer?.setLit(this.lit ?? [], this.chosen);
     },
     pick(thing) {
       this.chosen = thing;

@@ -73,8 +73,8 @@ export class Shapes {
       roughness: 0.72 - 0.3 * part.shine,
       metalness: 0,
       flatShading: flat,
-      side: flat || part.shape === "plane" ? DoubleSide : undefined,
     });
+    if (flat || part.shape === "plane") material.side = DoubleSide;
     const mesh = new Mesh(geometry, material);
     mesh.matrixAutoUpdate = false;
     mesh.userData = { part, scale: new Vector3(...scale) };

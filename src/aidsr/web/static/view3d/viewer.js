@@ -28,6 +28,13 @@ export function shortName(name) {
   return name.replace(/^robot\//, "");
 }
 
+/** Whether this browser can draw in three dimensions at all. */
+export function canDraw() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  context?.getExtension("WEBGL_lose_context")?.loseContext(); // browsers allow few at a time
+  return context !== null;
+}
+
 export class Viewer {
   /**
    * @param {HTMLElement} host  which the picture fills
