@@ -190,6 +190,14 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
     assert named(evaluation)["training_stable"].passed
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "events.jsonl").read_text().splitlines()[-1])["kind"] == "evaluated"
+    rewards = {episode.variation: episode.reward for episode in evaluation.episodes}
+    for name, reward in (("best", max(rewards.values())), ("median", sorted(rewards.values())[9])):
+        with np.load(tmp_path / f"{name}.npz", allow_pickle=False) as motion:
+            variation, lasted_s = int(motion["variation"]), (len(motion["qpos"]) - 1) * float(motion["frame_s"])
+            assert rewards[variation] == reward
+            assert lasted_s == pytest.approx(evaluation.episodes[variation].time_s, abs=1e-6)
+            shown = mujoco.MjModel.from_xml_string(str(motion["mjcf"]))
+            assert motion["qpos"].shape[1] == shown.nq
 
 
 def test_an_unfinished_training_cannot_be_judged(tmp_path):

@@ -30,7 +30,8 @@ class TrainingFolder:
     | training.json      | how it ended: steps, time, episodes, divergences; written last                 |
     | evaluation.json    | the verdict on held-out variations                                             |
     | curve.png          | the curve as a picture                                                         |
-    | best.mp4, median.mp4 | the best and the median held-out episode                                     |
+    | best.npz, median.npz | the best and the median held-out episode as motions, as `episode_recordings` says |
+    | best.mp4, median.mp4 | the same as films                                                              |
     """
 
     path: Path

@@ -59,7 +59,7 @@ class FinishedTraining:
 def evaluate_training(
     folder: Path, *, episodes: int = LEAST_EPISODES, threads: int = 0, videos: bool = True
 ) -> Evaluation:
-    """Judge a finished training on held-out variations; the verdict, the curve and two videos go into its folder.
+    """Judge a finished training on held-out variations; verdict, curve, two motions and films go into its folder.
 
     Args:
         folder: Of the training.
@@ -70,7 +70,7 @@ def evaluate_training(
     Raises:
         UserError: The folder holds no finished training.
     """
-    from aidsr.rl.pictures import curve_picture, episode_videos
+    from aidsr.rl.pictures import curve_picture, episode_recordings, episode_videos
 
     training = FinishedTraining.load(folder)
     with one_torch_thread():
@@ -86,8 +86,10 @@ def evaluate_training(
     home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
     home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
     home.write("curve.png", curve_picture(home / "curve.csv"))
+    scene, frame_s = training.scene.mjcf, training.scene.task.control_dt_s
+    for name, motion in episode_recordings(scene, watched, frame_s).items():
+        home.write(f"{name}.npz", motion)
     if videos:
-        films = episode_videos(training.scene.mjcf, watched, training.scene.task.control_dt_s)
-        for name, film in films.items():
+        for name, film in episode_videos(scene, watched, frame_s).items():
             home.write(f"{name}.mp4", film)
     return evaluation
