@@ -79,6 +79,10 @@ def _train(page: Page) -> None:
     expect(page.get_by_text("All 20 held-out episodes")).to_be_visible()
     page.get_by_role("button", name="Plausible", exact=True).click()
     page.get_by_text("You confirmed it.").wait_for()
+    expect(page.get_by_role("button", name="Replay best")).to_be_visible()
+    if "AIDSR_SCREENSHOTS" in os.environ:  # only then the browser draws in three dimensions
+        page.get_by_role("button", name="Replay best").click()
+        page.get_by_text("Episode: best of training 1").first.wait_for()
     shoot(page, "training", whole=True)
 
 

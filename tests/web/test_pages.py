@@ -8,8 +8,9 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
-from made import SCRIPT, blamed, made_run
+from made import MJCF, SCRIPT, blamed, made_run
 from nicegui import ui
 from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
@@ -204,10 +205,13 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
     rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n2000,9,4,0.5,0.7,2.0,0,222\n"
     replace_file(folder / "curve.csv", rows.encode())
+    np.savez(folder / "best.npz", qpos=np.zeros((3, 1)), frame_s=0.02, variation=3, mjcf=MJCF)
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
-    for said in ("3 of 4", "2 000 of 4 000", "energy kept", "There is no film"):
+    for said in ("3 of 4", "2 000 of 4 000", "energy kept", "There is no film", "Replay best"):
         await user.should_see(said)
+    assert "best of training 1" in shown(user)
+    press(user, "Replay best")
     user.find("Not plausible").click()
     await user.should_see("You rejected it.")
     assert trainings_of(run.design(1))[0].inspection.read() == Inspection(plausible=False)

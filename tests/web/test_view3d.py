@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -14,7 +16,8 @@ pytest.importorskip("nicegui", reason="needs the extra web")
 
 from robots import arm
 
-from aidsr.web.view3d import Model, SceneStream
+from aidsr.errors import UserError
+from aidsr.web.view3d import Episode, Model, SceneStream
 from aidsr.web.view3d.frames import Kind, Moment, kind_of, pack_frame, read_frame
 
 WAIT_S = 120.0
@@ -71,6 +74,38 @@ def test_a_person_can_pull_a_tendon() -> None:
     assert len(before.poses) > 0
     assert len(before.segments) > 0
     assert after.ctrl.max() > before.ctrl.max()
+
+
+def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:
+    model = mujoco.MjModel.from_xml_string(arm())
+    bent = np.linspace(0.0, 0.3, 50)[:, None] * np.ones(model.nq)
+    np.savez_compressed(tmp_path / "best.npz", qpos=bent.astype(np.float32), frame_s=0.02, variation=4, mjcf=arm())
+    episode = Episode.read(tmp_path / "best.npz", "best of training 1")
+
+    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Moment]:
+        await until(messages, Kind.TESTS)
+        await stream.obey({"do": "episode", "index": 0})
+        told = await until(messages, Kind.STATE, lambda message: b'"episode"' in message)
+        await stream.obey({"do": "seek", "time_s": 0.98})
+        last = await until(messages, Kind.FRAME, lambda message: read_frame(message).time_s > 0.97)
+        return json.loads(told[4:]), read_frame(last)
+
+    state, moment = watched(Model(arm(), episodes=(episode,)), talk)
+    assert state["duration_s"] == pytest.approx(0.98)
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.3
+    mujoco.mj_forward(model, data)
+    tip = data.xpos[-1]
+    assert np.linalg.norm(moment.poses[:, :3] - tip, axis=1).min() < 0.05
+
+
+def test_what_is_no_recorded_episode_is_said(tmp_path: Path) -> None:
+    (tmp_path / "best.npz").write_bytes(b"no archive")
+    with pytest.raises(UserError, match=r"best\.npz is none"):
+        Episode.read(tmp_path / "best.npz", "best")
+    np.savez_compressed(tmp_path / "huge.npz", qpos=np.zeros((4400, 1000)), frame_s=0.02, mjcf="")
+    with pytest.raises(UserError, match="at most 32 MiB"):
+        Episode.read(tmp_path / "huge.npz", "huge")
 
 
 def test_what_is_no_model_is_said_and_what_is_no_command_is_refused() -> None:

@@ -82,6 +82,11 @@ class Training:
         """The films of held-out episodes that exist, the best first."""
         return tuple(BytesFile(self.path / name) for name in ("best.mp4", "median.mp4") if (self.path / name).exists())
 
+    @property
+    def motions(self) -> tuple[BytesFile, ...]:
+        """The same episodes as motions, as far as they exist."""
+        return tuple(BytesFile(self.path / name) for name in ("best.npz", "median.npz") if (self.path / name).exists())
+
 
 def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
     """Return the trainings of a design, in order."""

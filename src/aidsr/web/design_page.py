@@ -33,11 +33,13 @@ from aidsr.web.parts import (
     text,
     usage_facts,
 )
+from aidsr.web.replaying import Motion, Stage, motions_of
 from aidsr.web.review_panel import Draft, part_names, review_panel
 from aidsr.web.run_page import concept_in_words, not_found
 from aidsr.web.scene_place import show_scene
 from aidsr.web.site import DesignView, Site
 from aidsr.web.training_panel import training_panel
+from aidsr.web.view3d import Episode
 
 __all__ = ["add_design_page"]
 
@@ -53,6 +55,7 @@ class _Page:
     folder: DesignFolder
     chosen: int
     """0 for the newest, whichever that is."""
+    stage: Stage
 
     def read(self) -> tuple[DesignView, str, int]:
         """Return the design, the state of its run, and the number of the iteration looked at."""
@@ -65,11 +68,12 @@ class _Page:
         """Return the number of the iteration looked at."""
         return self.read()[2]
 
-    def seen(self) -> tuple[int, bool, bool]:
-        """Return the number of the iteration looked at, and whether there is a validated scene and a picture of it."""
+    def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
+        """Return which iteration is looked at, whether its scene is validated and pictured, what can be replayed."""
         number = self.number()
         iteration = self.folder.iteration(number)
-        return number, iteration.scene_report.path.exists(), iteration.preview.path.exists()
+        validated, pictured = iteration.scene_report.path.exists(), iteration.preview.path.exists()
+        return number, validated, pictured, motions_of(self.folder)
 
 
 def add_design_page(site: Site) -> None:
@@ -79,7 +83,7 @@ def add_design_page(site: Site) -> None:
     def design_page(name: str, number: int, iteration: int = 0) -> None:
         try:
             run, folder = site.design(name, number)
-            page = _Page(site, run, folder, iteration)
+            page = _Page(site, run, folder, iteration, Stage())
             design, _, _ = page.read()
             title = site.view(run).title
         except AidsrError as error:
@@ -126,20 +130,21 @@ def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
                 clock(design.since)
 
 
-def _scene(page: _Page, seen: tuple[int, bool, bool]) -> None:
-    number = seen[0]
+def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> None:
+    number, _, _, motions = seen
     iteration = page.folder.iteration(number)
     scene = iteration.scene.read()
     state = attempted(page.folder, number)
     report = (iteration.scene_report if scene else iteration.robot_report).read()
     robot = newest(it.robot.read() for it in reversed(page.folder.iterations) if it.number <= number)
-    show_scene(
+    page.stage.view = show_scene(
         scene.mjcf if scene else state.robot,
         f"{page.run.path.name} design {page.folder.number} iteration {number}",
         _picture(page, number),
         faults=report.errors if report else (),
         groups=robot.actuator_groups if robot else (),
         environment="" if scene else page.run.brief().environment,
+        episodes=[Episode.read(motion.path, motion.name) for motion in motions],
         on_pick=Draft(page.run, iteration).pin,
     )
 
@@ -205,7 +210,7 @@ def _tabs(page: _Page) -> None:
         with ui.tab_panel("log"):
             conversation(page.run, page.folder.number)
         with ui.tab_panel("training"):
-            training_panel(page.site, page.run, page.folder)
+            training_panel(page.site, page.run, page.folder, page.stage)
 
 
 def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from aidsr.artifacts import ActuatorGroup, Fault
 from aidsr.web.parts import box, image
-from aidsr.web.view3d import Pick, SceneView
+from aidsr.web.view3d import Episode, Pick, SceneView
 
 __all__ = ["show_scene"]
 
@@ -19,9 +19,10 @@ def show_scene(
     faults: Sequence[Fault] = (),
     groups: Sequence[ActuatorGroup] = (),
     environment: str = "",
+    episodes: Sequence[Episode] = (),
     on_pick: Callable[[str], None] = lambda _name: None,
-) -> None:
-    """Show a robot or a scene.
+) -> SceneView | None:
+    """Show a robot or a scene, and return the view, None where there is nothing to see yet.
 
     Args:
         mjcf: Its text; empty while there is none.
@@ -30,23 +31,25 @@ def show_scene(
         faults: What to light up.
         groups: Actuators that act together.
         environment: For a robot alone, the MJCF whose physics hold for it.
+        episodes: Recorded motions to choose from.
         on_pick: Told the name of a body or tendon that a person clicked; empty takes it back.
     """
     if not mjcf:
         with box("sheet flush"):
             image(picture, title)
-        return
+        return None
 
     def picked(pick: Pick) -> None:
         on_pick(pick.name)
 
     with box("sheet flush view"):
-        SceneView(
+        return SceneView(
             mjcf,
             title=title,
             picture=picture,
             faults=faults,
             groups=groups,
             environment=environment,
+            episodes=episodes,
             on_pick=picked,
         )

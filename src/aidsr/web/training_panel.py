@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nicegui import app, ui
@@ -16,6 +18,7 @@ from aidsr.tasks import task_names
 from aidsr.web.curve import curve_svg
 from aidsr.web.live import acting, live
 from aidsr.web.parts import badge, box, button, fact, file_address, notice, text
+from aidsr.web.replaying import Stage, replay_name
 from aidsr.web.site import Site
 
 __all__ = ["training_panel"]
@@ -36,6 +39,7 @@ class _Shown:
     verdict: Evaluation | None
     inspection: Inspection | None
     films: tuple[str, ...]
+    motions: tuple[Path, ...]
 
 
 @dataclass(frozen=True)
@@ -46,9 +50,16 @@ class _State:
     trainings: tuple[_Shown, ...]
 
 
-def training_panel(site: Site, run: Run, design: DesignFolder) -> None:
-    """Show the trainings of an approved design, and what starts one."""
-    live(lambda: _read(site, run, design), lambda state: _draw(site, run, design, state))
+def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
+    """Show the trainings of an approved design, and what starts one.
+
+    Args:
+        site: The site.
+        run: The run of the design.
+        design: The design.
+        stage: Where recorded episodes are played.
+    """
+    live(lambda: _read(site, run, design), lambda state: _draw(site, run, design, state, stage))
 
 
 def _read(site: Site, run: Run, design: DesignFolder) -> _State:
@@ -61,13 +72,14 @@ def _read(site: Site, run: Run, design: DesignFolder) -> _State:
         verdict, said = training.evaluation.read(), training.inspection.read()
         steps, seed = int(config.get("steps", 0)), int(config.get("seed", 0))
         curve, result = read_curve(training), training.result.read()
-        shown.append(_Shown(training, steps, seed, curve, result, verdict, said, films))
+        motions = tuple(motion.path for motion in training.motions)
+        shown.append(_Shown(training, steps, seed, curve, result, verdict, said, films, motions))
     unjudged = not shown or shown[-1].verdict is None
     last_words = site.processes.last_words(name) if unjudged and not alive else ""
     return _State(design.final_scene.path.exists(), alive, last_words, tuple(reversed(shown)))
 
 
-def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
+def _draw(site: Site, run: Run, design: DesignFolder, state: _State, stage: Stage) -> None:
     if not state.approved:
         text("A design can be trained once it is approved.", "soft")
         return
@@ -84,7 +96,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                 text("What the last training said:", "label")
                 text(state.last_words, "text last", "pre")
         for one in state.trainings:
-            _training(run, one, alive=state.alive)
+            _training(run, one, stage, alive=state.alive)
 
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
@@ -120,7 +132,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             button("Start training", acting(start), "primary", "play_arrow")
 
 
-def _training(run: Run, one: _Shown, *, alive: bool) -> None:
+def _training(run: Run, one: _Shown, stage: Stage, *, alive: bool) -> None:
     with box("sheet stack", "article"):
         with box("row apart"):
             text(f"Training {one.training.number}", tag="h2")
@@ -143,6 +155,7 @@ def _training(run: Run, one: _Shown, *, alive: bool) -> None:
         if one.verdict:
             _verdict(one.verdict)
             _films(run, one)
+            _motions(one, stage)
             _inspection(one)
 
 
@@ -200,6 +213,16 @@ def _films(run: Run, one: _Shown) -> None:
                 ):
                     pass
                 text(f"the {path.rpartition('/')[2].removesuffix('.mp4')} held-out episode", "small soft")
+
+
+def _motions(one: _Shown, stage: Stage) -> None:
+    if not one.motions:
+        return
+    with box("row"):
+        text("In the 3-D view:", "small soft")
+        for motion in one.motions:
+            name = replay_name(one.training.number, motion)
+            button(f"Replay {motion.stem}", acting(partial(stage.replay, name)), "quiet", "play_arrow")
 
 
 def _inspection(one: _Shown) -> None:

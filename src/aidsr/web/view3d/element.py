@@ -77,9 +77,18 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         self.on("pick", self._pick)
         self.light(faults)
 
+    @property
+    def episodes(self) -> tuple[str, ...]:
+        """Names of the motions that can be played."""
+        return tuple(self._props["episodes"])
+
     def light(self, faults: Sequence[Fault]) -> None:
         """Let the bodies and tendons that faults name glow, in place of those that did."""
         self._props["lit"] = [{"names": list(fault.names), "severity": fault.severity} for fault in faults]
+
+    def replay(self, name: str) -> None:
+        """Play an episode in each browser that looks, as if somebody had chosen it there."""
+        self.run_method("replay", self.episodes.index(name))
 
     def _pick(self, event: GenericEventArguments) -> None:
         kind, name = event.args.get("kind"), event.args.get("name")

@@ -12,6 +12,7 @@ import signal
 import struct
 import sys
 import tempfile
+import zipfile
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,8 @@ __all__ = ["Episode", "Model", "SceneStream", "Watcher"]
 _LENGTH = struct.Struct(">Q")
 _MAX_MESSAGE = 128 * 2**20
 """Of the facts on a model with large surfaces; a frame has some 10 KB."""
+_MAX_EPISODE = 32 * 2**20
+"""Bytes of an episode when unpacked; one of a minute at 50 rows/s with 100 positions has 1 MiB."""
 _SILENCE_S = 180.0
 """After which a player is given up: it speaks once a second, and is ended itself after 30 s of processor time, which
 take longer by the clock on a busy machine."""
@@ -64,9 +67,13 @@ class Episode:
             UserError: It is no such file.
         """
         try:
+            with zipfile.ZipFile(file) as archive:
+                size = sum(one.file_size for one in archive.infolist())
+            if size > _MAX_EPISODE:
+                raise UserError(f"an episode of at most 32 MiB was expected, and {file.name} has {size // 2**20} MiB")
             with np.load(file, allow_pickle=False) as stored:
                 return cls(name, float(stored["frame_s"]), np.asarray(stored["qpos"], float), str(stored["mjcf"]))
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise UserError(f"a recorded episode was expected, and {file.name} is none ({error})") from None
 
 

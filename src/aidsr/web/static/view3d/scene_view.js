@@ -233,6 +233,11 @@ export default {
       const [mode, index] = value.split(" ");
       this.send(mode === "live" ? { do: "live" } : { do: mode, index: Number(index) });
     },
+    replay(index) {
+      if (!this.drawable) return;
+      this.$refs.root.scrollIntoView({ block: "center" });
+      this.send({ do: "episode", index });
+    },
     seek(time) {
       this.time = time;
       this.send({ do: "pause" });
