@@ -61,7 +61,7 @@ def test_realizability_is_told_apart_and_enforced_on_request(files: Path, capsys
 
 def test_the_cheapest_motors_are_named(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("good.xml", "--realizable") == 0
-    assert "- m0, m1, m2, m3 (46.8 N, 0.037 m/s, stroke 29 mm): Feetech" in capsys.readouterr().out
+    assert "- m0, m1, m2, m3 (46.8 N, 0.0371 m/s, stroke 29 mm): Feetech" in capsys.readouterr().out
 
 
 def test_repairs_are_made_on_request_and_told(files: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from made import ROBOTS, made, mjcf
+from exported import ROBOTS, made, mjcf
 
 from aidsr.errors import UserError
 from aidsr.fabrication.anatomy import read_anatomy

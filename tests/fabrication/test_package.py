@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import mujoco
 import pytest
-from made import made, mjcf, report
+from exported import made, mjcf, report
 
 from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of

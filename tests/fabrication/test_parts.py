@@ -3,7 +3,7 @@
 import lib3mf
 import numpy as np
 import pytest
-from made import ROBOTS, Mesh, made
+from exported import ROBOTS, Mesh, made
 
 from aidsr.fabrication.checks import is_watertight
 from aidsr.fabrication.files import stl, three_mf

@@ -1,7 +1,7 @@
 """Motors do what the tests recorded, and what none can do is told."""
 
 import pytest
-from made import ROBOTS, made, report
+from exported import ROBOTS, made, report
 
 from aidsr.artifacts import ValidationReport
 from aidsr.fabrication.winches import demands, string, winch_faults

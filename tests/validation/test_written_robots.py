@@ -103,9 +103,10 @@ def test_a_free_joint_on_an_arm_lets_it_fall_over_its_floor() -> None:
 
 
 def test_an_arm_without_damping_fails_and_is_told_why() -> None:
-    (fault,) = validate(arm(joint='stiffness="2"', tendon="")).errors
-    assert fault.code in ("numerical_instability", "underdamped")
-    assert "damping" in fault.likely_cause
+    first, *others = validate(arm(joint='stiffness="2"', tendon="")).errors
+    assert first.code in ("numerical_instability", "underdamped")
+    assert "damping" in first.likely_cause
+    assert {fault.code for fault in others} <= {"underdamped", "chatter"}
 
 
 def test_damping_that_the_integrator_treats_explicitly() -> None:
