@@ -16,7 +16,7 @@ from importlib.metadata import entry_points
 from typing import get_args
 
 from aidsr.errors import UserError
-from aidsr.tasks.goal import Goal, read_goal
+from aidsr.tasks.goal import Goal, parse_goal, read_goal
 from aidsr.tasks.goal_kinds import GoalTask
 from aidsr.tasks.goal_task import goal_task
 from aidsr.tasks.grasping.delicate_grasping import DelicateGrasping
@@ -56,6 +56,7 @@ __all__ = [
     "apply_to_simulation",
     "goal_task",
     "load_task",
+    "parse_goal",
     "read_goal",
     "task_names",
 ]

@@ -20,7 +20,7 @@ from pydantic import Field, TypeAdapter, ValidationError, field_validator, model
 from aidsr.artifacts import Artifact, Base, Vec3
 from aidsr.errors import UserError
 
-__all__ = ["AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "read_goal"]
+__all__ = ["AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "parse_goal", "read_goal"]
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -125,21 +125,38 @@ def read_goal(path: str | Path) -> AnyGoal:
         UserError: There is no such file, or it does not say a goal.
     """
     try:
-        said = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise UserError(f"the goal {path} does not exist; give a TOML file as docs/goals.md shows") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"{path} cannot be read as TOML: {error}") from None
+    return parse_goal(text, str(path))
+
+
+def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
+    """Return the goal that a TOML text says.
+
+    Args:
+        text: The TOML.
+        name: What messages call it.
+
+    Raises:
+        UserError: It does not say a goal.
+    """
+    try:
+        said = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{name} cannot be read as TOML: {error}") from None
     kind = said.get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
         raise UserError(
-            f'{path} must say one of kind = "reach", "lift", "travel" or "touch"; found '
+            f'{name} must say one of kind = "reach", "lift", "travel" or "touch"; found '
             + ("no kind" if kind is None else f"{kind!r}{_near(str(kind), _KINDS)}")
         )
     try:
         goal: AnyGoal = TypeAdapter(AnyGoal).validate_python(said)
     except ValidationError as error:
-        raise UserError(f"{path}: {_sentence(error, _KINDS[kind])}") from None
+        raise UserError(f"{name}: {_sentence(error, _KINDS[kind])}") from None
     return goal
 
 
