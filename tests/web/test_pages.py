@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made import MJCF, SCRIPT, blamed, made_run
-from nicegui import ui
+from nicegui import app, ui
+from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
@@ -262,6 +263,39 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
             order_from(site, FRESH | change)
     by_hand = order_from(site, FRESH | {"kind": "manual"}).config.model
     assert by_hand.startswith(f"manual:{tmp_path}")
+
+
+BELL = """<mujoco model="bell"><worldbody>
+  <geom name="floor" type="plane" size="1 1 0.05"/><site name="mount" pos="0 0 0.5" euler="180 0 0"/>
+  <body name="bell" pos="0.13 0 0.28"><geom name="bell" size="0.03"/></body>
+</worldbody></mujoco>"""
+
+
+@visiting
+async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> None:
+    await user.open("/new")
+    user.find("In your own words").click()
+    fields = {field._props["label"]: field for field in user.client.elements.values() if isinstance(field, ui.upload)}
+
+    async def give(label: str, name: str, said: str) -> None:
+        await fields[label].handle_uploads([SmallFileUpload(name, "text/plain", said.encode())])
+
+    await give("Environment (MJCF)", "bell.xml", BELL)
+    await user.should_see("bell.xml", retries=100)
+    for said, sentence in (
+        ("kind = ", "hit.toml cannot be used: the goal cannot be read as TOML"),
+        ('kind = "hit"', 'must say one of kind = "reach"'),
+        ('kind = "touch"\ntarget = "gong"', "gong"),
+        ('kind = "touch"\ntarget = "bell"\nforce = 1', "force"),
+    ):
+        await give("Goal (goal.toml)", "hit.toml", said)
+        await user.should_see(sentence, retries=100)
+    await give("Goal (goal.toml)", "hit.toml", 'kind = "touch"\ntarget = "bell"')
+    await user.should_see("hit.toml, 0.0 kB", retries=100)
+    with user.client:
+        form = dict(app.storage.user["setup"])
+    order = order_from(site, form | {"source": "words", "objective": "Ring it."})
+    assert (order.environment, order.goal) == (BELL, 'kind = "touch"\ntarget = "bell"')
 
 
 def asked_by_hand(directory: Path, number: int, said: str) -> None:

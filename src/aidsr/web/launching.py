@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
 from aidsr.pipeline.starting import brief_for, start
@@ -22,6 +24,8 @@ class Order:
     objective: str = ""
     environment: str = ""
     """MJCF, for an objective in words."""
+    goal: str = ""
+    """TOML that says how success is measured in that environment; empty where nothing measures it."""
     robot: str = ""
     """MJCF of a robot to start from."""
 
@@ -36,13 +40,19 @@ def launch(site: Site, order: Order) -> Run:
     Raises:
         UserError: Something asked for does not exist or does not fit together.
     """
-    brief = brief_for(
-        order.objective,
-        task=order.task,
-        level=order.level,
-        environment=order.environment,
-        robot=order.robot,
-    )
-    run = start(brief, order.config, level=order.level if order.task else "", runs=site.library.path)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "goal.toml"
+        file.write_text(order.goal, encoding="utf-8")
+        goal = file if order.goal else ""
+        brief = brief_for(
+            order.objective,
+            task=order.task,
+            level=order.level,
+            environment=order.environment,
+            robot=order.robot,
+            goal=goal,
+        )
+        level = order.level if order.task else ""
+        run = start(brief, order.config, level=level, runs=site.library.path, goal=goal)
     site.go_on(run)
     return run

@@ -5,19 +5,19 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from nicegui import app, events, run, ui
+from nicegui import app, ui
 from pydantic import ValidationError
 
-from aidsr.artifacts import EnvironmentSummary
-from aidsr.errors import AidsrError, UserError
+from aidsr.errors import UserError
 from aidsr.runs import Budget, Run, RunConfig
 from aidsr.tasks import load_task, task_names
 from aidsr.web.choosing_a_model import LIMITS, budget_from, choose_model, model_name
 from aidsr.web.frame import frame
 from aidsr.web.launching import Order, launch
-from aidsr.web.live import say_mistake, working
-from aidsr.web.parts import box, button, choice, fact, image, text
+from aidsr.web.live import working
+from aidsr.web.parts import box, button, choice, image, text
 from aidsr.web.site import Site
+from aidsr.web.uploading import ENVIRONMENT, GOAL, ROBOT, upload
 
 __all__ = ["add_setup", "order_from"]
 
@@ -28,6 +28,8 @@ FRESH: dict[str, Any] = {
     "objective": "",
     "environment": "",
     "environment_name": "",
+    "goal": "",
+    "goal_name": "",
     "robot": "",
     "robot_name": "",
     "kind": "builtin",
@@ -84,7 +86,13 @@ def order_from(site: Site, form: Form) -> Order:
         raise UserError(f"{first['loc'][0]}: {first['msg']}, found {first['input']}; change it") from None
     if form["source"] == "task":
         return Order(config, task=form["task"], level=form["level"], robot=form["robot"])
-    return Order(config, objective=form["objective"], environment=form["environment"], robot=form["robot"])
+    return Order(
+        config,
+        objective=form["objective"],
+        environment=form["environment"],
+        goal=form["goal"],
+        robot=form["robot"],
+    )
 
 
 def _what(form: Form) -> None:
@@ -135,56 +143,13 @@ def _words(form: Form) -> None:
             "The environment is MJCF without a robot. A site named mount or mount_… says where one may be attached.",
             "small soft",
         )
-        _upload(form, "environment", "Environment (MJCF)")
-
-
-def _upload(form: Form, key: str, what: str) -> None:
-    """Take a file, look at it by strict rules in a limited process, and say what is in it."""
-
-    @ui.refreshable
-    def found(summary: EnvironmentSummary | None = None) -> None:
-        if form[key]:
-            with box("row"):
-                text(f"{form[f'{key}_name']}, {len(form[key].encode()) / 1000:.1f} kB", "mono")
-                button("Remove", remove, "bare", "close")
-        if summary is not None:
-            with box("facts"):
-                fact("mounts", ", ".join(mount.name for mount in summary.mounts) or "none, only the world")
-                fact("bodies", str(len(summary.bodies)))
-                fact("sensors", str(len(summary.sensors)))
-
-    def remove() -> None:
-        form.update({key: "", f"{key}_name": ""})
-        found.refresh()
-
-    async def take(event: events.UploadEventArguments) -> None:
-        upload.reset()
-        try:
-            mjcf = (await event.file.read()).decode("utf-8-sig")
-            summary = await run.io_bound(_looked_at, key, mjcf)
-        except UnicodeDecodeError:
-            say_mistake(UserError(f"{event.file.name} is no text; give an MJCF file saved as UTF-8"))
-        except AidsrError as error:
-            say_mistake(UserError(f"{event.file.name} cannot be used: {error}"))
-        else:
-            form.update({key: mjcf, f"{key}_name": event.file.name[:100]})
-            found.refresh(summary)
-
-    upload = ui.upload(label=what, max_file_size=2_000_000, auto_upload=True, on_upload=take).props(
-        "flat accept=.xml,.mjcf"
-    )
-    upload.on("rejected", lambda: say_mistake(UserError("an MJCF file of at most 2 MB was expected; make it smaller")))
-    found()
-
-
-def _looked_at(key: str, mjcf: str) -> EnvironmentSummary | None:
-    from aidsr.sim.mjcf import read_mjcf
-    from aidsr.sim.summary import summarize_environment
-
-    if key == "environment":
-        return summarize_environment(mjcf)
-    read_mjcf(mjcf)
-    return None
+        upload(form, ENVIRONMENT)
+        text(
+            "A goal, a short TOML file, says when the robot has done it: reach, lift, travel or touch. It is only needed "
+            "for training.",
+            "small soft",
+        )
+        upload(form, GOAL)
 
 
 def _how_much(form: Form) -> None:
@@ -201,7 +166,7 @@ def _how_much(form: Form) -> None:
                     _number(form, "seed", "Seed of the built-in rules", 0, 2**31)
                 ui.switch("Put plain slips of a robot right by code").bind_value(form, "repairs")
                 text("A robot to start from, if you have one", "label")
-                _upload(form, "robot", "Robot (MJCF)")
+                upload(form, ROBOT)
 
 
 def _number(form: Form, key: str, label: str, least: int, most: int) -> None:

@@ -100,12 +100,12 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State, stage: Stag
 
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
-    record = run.asked()
+    measured = bool(run.asked().task) or run.goal.path.exists()
     wish: dict[str, Any] = app.storage.user.setdefault("training", dict(_WISH))
 
     def start() -> None:
         steps, seeds = _whole(wish["steps"], "steps"), _whole(wish["seeds"], "policies")
-        task = [] if record.task else ["--task", _named(wish["task"])]
+        task = [] if measured else ["--task", _named(wish["task"])]
         films = [] if wish.get("films", True) else ["--no-videos"]
         site.processes.start(
             name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
@@ -124,7 +124,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             steps.props("outlined dense").bind_value(wish, "steps")
             seeds = ui.number("Policies, one after the other", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(wish, "seeds")
-            if not record.task:
+            if not measured:
                 task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
                 task.bind_value(wish, "task")
         ui.switch("Film the best and the median held-out episode").bind_value(wish, "films")
