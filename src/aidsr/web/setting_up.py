@@ -145,8 +145,8 @@ def _words(form: Form) -> None:
         )
         upload(form, ENVIRONMENT)
         text(
-            "A goal, a short TOML file, says when the robot has done it: reach, lift, travel or touch. It is only needed "
-            "for training.",
+            "A goal, a short TOML file, says when the robot has done it: reach, lift, travel or touch. Only training "
+            "needs it.",
             "small soft",
         )
         upload(form, GOAL)
