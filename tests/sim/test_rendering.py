@@ -81,6 +81,16 @@ def test_a_wall_between_camera_and_robot_makes_the_camera_go_elsewhere() -> None
     assert camera_of(scene(FLOOR + wall)).azimuth != open_view.azimuth
 
 
+def test_a_place_can_be_seen_from_where_its_author_looks() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><visual><global azimuth="70" elevation="-28"/></visual><statistic center="1 2 3" extent="0.5"/>
+        <worldbody><geom size="0.1"/></worldbody></mujoco>"""
+    )
+    camera = frame(model, [mujoco.MjData(model)], View(authored=True))
+    assert (camera.azimuth, camera.elevation) == (70, -28)
+    assert list(camera.lookat) == [1, 2, 3]
+
+
 def test_a_view_asked_for_is_the_view_that_is_taken() -> None:
     model = compile_mjcf(scene())
     data = mujoco.MjData(model)

@@ -35,6 +35,8 @@ class View:
     elevation_deg: float | None = None
     closeness: float = 1.0
     """Above 1 the camera comes nearer."""
+    authored: bool = False
+    """From where the MJCF itself says to look (`visual/global`, `statistic`), for a place without a robot."""
 
 
 def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) -> mujoco.MjvCamera:
@@ -47,6 +49,11 @@ def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) ->
         states: One or more states with kinematics computed; the last also decides from which side to look.
         view: What is asked for.
     """
+    if view.authored:
+        camera = mujoco.MjvCamera()
+        mujoco.mjv_defaultFreeCamera(model, camera)
+        camera.distance /= view.closeness
+        return camera
     robot, around = _robot_geoms(model), _surrounding_geoms(model)
     robot_corners, around_corners, data = [], [], None
     for data in states:

@@ -63,16 +63,17 @@ def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
     Raises:
         AidsrError: There is no such task, or it cannot be drawn.
     """
+    from aidsr.sim.framing import View
     from aidsr.sim.rendering import picture
     from aidsr.tasks import load_task
 
     environment = load_task(task).environment
     digest = hashlib.sha256(environment.encode()).hexdigest()[:16]
-    place = site.own / "pictures" / f"{digest}.png"
+    place = site.own / "pictures" / f"{digest}_authored.png"
     with drawing:  # fourteen cards ask at once
         if not place.exists():
             place.parent.mkdir(parents=True, exist_ok=True)
-            drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1])
+            drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1], view=View(authored=True))
             place.with_suffix(".tmp").write_bytes(drawn)
             place.with_suffix(".tmp").replace(place)
     return place
