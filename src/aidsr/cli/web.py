@@ -14,6 +14,7 @@ __all__ = ["web"]
 def web(
     *,
     runs: Path = Path("runs"),
+    studies: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None,
     port: Annotated[int, Parameter(validator=Number(gte=1, lte=65_535))] = 8080,
     host: str = "127.0.0.1",
     token: Annotated[str, Parameter(env_var="AIDSR_WEB_TOKEN", show_default=False)] = "",
@@ -32,6 +33,8 @@ def web(
     ----------
     runs
         Folder of the runs that are shown and made.
+    studies
+        Folders of studies to list as well; those in the folder of the runs always are.
     port
         Port to listen on.
     host
@@ -48,5 +51,5 @@ def web(
         from aidsr.web.serving import serve
     except ModuleNotFoundError as error:
         raise UserError(f'the page needs {error.name}; install it with: pip install "aidsr[web]"') from None
-    serve(runs, host=host, port=port, token=token, browser=browser)
+    serve(runs, studies=studies or (), host=host, port=port, token=token, browser=browser)
     return 0

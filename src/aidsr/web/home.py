@@ -15,6 +15,7 @@ from aidsr.web.launching import DEMO, launch
 from aidsr.web.live import acting, live, working
 from aidsr.web.parts import badge, box, button, file_address, image, text
 from aidsr.web.site import RunView, Site
+from aidsr.web.studies_panel import studies_panel
 
 __all__ = ["add_home"]
 
@@ -58,6 +59,7 @@ def add_home(site: Site) -> None:
                 lambda shown: _table(site, shown),
             )
             field.on_value_change(look)
+            studies_panel(site)
 
 
 def _read(site: Site, search: str, trashed: str) -> _Shown:

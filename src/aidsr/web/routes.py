@@ -19,6 +19,11 @@ __all__ = ["routes"]
 _SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
 _DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip"})
 """Never shown as a page of ours: an HTML or XML file of a stranger's run could carry a script."""
+_ALONE = {
+    "content-security-policy": "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'",
+    "cache-control": "no-cache",
+}
+"""For a whole page out of a folder: it is drawn, and can neither run a script nor reach anything."""
 _PICTURE_PX = (480, 320)
 
 
@@ -45,6 +50,14 @@ def routes(site: Site) -> APIRouter:
         except UserError as error:
             raise HTTPException(404, str(error)) from None
         return _archive(folder.path, f"{name}_design{number}")
+
+    @router.get("/studies/{key}/report")
+    def report(key: str) -> FileResponse:
+        try:
+            page = site.studies.report(key)
+        except UserError as error:
+            raise HTTPException(404, str(error)) from None
+        return FileResponse(page, media_type="text/html", headers=_ALONE)
 
     @router.get("/pictures/{category}/{task}.png")
     def task_picture(category: str, task: str) -> FileResponse:

@@ -6,6 +6,7 @@ import secrets
 import sys
 import threading
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 
 import uvicorn
@@ -23,11 +24,20 @@ from aidsr.web.site import Site
 __all__ = ["build", "serve"]
 
 
-def serve(runs: Path, *, host: str = "127.0.0.1", port: int = 8080, token: str = "", browser: bool = True) -> None:
+def serve(
+    runs: Path,
+    *,
+    studies: Sequence[Path] = (),
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    token: str = "",
+    browser: bool = True,
+) -> None:
     """Serve the page until interrupted.
 
     Args:
         runs: Folder of the runs.
+        studies: Folders of studies that do not lie in it.
         host: Address to listen on.
         port: Port to listen on.
         token: What a browser must show; demanded for every address but this machine's own.
@@ -45,7 +55,7 @@ def serve(runs: Path, *, host: str = "127.0.0.1", port: int = 8080, token: str =
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
     server = uvicorn.Server(
         uvicorn.Config(
-            build(runs, hosts=LOOPBACK if alone else frozenset(), token=token),
+            build(runs, studies, hosts=LOOPBACK if alone else frozenset(), token=token),
             host=host,
             port=port,
             log_level="warning",
@@ -70,9 +80,9 @@ _SHORTEST_TOKEN = 16
 """Characters. Our choice: out of reach of guessing over a network."""
 
 
-def build(runs: Path, *, hosts: frozenset[str] = LOOPBACK, token: str = "") -> FastAPI:
-    """Return the application for a folder of runs, behind its guard."""
-    site = Site.at(runs)
+def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = LOOPBACK, token: str = "") -> FastAPI:
+    """Return the application for a folder of runs and some studies, behind its guard."""
+    site = Site.at(runs, studies)
     site.own.mkdir(parents=True, exist_ok=True)
     Storage.path = site.own / "people"
     application = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)

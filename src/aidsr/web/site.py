@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ from aidsr.runs.stages import Attempt, attempts
 from aidsr.runs.status import State, newest
 from aidsr.runs.trainings import trainings_of
 from aidsr.web.processes import Processes
+from aidsr.web.studies import Studies
 
 __all__ = ["DesignView", "RunView", "Shown", "Site"]
 
@@ -65,13 +67,14 @@ class Site:
 
     library: Library
     processes: Processes
+    studies: Studies
     _read: dict[str, tuple[Fingerprint, RunStatus, tuple[DesignView, ...]]] = field(default_factory=dict)
     """By name, what was read when the files last had this fingerprint."""
 
     @classmethod
-    def at(cls, runs: Path) -> Site:
-        """Return the site for a folder of runs."""
-        return cls(Library(runs), Processes(runs / ".web" / "processes"))
+    def at(cls, runs: Path, studies: Sequence[Path] = ()) -> Site:
+        """Return the site for a folder of runs, and for studies that lie elsewhere."""
+        return cls(Library(runs), Processes(runs / ".web" / "processes"), Studies(runs, studies))
 
     @property
     def own(self) -> Path:

@@ -1,0 +1,61 @@
+"""Studies on the home page: counted from their folders, their report shut in."""
+
+import time
+from pathlib import Path
+
+import pytest
+from fastapi import FastAPI
+from fastapi.testclient import TestClient
+from made import made_run
+
+from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study
+from aidsr.errors import UserError
+from aidsr.runs import RunConfig
+from aidsr.web.routes import routes
+from aidsr.web.site import Site
+from aidsr.web.studies import Studies, StudyView
+
+
+def made_study(path: Path) -> Study:
+    arm = Arm(name="builtin", config=RunConfig(concepts=3))
+    study = begin_study(path, StudyPlan(tasks=("reaching/button_pushing",), arms=(arm,), runs=2, seeds=1))
+    made_run(study.home(next(study.cells)))
+    return study
+
+
+def read(studies: Studies) -> tuple[StudyView, ...]:
+    while not (views := studies.views()):
+        time.sleep(0.01)
+    return views
+
+
+def test_a_study_is_counted_beside_the_runs_and_elsewhere(tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    study = made_study(runs / "first")
+    job = '{"time": "", "job": "train builtin/x/1 design 1 seed 0", "attempt": %d, "error": "no memory"}\n'
+    (study.path / "failures.jsonl").write_text("".join(job % attempt for attempt in (1, 2, 3)))
+    elsewhere = tmp_path / "second"
+    elsewhere.mkdir()
+    (elsewhere / "study.toml").write_text("tasks = 3")
+    first, second = read(Studies(runs, [elsewhere]))
+    assert (first.name, first.runs, first.runs_done, first.failed, first.complaint) == ("first", 2, 1, 1, "")
+    assert first.usage.cost_usd == pytest.approx(0.75)
+    assert first.jobs_left > 0
+    assert first.core_hours_left > 0
+    assert "is no plan of a study" in second.complaint
+
+
+def test_a_report_is_shown_where_it_can_do_no_harm(tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    study = made_study(runs / "first")
+    with pytest.raises(UserError, match="aidsr report"):
+        Studies(runs).report("1")
+    (study.path / "report.html").write_text("<script>alert(1)</script>")
+    application = FastAPI()
+    application.include_router(routes(Site.at(runs)))
+    visitor = TestClient(application)
+    answer = visitor.get("/studies/1/report")
+    assert answer.text == "<script>alert(1)</script>"
+    assert answer.headers["content-security-policy"].startswith("sandbox; default-src 'none'")
+    assert visitor.get("/studies/2/report").status_code == 404
+    assert visitor.get("/studies/../report").status_code == 404
