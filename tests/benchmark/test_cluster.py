@@ -30,7 +30,7 @@ def test_a_run_travels_whole(tmp_path: Path) -> None:
     home = study.home(job.cell)
     (home / "deep").mkdir(parents=True)
     (home / "deep" / "file.txt").write_text("kept")
-    unpack(pack(study.path, job), tmp_path / "there")
+    unpack(pack(study.path, job.cell), tmp_path / "there")
     assert (tmp_path / "there" / "study.toml").read_text() == (study.path / "study.toml").read_text()
     assert (tmp_path / "there" / "runs" / job.cell.name / "deep" / "file.txt").read_text() == "kept"
 

@@ -34,6 +34,7 @@ def grow(tmp_path, script: Script, method: str):
         ("no_integrator", Script(), True, {"designer", "coder", "judge"}),
         ("no_judge_or_integrator", Script(verdicts=["coder"]), True, {"designer", "coder"}),
         ("no_validation", Script(robots=["chatter"]), True, {"designer", "coder", "integrator", "judge"}),
+        ("no_feedback", Script(robots=["chatter"], verdicts=["coder"]), True, {"designer", "coder", "integrator"}),
         ("direct", Script(robots=["chatter"], verdicts=["coder"]), True, {"designer", "coder"}),
     ],
 )

@@ -7,7 +7,7 @@ import pytest
 
 from aidsr.artifacts import Decision
 from aidsr.pipeline import work
-from aidsr.pipeline.person import DecisionFile
+from aidsr.pipeline.person import DecisionFile, Said
 from aidsr.runs import Run, read_events, read_status
 from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
 from scripted import Scripted, new_run, parts
@@ -94,3 +94,12 @@ def test_an_empty_file_is_one_that_is_being_written(tmp_path) -> None:
 
     work(run, parts(Scripted(), person=PERSON), slow_editor)
     assert kinds(run) == [Waiting, Decided]
+
+
+def test_what_was_said_beforehand_is_one_round_and_then_approved(tmp_path) -> None:
+    run, team = new_run(tmp_path), Scripted()
+    work(run, parts(team, person=Said("Longer.")))
+    assert run.design(1).iteration(1).decision.read() == Decision(verdict="refine", text="Longer.")
+    assert read_status(run).designs[0].round == 2
+    assert read_status(run).designs[0].outcome.outcome == "approved"
+    assert ("designer", "Longer.") in [(role, feedback) for role, _, feedback in team.asked]

@@ -13,7 +13,7 @@ from typing import Any
 
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.pool import Ended
-from aidsr.benchmark.study import open_study
+from aidsr.benchmark.study import Cell, open_study
 from aidsr.errors import UserError
 
 __all__ = ["RayPool", "pack", "perform_packed", "unpack"]
@@ -35,17 +35,18 @@ def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str]:
             perform(Path(folder), found)
         except AidsrError as failed:
             error = str(failed)
-        return pack(Path(folder), found), error
+        return pack(Path(folder), found.cell), error
 
 
-def pack(study: Path, job: Job) -> bytes:
-    """Return the plan and the files of a job's run."""
+def pack(study: Path, *cells: Cell) -> bytes:
+    """Return the plan and the files of some runs."""
     out = io.BytesIO()
     with tarfile.open(fileobj=out, mode="w:gz", compresslevel=1) as archive:
         archive.add(study / "study.toml", "study.toml")
-        home = study / "runs" / job.cell.name
-        if home.exists():
-            archive.add(home, f"runs/{job.cell.name}")
+        for cell in cells:
+            home = study / "runs" / cell.name
+            if home.exists():
+                archive.add(home, f"runs/{cell.name}")
     return out.getvalue()
 
 
@@ -94,8 +95,10 @@ class RayPool:
 
     def begin(self, job: Job) -> None:
         """Begin a job."""
-        open_study(self._study)
-        self._began[self._perform.remote(pack(self._study, job), job.as_dict())] = (job, time.monotonic())
+        study = open_study(self._study)
+        before = study.before(job.cell) if job.stage == "design" else None
+        packed = pack(self._study, job.cell, *([before] if before else []))
+        self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
 
     def wait(self) -> Ended:
         """Return the next job that ends, its files brought back."""

@@ -74,7 +74,8 @@ class _Drive:
                 self.waiting[job] = None
         else:
             self.done += 1
-        self._look_at(job.cell)
+        for cell in (job.cell, *self.study.followers(job.cell)):
+            self._look_at(cell)
 
     def _look_at(self, cell: Cell) -> None:
         for job in pending_in(self.study, cell):

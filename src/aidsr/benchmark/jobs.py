@@ -16,7 +16,7 @@ from aidsr.artifacts import ValidationReport
 from aidsr.benchmark.study import Cell, Study, open_study
 from aidsr.errors import AidsrError
 from aidsr.pipeline import brief_for, parts_of, start, work
-from aidsr.runs import DesignFolder, read_status
+from aidsr.runs import DesignFolder, Run, RunConfig, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.tasks import load_task
 from aidsr.validation import validate
@@ -67,9 +67,12 @@ def pending(study: Study) -> Iterator[Job]:
 def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
     """Yield what can be done now in one run."""
     run = study.run(cell)
-    if run is None or read_status(run).state != "finished":
-        yield Job(cell, "design")
+    if not _finished(run):
+        before = study.before(cell)
+        if before is None or _finished(study.run(before)):
+            yield Job(cell, "design")
         return
+    assert run is not None, "only what was begun is finished"
     for design in run.designs:
         outcome = design.outcome.read()
         if outcome is None or outcome.outcome != "approved":
@@ -81,6 +84,10 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
                 yield Job(cell, "train", design.number, seed)
         if study.plan.probe and not (design.path / "probe.json").exists():
             yield Job(cell, "probe", design.number)
+
+
+def _finished(run: Run | None) -> bool:
+    return run is not None and read_status(run).state == "finished"
 
 
 VERIFIED = "verified.json"
@@ -118,12 +125,40 @@ def _design(study: Study, cell: Cell) -> None:
         config = study.arm(cell.arm).config
         # the same number has the same seed in every arm, so that arms can be compared run by run
         config = config.model_copy(update={"seed": config.seed + cell.number - 1})
-        brief = brief_for(task=cell.task, level=study.plan.level)
-        run = start(brief, config, level=study.plan.level, runs=home)
+        config = config.model_copy(update={"feedback": study.arm(cell.arm).feedback.get(cell.task, "")})
+        before = study.before(cell)
+        if before is not None:
+            run = _go_on_with(study, before, home, config)
+        else:
+            run = start(brief_for(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home)
     status = read_status(work(run, parts_of(run)))
     if status.state != "finished":
         reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
         raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
+
+
+_NOT_DESIGNING = (
+    "run.json",
+    "summary.html",
+    "outcome.json",
+    "final*.xml",
+    VERIFIED,
+    "training",
+    "probe.json",
+    "*.part",
+)
+"""What a run that goes on leaves behind: the endings, and everything that came after them."""
+
+
+def _go_on_with(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
+    """Return a copy of another arm's run that can go on in another way; its calls were answered, and stay paid."""
+    finished = study.run(before)
+    if finished is None:
+        raise AidsrError(f"{before.name} was expected to be designed before {home}")
+    copy = Run(home / finished.path.name)
+    shutil.copytree(finished.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
+    copy.record.write(finished.asked().model_copy(update={"config": config}))
+    return copy
 
 
 def _verify(study: Study, job: Job) -> None:
@@ -140,7 +175,13 @@ def _train(study: Study, job: Job) -> None:
 
     design = _design_of(study, job)
     robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
-    scene = TaskScene.of(design.final_scene.path, job.cell.task, level=study.plan.level, groups=robot.actuator_groups)
+    scene = TaskScene.of(
+        design.final_scene.path,
+        job.cell.task,
+        level=study.plan.level,
+        groups=robot.actuator_groups,
+        grouping=study.arm(job.cell.arm).grouping,
+    )
     folder = trained_at(design, job.seed)
     train(scene, folder, steps=study.plan.steps, seed=job.seed, threads=1)
     evaluate_training(folder, threads=1)
@@ -151,7 +192,13 @@ def _probe(study: Study, job: Job) -> None:
 
     design = _design_of(study, job)
     robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
-    report = probe(design.final_scene.path, job.cell.task, level=study.plan.level, groups=robot.actuator_groups)
+    report = probe(
+        design.final_scene.path,
+        job.cell.task,
+        level=study.plan.level,
+        groups=robot.actuator_groups,
+        grouping=study.arm(job.cell.arm).grouping,
+    )
     JsonFile(design.path / "probe.json", ProbeReport).write(report)
 
 

@@ -55,6 +55,8 @@ def forecast(study: Study) -> Forecast:
             continue
         config = study.arm(cell.arm).config
         own = [row for row in rows if row.arm == cell.arm and row.outcome not in ("unfinished", "failed")]
+        if study.before(cell) and not study.arm(cell.arm).feedback:
+            continue  # the designs are there
         hours += config.concepts * _seconds(own, config.model) / 3600
         dollars += config.concepts * _dollars(own, config.model)
     trained = [row for row in rows if row.training_s > 0]

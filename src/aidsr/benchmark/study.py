@@ -7,7 +7,7 @@ import json
 import platform
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -29,7 +29,23 @@ class Arm(Artifact):
     """One way of making designs that is compared with others: a model and what is left out of the method."""
 
     name: Annotated[str, Field(pattern=_NAME)]
+    after: str = ""
+    """Arm whose finished runs this one goes on with: the same designs, with their calls and what they cost."""
+    feedback: dict[str, str] = Field(default_factory=dict)
+    """What a person says to each design, by task; it then goes one round further."""
+    grouping: Literal["auto", "off"] = "auto"
+    """"auto" lets actuators act together when a policy is trained; "off" gives each an action of its own."""
     config: RunConfig
+
+    @property
+    def settings(self) -> str:
+        """Everything that is not as usual, in a line; empty for the full method."""
+        usual = {"model", "concepts", "early_stop", "seed"}
+        changed = self.config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
+        said = [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
+        said += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
+        said += [f"the designs of {self.after}"] * bool(self.after)
+        return ", ".join(said)
 
 
 class StudyPlan(Artifact):
@@ -54,6 +70,9 @@ class StudyPlan(Artifact):
         names = [arm.name for arm in self.arms]
         if len(set(names)) < len(names):
             raise ValueError(f"every arm needs a name of its own, found {', '.join(names)}")
+        for number, arm in enumerate(self.arms):
+            if arm.after and arm.after not in names[:number]:
+                raise ValueError(f'{arm.name} goes on with the designs of "{arm.after}", which has to come before it')
         return self
 
 
@@ -89,6 +108,15 @@ class Study:
     def arm(self, name: str) -> Arm:
         """Return an arm by its name."""
         return next(arm for arm in self.plan.arms if arm.name == name)
+
+    def before(self, cell: Cell) -> Cell | None:
+        """Return the cell whose run a cell goes on with, None where it begins anew."""
+        after = self.arm(cell.arm).after
+        return replace(cell, arm=after) if after else None
+
+    def followers(self, cell: Cell) -> tuple[Cell, ...]:
+        """Return the cells that go on with a cell's run."""
+        return tuple(replace(cell, arm=arm.name) for arm in self.plan.arms if arm.after == cell.arm)
 
     def home(self, cell: Cell) -> Path:
         """Return the folder that holds a cell's one run."""
@@ -157,13 +185,18 @@ def _toml(values: dict[str, object]) -> str:
 
     def value(of: object) -> str:
         if isinstance(of, dict):
-            return "{" + ", ".join(f"{key} = {value(each)}" for key, each in of.items() if each is not None) + "}"
+            return (
+                "{" + ", ".join(f"{value(key)} = {value(each)}" for key, each in of.items() if each is not None) + "}"
+            )
         return json.dumps(of, ensure_ascii=False)
 
-    plain = [f"{key} = {value(each)}" for key, each in values.items() if not isinstance(each, dict) and key != "arms"]
-    lines = [*plain, "", "[versions]"]
-    lines += [f"{value(key)} = {value(each)}" for key, each in dict(values["versions"]).items()]  # type: ignore[call-overload]
-    for arm in values["arms"]:  # type: ignore[attr-defined]
-        config = [f"{key} = {value(each)}" for key, each in arm["config"].items() if each is not None]
-        lines += ["", "[[arms]]", f"name = {value(arm['name'])}", "[arms.config]", *config]
-    return "\n".join(lines) + "\n"
+    def lines(of: dict[str, object]) -> list[str]:
+        return [f"{key} = {value(each)}" for key, each in of.items() if each is not None and each != {}]
+
+    versions, arms = dict(values["versions"]), list(values["arms"])  # type: ignore[call-overload]
+    plain = {key: each for key, each in values.items() if key not in ("versions", "arms")}
+    text = [*lines(plain), "", "[versions]", *(f"{value(key)} = {value(each)}" for key, each in versions.items())]
+    for arm in arms:
+        config = arm.pop("config")
+        text += ["", "[[arms]]", *lines(arm), "[arms.config]", *lines(config)]
+    return "\n".join(text) + "\n"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,8 +14,20 @@ if TYPE_CHECKING:
     from aidsr.benchmark.pool import Pool
     from aidsr.benchmark.study import Arm, StudyPlan
 
-Method = Literal["full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "direct"]
-"""As `aidsr.runs.record.Method`, which would load what a command line without a command does not need."""
+Way = Literal[
+    "full",
+    "human",
+    "human_only",
+    "no_judge",
+    "no_integrator",
+    "no_judge_or_integrator",
+    "no_validation",
+    "direct",
+    "no_repairs",
+    "no_groups",
+    "task_feedback",
+]
+"""As `aidsr.benchmark.arms.Way`, which would load what a command line without a command does not need."""
 
 __all__ = ["benchmark", "compare", "report", "submit"]
 
@@ -25,7 +39,8 @@ def benchmark(
     tasks: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
     level: Literal["standard", "hard"] = "standard",
     model: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
-    method: Annotated[list[Method] | None, Parameter(negative="", consume_multiple=True)] = None,
+    method: Annotated[list[Way] | None, Parameter(negative="", consume_multiple=True)] = None,
+    feedback: Path | None = None,
     designs: Annotated[int, Parameter(validator=Number(gte=1))] = 15,
     concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20))] = 3,
     seeds: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 1,
@@ -58,7 +73,9 @@ def benchmark(
     model
         One or more models to compare, "builtin" for the rules; each is an arm of the study.
     method
-        The full method, or ways of leaving something out of it; each is an arm for each model.
+        The full method, or ways of leaving something out of it or adding to it; each is an arm for each model.
+    feedback
+        TOML file with what a person says to the designs of each task, for the methods "human" and "human_only".
     designs
         Designs of each task and model, in runs of --concepts.
     concepts
@@ -89,7 +106,8 @@ def benchmark(
     if resume:
         found = open_study(study)
     else:
-        plan = _plan(tasks, level, model or ["builtin"], method or ["full"], designs, concepts, seeds, steps, probe)
+        arms = partial(_arms, model or ["builtin"], method or ["full"], concepts, feedback)
+        plan = _plan(tasks, level, arms, designs, concepts, seeds, steps, probe)
         found = Study(study, plan) if dry_run else begin_study(study, plan)
     say_forecast(console, found)
     if dry_run:
@@ -173,8 +191,7 @@ def submit(study: Path, /, *, out: Path | None = None) -> int:
 def _plan(
     tasks: list[str] | None,
     level: Literal["standard", "hard"],
-    models: list[str],
-    methods: list[Method],
+    arms: Callable[[Sequence[str]], tuple[Arm, ...]],
     designs: int,
     concepts: int,
     seeds: int,
@@ -199,7 +216,7 @@ def _plan(
     return StudyPlan(
         tasks=chosen,
         level=level,
-        arms=tuple(_arm(model, method, concepts) for model in models for method in methods),
+        arms=arms(chosen),
         runs=designs // concepts,
         seeds=seeds,
         steps=steps,
@@ -208,16 +225,13 @@ def _plan(
     )
 
 
-def _arm(model: str, method: Method, concepts: int) -> Arm:
-    """Return an arm whose name can be that of a folder."""
-    import re
+def _arms(
+    models: list[str], ways: list[Way], concepts: int, feedback: Path | None, tasks: Sequence[str]
+) -> tuple[Arm, ...]:
+    from aidsr.benchmark.arms import arms_of, read_feedback
 
-    from aidsr.benchmark.study import Arm
-    from aidsr.runs import RunConfig
-
-    name = re.sub(r"[^a-z0-9._-]+", "-", model.lower()).strip("-.") + ("" if method == "full" else f".{method}")
-    # the paper counts iterations, so nothing ends before they are used up
-    return Arm(name=name, config=RunConfig(model=model, method=method, concepts=concepts, early_stop=False))
+    said = read_feedback(feedback, tasks) if feedback else {}
+    return arms_of(models, ways, concepts=concepts, feedback=said)
 
 
 def _pool(study: Path, jobs: int, ray: str) -> Pool:

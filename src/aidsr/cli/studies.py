@@ -22,6 +22,12 @@ __all__ = ["StudyTable", "say_comparison", "say_forecast"]
 
 def say_forecast(console: Console, study: Study) -> None:
     """Say what is still to be done and what it may take."""
+    arms = Table(box=None, pad_edge=False)
+    for name in ("arm", "model", "what is not as usual"):
+        arms.add_column(name, overflow="fold")
+    for arm in study.plan.arms:
+        arms.add_row(arm.name, arm.config.model, arm.settings or "nothing, the full method")
+    console.print(arms)
     found = forecast(study)
     jobs = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
     console.print(f"[bold]{study.path.name}[/]: jobs to do: {jobs}", soft_wrap=True)

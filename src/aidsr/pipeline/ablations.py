@@ -83,6 +83,8 @@ def without(parts: Parts, method: Method) -> Parts:
             return replace(parts, team_for=_With(parts.team_for, DefaultPlacement(), ApproveAll()))
         case "no_validation":
             return replace(parts, validate=AcceptAll())
+        case "no_feedback":
+            return replace(parts, team_for=_With(parts.team_for, judge=ApproveAll()), validate=AcceptAll())
         case "direct":
             team_for = _With(parts.team_for, DefaultPlacement(), ApproveAll())
             return replace(parts, team_for=team_for, validate=AcceptAll())

@@ -12,7 +12,7 @@ from aidsr.pipeline.steps import HaltedError
 from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
 
-__all__ = ["DecisionFile", "approve_at_once"]
+__all__ = ["DecisionFile", "Said", "approve_at_once"]
 
 
 def approve_at_once(iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
@@ -35,13 +35,34 @@ class DecisionFile:
         log.write(Waiting(iteration=iteration.number))
         reported = ""
         while decision is None:
-            if complaint != reported:
+            if complaint and complaint != reported:
                 reported = complaint
                 log.write(DecisionUnreadable(iteration=iteration.number, reason=complaint))
             if halt():
                 raise HaltedError
             time.sleep(self.poll_s)
             decision, complaint = _look(iteration)
+        log.write(Decided(iteration=iteration.number, verdict=decision.verdict))
+        return decision
+
+
+@dataclass(frozen=True)
+class Said:
+    """Answers for a person who said beforehand what to change: once for each design, in its decision.json."""
+
+    text: str
+
+    def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
+        """Return a refinement with that text for the first scene of a design, and approval for every later one."""
+        del halt
+        written = iteration.decision.read()
+        if written is not None:
+            return written
+        earlier = [path for path in iteration.path.parent.glob("*/decision.json") if path.parent != iteration.path]
+        if earlier:
+            return Decision(verdict="approve")
+        decision = Decision(verdict="refine", text=self.text)
+        iteration.decision.write(decision)
         log.write(Decided(iteration=iteration.number, verdict=decision.verdict))
         return decision
 

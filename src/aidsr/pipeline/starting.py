@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Literal
 from aidsr.artifacts import Brief
 from aidsr.errors import MjcfError, UserError
 from aidsr.pipeline.ablations import without
-from aidsr.pipeline.parts import Parts, TryOut
-from aidsr.pipeline.person import DecisionFile, approve_at_once
+from aidsr.pipeline.parts import Parts, Person, TryOut
+from aidsr.pipeline.person import DecisionFile, Said, approve_at_once
 from aidsr.pipeline.stalling import keep_trying, same_again
 from aidsr.pipeline.teams import BUILTIN, check_model, team_of
 from aidsr.pipeline.working import Listen, work
@@ -234,13 +234,19 @@ def parts_of(run: Run) -> Parts:
         assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
         picture=picture,
         filmstrip=filmstrip,
-        person=DecisionFile() if record.config.human else approve_at_once,
+        person=_person(record.config),
         try_out=_trial(run) if record.config.task_feedback else None,
         task_rounds=record.config.task_rounds,
         stalled=same_again if record.config.early_stop else keep_trying,
         interrupt=interrupt,
     )
     return without(parts, record.config.method)
+
+
+def _person(config: RunConfig) -> Person:
+    if config.human:
+        return DecisionFile()
+    return Said(config.feedback) if config.feedback else approve_at_once
 
 
 def _trial(run: Run) -> TryOut:

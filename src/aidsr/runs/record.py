@@ -11,8 +11,11 @@ from aidsr.artifacts import Artifact
 __all__ = ["Budget", "Method", "RunConfig", "RunRecord"]
 
 
-Method = Literal["full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "direct"]
-"""Ways of designing that the paper compares; "direct" is one call that is told the job."""
+Method = Literal[
+    "full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "no_feedback", "direct"
+]
+"""What of the method is left out; "no_feedback" is neither validation nor Judge, "direct" is one call that is told the
+job."""
 
 
 class Budget(Artifact):
@@ -62,6 +65,9 @@ class RunConfig(Artifact):
     """As asked for at first; a person may give a larger one later."""
     human: bool = False
     """Whether a person answers each judged scene before it counts as approved."""
+    feedback: str = ""
+    """What a person said beforehand to the first scene of each design that the Judge passed; the next one is approved.
+    Only in studies, where nobody sits in front of each run."""
 
 
 class RunRecord(Artifact):
