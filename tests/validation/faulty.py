@@ -22,13 +22,15 @@ class Bad:
         mjcf: Makes the text.
         arguments: How it is validated.
         severity: Of the fault.
-        warned: Warnings that belong to the same change.
+        beside: Errors that belong to the same change.
+        warned: Warnings that do.
     """
 
     code: str
     mjcf: Callable[[], str]
     arguments: dict[str, Any] = field(default_factory=dict)
     severity: str = "error"
+    beside: tuple[str, ...] = ()
     warned: tuple[str, ...] = ()
 
 
@@ -326,7 +328,7 @@ BAD = (
     Bad("thin_wall", lambda: thin_plate(0.0004), REALIZABLE, severity="warning"),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), REALIZABLE),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), severity="warning"),
-    Bad("actuator_power", strong_and_quick, REALIZABLE),
+    Bad("actuator_power", strong_and_quick, REALIZABLE, beside=("cable_stroke",)),
     Bad("actuator_speed", quick, REALIZABLE),
     Bad("cable_stroke", _wide_and_strong, REALIZABLE),
     Bad("implausible_density", _of_lead_and_more, REALIZABLE),

@@ -12,7 +12,8 @@ from aidsr.validation.causes import EXPLAINS
 @pytest.mark.parametrize("bad", faulty.BAD, ids=[f"{bad.code}-{index}" for index, bad in enumerate(faulty.BAD)])
 def test_a_bad_robot_reports_exactly_its_fault(bad: faulty.Bad) -> None:
     report = validate(bad.mjcf(), **bad.arguments)
-    expected = [(bad.code, bad.severity), *((code, "warning") for code in bad.warned)]
+    beside = [*((code, "error") for code in bad.beside), *((code, "warning") for code in bad.warned)]
+    expected = [(bad.code, bad.severity), *beside]
     assert [(fault.code, fault.severity) for fault in report.faults] == expected
     assert report.stable == (bad.severity == "warning")
     assert all(fault.message and fault.cure for fault in report.faults)

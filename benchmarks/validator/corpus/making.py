@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.validator.corpus.faults import DOCUMENT, INJECTIONS, Injection, UnsuitableError
 from benchmarks.validator.corpus.specimen import Grade, Specimen, Split
 from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
-from benchmarks.validator.oracle import examine_good, measure_of
+from benchmarks.validator.oracle import examine_good, first_symptom, measure_of
 from benchmarks.validator.oracle.driven import plainly_diverges
 from benchmarks.validator.oracle.loop import Bench
 
@@ -40,6 +40,19 @@ _DRIVEN = frozenset(
     }
 )
 """Codes whose symptom is what a robot does when driven. Where numbers turn bad, that is the fault, and no other."""
+_WORKING = frozenset(
+    {
+        "tendon_through_body",
+        "tendon_pushes",
+        "actuator_overforce",
+        "actuator_power",
+        "actuator_speed",
+        "cable_stroke",
+        "tendon_slack",
+    }
+)
+"""Codes about what a robot that works asks of its cables and motors. One that falls, shakes or diverges asks for other
+forces than it was meant to, so that a bad robot of these has to be without fault otherwise."""
 _CAUSES = ("tendon_against_limit", "mass_ratio", "actuator_too_weak", "too_stiff")
 """What explains that driving has no effect; the code `no_effect` says that nothing does."""
 _FIRST_SEED: dict[Split, int] = {"tuning": 1000, "held out": 2000}
@@ -93,7 +106,11 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
             reason = f"{injection.code}, {grade}: came out as {grade_of(severity)}"
             put_aside[reason] = put_aside.get(reason, 0) + 1
             continue
-        if grade == "bad" and injection.code in _DRIVEN and (why := _is_something_else(injection.code, bench)):
+        if (
+            grade == "bad"
+            and injection.code in _DRIVEN | _WORKING
+            and (why := _is_something_else(injection.code, bench))
+        ):
             put_aside[f"{injection.code}: {why}"] = put_aside.get(f"{injection.code}: {why}", 0) + 1
             continue
         made.append(_changed(base, injection, number, batch[len(made)], grade, mjcf, words, severity))
@@ -102,6 +119,8 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
 
 def _is_something_else(code: str, halved: Bench) -> str:
     """Why a driven fault that shows at half the time step is not what the robot has at its own; "" where it is."""
+    if code in _WORKING and (symptom := first_symptom(halved, ceiling=1.0)):
+        return f"does not work, {next(iter(symptom))}"
     if code == "no_effect" and any(measure_of(cause)(halved) > 0.5 for cause in _CAUSES):
         return "has a cause of its own"
     bench = Bench(halved.mjcf, 1.0)

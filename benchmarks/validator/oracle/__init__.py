@@ -12,6 +12,13 @@ severity    for each fault code, how large the symptom is compared with the limi
 
 from __future__ import annotations
 
-from benchmarks.validator.oracle.severity import BUILDING_SEVERITIES, SEVERITIES, examine_good, measure_of, severity_of
+from benchmarks.validator.oracle.severity import (
+    BUILDING_SEVERITIES,
+    SEVERITIES,
+    examine_good,
+    first_symptom,
+    measure_of,
+    severity_of,
+)
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "measure_of", "severity_of"]
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "first_symptom", "measure_of", "severity_of"]

@@ -162,13 +162,16 @@ def speed(bench: Bench) -> float:
 
 
 def stroke(bench: Bench) -> float:
-    """Tension times stroke / what the strongest motor of the catalogue can hold over ten turns of any spool."""
+    """Tension, of 500 N at most, times stroke / what the strongest motor can hold over ten turns of any spool.
+
+    A tension beyond that is too great for any stroke, which is what `force` measures.
+    """
     worst = 0.0
     for i in bench.pulling:
         lengths = [
             trace.tendons_m[:, int(bench.model.actuator_trnid[i, 0])] for trace in [*_traces(bench), bench.sweep()]
         ]
-        pull = max(-float(trace.forces_n[:, i].min()) for trace in [*_traces(bench), bench.sweep()])
+        pull = min(500.0, max(-float(trace.forces_n[:, i].min()) for trace in [*_traces(bench), bench.sweep()]))
         travel = float(max(length.max() for length in lengths) - min(length.min() for length in lengths))
         worst = max(worst, pull * travel / _most_work_j(), travel / (10 * 2 * math.pi * 0.03))
     return worst

@@ -9,7 +9,7 @@ from functools import partial
 from benchmarks.validator.oracle import building, driven, passive, still
 from benchmarks.validator.oracle.loop import Bench
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "measure_of", "severity_of"]
+__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "first_symptom", "measure_of", "severity_of"]
 
 SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "no_tendons": partial(still.missing_parts, kind="tendon"),
@@ -77,20 +77,24 @@ def severity_of(code: str, mjcf: str) -> float:
     return measure_of(code)(Bench(mjcf))
 
 
-def examine_good(mjcf: str, ceiling: float = 0.5) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the first symptom larger than a share of its limit, and all symptoms of what could not be built.
-
-    A good robot has none of the first kind. Cheap tests come first, and the first that fails ends it.
-    """
-    bench = Bench(mjcf)
-    found: dict[str, float] = {}
+def first_symptom(bench: Bench, ceiling: float = 0.5) -> dict[str, float]:
+    """Return the first symptom of an unstable robot larger than a share of its limit; cheap ones come first."""
     for code, measure in SEVERITIES.items():
         if code in _FIXED_ROBOTS_MAY and not bench.free:
             continue
         severity = measure(bench)
         if severity > ceiling or math.isnan(severity):
-            found[code] = severity
-            break
+            return {code: severity}
+    return {}
+
+
+def examine_good(mjcf: str, ceiling: float = 0.5) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the first symptom larger than a share of its limit, and all symptoms of what could not be built.
+
+    A good robot has none of the first kind.
+    """
+    bench = Bench(mjcf)
+    found = first_symptom(bench, ceiling)
     if not found and (idle := driven.idle_actuator(bench)) > 1.0:
         found["idle actuator"] = idle
     building = {} if found else {code: measure(bench) for code, measure in BUILDING_SEVERITIES.items()}

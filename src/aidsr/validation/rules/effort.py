@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -131,8 +131,12 @@ def actuator_speed(case: Case) -> Iterator[Fault]:
 
 
 def no_motor_fits(case: Case) -> Iterator[Fault]:
-    """Some motor of the catalogue can hold the tension and take up the stroke."""
-    asked = efforts(case)
+    """Some motor of the catalogue can hold the tension and take up the stroke.
+
+    A tension that no motor holds over any stroke is `actuator_overforce`; the stroke is looked at as if it were cured.
+    """
+    most_n = case.limits.tension_n
+    asked = [replace(effort, tension_n=min(effort.tension_n, most_n)) for effort in efforts(case)]
     most = [max((getattr(effort, name) for effort in asked), default=0.0) for name in ("tension_n", "stroke_m")]
     # one motor that can do the most of everything can do all
     if not asked or can_hold(*most):
