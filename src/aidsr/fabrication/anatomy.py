@@ -57,6 +57,8 @@ class Joint(Artifact):
     parent: int
     """Part it hangs on; -1 for the world."""
     child: int
+    bodies: tuple[int, int]
+    """The body it hangs on and its own: parts can hold several."""
     kind: Literal["hinge", "ball", "other"]
     anchor_mm: Vec3
     axes: tuple[Vec3, ...]
@@ -75,6 +77,7 @@ class Guide(Artifact):
 
     site: str
     part: int
+    body: int
     position_mm: Vec3
 
 

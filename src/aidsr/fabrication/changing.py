@@ -180,7 +180,7 @@ def _walls(made: Made) -> list[dict[str, Any]]:
     """The walls around ducts, as capsules [m]."""
     return [
         {
-            "body": made.anatomy.parts[duct.part].body_ids[0],
+            "body": duct.body,
             "ends": [list(duct.begin / 1000), list(duct.end / 1000)],
             "radius": made.bores[duct.cable].wall_radius(duct) / 1000,
         }
@@ -194,12 +194,12 @@ def _bending(made: Made) -> list[dict[str, Any]]:
     found = []
     for index, hinge in made.hinges.hinges.items():
         gap, joint = made.skeleton.gaps[index], made.anatomy.joints[index]
-        for part, face in (
-            (joint.parent, gap.anchor - gap.before_mm * gap.before),
-            (joint.child, gap.anchor + gap.after_mm * gap.after),
+        for body, face in zip(
+            joint.bodies,
+            (gap.anchor - gap.before_mm * gap.before, gap.anchor + gap.after_mm * gap.after),
+            strict=True,
         ):
             ends = [list(gap.anchor / 1000), list(face / 1000)]
-            body = made.anatomy.parts[part].body_ids[0]
             found.append({"body": body, "ends": ends, "radius": hinge.thickness_mm / 2000})
     return found
 

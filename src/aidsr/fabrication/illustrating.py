@@ -10,8 +10,8 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from aidsr.fabrication.anatomy import Vector
+from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.drawing import Coloured, View, draw, view_of
-from aidsr.fabrication.joining import Piece
 from aidsr.fabrication.making import Made
 from aidsr.fabrication.materials import sheath_for
 from aidsr.fabrication.solids import rounded, triangles

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-
 import numpy as np
 from manifold3d import Manifold
 
 from aidsr.fabrication.anatomy import Vector
+from aidsr.fabrication.cutting import Piece, cut_across, cut_limb
 from aidsr.fabrication.hinges import Hinge, Hinges
 from aidsr.fabrication.materials import Material, material_for
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.skeleton import Gap, Skeleton
-from aidsr.fabrication.solids import box_between, frame_along, placed, rounded, union
+from aidsr.fabrication.solids import box_between, first_hits, frame_along, rounded, union
 
-__all__ = ["Piece", "single_parts", "whole_limbs"]
+__all__ = ["single_parts", "whole_limbs"]
 
 _BEYOND_MM = 1.0
 _COLLAR_MM = 2.5
@@ -24,40 +22,22 @@ _COLLAR_MM = 2.5
 _PLUG_MM, _PLUG_SHARE = 8.0, 0.6
 """Length of the plug behind that disc, and its radius / the limb's: inside of where cables run. Our choice."""
 
+_LEAST_PLUG_MM, _FLOOR_MM = 4.0, 1.2
+"""Shortest plug that ends in its root, and what is left of the root behind one. Our choice: three lines."""
+
 _CRUMB = 0.01
 """Share of a piece below which a bit that came off is waste. Our choice."""
 
-_PIN_MM, _PIN_DEEP_MM = 1.75, 5.0
-"""Pins that keep two halves of a limb from turning: pieces of filament."""
 
-
-@dataclass(frozen=True)
-class Piece:
-    """One piece that comes off the printer.
-
-    Attributes:
-        name: Of its first part.
-        parts: The rigid parts in it, a part that is cut in two belongs to both halves.
-        solid: Where it sits in the robot at rest.
-        up: Direction of its limb there, which says how it could stand on the bed (3,).
-        material: What it is printed of.
-        necks: What bends in it and is printed full; None where nothing bends.
-    """
-
-    name: str
-    parts: tuple[int, ...]
-    solid: Manifold
-    up: Vector
-    material: Material
-    necks: Manifold | None = None
-
-
-def single_parts(skeleton: Skeleton, finished: dict[int, Manifold], material: Material) -> tuple[Piece, ...]:
-    """Return each part as a piece of its own."""
+def single_parts(
+    skeleton: Skeleton, finished: dict[int, Manifold], material: Material, printer: Printer
+) -> tuple[Piece, ...]:
+    """Return each part as a piece of its own, cut in two where it exceeds the bed."""
     parts = skeleton.anatomy.parts
-    return tuple(
+    whole = [
         Piece(parts[i].name, (i,), _without_crumbs(solid), _up(skeleton, i), material) for i, solid in finished.items()
-    )
+    ]
+    return tuple(half for piece in whole for half in cut_across(piece, printer))
 
 
 def whole_limbs(
@@ -102,56 +82,31 @@ def whole_limbs(
                 necks=union(necks),
             )
         )
-    bodies = [
-        Piece(anatomy.parts[i].name, (i,), _without_crumbs(solid), _up(skeleton, i), stiff)
-        for i, solid in roots.items()
-    ]
-    return (*bodies, *(half for piece in pieces for half in _halved(skeleton, piece, printer)))
+    bodies = single_parts(skeleton, roots, stiff, printer)
+    return (*bodies, *(half for piece in pieces for half in cut_limb(skeleton, piece, printer)))
 
 
 def _plug(gap: Gap, root: Manifold, printer: Printer, drills: list[Manifold]) -> tuple[Manifold, Manifold]:
     """Return the foot of a limb, and what to take from its root for it."""
     face = gap.anchor - gap.before_mm * gap.before
     seat, reach = face - _COLLAR_MM * gap.before, max(gap.radius_mm, gap.reach_mm) + _COLLAR_MM
-    end, radius = seat - _PLUG_MM * gap.before, _PLUG_SHARE * gap.radius_mm
-    disc = root ^ rounded(seat, face + _BEYOND_MM * gap.before, reach)
-    plug = rounded(end, face, radius) - union(drills)
+    radius = _PLUG_SHARE * gap.radius_mm
+    end = seat - _plug_length(gap, seat, radius, root) * gap.before
+    limb = rounded(seat, face, reach) + rounded(end, face, radius)
     loose = rounded(end - 0.3 * gap.before, face, radius + printer.fit_mm / 2)
-    return disc + plug, rounded(seat, face + _BEYOND_MM * gap.before, reach) + loose
+    return limb - union(drills), rounded(seat, face + _BEYOND_MM * gap.before, reach) + loose
 
 
-def _halved(skeleton: Skeleton, piece: Piece, printer: Printer) -> Iterator[Piece]:
-    """Yield a limb, cut across parts as often as it takes to fit the bed."""
-    turned = placed(piece.solid, np.zeros(3), frame_along(piece.up).T)
-    x0, y0, z0, x1, y1, z1 = turned.bounding_box()
-    sides = (x1 - x0, y1 - y0, z1 - z0)
-    fits = any(printer.fits((sides[a], sides[b], sides[c])) for a, b, c in ((0, 1, 2), (2, 0, 1), (2, 1, 0)))
-    inner = [part for part in piece.parts[1:-1] if skeleton.spine(part) is not None]
-    if fits or not inner:
-        yield piece
-        return
-    cut = inner[len(inner) // 2]
-    spine = skeleton.spine(cut)
-    if spine is None:
-        return
-    point, axis = spine
-    out = next(gap for gap in skeleton.gaps if skeleton.anatomy.joints[gap.joint].parent == cut)
-    into = next(gap for gap in skeleton.gaps if skeleton.anatomy.joints[gap.joint].child == cut)
-    room = float((out.anchor - point) @ axis)
-    middle = point + axis * (into.after_mm + room - out.before_mm) / 2
-    side = np.array(skeleton.anatomy.joints[into.joint].axes[0]) * into.radius_mm / 2
-    deep = min(_PIN_DEEP_MM, (room - into.after_mm - out.before_mm) / 2 - 1.0)
-    pins = [
-        rounded(middle + s * side - deep * axis, middle + s * side + deep * axis, (_PIN_MM + printer.fit_mm) / 2)
-        for s in (1, -1)
-    ]
-    height = float(middle @ axis)
-    upper, lower = (piece.solid - union(pins)).split_by_plane(axis, height)
-    high, low = (piece.necks or Manifold()).split_by_plane(axis, height)
-    at = piece.parts.index(cut)
-    for solid, necks, members in ((lower, low, piece.parts[: at + 1]), (upper, high, piece.parts[at:])):
-        name = skeleton.anatomy.parts[members[0]].name + ("_upper" if members[0] == cut else "")
-        yield from _halved(skeleton, replace(piece, name=name, parts=members, solid=solid, necks=necks), printer)
+def _plug_length(gap: Gap, seat: Vector, radius: float, root: Manifold) -> float:
+    """How far a plug goes into its root: so far that a sound floor is left, or right through a thin plate."""
+    frame = frame_along(gap.before)
+    depths = []
+    for turn in np.arange(4) * np.pi / 2:
+        rim = seat + radius * (np.cos(turn) * frame[:, 0] + np.sin(turn) * frame[:, 1])
+        hits = first_hits(root, rim, -gap.before, _PLUG_MM + 10.0)
+        depths.append(hits[0] if len(hits) % 2 else _PLUG_MM + 10.0)
+    floored = min(_PLUG_MM, min(depths) - _FLOOR_MM)
+    return floored if floored >= _LEAST_PLUG_MM else min(max(depths), _PLUG_MM) + _BEYOND_MM
 
 
 def _cleared_neck(skeleton: Skeleton, hinge: Hinge, drills: dict[int, list[Manifold]]) -> Manifold:

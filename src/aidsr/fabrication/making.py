@@ -14,9 +14,9 @@ from manifold3d import Manifold
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
 from aidsr.fabrication.checks import Print, to_print
+from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.hinges import Hinges, design_hinges
 from aidsr.fabrication.inspecting import Passage, duct_faults, passages
-from aidsr.fabrication.joining import Piece
 from aidsr.fabrication.likeness import alike, moments
 from aidsr.fabrication.materials import Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer

@@ -152,6 +152,7 @@ class _Reader:
             names=tuple(self._name("JOINT", j) for j in joints),
             parent=self.number.get(parent, -1),
             child=self.number[int(self.owner[body])],
+            bodies=(int(model.body_parentid[body]), body),
             kind="ball" if ball else "hinge" if not kinds & {_SLIDE, _BALL, _FREE} else "other",
             anchor_mm=_mm(anchors.mean(axis=0)),
             axes=tuple(_numbers(axis) for axis in axes),
@@ -188,8 +189,9 @@ class _Reader:
         return math.inf
 
     def _guide(self, site: int) -> Guide:
-        part = self.number.get(int(self.owner[self.model.site_bodyid[site]]), -1)
-        return Guide(site=self._name("SITE", site), part=part, position_mm=_mm(self.data.site_xpos[site]))
+        body = int(self.model.site_bodyid[site])
+        part = self.number.get(int(self.owner[body]), -1)
+        return Guide(site=self._name("SITE", site), part=part, body=body, position_mm=_mm(self.data.site_xpos[site]))
 
 
 def _mm(metres: Vector) -> tuple[float, float, float]:

@@ -66,6 +66,7 @@ class Duct:
     Attributes:
         cable: Its index in the anatomy.
         part: The part.
+        body: The body of it that carries the first guide.
         path: Where the simulated cable runs in the part (n, 3).
         begin: Where the wall around the duct begins, towards the winch (3,).
         end: Where it ends.
@@ -77,6 +78,7 @@ class Duct:
 
     cable: int
     part: int
+    body: int
     path: Vector
     begin: Vector
     end: Vector
@@ -172,7 +174,7 @@ def _ducts(index: int, cable: Cable, skeleton: Skeleton, bodies: dict[int, Manif
             begin, seat = _entry(bodies[part], path[0], -along)
         if last:
             end = end + (_KNOT_MM[1] + _SHORT_DUCT_MM) * along
-        yield Duct(index, part, path, begin, end, first, last, seat, _way_out(bodies[part], end, along))
+        yield Duct(index, part, guides[0].body, path, begin, end, first, last, seat, _way_out(bodies[part], end, along))
 
 
 def _way_out(body: Manifold, end: Vector, along: Vector) -> float:

@@ -8,8 +8,9 @@ import numpy as np
 from manifold3d import Manifold
 
 from aidsr.fabrication.anatomy import Anatomy, Vector
+from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.hinges import Backbone, Hinges
-from aidsr.fabrication.joining import Piece, single_parts, whole_limbs
+from aidsr.fabrication.joining import single_parts, whole_limbs
 from aidsr.fabrication.materials import Material
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.routing import Bore, Duct, ducts_of
@@ -95,7 +96,7 @@ def shape(
     if material.elastomer:
         pieces = whole_limbs(skeleton, hinges, finished, drills, material, printer)
     else:
-        pieces = single_parts(skeleton, finished, material)
+        pieces = single_parts(skeleton, finished, material, printer)
     return Shaping(pieces, rods, ducts, flange_mm)
 
 
@@ -146,21 +147,31 @@ def _cuts(
 
 
 def _with_flange(solid: Manifold, body: Manifold, skeleton: Skeleton, part: int) -> tuple[Manifold, float]:
-    """Add a flange with screw holes under the part that the world holds, square to its limbs."""
+    """Add a flange with screw holes under the part that the world holds, square to its limbs or to its own axis.
+
+    The narrower foot of the two is taken: a limb may leave a post sideways.
+    """
     out = [gap.before for gap in skeleton.gaps if skeleton.anatomy.joints[gap.joint].parent == part]
-    up = np.mean(out, axis=0) if out else np.array([0.0, 0.0, 1.0])
-    turn = frame_along(up)
-    standing = placed(body, np.zeros(3), turn.T)
-    x0, y0, z0, x1, y1, _ = standing.bounding_box()
-    foot = standing.slice(z0 + 0.5).bounds() if standing.slice(z0 + 0.5).area() > 0 else (x0, y0, x1, y1)
-    middle = np.array([(foot[0] + foot[2]) / 2, (foot[1] + foot[3]) / 2, z0])
-    radius = float(max(foot[2] - foot[0], foot[3] - foot[1])) / 2
+    own = np.array(skeleton.anatomy.parts[part].rotation).reshape(3, 3)[:, 2]
+    feet = [_foot(body, np.asarray(up)) for up in ([np.mean(out, axis=0)] if out else []) + [own]]
+    turn, middle, radius = min(feet, key=lambda foot: round(foot[2], 3))
     wider, thick = _FLANGE_MM
     flange = rounded(middle, middle + thick * _UP, radius + wider)
     for angle in np.arange(_SCREWS) * 2 * np.pi / _SCREWS + np.pi / _SCREWS:
         at = middle + (radius + wider / 2) * np.array([np.cos(angle), np.sin(angle), 0.0])
         flange -= rounded(at - _UP, at + (thick + 1) * _UP, _SCREW_MM / 2)
     return solid + placed(flange, np.zeros(3), turn), radius + wider
+
+
+def _foot(body: Manifold, up: Vector) -> tuple[Vector, Vector, float]:
+    """Return the frame in which a body stands along a direction, and the middle and radius of its foot there."""
+    turn = frame_along(up)
+    standing = placed(body, np.zeros(3), turn.T)
+    x0, y0, z0, x1, y1, _ = standing.bounding_box()
+    section = standing.slice(z0 + 0.5)
+    foot = section.bounds() if section.area() > 0 else (x0, y0, x1, y1)
+    middle = np.array([(foot[0] + foot[2]) / 2, (foot[1] + foot[3]) / 2, z0])
+    return turn, middle, float(max(foot[2] - foot[0], foot[3] - foot[1])) / 2
 
 
 def _rods(anatomy: Anatomy, skeleton: Skeleton, backbone: Backbone, number: int) -> list[RodPiece]:

@@ -79,7 +79,8 @@ def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest
     if retest is not None:
         reasons += _retest_reasons(retest)
     errors = [fault for fault in reasons if fault.severity == "error"]
-    held = {part.name for part in made.anatomy.parts if part.held}
+    parts = made.anatomy.parts
+    held = {piece.name for piece in made.shaping.pieces if all(parts[part].held for part in piece.parts)}
     masses = [
         (p.used_for, p.weight.simulated_kg * len(p.used_for), p.weight.mass_kg * len(p.used_for))
         for p in made.robot_parts

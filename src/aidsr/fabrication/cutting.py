@@ -1,0 +1,122 @@
+"""Pieces that are printed, and how one that is larger than the bed becomes two with pins between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.fabrication.anatomy import Vector
+from aidsr.fabrication.materials import Material
+from aidsr.fabrication.printers import Printer
+from aidsr.fabrication.skeleton import Skeleton
+from aidsr.fabrication.solids import frame_along, placed, rounded, union
+
+__all__ = ["Piece", "cut_across", "cut_limb"]
+
+_PIN_MM, _PIN_DEEP_MM = 1.75, 5.0
+"""Pins that keep two halves of a limb from turning: pieces of filament."""
+
+_PLACES = (0.5, 0.4, 0.6, 0.3, 0.7)
+"""Where a piece is cut, as shares of its length, until two pins find room. Our choice: near the middle first."""
+
+_WITHIN = 0.98
+"""Share of a pin's hole that must lie in plastic. Our choice: facets of a drilled circle."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One piece that comes off the printer.
+
+    Attributes:
+        name: Of its first part.
+        parts: The rigid parts in it, a part that is cut in two belongs to both halves.
+        solid: Where it sits in the robot at rest.
+        up: Direction of its limb there, which says how it could stand on the bed (3,).
+        material: What it is printed of.
+        necks: What bends in it and is printed full; None where nothing bends.
+    """
+
+    name: str
+    parts: tuple[int, ...]
+    solid: Manifold
+    up: Vector
+    material: Material
+    necks: Manifold | None = None
+
+
+def cut_limb(skeleton: Skeleton, piece: Piece, printer: Printer) -> Iterator[Piece]:
+    """Yield a limb, cut across parts as often as it takes to fit the bed."""
+    inner = [part for part in piece.parts[1:-1] if skeleton.spine(part) is not None]
+    if _fits(piece, printer) or not inner:
+        yield piece
+        return
+    cut = inner[len(inner) // 2]
+    spine = skeleton.spine(cut)
+    if spine is None:
+        return
+    point, axis = spine
+    out = next(gap for gap in skeleton.gaps if skeleton.anatomy.joints[gap.joint].parent == cut)
+    into = next(gap for gap in skeleton.gaps if skeleton.anatomy.joints[gap.joint].child == cut)
+    room = float((out.anchor - point) @ axis)
+    middle = point + axis * (into.after_mm + room - out.before_mm) / 2
+    side = np.array(skeleton.anatomy.joints[into.joint].axes[0]) * into.radius_mm / 2
+    deep = min(_PIN_DEEP_MM, (room - into.after_mm - out.before_mm) / 2 - 1.0)
+    pins = [
+        rounded(middle + s * side - deep * axis, middle + s * side + deep * axis, (_PIN_MM + printer.fit_mm) / 2)
+        for s in (1, -1)
+    ]
+    height = float(middle @ axis)
+    upper, lower = (piece.solid - union(pins)).split_by_plane(axis, height)
+    high, low = (piece.necks or Manifold()).split_by_plane(axis, height)
+    at = piece.parts.index(cut)
+    for solid, necks, members in ((lower, low, piece.parts[: at + 1]), (upper, high, piece.parts[at:])):
+        name = skeleton.anatomy.parts[members[0]].name + ("_upper" if members[0] == cut else "")
+        yield from cut_limb(skeleton, replace(piece, name=name, parts=members, solid=solid, necks=necks), printer)
+
+
+def cut_across(piece: Piece, printer: Printer) -> Iterator[Piece]:
+    """Yield a piece, cut across its longest side as often as it takes to fit the bed; whole where pins find no room."""
+    if _fits(piece, printer):
+        yield piece
+        return
+    low, high = np.reshape(piece.solid.bounding_box(), (2, 3))
+    axis = np.eye(3)[int(np.argmax(high - low))]
+    for share in _PLACES:
+        height = float((low + share * (high - low)) @ axis)
+        pins = _pins(piece.solid, axis, height, printer)
+        if pins is None:
+            continue
+        upper, lower = (piece.solid - pins).split_by_plane(tuple(axis), height)
+        for solid, name in ((lower, piece.name), (upper, f"{piece.name}_upper")):
+            yield from cut_across(replace(piece, name=name, solid=solid), printer)
+        return
+    yield piece
+
+
+def _fits(piece: Piece, printer: Printer) -> bool:
+    """Whether a piece goes onto the bed in one of the positions it may lie in."""
+    x0, y0, z0, x1, y1, z1 = placed(piece.solid, np.zeros(3), frame_along(piece.up).T).bounding_box()
+    sides = (x1 - x0, y1 - y0, z1 - z0)
+    return any(printer.fits((sides[a], sides[b], sides[c])) for a, b, c in ((0, 1, 2), (2, 0, 1), (2, 1, 0)))
+
+
+def _pins(solid: Manifold, axis: Vector, height: float, printer: Printer) -> Manifold | None:
+    """Return two holes for pins through a plane, in the plastic on both sides of it, or None where there is no room."""
+    turn = frame_along(axis)
+    section = placed(solid, np.zeros(3), turn.T).slice(height)
+    islands = section.decompose()
+    if not islands:
+        return None
+    x0, y0, x1, y1 = max(islands, key=lambda island: island.area()).bounds()
+    middle, half = np.array([(x0 + x1) / 2, (y0 + y1) / 2]), np.array([x1 - x0, y1 - y0]) / 4
+    radius = (_PIN_MM + printer.fit_mm) / 2
+    for direction in np.eye(2)[np.argsort(-half)]:
+        places = [middle + s * half * direction for s in (1, -1)]
+        ends = [[turn @ np.array([x, y, height + end * _PIN_DEEP_MM]) for end in (-1, 1)] for x, y in places]
+        pins = union([rounded(begin, end, radius) for begin, end in ends])
+        if (pins ^ solid).volume() >= _WITHIN * pins.volume():
+            return pins
+    return None
