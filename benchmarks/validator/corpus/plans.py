@@ -44,8 +44,8 @@ class Plan:
 PLANS: dict[Split, Plan] = {
     "tuning": Plan(
         {"hinges": 5, "balls": 4, "tapered": 4, "discs": 4, "ground": 6, "loops": 3, "own": 4},
-        {"bad": 1, "near miss": 1, "band": 1},
-        bad_of_code=3,
+        {"bad": 1, "near miss": 1},
+        bad_of_code=2,
     ),
     "held out": Plan(
         {"hinges": 3, "balls": 3, "tapered": 3, "discs": 3, "ground": 4, "loops": 3, "own": 3, "hands": 4, "frames": 4},

@@ -74,7 +74,7 @@ def chatter(bench: Bench) -> float:
     for trace in traces:
         if trace.failed:
             return math.inf
-        acceleration = trace.acceleration_m_s2[3 * len(trace.acceleration_m_s2) // 4 :, bench.moving]
+        acceleration = trace.shaking_m_s2[:, bench.moving]
         worst = max(worst, float(np.sqrt((acceleration**2).mean(axis=0)).max()))
     return worst / GRAVITY_M_S2 / 4
 
