@@ -5,19 +5,51 @@ from __future__ import annotations
 import faulty
 import pytest
 
-from aidsr.validation import validate
 from aidsr.validation.causes import EXPLAINS
+from aidsr.validation.page import traced
+
+MOVING = {
+    "numerical_instability",
+    "chatter",
+    "gravity_collapse",
+    "passive_collapse",
+    "underdamped",
+    "base_not_attached",
+    "free_fall",
+    "limit_overrun",
+    "self_collision_lock",
+    "antagonist_lock",
+    "too_stiff",
+    "sensor_constant",
+    "tendon_pushes",
+    "actuator_overforce",
+    "actuator_power",
+    "actuator_speed",
+}
+"""What is read off signals over time, and CROSSING what crosses its limit in them."""
+CROSSING = {"actuator_overforce", "actuator_power", "actuator_speed", "chatter", "limit_overrun"}
 
 
 @pytest.mark.parametrize("bad", faulty.BAD, ids=[f"{bad.code}-{index}" for index, bad in enumerate(faulty.BAD)])
-def test_a_bad_robot_reports_exactly_its_fault(bad: faulty.Bad) -> None:
-    report = validate(bad.mjcf(), **bad.arguments)
+def test_a_bad_robot_reports_exactly_its_fault_and_the_signal_of_it(bad: faulty.Bad) -> None:
+    found = traced(bad.mjcf(), **bad.arguments)
+    report = found.report
     beside = [*((code, "error") for code in bad.beside), *((code, "warning") for code in bad.warned)]
     expected = [(bad.code, bad.severity), *beside]
     assert [(fault.code, fault.severity) for fault in report.faults] == expected
     assert report.stable == (bad.severity == "warning")
     assert all(fault.message and fault.cure for fault in report.faults)
     assert len(report.account().encode()) <= 1600
+    signal = found.signals[0]
+    if bad.code in MOVING:
+        assert signal is not None
+        assert signal.lines
+        assert signal.test
+        assert all(len(line.values) == len(signal.time_s) <= 240 for line in signal.lines)
+    if bad.code in CROSSING:
+        assert signal is not None
+        values = [value for line in signal.lines for value in line.values]
+        assert max(values) > max(signal.limits) or min(values) < min(signal.limits)
 
 
 def test_every_rule_has_a_bad_robot() -> None:

@@ -4,46 +4,13 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Callable
 
 import faulty
-import pytest
 import robots
 from lxml import etree
 
 from aidsr.validation import validate
 from aidsr.validation.page import Traced, page_html, traced
-from aidsr.validation.page.traces import Signal
-
-MOVING: dict[str, tuple[Callable[[], str], bool]] = {
-    "numerical_instability": (faulty.unstable, False),
-    "chatter": (faulty.hammering_servos, False),
-    "gravity_collapse": (lambda: faulty.arm(sag=20), False),
-    "passive_collapse": (faulty.sprung, False),
-    "underdamped": (faulty.ringing, False),
-    "base_not_attached": (faulty.fixed_but_free, False),
-    "free_fall": (faulty.sliding_base, False),
-    "energy_growth": (
-        lambda: faulty.swapped(r'(<joint name="j2[xy]" [^>]*damping=)"[^"]*"', r'\1"-0.001"', faulty.arm()),
-        False,
-    ),
-    "limit_overrun": (lambda: faulty.overrun(9, radius_m=0.011), False),
-    "self_collision_lock": (faulty.locked_by_contact, False),
-    "antagonist_lock": (faulty.locked_servos, False),
-    "too_stiff": (lambda: faulty.stiff(200), False),
-    "sensor_constant": (faulty.still_sensors, False),
-    "tendon_pushes": (faulty.pushing, True),
-    "actuator_overforce": (lambda: faulty.arm(bend_rad=3), True),
-    "actuator_power": (faulty.strong_and_quick, True),
-    "actuator_speed": (faulty.quick, True),
-}
-
-
-@functools.cache
-def seen(code: str) -> Traced:
-    """What a robot with one fault did; every trace costs a whole battery, and tests only read it."""
-    make, realizable = MOVING[code]
-    return traced(make(), realizable=realizable)
 
 
 @functools.cache
@@ -63,27 +30,6 @@ def good_page() -> str:
 
 def words(html: str) -> str:
     return " ".join(re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL).split())
-
-
-@pytest.mark.parametrize("code", MOVING)
-def test_a_fault_has_the_signal_it_was_read_off(code: str) -> None:
-    found = seen(code)
-    index = [fault.code for fault in found.report.faults].index(code)
-    signal = found.signals[index]
-    assert isinstance(signal, Signal)
-    assert signal.lines
-    assert signal.test
-    assert all(len(line.values) == len(signal.time_s) <= 240 for line in signal.lines)
-
-
-@pytest.mark.parametrize("code", ["actuator_overforce", "actuator_power", "actuator_speed", "chatter", "limit_overrun"])
-def test_a_signal_crosses_its_limit(code: str) -> None:
-    found = seen(code)
-    signal = found.signals[[fault.code for fault in found.report.faults].index(code)]
-    assert signal is not None
-    assert signal.limits
-    values = [value for line in signal.lines for value in line.values]
-    assert max(values) > max(signal.limits) or min(values) < min(signal.limits)
 
 
 def test_what_is_traced_is_what_is_validated() -> None:
