@@ -10,7 +10,7 @@ from aidsr.benchmark.arms import arms_of, read_feedback
 from aidsr.benchmark.driving import drive
 from aidsr.benchmark.outcomes import read_outcomes
 from aidsr.benchmark.pool import LocalPool
-from aidsr.benchmark.study import StudyPlan, begin_study, open_study
+from aidsr.benchmark.study import Study, StudyPlan, begin_study, open_study
 from aidsr.cli import main
 from aidsr.errors import UserError
 
@@ -29,6 +29,12 @@ ALL = (
     "no_groups",
     "task_feedback",
 )
+
+
+def test_baselines_are_arms_of_their_own() -> None:
+    arms = arms_of(["builtin"], ["full"], concepts=3, feedback={}, baselines=["reference", "search"])
+    cells = Study(Path("s"), StudyPlan(tasks=(TASK,), arms=arms, runs=2)).cells
+    assert [cell.name.split("/")[0] for cell in cells] == ["builtin", "reference", "search", "builtin", "search"]
 
 
 def test_every_way_is_an_arm_that_can_be_frozen(tmp_path: Path) -> None:

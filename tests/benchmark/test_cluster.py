@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,11 @@ import pytest
 pytest.importorskip("ray", reason="needs the extra ray")
 
 from aidsr.benchmark.cluster import RayPool, pack, unpack
-from aidsr.benchmark.driving import drive, failures_of
+from aidsr.benchmark.driving import Progress, drive, failures_of
 from aidsr.benchmark.jobs import pending
-from aidsr.benchmark.outcomes import read_outcomes
-from aidsr.benchmark.study import Arm, StudyPlan, begin_study
+from aidsr.benchmark.outcomes import DesignRow, read_outcomes
+from aidsr.benchmark.pool import LocalPool
+from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study
 from aidsr.runs import RunConfig
 
 PLAN = StudyPlan(
@@ -42,3 +44,51 @@ def test_a_cluster_of_one_machine_finishes_a_study(tmp_path: Path) -> None:
     progress = drive(study, RayPool(study.path, "local"))
     assert (progress.done, progress.failed, failures_of(study)) == (4, (), [])
     assert [row.outcome for row in read_outcomes(study)] == ["approved", "approved"]
+
+
+TRAINED = PLAN.model_copy(update={"seeds": 1, "steps": 600})
+
+
+@pytest.fixture
+def cluster() -> Iterator[object]:
+    from ray.cluster_utils import Cluster
+
+    several = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+    yield several
+    several.shutdown()
+
+
+def without_times(study: Study) -> list[DesignRow]:
+    return [row.model_copy(update={"latency_s": 0.0, "training_s": 0.0}) for row in read_outcomes(study)]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_several_nodes_find_what_one_machine_finds(tmp_path: Path, cluster) -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+    cluster.add_node(num_cpus=1)
+    here, there = (begin_study(tmp_path / name, TRAINED) for name in ("here", "there"))
+    assert drive(here, LocalPool(here.path, 2)).failed == ()
+    assert drive(there, RayPool(there.path, cluster.address)).failed == ()
+    assert without_times(there) == without_times(here)
+    assert all(row.evaluations for row in read_outcomes(there))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_a_lost_node_loses_no_job_and_doubles_none(tmp_path: Path, cluster) -> None:
+    doomed = cluster.add_node(num_cpus=1)
+    study, lost = begin_study(tmp_path / "study", TRAINED), []
+
+    def lose(progress: Progress) -> None:
+        if progress.done >= 1 and len(progress.running) == 2 and not lost:
+            cluster.remove_node(doomed, allow_graceful=False)
+            lost.append(progress.running)
+
+    pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+    progress = drive(study, RayPool(study.path, cluster.address), lose)
+    assert lost, "no node was taken away: the test shows nothing"
+    assert progress.failed == ()
+    assert failures_of(study), "the job on the lost node failed once"
+    assert [len(list(study.home(cell).glob("*/run.json"))) for cell in study.cells] == [1, 1]
+    assert [(row.outcome, len(row.evaluations)) for row in read_outcomes(study)] == [("approved", 1)] * 2

@@ -14,7 +14,7 @@ from aidsr.runs import RunConfig
 from aidsr.runs.record import Method
 from aidsr.tasks import load_task
 
-__all__ = ["Way", "arms_of", "read_feedback"]
+__all__ = ["Baseline", "Way", "arms_of", "read_feedback"]
 
 Way = Literal[
     "full",
@@ -43,8 +43,23 @@ _CONFIG: dict[Way, dict[str, Any]] = {
 }
 
 
+Baseline = Literal["reference", "search"]
+"""Robots designed by hand, one a task; and CMA-ES over the numbers of a built-in family (`aidsr.baselines`)."""
+
+
+_BASELINES: dict[Baseline, Arm] = {
+    "reference": Arm(name="reference", runs=1, config=RunConfig(model="reference", concepts=1, iterations=0)),
+    "search": Arm(name="search", config=RunConfig(model="search", concepts=1, early_stop=False)),
+}
+
+
 def arms_of(
-    models: Sequence[str], ways: Sequence[Way], *, concepts: int, feedback: Mapping[str, str]
+    models: Sequence[str],
+    ways: Sequence[Way],
+    *,
+    concepts: int,
+    feedback: Mapping[str, str],
+    baselines: Sequence[Baseline] = (),
 ) -> tuple[Arm, ...]:
     """Return one arm for each model and way, with names that can be those of folders.
 
@@ -53,6 +68,7 @@ def arms_of(
         ways: What of the method is left out or added.
         concepts: Of each run.
         feedback: What a person says, by task; for the ways that ask one.
+        baselines: What they are measured against, an arm each.
 
     Raises:
         UserError: A way needs another one, or a person's words, that were not given.
@@ -65,7 +81,8 @@ def arms_of(
     spoken = [way for way in ways if way in _WITH_A_PERSON]
     if spoken and not feedback:
         raise UserError(f'"{spoken[0]}" needs what a person says to the designs of each task; give it with --feedback')
-    return tuple(_arm(model, way, concepts, feedback) for model in models for way in ways)
+    designed = [_arm(model, way, concepts, feedback) for model in models for way in ways]
+    return (*designed, *(_BASELINES[name] for name in baselines))
 
 
 def _arm(model: str, way: Way, concepts: int, feedback: Mapping[str, str]) -> Arm:

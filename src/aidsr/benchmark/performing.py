@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import sys
+import threading
 from pathlib import Path
 
 from aidsr.benchmark.jobs import Job, perform
@@ -13,13 +15,20 @@ from aidsr.errors import AidsrError
 __all__ = ["main"]
 
 
+def _end_with_the_driver() -> None:
+    """End when nobody waits for this job any more: a driver that was killed begins it again when it is resumed."""
+    os.read(0, 1)  # nothing is ever written; not sys.stdin, whose lock a thread would still hold at the end
+    os.killpg(0, signal.SIGKILL)
+
+
 def main(arguments: list[str]) -> int:
     """Do a job; on failure its reason is the last thing said on standard error.
 
     Args:
-        arguments: Folder of the study; the job as JSON.
+        arguments: Folder of the study; the job as JSON. Standard input stays open as long as the result is wanted.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the same clean end as an interrupt
+    threading.Thread(target=_end_with_the_driver, daemon=True).start()
     folder, job = arguments
     try:
         perform(Path(folder), Job.of(json.loads(job)))

@@ -11,7 +11,7 @@ from aidsr.benchmark.jobs import pending
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER
-from aidsr.pipeline import BUILTIN
+from aidsr.pipeline.teams import asks_nobody
 
 __all__ = ["Forecast", "forecast"]
 
@@ -73,13 +73,13 @@ def forecast(study: Study) -> Forecast:
 
 def _seconds(own: Sequence[DesignRow], model: str) -> float:
     """Return how long a design takes the machine; waiting for a language model takes no core."""
-    if own and model == BUILTIN:
+    if own and asks_nobody(model):
         return median(row.latency_s for row in own)
     return _BUILTIN_S
 
 
 def _dollars(own: Sequence[DesignRow], model: str) -> float:
-    if model == BUILTIN:
+    if asks_nobody(model):
         return 0.0
     costs = [row.usage.cost_usd for row in own if row.usage.cost_usd is not None]
     return median(costs) if costs else PAPER.cost_usd

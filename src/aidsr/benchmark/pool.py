@@ -78,7 +78,7 @@ class LocalPool:
         alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         child = subprocess.Popen(
             command,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,  # closes with this process, however it ends, and so ends the job
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             env=os.environ | alone,
@@ -105,8 +105,8 @@ class LocalPool:
                 os.killpg(child.pid, signal.SIGTERM)
         for _, child, _ in self._children.values():
             try:
-                child.communicate(timeout=10)
+                child.wait(timeout=10)
             except subprocess.TimeoutExpired:
                 os.killpg(child.pid, signal.SIGKILL)
-                child.communicate()
+            child.communicate()
         self._children.clear()

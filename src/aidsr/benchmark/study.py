@@ -35,6 +35,8 @@ class Arm(Artifact):
     """What a person says to each design, by task; it then goes one round further."""
     grouping: Literal["auto", "off"] = "auto"
     """"auto" lets actuators act together when a policy is trained; "off" gives each an action of its own."""
+    runs: Annotated[int | None, Field(ge=1)] = None
+    """Runs of each task, where that is fewer than the study has: what would be the same each time is run once."""
     config: RunConfig
 
     @property
@@ -103,7 +105,8 @@ class Study:
         for number in range(1, self.plan.runs + 1):
             for task in self.plan.tasks:
                 for arm in self.plan.arms:
-                    yield Cell(arm.name, task, number)
+                    if number <= (arm.runs or self.plan.runs):
+                        yield Cell(arm.name, task, number)
 
     def arm(self, name: str) -> Arm:
         """Return an arm by its name."""

@@ -41,6 +41,9 @@ def benchmark(
     model: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
     method: Annotated[list[Way] | None, Parameter(negative="", consume_multiple=True)] = None,
     feedback: Path | None = None,
+    baseline: Annotated[
+        list[Literal["reference", "search"]] | None, Parameter(negative="", consume_multiple=True)
+    ] = None,
     designs: Annotated[int, Parameter(validator=Number(gte=1))] = 15,
     concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20))] = 3,
     seeds: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 1,
@@ -76,6 +79,9 @@ def benchmark(
         The full method, or ways of leaving something out of it or adding to it; each is an arm for each model.
     feedback
         TOML file with what a person says to the designs of each task, for the methods "human" and "human_only".
+    baseline
+        What they are measured against: "reference" for robots designed by hand, one a task, "search" for CMA-ES over
+        the numbers of a built-in family, one design a run (extra "search"); each is an arm.
     designs
         Designs of each task and model, in runs of --concepts.
     concepts
@@ -106,7 +112,7 @@ def benchmark(
     if resume:
         found = open_study(study)
     else:
-        arms = partial(_arms, model or ["builtin"], method or ["full"], concepts, feedback)
+        arms = partial(_arms, model or ["builtin"], method or ["full"], concepts, feedback, baseline or [])
         plan = _plan(tasks, level, arms, designs, concepts, seeds, steps, probe)
         found = Study(study, plan) if dry_run else begin_study(study, plan)
     say_forecast(console, found)
@@ -226,12 +232,17 @@ def _plan(
 
 
 def _arms(
-    models: list[str], ways: list[Way], concepts: int, feedback: Path | None, tasks: Sequence[str]
+    models: list[str],
+    ways: list[Way],
+    concepts: int,
+    feedback: Path | None,
+    baselines: list[Literal["reference", "search"]],
+    tasks: Sequence[str],
 ) -> tuple[Arm, ...]:
     from aidsr.benchmark.arms import arms_of, read_feedback
 
     said = read_feedback(feedback, tasks) if feedback else {}
-    return arms_of(models, ways, concepts=concepts, feedback=said)
+    return arms_of(models, ways, concepts=concepts, feedback=said, baselines=baselines)
 
 
 def _pool(study: Path, jobs: int, ray: str) -> Pool:

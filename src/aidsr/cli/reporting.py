@@ -8,6 +8,7 @@ from rich.table import Table
 
 from aidsr.models.manual import MANUAL
 from aidsr.pipeline import BUILTIN
+from aidsr.pipeline.teams import asks_nobody
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
 from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
 from aidsr.runs.trainings import trainings_of, verdict_in_words
@@ -26,6 +27,8 @@ def print_introduction(console: Console, run: Run) -> None:
             f"Model: [cyan]builtin[/], seed {record.config.seed}. These are fixed rules, not a language model: "
             "no key is used and nothing is paid."
         )
+    elif asks_nobody(record.config.model):
+        console.print(f"Model: [cyan]{record.config.model}[/]. No language model: no key is used and nothing is paid.")
     elif record.config.model.startswith(MANUAL):
         console.print(
             f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "

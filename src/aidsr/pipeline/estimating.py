@@ -7,7 +7,7 @@ from pathlib import Path
 
 from aidsr.calls import Usage
 from aidsr.errors import UserError
-from aidsr.pipeline.teams import BUILTIN, price_of
+from aidsr.pipeline.teams import asks_nobody, price_of
 from aidsr.runs import Run, RunConfig, read_status
 
 __all__ = ["Estimate", "estimate"]
@@ -33,7 +33,7 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
         config: The run to be.
         runs: Folder of earlier runs.
     """
-    if config.model == BUILTIN:
+    if asks_nobody(config.model):
         return Estimate(Usage(), "rules ask no language model")
     earlier = _earlier(config.model, runs)
     if earlier:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 from aidsr.calls import CallRecord, Question
@@ -18,10 +19,14 @@ from aidsr.runs import RecordedModel, Run, RunConfig
 from aidsr.runs.record import Budget
 from aidsr.runs.replaying import REPLAY, ReplayedModel
 
-__all__ = ["BUILTIN", "check_model", "price_of", "team_of"]
+__all__ = ["BUILTIN", "REFERENCE", "SEARCH", "asks_nobody", "check_model", "price_of", "team_of"]
 
 BUILTIN = "builtin"
 """Model name of the rules. They are no language model, need no key and cost nothing."""
+REFERENCE = "reference"
+"""Model name of the robots designed by hand, see `aidsr.baselines`."""
+SEARCH = "search"
+"""Model name of a search over the numbers of the rules' robots, see `aidsr.baselines`."""
 
 
 def check_model(config: RunConfig, budget: Budget) -> None:
@@ -31,7 +36,9 @@ def check_model(config: RunConfig, budget: Budget) -> None:
         UserError: The model's name is not understood or lacks its key, its directory is in use, or its price is not
             known and money is limited.
     """
-    if config.model == BUILTIN:
+    if asks_nobody(config.model):
+        if config.model == SEARCH and find_spec("cma") is None:
+            raise UserError('the search needs cma; install it with: pip install "aidsr[search]"')
         if config.judge_pictures:
             raise UserError("pictures are for a language model's Judge; name one with --model, the rules see none")
         if config.method == "direct":
@@ -47,10 +54,9 @@ def check_model(config: RunConfig, budget: Budget) -> None:
 
 def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
     """Return what makes the teams of a run, and what lets their calls that wait for a person give up."""
-    if config.model == BUILTIN:
-        from aidsr import builtin
-
-        return lambda _folder: builtin.team(config.seed), lambda: None
+    if asks_nobody(config.model):
+        team = _team_without_a_model(run, config)
+        return lambda _folder: team, lambda: None
     from aidsr import agents
 
     model = _connected(config.model)
@@ -65,6 +71,25 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
         return agents.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else agents.blind)
 
     return team_for, by_hand.interrupt if by_hand else lambda: None
+
+
+def asks_nobody(model: str) -> bool:
+    """Whether a name stands for rules, robots designed by hand or a search: no language model, no key, no cost."""
+    return model in (BUILTIN, REFERENCE, SEARCH)
+
+
+def _team_without_a_model(run: Run, config: RunConfig) -> Team:
+    if config.model == BUILTIN:
+        from aidsr import builtin
+
+        return builtin.team(config.seed)
+    if config.model == REFERENCE:
+        from aidsr.baselines import reference
+
+        return reference.team()
+    from aidsr.baselines import searching
+
+    return searching.team(config.seed, run.asked().level or "standard")
 
 
 def _connected(name: str) -> Model:

@@ -1,0 +1,158 @@
+"""The search baseline: CMA-ES over the numbers of a built-in family, with what the probe finds as its objective.
+
+The shape (family, variant, how many limbs and segments) is that of the rules' concept of the same seed; every length,
+thickness, tension, stiffness and density is searched. So the difference to the built-in team is what search alone adds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.artifacts import Brief, Concept, Robot
+from aidsr.builtin.coder import RuleCoder
+from aidsr.builtin.designer import RuleDesigner, describe
+from aidsr.builtin.families import FAMILIES, Parameters
+from aidsr.builtin.integrator import RuleIntegrator
+from aidsr.builtin.job import read_job
+from aidsr.builtin.judge import RuleJudge
+from aidsr.errors import IsolationError, MjcfError, UserError
+from aidsr.probing import probe
+from aidsr.roles import Team
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import Level, load_task
+from aidsr.validation import validate
+
+__all__ = ["EVALUATIONS", "Searched", "searchable", "team"]
+
+EVALUATIONS = 48
+"""Robots tried for one design. Our choice: six generations of eight, about as many simulations as a short training."""
+_GENERATION = 8
+_SPREAD = 0.15
+"""Standard deviation of the first generation, of the logarithm of each number. Our choice: 15 %."""
+_CANDIDATES = 32
+"""Motions the probe tries with one robot. Our choice: a quarter of its own; this only compares."""
+_UNSTABLE = -1.0
+"""Worth of a robot that the validator refuses; each fault takes off a hundredth more, so that there is a way back."""
+
+Vector = NDArray[np.float64]
+Worth = Callable[[Brief, Concept], float]
+
+
+def team(seed: int, level: Level) -> Team:
+    """Return the rules' team with a Designer who searches.
+
+    Args:
+        seed: Of the concepts, as for the rules, and of the search.
+        level: Level of the task.
+    """
+    return Team(Searched(seed, partial(worth_of, level=level)), RuleCoder(), RuleIntegrator(), RuleJudge())
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A Designer who tries many numbers for each concept of the rules.
+
+    Attributes:
+        seed: The same seed and brief give the same concepts.
+        worth: What a concept is worth, larger is better.
+        evaluations: Robots tried for each concept.
+    """
+
+    seed: int
+    worth: Worth
+    evaluations: int = EVALUATIONS
+
+    def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        """Return the rules' concepts with the best numbers found for each."""
+        if not brief.task:
+            raise UserError("the search needs a benchmark task to measure robots by; name one of `aidsr tasks`")
+        return tuple(self._best(brief, concept) for concept in RuleDesigner(self.seed).propose(brief, count))
+
+    def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
+        """Return the concept changed as the rules change it."""
+        return RuleDesigner(self.seed).revise(brief, concept, robot, feedback)
+
+    def _best(self, brief: Brief, start: Concept) -> Concept:
+        from cma import CMAEvolutionStrategy
+
+        space, job = _Space.around(FAMILIES[start.family].read(start)), read_job(brief)
+        rng = np.random.default_rng([self.seed, len(space.names)])
+        options = {
+            "popsize": _GENERATION,
+            "bounds": [list(space.low), list(space.high)],
+            "seed": np.nan,  # it draws from ours instead
+            "randn": lambda *shape: rng.standard_normal(shape),
+            "verbose": -9,
+        }
+        search = CMAEvolutionStrategy(np.zeros(len(space.names)), _SPREAD, options)
+        best, most = start, self.worth(brief, start)
+        for _ in range(self.evaluations // _GENERATION):
+            points = search.ask()
+            concepts = [describe(start.family, space.parameters(point), job) for point in points]
+            worths = [self.worth(brief, concept) for concept in concepts]
+            search.tell(points, [-worth for worth in worths])
+            top = int(np.argmax(worths))
+            if worths[top] > most:
+                best, most = concepts[top], worths[top]
+        said = f"Numbers found by CMA-ES over {self.evaluations} robots: worth {most:.2f} to the probe."
+        return best.model_copy(update={"rationale": f"{best.rationale} {said}"})
+
+
+@dataclass(frozen=True)
+class _Space:
+    """The numbers of a robot that are searched, each as the logarithm of its ratio to where the search began."""
+
+    start: Parameters
+    names: tuple[str, ...]
+    values: Vector
+    low: Vector = field(repr=False)
+    high: Vector = field(repr=False)
+
+    @classmethod
+    def around(cls, start: Parameters) -> _Space:
+        names = searchable(start)
+        values = np.array([getattr(start, name) for name in names])
+        limits = [_limits(start, name) for name in names]
+        low, high = np.log(np.array(limits).T / values)
+        return cls(start, names, values, np.minimum(low, 0.0), np.maximum(high, 0.0))
+
+    def parameters(self, point: Vector) -> Parameters:
+        """Return the robot at a point, its numbers as they are written in files."""
+        found = self.values * np.exp(np.clip(point, self.low, self.high))
+        numbers = {name: float(f"{value:.5g}") for name, value in zip(self.names, found, strict=True)}
+        return type(self.start).model_validate({**self.start.model_dump(), **numbers})
+
+
+def searchable(start: Parameters) -> tuple[str, ...]:
+    """Return the fields of a robot's parameters that can be searched: every number with a unit that is not zero."""
+    kinds = type(start).model_fields
+    return tuple(name for name in kinds if isinstance(value := getattr(start, name), float) and value > 0)
+
+
+def _limits(start: Parameters, name: str) -> tuple[float, float]:
+    """Return the range of a field, at most a factor of two around where the search began."""
+    value = getattr(start, name)
+    rules = type(start).model_fields[name].metadata
+    low = max([value / 2, *(rule.ge for rule in rules if hasattr(rule, "ge"))])
+    high = min([value * 2, *(rule.le for rule in rules if hasattr(rule, "le"))])
+    return low, high
+
+
+def worth_of(brief: Brief, concept: Concept, *, level: Level) -> float:
+    """Return how far a concept's robot gets on its task by open-loop motions: progress and success, 0 to 2."""
+    task, robot = load_task(brief.task, level), RuleCoder().write(brief, concept)
+    try:
+        scene = assemble(robot, brief.environment, RuleIntegrator().place(brief, concept, robot), task.sensors)
+        report = validate(scene.mjcf, needs_contact=brief.needs_contact)
+        if not report.stable:
+            return _UNSTABLE - 0.01 * len(report.errors)
+        groups = robot.actuator_groups
+        found = probe(scene.mjcf, task, groups=groups, candidates=_CANDIDATES, variations=1, threads=1)
+    except (MjcfError, IsolationError):
+        return 2 * _UNSTABLE
+    return found.progress + found.success_share
