@@ -19,14 +19,15 @@ class Plan:
     Attributes:
         good: By writer.
         graded: Of each injection.
-        bad_of_code: Of each code at least; a second batch is made where one injection alone gives fewer.
+        bad_of_code: Of each code at least, five and more over both splits; a second batch is made where one injection
+            alone gives fewer.
         largest: Degrees of freedom of a robot that is made bad; larger ones only cost time.
         patience: Attempts for each robot wanted.
     """
 
     good: dict[str, int]
     graded: dict[Grade, int]
-    bad_of_code: int = 5
+    bad_of_code: int
     largest: int = 30
     patience: int = 8
 
@@ -49,6 +50,7 @@ PLANS: dict[Split, Plan] = {
     ),
     "held out": Plan(
         {"hinges": 3, "balls": 3, "tapered": 3, "discs": 3, "ground": 4, "loops": 3, "own": 3, "hands": 4, "frames": 4},
-        {"bad": 2, "near miss": 1, "band": 1},
+        {"bad": 1, "near miss": 1, "band": 1},
+        bad_of_code=4,
     ),
 }
