@@ -16,7 +16,7 @@ from aidsr.tasks import task_names
 from scenes import builtin_scene, small_learning, small_scene
 
 
-def vector_env(n=4) -> BatchedVecEnv:
+def vector_env(n=4, **options) -> BatchedVecEnv:
     scene = small_learning()
     rng = np.random.default_rng(0)
 
@@ -24,7 +24,7 @@ def vector_env(n=4) -> BatchedVecEnv:
         return scene.task.variation("development", int(rng.integers(1000)))
 
     episodes = Episodes(scene.model, scene.task, scene.actions, [following() for _ in range(n)], threads=1)
-    return BatchedVecEnv(episodes, following)
+    return BatchedVecEnv(episodes, following, **options)
 
 
 def test_a_time_limit_is_a_truncation_with_the_last_sight_of_the_old_episode():
@@ -60,6 +60,20 @@ def test_success_is_no_truncation_and_returns_add_up():
     assert not any(info["TimeLimit.truncated"] for info in infos)
     assert all(info["is_success"] for info in infos)
     assert [info["episode"]["r"] for info in infos] == pytest.approx(total, rel=1e-5)
+
+
+def test_an_episode_in_which_nothing_is_gained_is_cut_short_as_at_its_time_limit():
+    env = vector_env(2, patience_s=0.45)
+    env.reset()
+    # the first stays where it is, the second presses the button and succeeds
+    for step in range(1, 26):
+        _, _, dones, infos = env.step(np.array([[-1.0, -1.0], [1.0, -1.0]]))
+        if dones[0]:
+            break
+    assert infos[0]["TimeLimit.truncated"]
+    assert not infos[0]["is_success"]
+    # the first step shows where it stands, 12 of 0.04 s are 0.45 s and more, and the next is the last
+    assert infos[0]["episode"]["l"] == step == 14
 
 
 def test_first_episodes_can_be_made_to_end_at_different_times():

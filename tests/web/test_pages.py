@@ -200,7 +200,7 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
         for i in range(4)
     ]
     verdict = Evaluation(
-        task="reaching/button_pushing", level="standard", benchmark_version=1, episodes=tuple(episodes), checks=(check,)
+        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=tuple(episodes), checks=(check,)
     )
     replace_file(folder / "config.json", json.dumps({"steps": 4000, "seed": 7}).encode())
     replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())

@@ -40,5 +40,8 @@ class Recipe(Artifact):
     """Of policy and of value, which share nothing."""
     smoothing: Annotated[float, Field(ge=0, lt=1)] = 0.0
     """Share of the previous action that is kept in the next."""
+    patience_s: Annotated[float, Field(gt=0)] = 5.0
+    """A training episode is cut short, as at its time limit, when its progress has not grown for this long. Where
+    nothing happens any more nothing is learned, and a budget holds few episodes of a minute."""
     saturation: Share = 0.95
     """Share of development episodes that succeed without noise when training ends before its budget."""

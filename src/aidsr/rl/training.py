@@ -191,7 +191,7 @@ class _Training:
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         recipe = config.recipe
         first = [self._development() for _ in range(recipe.simulations)]
-        self.env = BatchedVecEnv(self._episodes(first), self._development)
+        self.env = BatchedVecEnv(self._episodes(first), self._development, patience_s=recipe.patience_s)
         self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
         self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
         if resumed:

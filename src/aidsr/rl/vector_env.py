@@ -16,6 +16,9 @@ from aidsr.tasks.readings import FloatArray
 
 __all__ = ["BatchedVecEnv"]
 
+_GAIN = 0.01
+"""Less progress than that is none."""
+
 
 class BatchedVecEnv(VecEnv):
     """All simulations of a batch step in one native call.
@@ -27,11 +30,17 @@ class BatchedVecEnv(VecEnv):
     Args:
         episodes: The simulations.
         next_variation: Returns what the next episode is started with.
+        patience_s: Cut an episode short, as at its time limit, when its progress has not grown for this long.
     """
 
-    def __init__(self, episodes: Episodes, next_variation: Callable[[], Variation]) -> None:
+    def __init__(
+        self, episodes: Episodes, next_variation: Callable[[], Variation], *, patience_s: float = np.inf
+    ) -> None:
         self.episodes = episodes
         self._next_variation = next_variation
+        self._patience_s = max(patience_s, 2.0 * episodes.task.hold_s)
+        self._furthest = np.zeros(episodes.n)
+        self._gained_s = np.zeros(episodes.n)
         self._actions: FloatArray = np.zeros((episodes.n, episodes.actions.size))
         self._return = np.zeros(episodes.n)
         self._length = np.zeros(episodes.n, dtype=np.int64)
@@ -50,7 +59,6 @@ class BatchedVecEnv(VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Begin every episode anew and return what the policies see."""
-        self._return[:], self._length[:] = 0.0, 0
         return self._begin(np.arange(self.num_envs))
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -67,12 +75,20 @@ class BatchedVecEnv(VecEnv):
         observation = moment.observation
         for index in ended.tolist():
             infos[index] = self._farewell(moment, index)
+        self._lose_patience(moment)
         if ended.size:
-            self._return[ended], self._length[ended] = 0.0, 0
             observation = self._begin(ended)
         return observation, moment.reward.astype(np.float32), moment.ended, infos
 
+    def _lose_patience(self, moment: Moment) -> None:
+        gained = moment.progress >= self._furthest + _GAIN
+        self._furthest = np.where(gained, moment.progress, self._furthest)
+        self._gained_s = np.where(gained, moment.time_s, self._gained_s)
+        self.episodes.time_limit_s[moment.time_s - self._gained_s >= self._patience_s] = 0.0
+
     def _begin(self, ids: np.ndarray) -> np.ndarray:
+        self._return[ids], self._length[ids] = 0.0, 0
+        self._furthest[ids], self._gained_s[ids] = 0.0, 0.0
         return self.episodes.begin(ids, [self._next_variation() for _ in ids])
 
     def _farewell(self, moment: Moment, index: int) -> dict[str, Any]:

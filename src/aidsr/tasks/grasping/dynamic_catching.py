@@ -110,6 +110,11 @@ class DynamicCatching(Task):
         away_m = np.linalg.norm(readings["ball_position"] - readings["capture_position"], axis=1)
         return np.asarray((away_m <= CAUGHT_M) & (readings["ball_position"][:, 2] > FLOOR_M))
 
+    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
+        """The ball is on the floor."""
+        del memory
+        return np.asarray(readings["ball_position"][:, 2] <= FLOOR_M)
+
 
 def _distance_m(readings: Readings) -> FloatArray:
     """Return how far the ball is from the functional part, (n,) [m]."""

@@ -74,11 +74,19 @@ class SimpleGrasping(Lifting):
 
     def violation(self, readings: Readings) -> FloatArray:
         """The object is off the table, or thrown: faster than 1 m/s."""
-        dropped = readings["object_position"][:, 2] < TABLE_M - 0.02
         thrown = excess(np.linalg.norm(readings["object_velocity"], axis=1), 1.0)
-        return np.maximum(dropped, thrown)
+        return np.maximum(_off_table(readings), thrown)
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """Raised at least 0.10 m and slipped less than 20 mm in the grip; at the hard level while being shaken."""
         ready = (readings.time_s >= self.times_s[-1]) | (self.shake_n == 0.0)
         return (raised_m(readings, memory) >= RAISED_M) & ready & (slip_m(readings, memory) < SLIP_M)
+
+    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
+        """The object is off the table."""
+        del memory
+        return _off_table(readings)
+
+
+def _off_table(readings: Readings) -> BoolArray:
+    return np.asarray(readings["object_position"][:, 2] < TABLE_M - 0.02)

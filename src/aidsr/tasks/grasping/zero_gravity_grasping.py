@@ -18,6 +18,8 @@ RETREAT_S = 3.0
 MOUNT_M = 0.65
 RADIUS_M = 0.03
 STILL_M_S = 0.02
+LOST_M = 0.6
+"""An object that is farther than this from the functional part was pushed off for good."""
 KEPT_M = 0.05
 """An object that is farther than this from where it was against the mount has been left behind."""
 
@@ -99,7 +101,12 @@ class ZeroGravityGrasping(CarriageTask):
 
     def violation(self, readings: Readings) -> FloatArray:
         """The object is more than 0.3 m away from the functional part: it was pushed off."""
-        return excess(np.linalg.norm(readings["object_position"] - readings["tip_position"], axis=1), 0.3)
+        return excess(np.linalg.norm(readings["object_position"] - readings["tip_position"], axis=1), 0.3, full=LOST_M)
+
+    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
+        """The object is out of reach for good."""
+        del memory
+        return np.linalg.norm(readings["object_position"] - readings["tip_position"], axis=1) >= LOST_M
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """The carriage draws back, and the object, held and not drifting by itself, comes along without moving."""

@@ -94,9 +94,8 @@ class Gap(LaneTask):
         return _rear_m(readings) >= _goal_m(readings)
 
     def failed(self, readings: Readings, memory: Memory) -> BoolArray:
-        """The robot touches the bottom."""
-        del memory
-        return readings.peak_force_n("pit_force") > TOUCH_N
+        """The robot touches the bottom, or is out of the lane."""
+        return super().failed(readings, memory) | (readings.peak_force_n("pit_force") > TOUCH_N)
 
     def _platforms(self, width_m: float) -> tuple[Change, ...]:
         low, far = (EDGE_M - LONG_M, -HALF_WIDTH_M, -THICK_M), EDGE_M + width_m

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.readings import FloatArray, Readings
+from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
 from aidsr.tasks.task import Memory, Task
 from aidsr.tasks.variation import Change
@@ -17,6 +17,8 @@ from aidsr.tasks.variation import Change
 __all__ = ["LANE_HALF_WIDTH_M", "LaneTask", "box_between", "in_lane", "outline_in_lane", "turned_lane"]
 
 LANE_HALF_WIDTH_M = 0.3
+LOST_M = LANE_HALF_WIDTH_M + 0.1
+"""A robot whose centre of mass is that far from the lane's middle has left it for good."""
 
 Corner = tuple[float, float, float]
 
@@ -46,8 +48,13 @@ class LaneTask(Task, ABC):
         return {"start": in_lane(readings)}
 
     def violation(self, readings: Readings) -> FloatArray:
-        """The centre of mass has left the lane; all of it is lost 0.1 m outside."""
-        return excess(np.abs(in_lane(readings)[:, 1]), LANE_HALF_WIDTH_M, full=LANE_HALF_WIDTH_M + 0.1)
+        """The centre of mass leaves the lane."""
+        return excess(np.abs(in_lane(readings)[:, 1]), LANE_HALF_WIDTH_M, full=LOST_M)
+
+    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
+        """The centre of mass is 0.1 m outside the lane."""
+        del memory
+        return np.abs(in_lane(readings)[:, 1]) >= LOST_M
 
 
 def in_lane(readings: Readings) -> FloatArray:

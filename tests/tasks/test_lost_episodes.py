@@ -1,0 +1,39 @@
+"""What cannot be made good any more ends an episode as lost."""
+
+import pytest
+from stick import Episode
+
+from aidsr.tasks import load_task
+
+LANES = ["flat_ground", "stairs", "obstacles", "gap", "tunnel"]
+
+
+@pytest.mark.parametrize("name", LANES)
+@pytest.mark.parametrize(("aside_m", "lost"), [(0.25, False), (-0.25, False), (0.45, True), (-0.45, True)])
+def test_a_robot_far_outside_its_lane_is_lost(name, aside_m, lost):
+    episode = Episode(load_task(name))
+    left, start = episode.sensor("lane_left"), episode.sensor("lane_position")
+    episode.place(start + aside_m * left + (0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+    assert episode.step().failed[0] == lost
+
+
+def test_an_object_off_the_table_is_lost():
+    episode = Episode(load_task("simple_grasping"))
+    assert not episode.step().failed[0]
+    episode.put("object_free", (0.6, 0.0, 0.1))
+    assert episode.step().failed[0]
+
+
+def test_an_object_pushed_far_away_in_weightlessness_is_lost():
+    episode = Episode(load_task("zero_gravity_grasping"))
+    tip_m = episode.tip_m.copy()
+    for away_m, lost in ((0.4, False), (0.8, True)):
+        episode.put("object_free", tip_m + (away_m, 0.0, 0.0))
+        assert episode.step().failed[0] == lost
+
+
+def test_a_ball_on_the_floor_is_lost():
+    episode = Episode(load_task("dynamic_catching"))
+    assert not episode.step().failed[0]
+    episode.put("ball_free", (0.5, 0.0, 0.03))
+    assert episode.step().failed[0]
