@@ -190,7 +190,7 @@ def test_features_have_one_shape_and_fill_their_table(levelled):
 def test_doing_nothing_does_not_succeed(task):
     episode = Episode(task)
     episode.run(task.time_limit_s)
-    assert episode.data.time >= task.time_limit_s - 1e-6
+    assert episode.data.time >= task.time_limit_s - 1e-6 or episode.score.failed[0]
     assert not episode.won
     assert 0.0 <= min(episode.progress) <= max(episode.progress) < 0.6
 

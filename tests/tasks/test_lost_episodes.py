@@ -28,7 +28,7 @@ def test_an_object_pushed_far_away_in_weightlessness_is_lost():
     episode = Episode(load_task("zero_gravity_grasping"))
     tip_m = episode.tip_m.copy()
     for away_m, lost in ((0.4, False), (0.8, True)):
-        episode.put("object_free", tip_m + (away_m, 0.0, 0.0))
+        episode.put("object_free", (tip_m[0] + away_m, *tip_m[1:]))
         assert episode.step().failed[0] == lost
 
 

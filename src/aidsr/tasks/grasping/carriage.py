@@ -89,7 +89,12 @@ class Lifting(CarriageTask, ABC):
 
 def approach(readings: Readings) -> FloatArray:
     """Return how near the functional part is to the object, 0 to 1, (n,)."""
-    return closeness(np.linalg.norm(_held(readings), axis=1), within=0.05, margin=0.2)
+    return closeness(away_m(readings), within=0.05, margin=0.2)
+
+
+def away_m(readings: Readings) -> FloatArray:
+    """Return how far the object is from the functional part, (n,) [m]."""
+    return np.asarray(np.linalg.norm(_held(readings), axis=1))
 
 
 def raised_m(readings: Readings, memory: Memory) -> FloatArray:

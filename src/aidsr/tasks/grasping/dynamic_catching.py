@@ -16,8 +16,7 @@ from aidsr.tasks.variation import Change, Variation
 CAPTURE_M = np.array([0.12 * np.sqrt(0.5), 0.0, 0.4 + 0.12 * np.sqrt(0.5)])
 """The capture point, 0.12 m in front of the mount, which looks up and forward at 45 degrees."""
 CAUGHT_M = 0.06
-FLOOR_M = 0.05
-GRAVITY_M_S2 = 9.81
+FLOOR_M, GRAVITY_M_S2 = 0.05, 9.81
 
 
 @dataclass(frozen=True)

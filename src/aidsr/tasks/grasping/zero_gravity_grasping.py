@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.grasping.carriage import CarriageTask, approach
+from aidsr.tasks.grasping.carriage import CarriageTask, approach, away_m
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess
 from aidsr.tasks.task import Memory
@@ -15,11 +15,9 @@ from aidsr.tasks.variation import Change, Variation, solid
 
 RETREAT_S = 3.0
 """When the carriage begins to draw back."""
-MOUNT_M = 0.65
-RADIUS_M = 0.03
+MOUNT_M, RADIUS_M = 0.65, 0.03
 STILL_M_S = 0.02
 LOST_M = 0.6
-"""An object that is farther than this from the functional part was pushed off for good."""
 KEPT_M = 0.05
 """An object that is farther than this from where it was against the mount has been left behind."""
 
@@ -101,12 +99,12 @@ class ZeroGravityGrasping(CarriageTask):
 
     def violation(self, readings: Readings) -> FloatArray:
         """The object is more than 0.3 m away from the functional part: it was pushed off."""
-        return excess(np.linalg.norm(readings["object_position"] - readings["tip_position"], axis=1), 0.3, full=LOST_M)
+        return excess(away_m(readings), 0.3, full=LOST_M)
 
     def failed(self, readings: Readings, memory: Memory) -> BoolArray:
         """The object is out of reach for good."""
         del memory
-        return np.linalg.norm(readings["object_position"] - readings["tip_position"], axis=1) >= LOST_M
+        return away_m(readings) >= LOST_M
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """The carriage draws back, and the object, held and not drifting by itself, comes along without moving."""
@@ -115,10 +113,8 @@ class ZeroGravityGrasping(CarriageTask):
 
 
 def _from_mount_m(readings: Readings) -> FloatArray:
-    """Return the way from the mount to the object, (n, 3) [m]."""
     return np.asarray(readings["object_position"] - readings["mount_position"])
 
 
 def _relative_m_s(readings: Readings) -> FloatArray:
-    """Return the object's speed against the mount, (n,) [m/s]."""
     return np.asarray(np.linalg.norm(readings["object_velocity"] - readings["mount_velocity"], axis=1))
