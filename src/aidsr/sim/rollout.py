@@ -168,17 +168,18 @@ class _Run:
     def _keep(self, records: dict[str | int, Array], first: int, count: int) -> None:
         """Reduce each frame of a chunk to its end and its extremes."""
         frames = slice(first, first + count)
+        rows = self.alive if self.alive.size < len(self.failures) else slice(None)
         by_frame = {
             name: values.reshape(self.alive.size, count, self.frame_steps, *values.shape[2:])
             for name, values in records.items()
         }
         for name in self.fields:
-            self.kept[name][self.alive, frames] = by_frame[name][:, :, -1]
-        self.fastest[self.alive, frames] = np.abs(by_frame["qvel"]).max(axis=2)
-        velocity = np.diff(by_frame["xipos"], axis=2) / self.timestep_s
-        self.speed[self.alive, frames] = np.sqrt(np.einsum("...i,...i", velocity, velocity).max(axis=2))
-        change = (velocity[:, :, -1] - velocity[:, :, -2]) / self.timestep_s
-        self.acceleration[self.alive, frames] = np.sqrt(np.einsum("...i,...i", change, change))
+            self.kept[name][rows, frames] = by_frame[name][:, :, -1]
+        self.fastest[rows, frames] = np.abs(by_frame["qvel"]).max(axis=2)
+        way = np.diff(by_frame["xipos"], axis=2)
+        self.speed[rows, frames] = np.sqrt(np.einsum("...i,...i", way, way).max(axis=2)) / self.timestep_s
+        change = way[:, :, -1] - way[:, :, -2]
+        self.acceleration[rows, frames] = np.sqrt(np.einsum("...i,...i", change, change)) / self.timestep_s**2
 
     def _drop(self, simulation: int, frame: int, reason: str) -> None:
         """Let a simulation end before a frame: what follows repeats the frame before it."""

@@ -46,6 +46,13 @@ class Case:
     found: list[Fault] = field(default_factory=list)
     causes: dict[str, dict[int, float]] = field(default_factory=dict)
 
+    @cached_property
+    def drawn(self) -> mujoco.MjData:
+        """Data in the reference pose; rules only read it."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, data)
+        return data
+
     @property
     def length_m(self) -> float:
         """L [m]."""

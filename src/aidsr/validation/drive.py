@@ -55,7 +55,9 @@ class Drive:
 def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure) -> tuple[Drive, ...]:
     """Return the commands of the robot's actuators in the state of `data`, which is left as it is."""
     low, high = _ends(model)
-    forces = [_forces(model, data, ctrl) for ctrl in (low, high)]
+    probe = mujoco.MjData(model)
+    probe.qpos[:] = data.qpos
+    forces = [_forces(model, probe, ctrl) for ctrl in (low, high)]
     neutral = neutral_ctrl(model, data)
     drives = []
     for actuator in structure.actuators:
@@ -122,10 +124,8 @@ def _ends(model: mujoco.MjModel) -> tuple[NDArray[np.float64], NDArray[np.float6
     return low, high
 
 
-def _forces(model: mujoco.MjModel, data: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forces(model: mujoco.MjModel, probe: mujoco.MjData, ctrl: NDArray[np.float64]) -> NDArray[np.float64]:
     """Force times gear of every actuator under a command held for long, (nactuator,)."""
-    probe = mujoco.MjData(model)
-    probe.qpos[:] = data.qpos
     probe.ctrl[:] = ctrl
     for actuator in range(model.nactuator):
         first, count = int(model.actuator_actadr[actuator]), int(model.actuator_actnum[actuator])

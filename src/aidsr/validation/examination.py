@@ -110,9 +110,7 @@ def _open_environment(text: str) -> mujoco.MjModel:
 
 def without_numbers(case: Case) -> Iterator[Fault]:
     """The drawn robot has a size, every tendon a length and levers, and time goes on."""
-    model, timestep_s = case.model, float(case.model.opt.timestep)
-    drawn = mujoco.MjData(model)
-    mujoco.mj_forward(model, drawn)
+    drawn, timestep_s = case.drawn, float(case.model.opt.timestep)
     broken = [case.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length)).tolist()]
     if not (np.isfinite(drawn.ten_J).all() and np.isfinite(drawn.actuator_moment).all()):
         broken = broken or [case.tendon(tendon.id) for tendon in case.structure.tendons]

@@ -234,17 +234,15 @@ def _kick(model: mujoco.MjModel, structure: Structure, start: mujoco.MjData, pro
             turn[dof] = protocol.kick_rad * rng.choice((-1, 1))
         elif kind == _BALL:
             turn[dof : dof + 3] = protocol.kick_rad * rng.choice((-1, 1), size=3) / math.sqrt(3)
-    kicked = _turned(model, start, turn)
+    kicked = mujoco.MjData(model)
+    kicked.qpos[:] = start.qpos
+    mujoco.mj_integratePos(model, kicked.qpos, turn, 1.0)
     mujoco.mj_forward(model, kicked)
     speed_rad_s = float(np.sqrt(np.abs(turn * (kicked.qacc - start.qacc)).max(initial=1e-9)))
-    return _turned(model, start, turn * min(1.0, protocol.kick_speed_rad_s / speed_rad_s))
-
-
-def _turned(model: mujoco.MjModel, start: mujoco.MjData, turn: Array) -> mujoco.MjData:
-    turned = mujoco.MjData(model)
-    turned.qpos[:] = start.qpos
-    mujoco.mj_integratePos(model, turned.qpos, turn, 1.0)
-    return turned
+    mujoco.mj_resetData(model, kicked)
+    kicked.qpos[:] = start.qpos
+    mujoco.mj_integratePos(model, kicked.qpos, turn * min(1.0, protocol.kick_speed_rad_s / speed_rad_s), 1.0)
+    return kicked
 
 
 def _with_slack(model: mujoco.MjModel, slack: Sequence[int]) -> mujoco.MjModel:

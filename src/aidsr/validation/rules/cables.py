@@ -117,14 +117,18 @@ def _own_parts(case: Case, one: int, other: int) -> NDArray[np.bool_]:
 
     Those of the bodies and of their neighbours, but none of a body that it passes over; and the environment's.
     """
-    model, weld = case.model, case.model.body_weldid
-    ends = {int(weld[one]), int(weld[other])}
-    bodies = np.asarray(case.structure.bodies, dtype=int)
-    parts, parents = weld[bodies], weld[model.body_parentid[bodies]]
-    near = ends | set(parts[np.isin(parents, list(ends))].tolist()) | set(parents[np.isin(parts, list(ends))].tolist())
-    near -= {int(weld[body]) for body in _between(case, one, other)} - ends
-    ours = np.isin(np.arange(model.ngeom), case.structure.geoms)
-    return np.asarray(np.isin(weld[model.geom_bodyid], list(near)) | ~ours)
+    model, weld = case.model, case.model.body_weldid.tolist()
+    ends = {weld[one], weld[other]}
+    parents = model.body_parentid.tolist()
+    steps = [(weld[body], weld[parents[body]]) for body in case.structure.bodies]
+    near = (
+        ends | {part for part, parent in steps if parent in ends} | {parent for part, parent in steps if part in ends}
+    )
+    near -= {weld[body] for body in _between(case, one, other)} - ends
+    own = np.ones(model.ngeom, dtype=bool)
+    ours = list(case.structure.geoms)
+    own[ours] = [weld[body] in near for body in model.geom_bodyid[ours].tolist()]
+    return own
 
 
 def tendon_skips_segments(case: Case) -> Iterator[Fault]:
@@ -178,17 +182,17 @@ def _skipped_joints(case: Case, site: int, next_site: int) -> int:
 
 def _between(case: Case, one: int, other: int) -> list[int]:
     """Bodies with joints on the way from one body to another through the tree."""
-    model = case.model
+    parents, joints = case.model.body_parentid.tolist(), case.model.body_jntnum.tolist()
 
     def ancestors(body: int) -> list[int]:
         line = [body]
         while line[-1]:
-            line.append(int(model.body_parentid[line[-1]]))
+            line.append(parents[line[-1]])
         return line
 
     first, second = ancestors(one), ancestors(other)
     apart = [body for body in first if body not in second] + [body for body in second if body not in first][::-1]
-    return [body for body in apart if model.body_jntnum[body]]
+    return [body for body in apart if joints[body]]
 
 
 def tendon_pushes(case: Case) -> Iterator[Fault]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
 from aidsr.validation.case import Case
@@ -27,7 +28,7 @@ def self_collision_lock(case: Case) -> Iterator[Fault]:
     """
     if is_explained("self_collision_lock", case.found):
         return
-    weak = [drive for drive in _hindered(case) if _touches_itself(case, drive)]
+    weak = list(_touching_itself(case, _hindered(case)))
     if not weak:
         return
     tests = case.single_tests(weak)
@@ -173,20 +174,29 @@ def _hindered(case: Case) -> list[int]:
     return [index for index in _measured(case) if case.effect_of(index) < case.limits.lock_share]
 
 
-def _touches_itself(case: Case, drive: int) -> bool:
-    """Whether parts that nothing joins touch each other after settling or at the end of an actuator's tests."""
-    evidence, model = case.driven, case.model
-    if evidence.battery is None:
-        return False
-    data, ours, joined = mujoco.MjData(model), set(case.structure.geoms), _joined(model)
-    for state in (evidence.settle.states[0], *evidence.battery.states[case.single_tests([drive])]):
-        mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        mujoco.mj_forward(model, data)
-        for contact in data.contact:
-            bodies = frozenset(int(model.geom_bodyid[geom]) for geom in contact.geom)
-            if ours.issuperset(contact.geom.tolist()) and bodies not in joined:
-                return True
-    return False
+def _touching_itself(case: Case, drives: Sequence[int]) -> Iterator[int]:
+    """Actuators after whose tests, or after settling, parts that nothing joins touch each other."""
+    evidence, data = case.driven, mujoco.MjData(case.model)
+    joined = _joined(case.model)
+    if evidence.battery is None or not drives:
+        return
+    if _touch(case, data, evidence.settle.states[0], joined):
+        yield from drives
+        return
+    for drive in drives:
+        if any(_touch(case, data, state, joined) for state in evidence.battery.states[case.single_tests([drive])]):
+            yield drive
+
+
+def _touch(case: Case, data: mujoco.MjData, state: NDArray[np.float64], joined: set[frozenset[int]]) -> bool:
+    """Whether parts of the robot that nothing joins touch each other in a state."""
+    model = case.model
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+    geoms = np.asarray(data.contact.geom).reshape(-1, 2)
+    bodies = model.geom_bodyid[geoms[np.isin(geoms, case.structure.geoms).all(axis=1)]]
+    return any(frozenset(pair) not in joined for pair in bodies.tolist())
 
 
 def _joined(model: mujoco.MjModel) -> set[frozenset[int]]:

@@ -96,9 +96,7 @@ def segments_gap(case: Case) -> Iterator[Fault]:
 
     Source: our choice; `mj_geomDistance` between the nearest geoms of both.
     """
-    data = mujoco.MjData(case.model)
-    mujoco.mj_forward(case.model, data)
-    wide = [gap for chain in case.structure.chains for gap in _gaps(case, data, chain)]
+    wide = [gap for chain in case.structure.chains for gap in _gaps(case, case.drawn, chain)]
     if wide:
         share, _ = worst = max(wide)
         yield Fault(
@@ -143,8 +141,7 @@ def fully_actuated(case: Case) -> Iterator[Fault]:
     model, structure = case.model, case.structure
     if structure.longest_series < case.limits.series_joints:
         return
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    data = case.drawn
     inner = [dof for dof in range(model.nv) if _is_inner(case, int(model.dof_jntid[dof]))]
     moments = np.zeros((model.nout, model.nv))
     mujoco.mju_sparse2dense(moments, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind)

@@ -113,12 +113,9 @@ def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon, widths_m: dic
     joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
     if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
         return 1.0
-    largest, sites_m = 0.0, bent.site_xpos[list(tendon.sites)]
-    for joint in set(joints.tolist()) & set(case.structure.joints):
-        if int(model.jnt_type[joint]) == _FREE:
-            continue
-        arm_m = float(arms[joints == joint].max())
-        reach_m = float(np.linalg.norm(sites_m - bent.xanchor[joint], axis=1).min())
-        reach_m = max(reach_m, widths_m.get(int(model.jnt_bodyid[joint]), 0.0))
-        largest = max(largest, arm_m / reach_m) if reach_m > 0 else largest
-    return largest
+    turned = np.isin(joints, case.structure.joints) & (model.jnt_type[joints] != _FREE)
+    arms, joints = arms[turned], joints[turned]
+    apart = bent.xanchor[joints][:, None] - bent.site_xpos[list(tendon.sites)]
+    widths = [widths_m.get(body, 0.0) for body in model.jnt_bodyid[joints].tolist()]
+    reach_m = np.maximum(np.sqrt(np.einsum("jsi,jsi->js", apart, apart).min(axis=1)), widths)
+    return float((arms[reach_m > 0] / reach_m[reach_m > 0]).max(initial=0.0))
