@@ -1,99 +1,152 @@
 """How many approved designs could be built, and what keeps the rest from it.
 
-    python benchmarks/fabrication/run.py build/studies/builtin --out build/fabrication
+    python benchmarks/fabrication/run.py build/studies/builtin --jobs 2 --report benchmarks/fabrication/results.md
 
-Exports every approved design under a folder of runs, and writes a table beside the exports. What is there is kept, so
-that a stopped command goes on.
+Exports every approved design under a folder of runs or studies. What is there is kept, so that a stopped command goes
+on.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import platform
+import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from aidsr.benchmark.statistics import wilson
 from aidsr.errors import AidsrError
 from aidsr.fabrication.package import MARK
 from aidsr.pipeline.exporting import export
-from aidsr.runs import DesignFolder
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.trainings import trainings_of
+
+__all__ = ["account", "approved"]
+
+Row = dict[str, Any]
 
 
 def main() -> None:
-    """Export all designs and write table.json and table.md."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Export all designs and write table.json and the report."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", type=Path)
     parser.add_argument("--out", type=Path, default=Path("build/fabrication"))
+    parser.add_argument("--report", type=Path, help="Markdown to write; OUT/table.md unless named")
+    parser.add_argument("--jobs", type=int, default=1, help="exports at once")
+    parser.add_argument("--policy", action="store_true", help="try trained policies, where a design has one")
     parser.add_argument("--printer", default="fdm")
     parser.add_argument("--material", default=None)
     asked = parser.parse_args()
-    rows = []
-    for path in sorted(asked.runs.rglob("designs/*/outcome.json")):
-        outcome = DesignFolder(path.parent).outcome.read()
-        if outcome is None or outcome.outcome != "approved":
-            continue
-        rows.append(_row(path.parent, asked.out, asked.printer, asked.material))
-        print(json.dumps(rows[-1]), flush=True)  # noqa: T201
     asked.out.mkdir(parents=True, exist_ok=True)
+    rows = []
+    with ProcessPoolExecutor(asked.jobs) as workers:
+        tasks = [(design, asked.out, asked.printer, asked.material, asked.policy) for design in approved(asked.runs)]
+        for row in workers.map(_row, *zip(*tasks, strict=True)) if tasks else ():
+            rows.append(row)
+            print(json.dumps(row), flush=True)  # noqa: T201
     (asked.out / "table.json").write_text(json.dumps(rows, indent=2) + "\n")
-    (asked.out / "table.md").write_text(_table(rows))
-    print(_table(rows))  # noqa: T201
+    text = account(rows, f"python {' '.join(sys.argv)}")
+    (asked.report or asked.out / "table.md").write_text(text)
+    print(text)  # noqa: T201
 
 
-def _row(design: Path, out: Path, printer: str, material: str | None) -> dict[str, Any]:
+def approved(runs: Path) -> list[Path]:
+    """Return the folders of all approved designs below a folder, however deep, in order."""
+    found = []
+    for path in sorted(runs.rglob("designs/*/outcome.json")):
+        outcome = DesignFolder(path.parent).outcome.read()
+        if outcome is not None and outcome.outcome == "approved":
+            found.append(path.parent)
+    return found
+
+
+def _row(design: Path, out: Path, printer: str, material: str | None, policy: bool) -> Row:
     """Export one design, unless that was done, and return what came of it."""
     run = design.parent.parent
     folder = out / f"{run.name}_{design.name}"
+    concept = json.loads(sorted(design.glob("*/concept.json"))[-1].read_text())
+    row = {"design": folder.name, "task": Run(run).brief().task, "family": concept["family"]}
     if not (folder / MARK).exists():
+        trained = any(one.result.path.exists() for one in trainings_of(DesignFolder(design)))
         began = time.monotonic()
         try:
-            export(design, folder, printer=printer, material=material)
+            export(design, folder, printer=printer, material=material, policy=policy and trained)
         except AidsrError as error:
-            return {"design": folder.name, "verdict": "not exported", "errors": [str(error)], "warnings": []}
+            return row | {"verdict": "not exported", "errors": [str(error)], "warnings": []}
         (folder / "took_s.txt").write_text(f"{time.monotonic() - began:.1f}\n")
     verdict = json.loads((folder / MARK).read_text())
-    concept = json.loads(sorted(design.glob("*/concept.json"))[-1].read_text())
-    reasons = [(fault["severity"], fault["code"]) for fault in verdict["reasons"]]
-    return {
-        "design": folder.name,
-        "family": concept["family"],
+    retest, reasons = verdict["retest"], [(fault["severity"], fault["code"]) for fault in verdict["reasons"]]
+    return row | {
         "verdict": verdict["verdict"],
         "material": verdict["material"],
         "errors": sorted(code for severity, code in reasons if severity == "error"),
         "warnings": sorted(code for severity, code in reasons if severity == "warning"),
         "moving_mass_ratio": round(verdict["moving_built_g"] / verdict["moving_simulated_g"], 3),
-        "reach_ratio": round(verdict["retest"]["reach_m"] / verdict["retest"]["designed_reach_m"], 3),
+        "reach_ratio": round(retest["reach_m"] / retest["designed_reach_m"], 3),
+        "success": [retest["designed_success_share"], retest["success_share"]],
         "cost_usd": verdict["cost_usd"],
         "took_s": float((folder / "took_s.txt").read_text()) if (folder / "took_s.txt").exists() else None,
     }
 
 
-def _table(rows: list[dict[str, Any]]) -> str:
-    """Return the rows as Markdown, with counts below."""
-    lines = [
-        "| design | family | verdict | limbs | errors | warnings | mass | reach | USD |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
-    for row in rows:
-        cells = [
-            row["design"],
-            row.get("family", ""),
-            row["verdict"],
-            row.get("material", ""),
-            ", ".join(row["errors"]),
-            ", ".join(row["warnings"]),
-            f"{row.get('moving_mass_ratio', float('nan')):.2f}",
-            f"{row.get('reach_ratio', float('nan')):.2f}",
-            f"{row.get('cost_usd', float('nan')):.0f}",
-        ]
-        lines.append("| " + " | ".join(cells) + " |")
+def account(rows: Sequence[Row], command: str) -> str:
+    """Return what became of designs as Markdown: the share that can be built, what keeps the rest, and each design."""
+    good = sum(row["verdict"].startswith("buildable") for row in rows)
+    share = wilson(good, len(rows))
     verdicts = Counter(row["verdict"] for row in rows)
-    reasons = Counter(code for row in rows for code in set(row["errors"]))
-    lines += ["", f"{len(rows)} designs: " + ", ".join(f"{count} {name}" for name, count in verdicts.most_common())]
-    lines.append("Reasons: " + (", ".join(f"{code} {count}" for code, count in reasons.most_common()) or "none") + ".")
+    lines = [
+        "# Approved designs that can be built",
+        "",
+        f"Command: `{command}`",
+        "",
+        f"{datetime.now(UTC):%Y-%m-%d}, AID-SR {version('aidsr')}, MuJoCo {version('mujoco')}, manifold3d "
+        f"{version('manifold3d')}, Python {platform.python_version()}.",
+        "",
+        f"{good} of {len(rows)} can be built, with or without changes (95 % interval {share.low:.0%} to "
+        f"{share.high:.0%}): " + ", ".join(f"{count} {name}" for name, count in verdicts.most_common()) + ".",
+        "",
+        f"What keeps the rest from it: {_counted(rows, 'errors')}. Warnings: {_counted(rows, 'warnings')}.",
+        "",
+        "Mass (what moves) and reach: as built / as designed. Success: share of 20 held-out episodes with the trained "
+        "policy, as designed and as built; blank where the design was not trained.",
+        "",
+        "| design | task | family | verdict | limbs | errors | warnings | mass | reach | success | USD |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+        *map(_line, rows),
+    ]
     return "\n".join(lines) + "\n"
+
+
+def _counted(rows: Sequence[Row], kind: str) -> str:
+    counts = Counter(code for row in rows for code in set(row[kind]))
+    return ", ".join(f"{code} {count}" for code, count in counts.most_common()) or "none"
+
+
+def _line(row: Row) -> str:
+    if row["verdict"] == "not exported":
+        return f"| {row['design']} | {row['task']} | {row['family']} | not exported | | {row['errors'][0]} | | | | | |"
+    before, after = row["success"]
+    cells = [
+        row["design"],
+        row["task"],
+        row["family"],
+        row["verdict"],
+        row["material"],
+        ", ".join(row["errors"]),
+        ", ".join(row["warnings"]),
+        f"{row['moving_mass_ratio']:.2f}",
+        f"{row['reach_ratio']:.2f}",
+        "" if after is None else f"{'?' if before is None else f'{before:.0%}'} → {after:.0%}",
+        f"{row['cost_usd']:.0f}",
+    ]
+    return "| " + " | ".join(cells) + " |"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""An arm, a three-finger gripper and a crawler of the built-in team, made into parts once for all tests."""
+"""An arm, a three-finger gripper and a crawler of the built-in team, made into parts once for all tests; and a ring."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -18,6 +18,7 @@ _JOBS = {
     "arm": ("button_pushing", "arm"),
     "gripper": ("simple_grasping", "gripper"),
     "crawler": ("flat_ground", "crawler"),
+    "ring": ("flat_ground", "ring"),
 }
 
 

@@ -15,6 +15,7 @@ from aidsr.fabrication.package import write_package
 from aidsr.fabrication.responding import responses
 from aidsr.fabrication.verdict import Retest, judge, retest_of
 from aidsr.pipeline.exporting import export
+from aidsr.validation import validate
 
 
 @pytest.fixture(scope="module")
@@ -60,11 +61,20 @@ def test_the_robot_as_built_has_the_masses_and_springs_of_its_parts(robot: str, 
     assert {change.what for change in changes_of(whole)} >= {"winches", "guides", "skin at the joints"}
 
 
+def test_a_ring_closed_by_a_weld_is_stable_as_built_and_reaches_as_far() -> None:
+    built = as_built(made("ring", "tpu95a"), mjcf("ring"))
+    retest = retest_of(report("ring"), validate(built))
+    assert retest.stable, retest.faults
+    assert retest.same_reach
+
+
 def test_a_robot_that_moves_otherwise_when_built_is_not_buildable() -> None:
     whole = made("gripper", "tpu95a")
     same = retest_of(report("gripper"), report("gripper"))
     assert same.same_reach
-    assert judge(whole, (), same).verdict == "buildable with changes"
+    verdict = judge(whole, (), same)
+    assert verdict.verdict == "buildable with changes"
+    assert "mass_changed" not in {fault.code for fault in verdict.reasons}
     shorter = Retest(
         stable=True, reach_m=0.8 * same.designed_reach_m, designed_reach_m=same.designed_reach_m, faults=()
     )

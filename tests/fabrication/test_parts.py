@@ -67,7 +67,7 @@ def test_a_cable_that_lies_in_plastic_is_told() -> None:
 def test_parts_fit_the_bed_and_have_printable_walls(robot: str) -> None:
     robot_made = made(robot, "tpu95a")
     assert all(part.lying.fits for part in robot_made.parts)
-    assert min(part.lying.wall_mm for part in robot_made.robot_parts) > 0.1
+    assert min(part.lying.wall_mm for part in robot_made.robot_parts) >= robot_made.printer.wall_mm
 
 
 def test_a_surface_with_a_hole_or_a_turned_triangle_is_not_closed() -> None:

@@ -12,7 +12,7 @@ from manifold3d import Manifold
 
 from aidsr.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy
-from aidsr.fabrication.routing import Bore
+from aidsr.fabrication.routing import Bore, Duct
 from aidsr.fabrication.shaping import Shaping
 from aidsr.fabrication.skeleton import Gap
 from aidsr.fabrication.solids import rounded, union
@@ -22,6 +22,9 @@ __all__ = ["Passage", "bend_limit_rad", "duct_faults", "passages"]
 _FREE_SHARE, _HELD_SHARE = 0.01, 0.95
 """Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
 drilled circle, and mouths that widen."""
+
+_NEAR_MM = 5.0
+"""More than the radius of any probe."""
 
 _MIDDLE = (0.2, 0.8)
 """Part of a duct in which its wall is measured: mouths widen at its ends."""
@@ -51,9 +54,12 @@ class Passage:
 
 def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[float, ...]) -> tuple[Passage, ...]:
     """Return how each cable passes each part, by intersecting its path with the assembled robot."""
-    solid = union([piece.solid for piece in shaping.pieces])
+    whole, near = union([piece.solid for piece in shaping.pieces]), {}
     found = []
     for duct in shaping.ducts:
+        if duct.part not in near:
+            near[duct.part] = _around(whole, [one for one in shaping.ducts if one.part == duct.part])
+        solid = near[duct.part]
         bore = bores[duct.cable]
         points = duct.path if len(duct.path) > 1 else np.array([duct.begin, duct.end])
         line = union([rounded(a, b, line_radii_mm[duct.cable]) for a, b in pairwise(points)])
@@ -92,6 +98,13 @@ def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float
         message=message,
         cure="Move the routing sites away from other parts, or nearer to the part they belong to.",
     )
+
+
+def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
+    """What of the robot is near the ducts of one part: quicker to intersect with each of them."""
+    points = np.vstack([np.vstack([duct.path, duct.begin, duct.end]) for duct in ducts])
+    low, high = points.min(axis=0) - _NEAR_MM, points.max(axis=0) + _NEAR_MM
+    return whole ^ Manifold.cube(tuple(high - low)).translate(tuple(low))
 
 
 def _share(probe: Manifold, solid: Manifold) -> float:

@@ -17,8 +17,12 @@ from aidsr.sim.structure import name_of
 __all__ = ["Response", "measure", "responses"]
 
 _LEVELS = 6
-_SETTLING_S = 1.0
-"""Our choice: long against the 0.05 s of the winches and the swing of a limb; the drift that is left is recorded."""
+_SETTLING_S, _LOOK_S = 1.0, 0.1
+"""Longest wait at a control, and how often it is looked whether the cable still moves. Our choice: long against the
+0.05 s of the winches and the swing of a limb; the drift that is left is recorded."""
+
+_STILL_M = 5e-6
+"""What a cable may still move between two looks. Our choice: below what a winch resolves."""
 
 _LIMITS = Limits(wall_s=300, cpu_s=120)
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
@@ -69,8 +73,7 @@ def _response(model: mujoco.MjModel, actuator: int) -> Response:
     forces, reeled = [], []
     for level in levels:
         data.ctrl[actuator] = level
-        for _ in range(round(_SETTLING_S / model.opt.timestep)):
-            mujoco.mj_step(model, data)
+        _settle(model, data, tendon)
         forces.append(-float(data.actuator_force[actuator]))
         reeled.append(1000.0 * (drawn - float(data.ten_length[tendon])))
     return Response(
@@ -79,3 +82,13 @@ def _response(model: mujoco.MjModel, actuator: int) -> Response:
         force_n=tuple(round(force, 4) for force in forces),
         reeled_in_mm=tuple(round(length, 3) for length in reeled),
     )
+
+
+def _settle(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> None:
+    """Step until a cable rests, or for as long as is waited at most."""
+    steps = max(1, round(_LOOK_S / model.opt.timestep))
+    for look in range(round(_SETTLING_S / _LOOK_S)):
+        before = float(data.ten_length[tendon])
+        mujoco.mj_step(model, data, steps)
+        if look and abs(float(data.ten_length[tendon]) - before) < _STILL_M:
+            return

@@ -34,6 +34,12 @@ _HORN_MM = 12.5
 
 _M3_MM, _M4_MM, _TIE_MM = 3.4, 4.5, 1.2
 _STRAP_MM = (2.0, 5.5)
+_OVER_STRAP_MM = 1.2
+"""Floor that is left over the strap that holds a motor down. Our choice: three lines."""
+
+_DRUM_WALL_MM = 0.8
+"""Least wall between a drum's surface and the screws' slots in it."""
+
 _SOCKET_MM = 6.0
 _X, _Y, _Z = np.eye(3)
 
@@ -96,7 +102,7 @@ def spool(seat: Seat, radius_mm: float, printer: Printer) -> Manifold:
             out = math.cos(angle) * _X + math.sin(angle) * _Y
             sunk = radius_mm >= _HORN_MM
             for begin, finish, wide in ((-4 * _Z, top + _Z, 1.3), (0 * _Z, top + _Z, 2.0 if sunk else 1.3)):
-                ends = (6.0, 9.5) if sunk else (5.5, 8.0)
+                ends = (6.0, 9.5) if sunk else (5.5, _slot_end(radius_mm))
                 cuts.append(Manifold.batch_hull([rounded(r * out + begin, r * out + finish, wide) for r in ends]))
     else:
         hub = seat.face.shaft_mm / 2 + 4.0
@@ -106,11 +112,18 @@ def spool(seat: Seat, radius_mm: float, printer: Printer) -> Manifold:
     return drum - union(cuts)
 
 
+def _slot_end(drum_mm: float) -> float:
+    """How far out the slots for a horn's screws go: never so that a sliver of the drum is left outside of them."""
+    inside = drum_mm - _DRUM_WALL_MM - 1.3
+    return min(8.0, inside) if inside > 6.5 else 8.0
+
+
 def station(seat: Seat, radius_mm: float, sheath: Sheath, printer: Printer) -> Manifold:
     """Return the station of a motor with a spool of this radius. The line leaves the drum at its lowest point."""
     rim = radius_mm + _RIM_MM
     length, depth = (seat.box_mm[0], seat.box_mm[2]) if seat.box_mm else (seat.diameter_mm + 6.0, 20.0)
-    axle = _PLATE_MM + max(seat.shaft_height_mm, rim + 2.0)
+    strap_room = _STRAP_MM[0] + _OVER_STRAP_MM if seat.box_mm else 0.0
+    axle = _PLATE_MM + max(seat.shaft_height_mm + strap_room, rim + 2.0)
     before = rim + _STOP_MM
     drum_y = depth + _WALL_MM + 6.0 + _DRUM_MM / 2
     end, wide = length / 2 + 2 * _WALL_MM, drum_y + _DRUM_MM

@@ -14,6 +14,8 @@ REACH_TOLERANCE = 0.1
 """Largest relative difference of reach. Source: what the project asks of a built robot."""
 
 MASS_TOLERANCE = 0.15
+"""The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
+robot is tried with its new mass."""
 
 
 class Retest(Artifact):
@@ -86,6 +88,7 @@ def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest
         for p in made.robot_parts
     ]
     moving = [entry for entry in masses if not held & set(entry[0])]
+    reasons += _mass_reasons(sum(entry[1] for entry in moving), sum(entry[2] for entry in moving))
     weights = [w.fit.motor.mass_kg if w.fit else None for w in made.winches]
     return Verdict(
         verdict="not buildable" if errors else "buildable with changes" if changes else "buildable",
@@ -102,6 +105,23 @@ def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest
         unpriced=tuple(what for what, cost in bill if cost is None),
         retest=retest,
     )
+
+
+def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
+    if abs(built_kg - simulated_kg) <= MASS_TOLERANCE * simulated_kg:
+        return []
+    return [
+        Fault(
+            code="mass_changed",
+            layer="realizability",
+            severity="warning",
+            measured=1000 * built_kg,
+            limit=1000 * simulated_kg,
+            unit="g",
+            message="what moves weighs another mass than simulated, by more than 15 %",
+            cure="Give the limbs the density of what they are printed of, walls and infill included.",
+        )
+    ]
 
 
 def _retest_reasons(retest: Retest) -> list[Fault]:

@@ -1,0 +1,23 @@
+"""The report of exports counts what can be built, and says of the rest why not."""
+
+from benchmarks.fabrication.run import account
+
+
+def row(name: str, verdict: str, errors: list[str], success: tuple[float | None, float | None]) -> dict[str, object]:
+    numbers = {"moving_mass_ratio": 1.0, "reach_ratio": 0.95, "cost_usd": 100.0, "success": success}
+    named = {"design": name, "task": "reaching/button_pushing", "family": "arm", "material": "petg"}
+    return {**named, "verdict": verdict, "errors": errors, "warnings": ["thin_wall"], **numbers}
+
+
+def test_the_share_has_an_interval_and_the_rest_its_reasons() -> None:
+    rows = [
+        row("a", "buildable", [], (0.9, 0.85)),
+        row("b", "buildable with changes", [], (None, None)),
+        row("c", "not buildable", ["hinge_strain", "hinge_strain", "part_open"], (None, None)),
+        {"design": "d", "task": "own", "family": "arm", "verdict": "not exported", "errors": ["why"], "warnings": []},
+    ]
+    text = account(rows, "python run.py")
+    assert "2 of 4 can be built, with or without changes (95 % interval 15% to 85%)" in text
+    assert "hinge_strain 1" in text
+    assert "90% → 85%" in text
+    assert text.count("\n| ") == 5
