@@ -13,7 +13,8 @@ from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.responding import responses
-from aidsr.fabrication.verdict import Retest, judge, retest_of
+from aidsr.fabrication.told import Retest
+from aidsr.fabrication.verdict import judge, retest_of
 from aidsr.pipeline.exporting import export
 from aidsr.validation import validate
 

@@ -18,6 +18,7 @@ from aidsr.artifacts import (
     ValidationReport,
 )
 from aidsr.calls import CallRecord, Message, Question, Usage
+from aidsr.fabrication.told import Change, PartEntry, Retest, Verdict
 from aidsr.runs import DesignFolder, EventLog, Run, RunConfig, RunRecord, new_run
 from aidsr.runs.events import Done, Finished, Started, Waiting
 from aidsr.runs.files import JsonFile
@@ -113,9 +114,42 @@ def _made_design(design: DesignFolder, name: str, *, waiting: bool) -> None:
             log.write(Waiting(iteration=2))
             return
         design.final_scene.write(MJCF.encode())
+        design.final_robot.write(MJCF.encode())
         outcome = Outcome(outcome="approved", reason="The Judge passed it.", iteration=2)
         design.outcome.write(outcome)
         log.write(Finished(outcome=outcome))
+
+
+def made_export(design: DesignFolder, *, verdict: str = "buildable with changes") -> Path:
+    """Write an export with one part, a tetrahedron, and a sheet that would like to run a script."""
+    folder = design.path / "export"
+    (folder / "parts").mkdir(parents=True)
+    corners = ((0, 0, 0), (20, 0, 0), (0, 20, 0), (0, 0, 20))
+    faces = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+    records = [struct.pack("<12fH", 0, 0, 0, *(x for corner in face for x in corners[corner]), 0) for face in faces]
+    stl = bytes(80) + struct.pack("<I", len(records)) + b"".join(records)
+    (folder / "parts" / "tip_x2.stl").write_bytes(stl)
+    part = PartEntry(
+        file="tip_x2", what="robot", copies=2, used_for=("tip", "other"), material="tpu95a", infill=0.5, mass_g=12.3,
+        simulated_g=12.0, size_mm=(20, 20, 20), support_cm3=0, thinnest_wall_mm=1.2, watertight=True, fits_bed=False,
+    )  # fmt: skip
+    (folder / "parts.json").write_text(f"[{part.model_dump_json()}]")
+    (folder / "sheet.html").write_text(f"<h1>How to build it</h1>{SCRIPT}")
+    wide = Fault(
+        code="part_exceeds_bed", layer="realizability", severity="error", names=("tip_x2",), measured=268.0,
+        limit=250.0, unit="mm", message=f"does not fit the bed {SCRIPT}",
+    )  # fmt: skip
+    told = Verdict.model_validate(
+        {
+            "verdict": verdict, "reasons": [wide] if verdict == "not buildable" else [],
+            "changes": [Change(what="foot", simulated="held by the world", built=f"a flange {SCRIPT}")],
+            "printer": "fdm", "material": "tpu95a", "simulated_g": 24.0, "built_g": 24.6, "moving_simulated_g": 24.0,
+            "moving_built_g": 24.6, "winches_g": 280.0, "cost_usd": 108.25, "unpriced": [],
+            "retest": Retest(stable=True, reach_m=0.108, designed_reach_m=0.11, faults=()),
+        }
+    )  # fmt: skip
+    (folder / "verdict.json").write_text(told.model_dump_json())
+    return folder
 
 
 def blamed() -> Critique:

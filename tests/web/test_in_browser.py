@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from browser import Server, browsing, chromium, shoot
-from made import SCRIPT, made_run
+from made import SCRIPT, made_export, made_run
 from playwright.sync_api import Page, expect
 
 import aidsr
@@ -148,12 +148,35 @@ def test_a_design_is_drawn_without_complaints_of_the_browser(runs: Path, server:
         assert not complaints
 
 
+def test_printed_parts_are_drawn_and_pointed_at(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    made_export(run.design(1))
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        complaints: list[str] = []
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.get_by_role("button", name="Export").click()
+        page.get_by_text("squares of 1 cm").wait_for()
+        expect(page.locator(".v3d-letter")).to_have_text("A")
+        page.get_by_role("button", name="A", exact=True).click()
+        page.get_by_text("2 × tip_x2, 12 g, 20 × 20 × 20 mm").wait_for()
+        with visitor.expect_page() as opened:
+            page.get_by_role("link", name="Assembly sheet").click()
+        sheet = opened.value
+        sheet.get_by_text("How to build it").wait_for()
+        assert sheet.evaluate("window.stolen") is None
+        assert not complaints
+
+
 @pytest.mark.parametrize("width", [820, 1280, 1920])
 def test_pages_fit_tablets_and_wide_screens(runs: Path, server: Server, width: int) -> None:
     run = made_run(runs, waiting=True)
     with browsing(viewport={"width": width, "height": 1000}) as visitor:
         page = visitor.new_page()
-        for path in ("/", "/new", f"/run/{run.path.name}", f"/run/{run.path.name}/1"):
+        made_export(run.design(2))
+        made = f"/run/{run.path.name}"
+        for path in ("/", "/new", made, f"{made}/1", f"{made}/2", f"{made}/2/export"):
             page.goto(server.address(path))
             page.get_by_role("link", name="AID-SR").wait_for()
             assert page.evaluate("document.documentElement.scrollWidth") <= width, path
@@ -196,6 +219,10 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         shoot(page, "design")
         page.get_by_role("tab", name="MJCF").click()
         shoot(page, "mjcf")
+        page.get_by_role("button", name="Export").click()
+        page.get_by_role("button", name="Export").click()
+        page.get_by_text("squares of").wait_for()
+        shoot(page, "export", whole=True)
         page.goto(server.address("/new"))
         for picture in page.locator("img.task").all():
             picture.evaluate("image => image.complete || new Promise(done => image.onload = done)")

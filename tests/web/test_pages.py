@@ -153,7 +153,7 @@ async def test_a_design_says_what_changed_and_what_got_better(user: User, site: 
     for said in ("Since iteration 1", "it became stable", "chatter is gone (1 place)", "It reaches."):
         await user.should_see(said)
     await user.open(f"/run/{run.path.name}/1?iteration=1")
-    await user.should_see("stiffen it")
+    await user.should_see("Too soft. Stiffen it.")
     await user.should_see("9 mm (limit 1), line 4")
     user.find("MJCF").click()
     await user.should_see("Whole")

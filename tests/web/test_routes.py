@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
-from made import made_run
+from made import made_export, made_run
 
 from aidsr.runs import Run
 from aidsr.web.routes import routes
@@ -76,3 +76,31 @@ def test_a_task_has_a_picture_that_is_drawn_once(client: TestClient, run: Run) -
     kept.write_bytes(first.content + b"kept")
     assert client.get("/pictures/reaching/button_pushing.png").content.endswith(b"kept")
     assert client.get("/pictures/reaching/nothing.png").status_code == 404
+
+
+def test_an_export_is_given_part_by_part_and_whole(client: TestClient, run: Run) -> None:
+    name = run.path.name
+    for address in (f"/download/{name}/1/export", f"/sheet/{name}/1"):
+        assert client.get(address).status_code == 404
+    made_export(run.design(1))
+    part = client.get(f"/files/{name}/designs/1/export/parts/tip_x2.stl?v=2026")
+    assert part.headers["content-type"] == "application/octet-stream"
+    assert len(part.content) == 84 + 4 * 50
+    names = zipfile.ZipFile(io.BytesIO(client.get(f"/download/{name}/1/export").content)).namelist()
+    assert f"{name}_design1_export/parts/tip_x2.stl" in names
+    assert f"{name}_design1_export/sheet.html" in names
+
+
+def test_a_sheet_is_shown_where_it_can_do_no_harm(client: TestClient, run: Run) -> None:
+    made_export(run.design(1))
+    sheet = client.get(f"/sheet/{run.path.name}/1")
+    assert "How to build it" in sheet.text
+    assert sheet.headers["content-security-policy"].startswith("sandbox; default-src 'none'")
+
+
+def test_folders_that_are_links_are_not_given(client: TestClient, run: Run, tmp_path: Path) -> None:
+    made_export(run.design(1)).rename(tmp_path / "elsewhere")
+    (run.design(1).path / "export").symlink_to(tmp_path / "elsewhere")
+    run.design(2).path.symlink_to(tmp_path)
+    for address in ("/download/{}/1/export", "/sheet/{}/1", "/download/{}/2"):
+        assert client.get(address.format(run.path.name)).status_code == 404

@@ -9,27 +9,19 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Artifact
 from aidsr.fabrication.inspecting import bend_limit_rad
 from aidsr.fabrication.making import Made
 from aidsr.fabrication.skeleton import Gap
+from aidsr.fabrication.told import Change
 from aidsr.sim import isolation
 from aidsr.sim.compiling import parse_mjcf
 from aidsr.sim.scaling import scale_robot
 from aidsr.sim.structure import name_of
 
-__all__ = ["Change", "as_built", "changes_of", "rewrite", "touching_rad"]
+__all__ = ["as_built", "changes_of", "rewrite", "touching_rad"]
 
 _NOTICED = 0.01
 """Relative difference below which nothing is called a change. Our choice: what a printer repeats."""
-
-
-class Change(Artifact):
-    """Something in which the built robot differs from the simulated one."""
-
-    what: str
-    simulated: str
-    built: str
 
 
 def touching_rad(made: Made, gap: Gap) -> float:

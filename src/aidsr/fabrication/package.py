@@ -11,12 +11,10 @@ from aidsr.fabrication.files import stl, three_mf
 from aidsr.fabrication.making import Made
 from aidsr.fabrication.responding import Response
 from aidsr.fabrication.sheet import sheet
-from aidsr.fabrication.verdict import Retest, Verdict, judge
+from aidsr.fabrication.told import MARK, PartEntry, Retest, Verdict
+from aidsr.fabrication.verdict import judge
 
-__all__ = ["MARK", "write_package"]
-
-MARK = "verdict.json"
-"""File by which a folder is known to be an export, and may be replaced by the next."""
+__all__ = ["write_package"]
 
 
 def write_package(
@@ -67,24 +65,25 @@ def write_package(
 
 
 def _part_list(made: Made) -> list[dict[str, object]]:
-    return [
-        {
-            "file": part.name,
-            "what": part.what,
-            "copies": len(part.used_for),
-            "used_for": part.used_for,
-            "material": part.material.name,
-            "infill": part.weight.infill,
-            "mass_g": round(1000 * part.weight.mass_kg, 2),
-            "simulated_g": round(1000 * part.weight.simulated_kg, 2) if part.what == "robot" else None,
-            "size_mm": [round(side, 2) for side in part.lying.size_mm],
-            "support_cm3": round(part.lying.support_mm3 / 1000, 2),
-            "thinnest_wall_mm": round(part.lying.wall_mm, 2),
-            "watertight": part.lying.watertight,
-            "fits_bed": part.lying.fits,
-        }
+    entries = (
+        PartEntry(
+            file=part.name,
+            what=part.what,
+            copies=len(part.used_for),
+            used_for=part.used_for,
+            material=part.material.name,
+            infill=part.weight.infill,
+            mass_g=round(1000 * part.weight.mass_kg, 2),
+            simulated_g=round(1000 * part.weight.simulated_kg, 2) if part.what == "robot" else None,
+            size_mm=tuple(round(side, 2) for side in part.lying.size_mm),
+            support_cm3=round(part.lying.support_mm3 / 1000, 2),
+            thinnest_wall_mm=round(part.lying.wall_mm, 2),
+            watertight=part.lying.watertight,
+            fits_bed=part.lying.fits,
+        )
         for part in made.parts
-    ]
+    )
+    return [entry.model_dump(mode="json") for entry in entries]
 
 
 def _cable_list(made: Made) -> list[dict[str, object]]:

@@ -10,7 +10,7 @@ import jinja2
 from aidsr.fabrication.billing import Item
 from aidsr.fabrication.illustrating import exploded, routing, winch_picture
 from aidsr.fabrication.making import Made, PrintedPart
-from aidsr.fabrication.verdict import Verdict
+from aidsr.fabrication.told import Verdict
 
 __all__ = ["sheet"]
 

@@ -2,61 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
-from aidsr.artifacts import Artifact, Fault, ValidationReport
-from aidsr.fabrication.changing import Change, changes_of
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.fabrication.changing import changes_of
 from aidsr.fabrication.making import Made
+from aidsr.fabrication.told import Retest, Verdict
 
-__all__ = ["Retest", "Verdict", "judge", "retest_of"]
-
-REACH_TOLERANCE = 0.1
-"""Largest relative difference of reach. Source: what the project asks of a built robot."""
+__all__ = ["judge", "retest_of"]
 
 MASS_TOLERANCE = 0.15
 """The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
 robot is tried with its new mass."""
-
-
-class Retest(Artifact):
-    """The robot as built, beside the robot as designed, both driven by the validator."""
-
-    stable: bool
-    reach_m: float
-    """Largest displacement that any single actuator caused."""
-    designed_reach_m: float
-    faults: tuple[Fault, ...]
-    success_share: float | None = None
-    """Of the trained policy, in the scene with the robot as built; None where none was tried."""
-    designed_success_share: float | None = None
-
-    @property
-    def same_reach(self) -> bool:
-        """Whether reach is within tolerance."""
-        return abs(self.reach_m - self.designed_reach_m) <= REACH_TOLERANCE * self.designed_reach_m
-
-
-class Verdict(Artifact):
-    """What is said of a robot that somebody wants to build."""
-
-    verdict: Literal["buildable", "buildable with changes", "not buildable"]
-    reasons: tuple[Fault, ...]
-    """Errors keep it from being built; warnings are to be watched."""
-    changes: tuple[Change, ...]
-    printer: str
-    material: str
-    simulated_g: float
-    """Mass of what is printed, and of the rods in it, as simulated."""
-    built_g: float
-    moving_simulated_g: float
-    """The same without pieces that hold still."""
-    moving_built_g: float
-    winches_g: float | None
-    """Mass of the motors, which stand beside the robot; None where one is unknown."""
-    cost_usd: float
-    """Of all that has a price; `unpriced` has none."""
-    unpriced: tuple[str, ...]
-    retest: Retest | None = None
 
 
 def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:

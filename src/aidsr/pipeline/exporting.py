@@ -10,10 +10,11 @@ from aidsr.artifacts import Placement, Robot, ValidationReport
 from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built
 from aidsr.fabrication.making import Made, make
-from aidsr.fabrication.package import MARK, write_package
+from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.responding import responses
-from aidsr.fabrication.verdict import Retest, Verdict, retest_of
+from aidsr.fabrication.told import MARK, Retest, Verdict
+from aidsr.fabrication.verdict import retest_of
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import trainings_of
 from aidsr.sim.assembly import assemble

@@ -7,7 +7,6 @@ from functools import partial
 
 from nicegui import app, ui
 
-from aidsr.artifacts import Fault
 from aidsr.errors import AidsrError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.comparing import Comparison, attempted, compare
@@ -25,6 +24,7 @@ from aidsr.web.parts import (
     button,
     clock,
     fact,
+    fault_found,
     file_address,
     image,
     notice,
@@ -110,9 +110,13 @@ def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
                 stale = status.state == "running" and shown == "interrupted"
                 badge(status.outcome.outcome if status.outcome else "interrupted" if stale else status.state)
             address = f"/download/{page.run.path.name}/{status.number}"
-            button(
-                "Download", lambda: ui.download(address), "quiet", "download", "The folder of this design as a ZIP file"
-            )
+            with box("row"):
+                if status.outcome and status.outcome.outcome == "approved":
+                    parts = f"/run/{page.run.path.name}/{status.number}/export"
+                    hint = "Parts to print, motors, cables and a sheet to build it by"
+                    button("Export", lambda: ui.navigate.to(parts), "quiet", "construction", hint)
+                hint = "The folder of this design as a ZIP file"
+                button("Download", lambda: ui.download(address), "quiet", "download", hint)
         with box("facts"):
             fact("family", status.family)
             fact("iterations", str(status.iteration))
@@ -238,7 +242,7 @@ def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:
             stable = many if report.errors else "stable, with warnings" if report.warnings else "stable, no faults"
             text(f"The validator on {what}: {stable}", tag="h2")
             for fault in (*report.errors, *report.warnings):
-                _fault(fault)
+                fault_found(fault)
         measured = measured_in_words(report.measurements)
         if measured:
             with box("facts"):
@@ -265,18 +269,3 @@ def _change(change: Comparison, before: int) -> None:
                 with box("stack tight"):
                     text(title, "label")
                     points(sentences, kind)
-
-
-def _fault(fault: Fault) -> None:
-    with box(f"fault {fault.severity}"):
-        with box("row"):
-            text(fault.code.replace("_", " "), tag="h3")
-            for name in fault.names[:6]:
-                text(name, "chip")
-            if len(fault.names) > 6:
-                text(f"and {len(fault.names) - 6} more", "small soft")
-        measured = "" if fault.measured is None else f": {fault.measured:.3g} {fault.unit}".rstrip()
-        limit = "" if fault.limit is None or fault.measured is None else f" (limit {fault.limit:.3g})"
-        text(f"{fault.message}{measured}{limit}" + (f", line {fault.line}" if fault.line else ""), "", "p")
-        if fault.likely_cause or fault.cure:
-            text(" ".join(said for said in (fault.likely_cause, fault.cure) if said), "small soft", "p")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aidsr.web.design_page import add_design_page
+from aidsr.web.exporting_page import add_export_page
 from aidsr.web.home import add_home
 from aidsr.web.run_page import add_run_page
 from aidsr.web.setting_up import add_setup
@@ -13,5 +14,5 @@ __all__ = ["add_pages"]
 
 def add_pages(site: Site) -> None:
     """Make every page answer at its address."""
-    for add in (add_home, add_setup, add_run_page, add_design_page):
+    for add in (add_home, add_setup, add_run_page, add_design_page, add_export_page):
         add(site)

@@ -10,6 +10,7 @@ from urllib.parse import quote
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
+from aidsr.artifacts import Fault
 from aidsr.calls import Usage
 from aidsr.runs.stages import Attempt
 from aidsr.runs.summary import cost_in_words
@@ -21,6 +22,7 @@ __all__ = [
     "choice",
     "clock",
     "fact",
+    "fault_found",
     "file_address",
     "image",
     "notice",
@@ -69,6 +71,23 @@ def image(address: str, what: str, classes: str = "shot") -> None:
         return
     with box(classes, "img", src=address, alt=what, loading="lazy"):
         pass
+
+
+def fault_found(fault: Fault) -> None:
+    """Show a fault: what, where, how much, and what usually cures it."""
+    with box(f"fault {fault.severity}"):
+        with box("row"):
+            text(fault.code.replace("_", " "), tag="h3")
+            for name in fault.names[:6]:
+                text(name, "chip")
+            if len(fault.names) > 6:
+                text(f"and {len(fault.names) - 6} more", "small soft")
+        measured = "" if fault.measured is None else f": {fault.measured:.3g} {fault.unit}".rstrip()
+        limit = "" if fault.limit is None or fault.measured is None else f" (limit {fault.limit:.3g})"
+        text(f"{fault.message}{measured}{limit}" + (f", line {fault.line}" if fault.line else ""), "", "p")
+        if fault.likely_cause or fault.cure:
+            said = (said.rstrip(".") for said in (fault.likely_cause, fault.cure) if said)
+            text(" ".join(f"{one[0].upper()}{one[1:]}." for one in said), "small soft", "p")
 
 
 def file_address(run: str, path: str, *, version: str = "") -> str:

@@ -73,6 +73,13 @@ class Processes:
             return False
         return True
 
+    def begun_s(self, name: str) -> float:
+        """Return when the process of that name was last started [s since 1970], 0 when it never was."""
+        try:
+            return self._note(name).stat().st_mtime
+        except FileNotFoundError:
+            return 0.0
+
     def last_words(self, name: str) -> str:
         """Return the end of what a process said."""
         try:

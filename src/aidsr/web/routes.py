@@ -1,4 +1,4 @@
-"""Files over HTTP: pictures and films of runs, documents to download, a design as one archive, pictures of tasks."""
+"""Files over HTTP: pictures and films of runs, documents to download, archives, sheets, reports, pictures of tasks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from fastapi import APIRouter, HTTPException
 from fastapi.responses import FileResponse, Response
 
 from aidsr.errors import AidsrError, UserError
+from aidsr.fabrication.told import MARK
 from aidsr.web.site import Site
 
 __all__ = ["routes"]
 
 _SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
-_DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip"})
+_DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip", ".stl", ".3mf"})
 """Never shown as a page of ours: an HTML or XML file of a stranger's run could carry a script."""
 _ALONE = {
     "content-security-policy": "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'",
@@ -46,10 +47,22 @@ def routes(site: Site) -> APIRouter:
     @router.get("/download/{name}/{number}")
     def design(name: str, number: int) -> Response:
         try:
-            _, folder = site.design(name, number)
+            run, folder = site.design(name, number)
         except UserError as error:
             raise HTTPException(404, str(error)) from None
+        if not folder.path.resolve().is_relative_to(run.path.resolve()):
+            raise HTTPException(404)
         return _archive(folder.path, f"{name}_design{number}")
+
+    @router.get("/download/{name}/{number}/export")
+    def export(name: str, number: int) -> Response:
+        mark = _inside(site, name, f"designs/{number}/export/{MARK}")
+        return _archive(mark.parent, f"{name}_design{number}_export")
+
+    @router.get("/sheet/{name}/{number}")
+    def sheet(name: str, number: int) -> FileResponse:
+        page = _inside(site, name, f"designs/{number}/export/sheet.html")
+        return FileResponse(page, media_type="text/html", headers=_ALONE)
 
     @router.get("/studies/{key}/report")
     def report(key: str) -> FileResponse:

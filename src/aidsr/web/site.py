@@ -129,6 +129,10 @@ class Site:
         """Return the name of the process that trains a design."""
         return f"{run.path.name}.design{number}.training"
 
+    def export_name(self, run: Run, number: int) -> str:
+        """Return the name of the process that exports a design."""
+        return f"{run.path.name}.design{number}.export"
+
 
 def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
     verdicts = [verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None]

@@ -6,6 +6,7 @@
     stream      a player as the server has it, only while somebody watches
     endpoint    the WebSocket between server and browsers
     element     the view as a part of a page
+    printed     a view of parts to print, which stand still
 
 The browser's side is in `aidsr/web/static/view3d`.
 """
@@ -17,11 +18,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from aidsr.web.view3d.element import Pick, SceneView
+    from aidsr.web.view3d.printed import Lying, PartsView
     from aidsr.web.view3d.stream import Episode, Model, SceneStream
 
-__all__ = ["Episode", "Model", "Pick", "SceneStream", "SceneView"]
+__all__ = ["Episode", "Lying", "Model", "PartsView", "Pick", "SceneStream", "SceneView"]
 
-_HOMES = {"Pick": "element", "SceneView": "element", "Episode": "stream", "Model": "stream", "SceneStream": "stream"}
+_HOMES = {
+    "Pick": "element",
+    "SceneView": "element",
+    "Lying": "printed",
+    "PartsView": "printed",
+    "Episode": "stream",
+    "Model": "stream",
+    "SceneStream": "stream",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -13,6 +13,12 @@ export function gridSquare(length) {
   return 10 ** Math.floor(Math.log10(Math.max(length, 0.001) * 1.5)); // 10 cm for a robot of 7 to 67 cm
 }
 
+/** Return what a square of the grid measures, in words. */
+export function squareInWords(length) {
+  const square = gridSquare(length);
+  return square >= 1 ? `${square} m` : square >= 0.01 ? `${Math.round(square * 100)} cm` : `${Math.round(square * 1000)} mm`;
+}
+
 /** The ground of a scene; without one, a grid alone hangs below it, so that there is something to judge motion by. */
 export class Floor {
   /**

@@ -1,6 +1,8 @@
-// The browser's side of aidsr.web.view3d: what the Vue component in scene_view.js uses.
+// The browser's side of aidsr.web.view3d: what the Vue components scene_view.js and parts_view.js use.
 export { Connection } from "./connection.js";
+export { squareInWords } from "./floor.js";
 export { FACTS, FRAME, STATE, TESTS } from "./frames.js";
+export { plate } from "./plate.js";
 export { canDraw, shortName, Viewer } from "./viewer.js";
 
 const style = document.createElement("link");

@@ -1,5 +1,5 @@
 // The view as a Vue component for NiceGUI: picture, transport, and a slider for each thing that can be pulled.
-import { canDraw, Connection, FACTS, FRAME, shortName, STATE, TESTS, Viewer } from "aidsr-view3d";
+import { canDraw, Connection, FACTS, FRAME, shortName, squareInWords, STATE, TESTS, Viewer } from "aidsr-view3d";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const SEND_MS = 40;
@@ -134,8 +134,7 @@ export default {
       return this.facts.controls.some((control) => control.pulls_tendon);
     },
     squareText() {
-      const square = 10 ** Math.floor(Math.log10(this.facts.length_m * 1.5));
-      return square >= 1 ? `${square} m` : square >= 0.01 ? `${Math.round(square * 100)} cm` : `${Math.round(square * 1000)} mm`;
+      return squareInWords(this.facts.length_m);
     },
     rows() {
       const controls = this.facts.controls;
@@ -326,12 +325,8 @@ export default {
       event.preventDefault();
       does();
     },
-    async download() {
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(await this.viewer.picture());
-      link.download = `${this.title.replace(/[^\w-]+/g, "_") || "robot"}.png`;
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    download() {
+      this.viewer.save(this.title);
     },
     fullScreen() {
       if (document.fullscreenElement) document.exitFullscreen();

@@ -117,6 +117,7 @@ function setOpacity(mesh, alpha) {
 }
 
 function surfaceGeometry(surface) {
+  if (surface.isBufferGeometry) return surface;
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(new Float32Array(surface.vertices), 3));
   geometry.setIndex(surface.triangles);

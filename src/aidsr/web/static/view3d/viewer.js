@@ -173,6 +173,15 @@ export class Viewer {
     return new Promise((resolve) => flat.toBlob(resolve, "image/png"));
   }
 
+  /** Hand the picture to the person as a file. */
+  async save(title) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(await this.picture());
+    link.download = `${title.replace(/[^\w-]+/g, "_") || "robot"}.png`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
   dispose() {
     this.renderer.setAnimationLoop(null);
     this.resizing.disconnect();

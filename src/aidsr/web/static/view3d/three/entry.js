@@ -31,3 +31,4 @@ export {
 } from "three";
 export { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 export { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
+export { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
