@@ -21,7 +21,8 @@ import mujoco
 from benchmarks.validator.corpus.keeping import Corpus, codes_in, load_or_make
 from benchmarks.validator.corpus.plans import PLANS
 from benchmarks.validator.corpus.specimen import Specimen, Split
-from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, severity_of
+from benchmarks.validator.oracle import BUILDING_SEVERITIES, SEVERITIES, measure_of
+from benchmarks.validator.oracle.loop import Bench
 from benchmarks.validator.tables import markdown
 
 import aidsr
@@ -163,16 +164,17 @@ def score(verdicts: Sequence[Verdict]) -> dict[str, RuleScore]:
 
 
 def _judge_others(scores: dict[str, RuleScore], verdict: Verdict) -> None:
-    """Ask the oracle about every other fault reported in a robot that loads."""
-    for code in {fault.code for fault in verdict.others}:
+    """Ask the oracle about every other fault reported in a robot that loads; all its answers share one set of tests."""
+    others, specimen = {fault.code for fault in verdict.others}, verdict.specimen
+    bench = Bench(specimen.mjcf) if others and specimen.loads else None
+    for code in others:
         other = scores.setdefault(code, RuleScore())
-        if not verdict.specimen.loads:
-            # a document with one mistake can break what refers to it; there is no oracle for that
-            other.beside += 1
-        elif code in SEVERITIES | BUILDING_SEVERITIES and severity_of(code, verdict.specimen.mjcf) >= 0.5:
+        # a document with one mistake can break what refers to it; there is no oracle for that
+        there = bench is None or (code in SEVERITIES | BUILDING_SEVERITIES and measure_of(code)(bench) >= 0.5)
+        if there:
             other.beside += 1
         else:
-            other.beside_false[verdict.specimen.name] += 1
+            other.beside_false[specimen.name] += 1
 
 
 def _summary(report: ValidationReport) -> str:
