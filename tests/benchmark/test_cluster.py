@@ -46,7 +46,8 @@ def test_a_cluster_of_one_machine_finishes_a_study(tmp_path: Path) -> None:
     assert [row.outcome for row in read_outcomes(study)] == ["approved", "approved"]
 
 
-TRAINED = PLAN.model_copy(update={"seeds": 1, "steps": 600})
+TRAINED = PLAN.model_copy(update={"tasks": ("grasping/dynamic_catching",), "seeds": 1, "steps": 600})
+"""Short episodes, so that little of a test is training."""
 
 
 @pytest.fixture
@@ -78,17 +79,16 @@ def test_several_nodes_find_what_one_machine_finds(tmp_path: Path, cluster) -> N
 @pytest.mark.filterwarnings("default")
 def test_a_lost_node_loses_no_job_and_doubles_none(tmp_path: Path, cluster) -> None:
     doomed = cluster.add_node(num_cpus=1)
-    study, lost = begin_study(tmp_path / "study", TRAINED), []
+    study, lost = begin_study(tmp_path / "study", PLAN), []
 
     def lose(progress: Progress) -> None:
-        if progress.done >= 1 and len(progress.running) == 2 and not lost:
+        if len(progress.running) == 2 and not lost:
             cluster.remove_node(doomed, allow_graceful=False)
             lost.append(progress.running)
 
-    pytest.importorskip("stable_baselines3", reason="needs the extra rl")
     progress = drive(study, RayPool(study.path, cluster.address), lose)
     assert lost, "no node was taken away: the test shows nothing"
     assert progress.failed == ()
     assert failures_of(study), "the job on the lost node failed once"
     assert [len(list(study.home(cell).glob("*/run.json"))) for cell in study.cells] == [1, 1]
-    assert [(row.outcome, len(row.evaluations)) for row in read_outcomes(study)] == [("approved", 1)] * 2
+    assert [row.outcome for row in read_outcomes(study)] == ["approved", "approved"]

@@ -13,7 +13,7 @@ from aidsr.calls import Usage
 from aidsr.runs import DesignFolder, read_status
 from aidsr.runs.files import JsonFile
 
-__all__ = ["DesignRow", "Repair", "read_outcomes", "read_repairs"]
+__all__ = ["DesignRow", "Repair", "read_mended", "read_outcomes", "read_repairs"]
 
 
 class DesignRow(Artifact):
@@ -119,6 +119,18 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
                 seen.update(now)
                 before = now
     return seen, cured
+
+
+def read_mended(study: Study) -> Counter[str]:
+    """Return how often code put each kind of thing right in a robot, before anyone looked at it."""
+    found = Counter[str]()
+    for cell in study.cells:
+        run = study.run(cell)
+        for design in run.designs if run else ():
+            for iteration in design.iterations:
+                repairs = iteration.repairs.read()
+                found.update(repairs.counts if repairs else {})
+    return found
 
 
 def _changed(concept: bool, robot: bool) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import math
 from collections.abc import Sequence
@@ -17,7 +16,7 @@ from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER, ArmLine, Line
 from aidsr.runs.trainings import Training, read_curve
 
-__all__ = ["cost_and_success", "curves_of_task", "data_url", "success_by_task"]
+__all__ = ["cost_and_success", "curves_of_task", "success_by_task"]
 
 _INK, _GRID = "#5b6573", "#d5dbe3"
 _COLOURS = ("#2f6f9f", "#d08a2e", "#4f8a5b", "#9a4f7d", "#7a6f5d", "#3f9a9a", "#b3543f", "#6b5fb0")
@@ -25,7 +24,7 @@ _COLOURS = ("#2f6f9f", "#d08a2e", "#4f8a5b", "#9a4f7d", "#7a6f5d", "#3f9a9a", "#
 
 def success_by_task(lines: Sequence[Line]) -> str:
     """Return bars of valid and successful designs by task, with Wilson intervals."""
-    figure = Figure(figsize=(7.2, 0.34 * len(lines) + 0.9), layout="constrained")
+    figure = Figure(figsize=(5.2, 0.3 * len(lines) + 0.9), layout="constrained")
     axes = figure.subplots()
     for row, line in enumerate(reversed(lines)):
         for offset, of, colour in ((0.18, "valid", _COLOURS[0]), (-0.18, "successful", _COLOURS[1])):
@@ -42,16 +41,22 @@ def success_by_task(lines: Sequence[Line]) -> str:
 
 
 def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
-    """Return the learning curves of one task's designs: progress against control steps, a colour an arm."""
+    """Return the learning curves of one task's designs: progress against control steps, a colour an arm.
+
+    Returns:
+        Nothing where no design was trained.
+    """
     figure = Figure(figsize=(3.5, 2.1), layout="constrained")
     axes = figure.subplots()
     arms = {arm.name: _COLOURS[i % len(_COLOURS)] for i, arm in enumerate(study.plan.arms)}
     cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
+    drawn = False
     for row in rows:
         run = study.run(cells[row.arm, row.task, row.run])
         for seed in range(study.plan.seeds if run else 0):
             folder = trained_at(run.design(row.design), seed) if run else Path()
             points = [point for point in read_curve(Training(folder)) if not math.isnan(point.progress)]
+            drawn = drawn or bool(points)
             axes.plot(
                 [point.steps / 1000 for point in points],
                 [point.progress for point in points],
@@ -59,7 +64,10 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
                 linewidth=1.0,
                 alpha=0.8,
             )
+    if not drawn:
+        return ""
     axes.set_ylim(0, 1.02)
+    axes.set_xlim(0, 1.02 * study.plan.steps / 1000)
     axes.set_xlabel("control steps [1000]")
     axes.set_ylabel("progress")
     return _svg(figure, axes)
@@ -67,7 +75,7 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
 
 def cost_and_success(arms: Sequence[ArmLine]) -> str:
     """Return what a design costs against how often it succeeds, a point an arm, the paper's beside them."""
-    figure = Figure(figsize=(5.2, 3.0), layout="constrained")
+    figure = Figure(figsize=(5.2, 4.2), layout="constrained")
     axes = figure.subplots()
     for i, arm in enumerate(arms):
         if arm.line.cost_usd is not None:
@@ -89,11 +97,6 @@ def cost_and_success(arms: Sequence[ArmLine]) -> str:
     axes.set_ylim(0, 100)
     axes.set_xlim(left=-0.02)
     return _svg(figure, axes)
-
-
-def data_url(content: bytes, kind: str = "image/png") -> str:
-    """Return bytes as a URL that holds them."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def _svg(figure: Figure, axes: Axes) -> str:

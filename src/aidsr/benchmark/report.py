@@ -15,15 +15,13 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aidsr.benchmark import pictures
 from aidsr.benchmark.driving import failures_of
-from aidsr.benchmark.outcomes import DesignRow, read_outcomes, read_repairs
+from aidsr.benchmark.gallery import gallery
+from aidsr.benchmark.outcomes import DesignRow, read_mended, read_outcomes, read_repairs
 from aidsr.benchmark.study import Study
-from aidsr.benchmark.tables import PAPER, ArmLine, Line, arm_lines, differences, line_of, task_lines
+from aidsr.benchmark.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
 from aidsr.runs.files import replace_file
 
 __all__ = ["raw_csv", "table_markdown", "write_report"]
-
-_GALLERY = 3
-"""Designs of a task in the gallery, the best ones. Our choice: a page that can still be sent by mail."""
 
 
 def write_report(study: Study) -> Path:
@@ -33,7 +31,7 @@ def write_report(study: Study) -> Path:
     first = study.plan.arms[0].name
     tables = {arm.arm: task_lines(rows, arm.arm) for arm in arms}
     replace_file(study.path / "report.csv", raw_csv(rows).encode())
-    replace_file(study.path / "report.md", _markdown(arms, tables).encode())
+    replace_file(study.path / "report.md", _markdown(study, rows, arms, tables).encode())
     replace_file(study.path / "report.json", _json(study, rows, arms).encode())
     page = _page(study, rows, arms, tables, first)
     replace_file(study.path / "report.html", page.encode())
@@ -88,9 +86,59 @@ def _cells(line: Line) -> list[str]:
     ]
 
 
-def _markdown(arms: Sequence[ArmLine], tables: dict[str, tuple[Line, ...]]) -> str:
+ARM_HEADS = (
+    "arm",
+    "not as usual",
+    "approved",
+    "stable",
+    "valid",
+    "successful",
+    "episodes (95 %)",
+    "iterations",
+    "tokens",
+)
+
+
+def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
+    cells, settings = _cells(arm.line), study.plan.arms[[each.name for each in study.plan.arms].index(arm.arm)].settings
+    interval = f"{cells[5]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
+    trained = [*cells[3:5], interval] if study.plan.seeds else ["not trained"] * 3
+    made = [f"{arm.line.approved}/{arm.line.attempted}", cells[2]]
+    return [arm.arm, settings or "–", *made, *trained, f"{arm.line.iterations:.1f}", cells[7]]
+
+
+def _markdown(
+    study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine], tables: dict[str, tuple[Line, ...]]
+) -> str:
+    head = [f"# Study {study.path.name}", _standing(study, rows)]
+    if len(arms) > 1:
+        compared = [f"| {' | '.join(ARM_HEADS)} |", "|---|---|" + "---:|" * (len(ARM_HEADS) - 2)]
+        compared += [f"| {' | '.join(_arm_cells(study, arm))} |" for arm in arms]
+        head += ["## Arms", "\n".join(compared)]
+        against = differences(rows, arms[0].arm)
+        real = [f"{d.arm} {d.what} {_change(d)}" for d in against if d.real]
+        head += [f"Differences from {arms[0].arm} that are more than noise: {'; '.join(real) or 'none'}."]
     parts = [f"## {arm.arm} ({arm.model})\n\n{table_markdown([*tables[arm.arm], arm.line])}\n" for arm in arms]
-    return "# Study\n\n" + "\n".join(parts) + f"\n{_PAPER_IN_WORDS}\n"
+    return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_PAPER_IN_WORDS}\n"
+
+
+def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
+    plan, whole = study.plan, line_of("all", rows)
+    open_ones = whole.attempted - whole.ended
+    left = f" {open_ones} are not reached yet and count as failed." if open_ones else ""
+    return (
+        f"{len(plan.tasks)} tasks, level {plan.level}, benchmark version {plan.benchmark_version}; {plan.seeds} "
+        f"policies a design, at most {plan.steps:,} control steps. {whole.ended} of {whole.attempted} designs ended."
+        f"{left}"
+    )
+
+
+def _change(found: Difference) -> str:
+    """Return a difference with its interval."""
+    shown = [
+        f"{v:+,.0f}" if found.what == "tokens" else f"{100 * v:+.0f} %" for v in (found.value, found.low, found.high)
+    ]
+    return f"{shown[0]} ({shown[1]} to {shown[2]})"
 
 
 _PAPER_IN_WORDS = (
@@ -115,25 +163,35 @@ def _page(
     seen, cured = read_repairs(study)
     cures = Counter((repair.code, repair.changed) for repair in cured)
     tasks = tuple(dict.fromkeys(row.task for row in rows))
+    curves = {task: pictures.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks}
     template = Environment(
         loader=PackageLoader("aidsr.benchmark", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     ).get_template("report.html.j2")
     return template.render(
         study=study,
         arms=arms,
+        settings={arm.name: arm.settings for arm in study.plan.arms},
+        arm_heads=ARM_HEADS,
+        arm_rows=[_arm_cells(study, arm) for arm in arms],
+        change=_change,
         heads=("task", "designs", "stable", "valid", "successful", "episodes", "probe", "tokens", "cost", "latency"),
         tables={arm: [_cells(line) for line in lines] for arm, lines in tables.items()},
         totals={arm.arm: _cells(arm.line) for arm in arms},
         percent=percent,
         bars=pictures.success_by_task(tables[first]) if tables else "",
         cost_plot=pictures.cost_and_success(arms),
-        curves={task: pictures.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks},
-        gallery={task: _gallery(study, rows, task) for task in tasks},
+        curves={task: curve for task, curve in curves.items() if curve},
+        untrained=[task for task, curve in curves.items() if not curve],
+        cards=gallery(study, rows),
         differences=differences(rows, first),
         faults=[(code, count, {how: cures[code, how] for how in _HOWS}) for code, count in seen.most_common()],
         hows=_HOWS,
+        mended=read_mended(study).most_common(),
+        policies=_policies(rows),
+        unmet=_unmet(rows),
         failures=failures_of(study),
         paper=_PAPER_IN_WORDS,
+        published=_published(),
         whole=line_of("all", rows),
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
@@ -142,20 +200,22 @@ def _page(
 _HOWS = ("concept", "robot", "placement")
 
 
-def _gallery(study: Study, rows: Sequence[DesignRow], task: str) -> list[tuple[str, str]]:
-    """Return pictures of a task's best designs, each as a data URL with a caption."""
-    best = sorted(
-        (row for row in rows if row.task == task and row.stable),
-        key=lambda row: (row.successful, sum(row.episodes), row.probe_progress or 0.0),
-        reverse=True,
-    )[:_GALLERY]
-    cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
-    found = []
-    for row in best:
-        run = study.run(cells[row.arm, row.task, row.run])
-        iterations = run.design(row.design).iterations if run else ()
-        strip = next((drawn for it in reversed(iterations) if (drawn := it.motion.read() or it.preview.read())), None)
-        if strip:
-            share = percent(sum(row.episodes) / len(row.episodes)) if row.episodes else "not trained"
-            found.append((pictures.data_url(strip), f"{row.family}, {row.arm}, run {row.run}: {share}"))
-    return found
+def _policies(rows: Sequence[DesignRow]) -> list[tuple[str, dict[str, int]]]:
+    """Return how the held-out episodes of each task ended, those of invalid policies too."""
+    found = {task: Counter[str]() for task in dict.fromkeys(row.task for row in rows)}
+    for row in rows:
+        found[row.task].update(episode.ended for each in row.evaluations for episode in each.episodes)
+    return [(task, dict(counts)) for task, counts in found.items() if counts]
+
+
+def _unmet(rows: Sequence[DesignRow]) -> list[tuple[str, int]]:
+    """Return which checks of plausibility policies did not meet, and how many."""
+    checks = (check for row in rows for each in row.evaluations for check in each.checks)
+    return Counter(check.name for check in checks if not check.passed).most_common()
+
+
+def _published() -> list[str]:
+    """Return the paper's figures as a line of the table of tasks."""
+    rates = [f"{100 * PAPER.valid:.1f} %", f"{100 * PAPER.successful_by_table:.1f} %", "", ""]
+    costs = [f"{PAPER.tokens:,}", f"${PAPER.cost_usd:.2f}", f"{PAPER.latency_s:.0f} s"]
+    return ["published, with GPT-5 on other tasks", "", "", *rates, *costs]

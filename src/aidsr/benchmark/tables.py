@@ -50,6 +50,10 @@ class Line(Artifact):
 
     task: str
     attempted: int
+    """Designs that the plan asks for: the denominator of every rate."""
+    ended: int
+    """Those that came to an end; the figures a design are their means."""
+    approved: int
     stable: int
     valid: int
     successful: int
@@ -62,6 +66,7 @@ class Line(Artifact):
     cost_usd: float | None
     """A design; None where a price is unknown."""
     latency_s: float
+    iterations: float
     steps: float
     training_s: float
 
@@ -99,13 +104,16 @@ class Difference(Artifact):
 
 def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
     """Return the figures of some designs."""
-    usages = [row.usage for row in rows]
+    ended = [row for row in rows if row.outcome != "unfinished"]
+    usages = [row.usage for row in ended]
     costs = [usage.cost_usd for usage in usages]
     probed = [row.probe_progress for row in rows if row.probe_progress is not None]
     shares = [fmean(row.episodes) if row.episodes else 0.0 for row in rows]
     return Line(
         task=task,
         attempted=len(rows),
+        ended=len(ended),
+        approved=sum(row.outcome == "approved" for row in rows),
         stable=sum(row.stable for row in rows),
         valid=sum(row.valid for row in rows),
         successful=sum(row.successful for row in rows),
@@ -114,7 +122,8 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
         tokens=_mean([usage.input_tokens + usage.output_tokens for usage in usages]) or 0.0,
         tokens_estimated=any(usage.tokens_estimated for usage in usages),
         cost_usd=None if None in costs else _mean([cost for cost in costs if cost is not None]) or 0.0,
-        latency_s=_mean([row.latency_s for row in rows]) or 0.0,
+        latency_s=_mean([row.latency_s for row in ended]) or 0.0,
+        iterations=_mean([row.iterations for row in ended]) or 0.0,
         steps=_mean([row.steps for row in rows if row.evaluations]) or 0.0,
         training_s=_mean([row.training_s for row in rows if row.evaluations]) or 0.0,
     )

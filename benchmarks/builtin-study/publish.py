@@ -1,0 +1,41 @@
+"""Write the report of a study and keep a copy here: the page, tables, raw rows, plan and submission.
+
+python benchmarks/builtin-study/publish.py build/builtin-60000 trained
+python benchmarks/builtin-study/publish.py build/ablations ablations
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from aidsr.benchmark.report import write_report
+from aidsr.benchmark.study import open_study
+from aidsr.benchmark.submitting import submit
+
+HERE = Path(__file__).parent
+KEPT = ("report.html", "report.md", "report.csv", "study.toml")
+MOST_BYTES = 5_000_000
+"""Of a page in the repository."""
+
+
+def main() -> None:
+    """Copy what a study came to."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", type=Path)
+    parser.add_argument("name", help="of the folder here")
+    asked = parser.parse_args()
+    study, folder = open_study(asked.study), HERE / asked.name
+    page = write_report(study)
+    if page.stat().st_size > MOST_BYTES:
+        sys.exit(f"{page} has {page.stat().st_size:,} bytes; at most {MOST_BYTES:,} are kept here")
+    folder.mkdir(exist_ok=True)
+    for name in KEPT:
+        shutil.copyfile(study.path / name, folder / name)
+    submit(study, folder / "submission.json")
+
+
+if __name__ == "__main__":
+    main()

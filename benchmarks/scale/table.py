@@ -1,0 +1,142 @@
+"""What the paper's whole study would take, from what jobs of a study of ours took: the table of docs/scale.md.
+
+    python benchmarks/scale/table.py build/builtin-60000
+
+Hours come from the study's trainings, tokens from benchmarks/manual/results.md and from the paper, dollars from list
+prices. Nothing is measured here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+
+from aidsr.benchmark.jobs import trained_at
+from aidsr.benchmark.outcomes import DesignRow, read_outcomes
+from aidsr.benchmark.study import Study, open_study
+from aidsr.benchmark.tables import PAPER
+from aidsr.models.prices import list_price_usd
+from aidsr.rl.training import BUDGET_STEPS
+from aidsr.tasks import task_names
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "scale.md"
+MANUAL = ROOT / "benchmarks" / "manual" / "results.md"
+MARKS = "<!-- made by benchmarks/scale/table.py -->", "<!-- to here -->"
+DESIGNS = 15
+ARMS = 8
+"""The paper's: full, with a person, a person only, four without a part, direct."""
+CORES = (2, 64, 1000)
+MODELS = ("openai:gpt-5", "openai:gpt-5-mini", "anthropic:claude-sonnet-4-5", "google:gemini-2.5-pro")
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Seconds of one core for one design, mean over the tasks."""
+
+    design_s: float
+    training_s: float
+    judging_s: float
+    longest_s: float
+    policies: int
+    tasks: int
+
+    @property
+    def total_s(self) -> float:
+        """Of a design that is trained once."""
+        return self.design_s + self.training_s + self.judging_s
+
+
+def measured(study: Study) -> Costs:
+    """Return what designs of a study took, their trainings stretched to the benchmark's whole budget of steps."""
+    cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
+    by_task: dict[str, list[tuple[float, float, float]]] = {}
+    for row in read_outcomes(study):
+        run = study.run(cells[row.arm, row.task, row.run])
+        if row.evaluations and run:
+            judging = _judging_s(trained_at(run.design(row.design), 0))
+            by_task.setdefault(row.task, []).append((row.latency_s, _to_the_budget(row), judging))
+    means = [tuple(fmean(values) for values in zip(*rows, strict=True)) for rows in by_task.values()]
+    design_s, training_s, judging_s = (fmean(values) for values in zip(*means, strict=True))
+    longest = max(training for _, training, _ in means)
+    return Costs(design_s, training_s, judging_s, longest, sum(map(len, by_task.values())), len(by_task))
+
+
+def _to_the_budget(row: DesignRow) -> float:
+    return row.training_s / row.steps * BUDGET_STEPS
+
+
+def _judging_s(training: Path) -> float:
+    """Return how long a policy was judged, films included: from its training's end to its verdict [s]."""
+    ended, judged = (training / name for name in ("training.json", "evaluation.json"))
+    seconds = judged.stat().st_mtime - ended.stat().st_mtime
+    return max(0.0, seconds)
+
+
+def visible_tokens() -> tuple[float, float]:
+    """Return tokens in and out of a design, means over the designs answered by hand."""
+    rows = re.findall(r"\| ([\d,]+) \| ([\d,]+) \|$", MANUAL.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return tuple(fmean(int(row[column].replace(",", "")) for row in rows) for column in (0, 1))  # type: ignore[return-value]
+
+
+def table(study: Study) -> str:
+    """Return the tables as Markdown."""
+    costs, tasks = measured(study), len(task_names())
+    designs = tasks * DESIGNS
+    lines = [
+        f"Measured: {costs.policies} policies of the built-in team on {costs.tasks} of {tasks} tasks, two jobs at a "
+        f"time on two shared cores ({study.plan.steps:,} steps a policy, stretched to the budget of {BUDGET_STEPS:,}; "
+        "as if all were approved, and none ended early). Mean over tasks, seconds of one core: designing "
+        f"{costs.design_s:.0f}, training {costs.training_s:,.0f}, judging {costs.judging_s:.0f}; the slowest task "
+        f"trains {costs.longest_s:,.0f}.",
+        "",
+        "| study | designs | core hours | " + " | ".join(f"{cores:,} cores" for cores in CORES) + " |",
+        "|---|---:|---:|" + "---:|" * len(CORES),
+        _hours("one arm, one seed", designs, costs),
+        _hours(f"the paper's {ARMS} arms, one seed", ARMS * designs, costs),
+        _hours(f"the paper's {ARMS} arms, five seeds", ARMS * designs, costs, seeds=5),
+        "",
+        "| what a design takes | tokens in | tokens out | model | a design | one arm | all arms |",
+        "|---|---:|---:|---|---:|---:|---:|",
+        _dollars("published", f"{PAPER.tokens:,} in all", "", "GPT-5", PAPER.cost_usd, designs),
+    ]
+    tokens_in, tokens_out = visible_tokens()
+    for model in MODELS:
+        price = list_price_usd(model, round(tokens_in), round(tokens_out))
+        lines.append(
+            _dollars("visible tokens, measured", f"{tokens_in:,.0f}", f"{tokens_out:,.0f}", model, price, designs)
+        )
+    return "\n".join(lines)
+
+
+def _hours(name: str, designs: int, costs: Costs, seeds: int = 1) -> str:
+    hours = designs * (costs.design_s + seeds * (costs.training_s + costs.judging_s)) / 3600
+    # no study is over before its slowest policy is trained
+    shown = [max(hours / cores, costs.longest_s / 3600) for cores in CORES]
+    return f"| {name} | {designs:,} | {hours:,.0f} | " + " | ".join(f"{each:,.1f} h" for each in shown) + " |"
+
+
+def _dollars(name: str, tokens_in: str, tokens_out: str, model: str, each: float | None, designs: int) -> str:
+    shown = (
+        ["unknown"] * 3
+        if each is None
+        else [f"${each:.2f}", f"${designs * each:,.0f}", f"${ARMS * designs * each:,.0f}"]
+    )
+    return "| " + " | ".join([name, tokens_in, tokens_out, model, *shown]) + " |"
+
+
+def main() -> None:
+    """Put the tables into the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", type=Path, help="a study with trained designs")
+    study = open_study(parser.parse_args().study)
+    before, rest = PAGE.read_text(encoding="utf-8").split(MARKS[0])
+    after = rest.split(MARKS[1])[1]
+    PAGE.write_text(f"{before}{MARKS[0]}\n{table(study)}\n{MARKS[1]}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

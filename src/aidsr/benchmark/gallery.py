@@ -1,0 +1,83 @@
+"""The best robots of each task as strips of pictures: what their policies do, or how they move where there are none."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+
+from aidsr.benchmark.jobs import trained_at
+from aidsr.benchmark.outcomes import DesignRow
+from aidsr.benchmark.study import Study
+from aidsr.runs import DesignFolder
+
+__all__ = ["Card", "gallery"]
+
+_CARDS = 3
+"""Designs of a task, the best ones. Our choice: a page that can still be sent by mail."""
+_MOMENTS, _MOMENT_PX = 4, 220
+"""Pictures in a strip, and the width of each."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """One robot of the gallery."""
+
+    url: str
+    """Data URL of its strip."""
+    task: str
+    what: str
+    how_well: str
+
+
+def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
+    """Return the best stable designs of each task, best first, those without any picture left out."""
+    cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
+    cards = []
+    for task in dict.fromkeys(row.task for row in rows):
+        own = [row for row in rows if row.task == task and row.stable]
+        for row in sorted(own, key=_rank, reverse=True)[:_CARDS]:
+            run = study.run(cells[row.arm, row.task, row.run])
+            url = _strip(run.design(row.design), study.plan.seeds) if run else ""
+            if url:
+                cards.append(Card(url, task, f"{row.family}, {row.arm}, run {row.run}.{row.design}", _how_well(row)))
+    return tuple(cards)
+
+
+def _rank(row: DesignRow) -> tuple[bool, float, float]:
+    return row.successful, sum(row.episodes), row.probe_progress or 0.0
+
+
+def _how_well(row: DesignRow) -> str:
+    if not row.evaluations:
+        return "not trained"
+    word = "successful" if row.successful else "valid" if row.valid else "not valid"
+    return f"{word}, {100 * fmean(row.episodes):.0f} % of episodes won"
+
+
+def _strip(design: DesignFolder, seeds: int) -> str:
+    films = [path for seed in range(seeds) if (path := trained_at(design, seed) / "best.mp4").exists()]
+    if films:
+        return f"data:image/jpeg;base64,{base64.b64encode(_moments(films[0])).decode()}"
+    drawn = next((found for it in reversed(design.iterations) if (found := it.motion.read() or it.preview.read())), b"")
+    return f"data:image/png;base64,{base64.b64encode(drawn).decode()}" if drawn else ""
+
+
+def _moments(film: Path) -> bytes:
+    """Return moments of a film side by side, evenly over its length, as JPEG."""
+    import av
+    from PIL import Image
+
+    with av.open(str(film)) as container:
+        frames = [frame.to_image() for frame in container.decode(video=0)]
+    chosen = [frames[round(k * (len(frames) - 1) / (_MOMENTS - 1))] for k in range(_MOMENTS)]
+    height = round(_MOMENT_PX * chosen[0].height / chosen[0].width)
+    strip = Image.new("RGB", (_MOMENTS * _MOMENT_PX, height))
+    for k, moment in enumerate(chosen):
+        strip.paste(moment.resize((_MOMENT_PX, height)), (k * _MOMENT_PX, 0))
+    out = io.BytesIO()
+    strip.save(out, "JPEG", quality=82)
+    return out.getvalue()
