@@ -55,6 +55,8 @@ _WORKING = frozenset(
 forces than it was meant to, so that a bad robot of these has to be without fault otherwise."""
 _CAUSES = ("tendon_against_limit", "mass_ratio", "actuator_too_weak", "too_stiff")
 """What explains that driving has no effect; the code `no_effect` says that nothing does."""
+_LOOKS = 10
+"""Robots looked at for each attempt: few have what some changes need, such as servos."""
 _FIRST_SEED: dict[Split, int] = {"tuning": 1000, "held out": 2000}
 
 
@@ -88,15 +90,17 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
     rng = np.random.default_rng(
         [_FIRST_SEED[split], 1, number, _number(grade), *([batch.start] if batch.start else [])]
     )
-    for _ in range(len(batch) * patience):
-        if len(made) == len(batch):
+    attempts = len(batch) * patience
+    for _ in range(_LOOKS * attempts):
+        if len(made) == len(batch) or not attempts:
             break
-        base = bases[int(rng.integers(len(bases)))]
+        base, attempts = bases[int(rng.integers(len(bases)))], attempts - 1
         try:
             mjcf, words = injection.change(base.mjcf, rng, injection.draw_size(grade, rng))
             bench = Bench(mjcf)
             severity = measure_of(injection.code)(bench)
         except UnsuitableError:
+            attempts += 1
             continue
         except ValueError as error:  # MuJoCo refuses the changed robot
             reason = f"{injection.code}, {grade}: refused, {str(error)[:60]}"
