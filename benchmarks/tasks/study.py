@@ -44,6 +44,7 @@ def main() -> None:
     parser.add_argument("--tasks", nargs="+", default=list(TASKS))
     parser.add_argument("--levels", nargs="+", default=["standard", "hard"])
     parser.add_argument("--designs", type=int, default=3, help="built-in designs of each task")
+    parser.add_argument("--max-steps", type=int, default=2_000_000, help="physics steps of the probe of a design")
     parser.add_argument("--candidates", type=int, default=128, help="motions tried for each design and variation")
     parser.add_argument("--variations", type=int, default=2, help="each is searched for itself")
     parser.add_argument("--idle", type=int, default=10, help="held-out episodes in which a body does nothing")
@@ -89,7 +90,7 @@ def by_design(task: Task, number: int, options: argparse.Namespace) -> Fact:
     concept, mjcf, groups = design(task, number)
     scene = TaskScene.of(mjcf, task, groups=groups)
     idle = idling(scene, options.idle, options.threads)
-    given = {"candidates": options.candidates, "variations": options.variations, "threads": options.threads}
+    given = {name: getattr(options, name) for name in ("candidates", "variations", "max_steps", "threads")}
     found = probe(mjcf, task, groups=groups, **given)
     return {
         "task": task.name,

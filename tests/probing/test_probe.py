@@ -64,7 +64,17 @@ def test_a_motion_that_was_read_back_plays_as_it_was_told(report):
 
 def test_what_is_solved_is_searched_no_further(report):
     more = probe(small_scene(), QuickPushing(), **{**QUICK, "candidates": 6400})
-    assert more.simulated_s == report.simulated_s
+    assert (report.ended_by, more.played_steps) == ("solved", report.played_steps)
+    assert report.played_steps * small_learning().model.opt.timestep == pytest.approx(report.simulated_s)
+
+
+@pytest.mark.parametrize(("max_steps", "motions"), [(30_000, range(16, 60)), (1, range(4, 5))])
+def test_physics_steps_bound_the_search_and_what_it_found_is_still_played(max_steps, motions):
+    report = probe(small_scene(), FarPushing(), **{**QUICK, "candidates": 640}, max_steps=max_steps)
+    assert report.ended_by == "budget"
+    assert report.motions in motions
+    assert report.played_steps <= max(max_steps, 2 * 4 * 500 + 4 * 500)
+    assert [one.episode.time_s for one in report.variations] == [1.0, 1.0]
 
 
 def test_more_candidates_never_come_less_far():
@@ -88,7 +98,7 @@ def test_every_generation_is_told():
 
 
 def test_numbers_out_of_range_are_one_sentence():
-    with pytest.raises(UserError, match="at least 16 candidates and 1 variation"):
+    with pytest.raises(UserError, match="at least 16 candidates, 1 variation and 1 physics step"):
         probe(small_scene(), QuickPushing(), candidates=5)
 
 

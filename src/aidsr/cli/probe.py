@@ -26,6 +26,7 @@ def probe(
     goal: Path | None = None,
     candidates: Annotated[int, Parameter(validator=Number(gte=1))] = 128,
     variations: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 2,
+    max_steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     grouping: Literal["auto", "off"] = "auto",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
@@ -56,6 +57,8 @@ def probe(
         Motions tried for each variation.
     variations
         How many variations of the task; each is searched for itself.
+    max_steps
+        Physics steps of all simulations together; the default takes seconds to a minute.
     seed
         The same seed tries the same motions.
     grouping
@@ -82,6 +85,7 @@ def probe(
             grouping=grouping,
             candidates=candidates,
             variations=variations,
+            max_steps=max_steps,
             seed=seed,
             threads=threads,
             listen=lambda played, progress: status.update(f"{played} motions tried, progress {progress:.2f}"),
@@ -140,6 +144,6 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
         row = (str(episode.variation), ended, f"{episode.best_progress:.2f}", f"{episode.time_s:.1f} s")
         table.add_row(*row, escape(one.motion.in_words))
     console.print(table)
-    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s", style="dim")
+    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
     if kept is not None:
         console.print(f"The motions stand in {escape(str(kept))}", soft_wrap=True)

@@ -160,7 +160,8 @@ def _add_drawing(server: MCPServer, desk: Desk) -> None:
             raise ToolError(str(error)) from None
         return (
             f"{report.reached}. Progress {report.progress:.2f} of 1 on average, {report.success_share:.0%} of the "
-            f"variations solved by some motion, {report.same_motion_share:.0%} by one and the same."
+            f"variations solved by some motion, {report.same_motion_share:.0%} by one and the same. "
+            f"The search ended because {report.why_ended}."
         )
 
     @server.tool(name="render")

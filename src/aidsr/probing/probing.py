@@ -12,17 +12,18 @@ import numpy as np
 
 from aidsr.artifacts import ActuatorGroup
 from aidsr.episodes.actions import Grouping
-from aidsr.episodes.batch import Episodes
+from aidsr.episodes.batch import Episodes, Moment
 from aidsr.episodes.playing import Course, play
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.probing.motion import Motions, OpenLoop
-from aidsr.probing.report import ProbedVariation, ProbeReport
+from aidsr.probing.report import EndedBy, ProbedVariation, ProbeReport
 from aidsr.probing.searching import FAMILIES, Family, Space
+from aidsr.probing.stopping import Stop
 from aidsr.tasks import BENCHMARK_VERSION, Level, Task, Variation
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["CANDIDATES", "VARIATIONS", "probe"]
+__all__ = ["CANDIDATES", "MAX_STEPS", "VARIATIONS", "probe"]
 
 GENERATION = 16
 """Motions played at once for each variation. Our choice: more generations of fewer motions found more of the same
@@ -33,8 +34,10 @@ VARIATIONS = 2
 LONGEST_SEARCH_S = 8.0
 """Motions of the search are played no longer than this. Our choice: as long as a whole grasp; a body that travels shows
 its speed long before its time is over."""
-_FINALISTS = 2
-"""The best of the search for each variation; they are played to the end, in all variations."""
+MAX_STEPS = 300_000
+"""Physics steps of a whole probe. Our choice: seconds of one core for a body of a single limb, see docs/probe.md."""
+_FEWEST = 4
+"""A generation that the budget cuts down to fewer motions is not played. Our choice: fewer say nothing of a family."""
 
 
 def probe(
@@ -46,13 +49,14 @@ def probe(
     grouping: Grouping = "auto",
     candidates: int = CANDIDATES,
     variations: int = VARIATIONS,
+    max_steps: int = MAX_STEPS,
     seed: int = 0,
     threads: int = 0,
     listen: Callable[[int, float], None] = lambda _played, _progress: None,
 ) -> ProbeReport:
     """Say how far a body can get on a task without learning anything.
 
-    The same scene, task, seed and number of candidates give the same report, its wall time aside.
+    The same scene, task, seed and bounds give the same report, its wall time aside.
 
     Args:
         scene: MJCF of a robot in the environment of the task, or the path of its file.
@@ -62,6 +66,8 @@ def probe(
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
         candidates: Motions tried for each variation, in generations of 16.
         variations: How many development variations; each is searched for itself.
+        max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
+            played to the end, for which a part is set aside; a first few motions are played however little is left.
         seed: Of all that is drawn.
         threads: Native threads; 0 takes all processors.
         listen: Told after each generation how many motions were played, and the mean progress of the best ones.
@@ -70,15 +76,16 @@ def probe(
         UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
         MjcfError: The scene cannot be loaded.
     """
-    if candidates < GENERATION or variations < 1:
+    if candidates < GENERATION or variations < 1 or max_steps < 1:
         raise UserError(
-            f"at least {GENERATION} candidates and 1 variation were expected, found {candidates} and {variations}"
+            f"at least {GENERATION} candidates, 1 variation and 1 physics step were expected, found {candidates}, "
+            f"{variations} and {max_steps}"
         )
     began = time.monotonic()
     place = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
     stage = _Stage(place, threads)
     searches = [_Search(place.task.variation("development", index)) for index in range(variations)]
-    _search(stage, searches, candidates, np.random.default_rng(seed), listen)
+    ended_by = _search(stage, searches, candidates, max_steps, np.random.default_rng(seed), listen)
     found, same_motion_share = _play_finals(stage, searches)
     best = max(found, key=lambda one: (one.episode.ended == "succeeded", one.episode.best_progress))
     return ProbeReport(
@@ -87,8 +94,12 @@ def probe(
         benchmark_version=BENCHMARK_VERSION,
         seed=seed,
         candidates=candidates,
+        max_steps=max_steps,
+        ended_by=ended_by,
         searched_s=stage.searched_s,
-        simulated_s=round(stage.simulated_s, 3),
+        motions=stage.motions,
+        played_steps=stage.played_steps,
+        simulated_s=round(stage.played_steps * stage.step_s, 3),
         wall_s=round(time.monotonic() - began, 2),
         variations=found,
         same_motion_share=same_motion_share,
@@ -119,10 +130,9 @@ class _Search:
         return max(self.fitness, key=lambda family: self.fitness[family].max())
 
     @property
-    def finalists(self) -> list[tuple[Family, FloatArray]]:
-        """The best motions of all families, best first."""
-        ranked = [(-worth, family, row) for family in self.rows for row, worth in enumerate(self.fitness[family])]
-        return [(family, self.rows[family][row]) for _, family, row in sorted(ranked)[:_FINALISTS]]
+    def best(self) -> FloatArray:
+        """The best motion so far, of all families."""
+        return self.rows[self.family][self.fitness[self.family].argmax()]
 
 
 class _Stage:
@@ -132,15 +142,32 @@ class _Stage:
         self.place, self._threads = place, threads
         self.searched_s = min(place.task.time_limit_s, LONGEST_SEARCH_S)
         self.space = Space(place.actions.rest, self.searched_s)
-        self.simulated_s = 0.0
+        self.step_s = float(place.model.opt.timestep)
+        self.played_steps = 0
+        self.motions = 0
+        """Tried in the search, for each variation that is not solved."""
 
-    def play(self, motions: Motions, variations: Sequence[Variation], longest_s: float | None = None) -> Course:
-        """Play motions from the beginning, as many as there are variations, to the end or so long."""
-        episodes = Episodes(self.place.model, self.place.task, self.place.actions, variations, threads=self._threads)
-        if longest_s is not None:
-            episodes.time_limit_s[:] = longest_s
-        course = play(episodes, OpenLoop(motions, self.place.task.control_dt_s))
-        self.simulated_s += float(course.time_s.sum())
+    def steps_of(self, time_s: float) -> int:
+        """Return the physics steps of an episode."""
+        return round(time_s / self.step_s)
+
+    def search(self, motions: Motions, variations: Sequence[Variation]) -> Course:
+        """Play equally many motions in each variation, one after the other, as long as something comes of it."""
+        owners = np.repeat(np.arange(len(variations)), len(motions.first) // len(variations))
+        episodes = self._episodes([variations[owner] for owner in owners])
+        episodes.time_limit_s[:] = self.searched_s
+        return self._play(episodes, motions, Stop(episodes, motions, owners))
+
+    def play(self, motions: Motions, variations: Sequence[Variation]) -> Course:
+        """Play motions from beginning to end, as many as there are variations."""
+        return self._play(self._episodes(variations), motions)
+
+    def _episodes(self, variations: Sequence[Variation]) -> Episodes:
+        return Episodes(self.place.model, self.place.task, self.place.actions, variations, threads=self._threads)
+
+    def _play(self, episodes: Episodes, motions: Motions, look: Callable[[Moment], None] = lambda _: None) -> Course:
+        course = play(episodes, OpenLoop(motions, self.place.task.control_dt_s), look)
+        self.played_steps += self.steps_of(float(course.time_s.sum()))
         return course
 
 
@@ -148,30 +175,41 @@ def _search(
     stage: _Stage,
     searches: Sequence[_Search],
     candidates: int,
+    max_steps: int,
     rng: np.random.Generator,
     listen: Callable[[int, float], None],
-) -> None:
-    """Try generation after generation: each family at random first, then around the best of the best family."""
+) -> EndedBy:
+    """Try generation after generation: each family at random first, then around the best of the best family.
+
+    Returns:
+        What ended it.
+    """
+    max_steps -= len(searches) ** 2 * stage.steps_of(stage.place.task.time_limit_s)  # set aside for the finals
     for generation in range(candidates // GENERATION):
         open_ones = [search for search in searches if not search.solved]
         if not open_ones:
-            break
+            return "solved"
+        affordable = (max_steps - stage.played_steps) // (len(open_ones) * stage.steps_of(stage.searched_s))
+        count = min(GENERATION, max(affordable, 0 if generation else _FEWEST))
+        if count < _FEWEST:
+            return "budget"
         tried: list[tuple[Family, FloatArray]] = []
         for search in open_ones:
             if generation < len(FAMILIES):
                 family = FAMILIES[generation]
-                tried.append((family, stage.space.random(family, GENERATION, rng)))
+                tried.append((family, stage.space.random(family, count, rng)))
             else:
                 family = search.family
                 known = search.rows[family], search.fitness[family]
-                tried.append((family, stage.space.around(*known, GENERATION, rng)))
+                tried.append((family, stage.space.around(*known, count, rng)))
         rows = np.concatenate([rows for _, rows in tried])
-        variations = [search.variation for search in open_ones for _ in range(GENERATION)]
-        course = stage.play(stage.space.motions(rows), variations, stage.searched_s)
+        course = stage.search(stage.space.motions(rows), [search.variation for search in open_ones])
         for index, (search, (family, mine)) in enumerate(zip(open_ones, tried, strict=True)):
-            search.keep(family, mine, course.part(slice(index * GENERATION, (index + 1) * GENERATION)))
+            search.keep(family, mine, course.part(slice(index * count, (index + 1) * count)))
         best = [max(worth.max() for worth in search.fitness.values()) for search in searches]
-        listen((generation + 1) * GENERATION, float(np.clip(best, 0.0, 1.0).mean()))
+        stage.motions += count
+        listen(stage.motions, float(np.clip(best, 0.0, 1.0).mean()))
+    return "solved" if all(search.solved for search in searches) else "candidates"
 
 
 def _fitness(course: Course) -> FloatArray:
@@ -187,13 +225,12 @@ def _play_finals(stage: _Stage, searches: Sequence[_Search]) -> tuple[tuple[Prob
         The best for each variation, and the share of the variations that the best single motion solves.
     """
     names = [group.name for group in stage.place.actions.groups]
-    chosen = [one for search in searches for one in search.finalists]
-    told = [stage.space.motions(row[None]).motion(0, names) for _, row in chosen]
+    told = [stage.space.motions(search.best[None]).motion(0, names) for search in searches]
     motions = Motions.of([motion for motion in told for _ in searches])
     course = stage.play(motions, [search.variation for _ in told for search in searches])
     worth = _fitness(course).reshape(len(told), len(searches))
     found = []
     for index, best in enumerate(worth.argmax(axis=0).tolist()):
         episode = course.result(best * len(searches) + index, index)
-        found.append(ProbedVariation(episode=episode, family=chosen[best][0], motion=told[best]))
+        found.append(ProbedVariation(episode=episode, family=searches[best].family, motion=told[best]))
     return tuple(found), float(course.succeeded.reshape(worth.shape).mean(axis=1).max())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, computed_field
 
@@ -10,7 +10,10 @@ from aidsr.artifacts import Artifact, EpisodeResult
 from aidsr.probing.motion import Motion
 from aidsr.probing.searching import Family
 
-__all__ = ["ProbeReport", "ProbedVariation"]
+__all__ = ["EndedBy", "ProbeReport", "ProbedVariation"]
+
+EndedBy = Literal["solved", "candidates", "budget"]
+"""What ended a search: all variations are solved, all motions were tried, or its physics steps are used up."""
 
 
 class ProbedVariation(Artifact):
@@ -35,8 +38,15 @@ class ProbeReport(Artifact):
     seed: int
     candidates: int
     """Motions allowed for each variation; a variation that one of them solves is searched no further."""
+    max_steps: int = 0
+    """Physics steps allowed for all; 0 in reports from before there was this bound."""
+    ended_by: EndedBy = "candidates"
     searched_s: float
-    """How long the motions of the search were played [s of simulation]; the ones reported are played to the end."""
+    """How long motions of the search were played at most [s of simulation]; those reported are played to the end."""
+    motions: int = 0
+    """Tried for each variation, or until it was solved."""
+    played_steps: int = 0
+    """Physics steps of all episodes together."""
     simulated_s: float
     """Of all episodes together."""
     wall_s: float
@@ -60,6 +70,17 @@ class ProbeReport(Artifact):
     def progress(self) -> float:
         """Mean over the variations of the best progress, 0 to 1."""
         return sum(one.episode.best_progress for one in self.variations) / len(self.variations)
+
+    @property
+    def why_ended(self) -> str:
+        """What ended the search, in words."""
+        match self.ended_by:
+            case "solved":
+                return "every variation is solved"
+            case "candidates":
+                return f"all {self.candidates} motions for each variation were tried"
+            case "budget":
+                return f"its {self.max_steps:,} physics steps are used up, more may come farther"
 
     @property
     def best(self) -> ProbedVariation:

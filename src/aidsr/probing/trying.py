@@ -12,10 +12,11 @@ from aidsr.tasks import Level
 __all__ = ["try_out", "try_out_in_worker"]
 
 CANDIDATES = 64
-"""Motions tried. Our choice: half of what `aidsr probe` tries in each variation, and one variation only: enough to tell
-a body that cannot from one that might, at a quarter of the time."""
-_LIMITS = isolation.Limits(wall_s=1800.0, cpu_s=3600.0)
-"""Our choice: a minute on a quiet machine, and room for a busy one."""
+MAX_STEPS = 150_000
+"""Motions tried, and physics steps for them. Our choice: half of what `aidsr probe` takes, for one variation instead of
+two: enough to tell a body that cannot from one that might."""
+_LIMITS = isolation.Limits(wall_s=1800.0, cpu_s=600.0)
+"""Our choice: ten times what the largest built-in body takes, and room for a busy machine."""
 
 
 def try_out(
@@ -69,7 +70,8 @@ def try_out_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
         else load_task(argument["task"], argument["level"])
     )
     groups = tuple(ActuatorGroup.model_validate(group) for group in argument["groups"])
-    found = probe(mjcf, task, groups=groups, candidates=argument["candidates"], variations=1, threads=1)
+    bounds = {"candidates": argument["candidates"], "max_steps": MAX_STEPS, "variations": 1, "threads": 1}
+    found = probe(mjcf, task, groups=groups, **bounds)
     best = found.best
     watched = trace(
         TaskScene.of(mjcf, task, groups=groups),
@@ -77,4 +79,4 @@ def try_out_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
         best.motion,
         targets_of(task),
     )
-    return judge_trace(task, watched, argument["candidates"]).model_dump(mode="json")
+    return judge_trace(task, watched, found.motions).model_dump(mode="json")
