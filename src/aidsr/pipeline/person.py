@@ -70,12 +70,17 @@ class Said:
 def _look(iteration: IterationFolder) -> tuple[Decision | None, str]:
     """Return the decision, or what is wrong with the file; neither while there is none, or one just being written.
 
-    An editor empties a file before it fills it.
+    An editor empties a file before it fills it; what is wrong counts only in a file that did not change meanwhile.
     """
-    path = iteration.decision.path
-    if path.exists() and not path.stat().st_size:
+    before = _content(iteration)
+    if not before:
         return None, ""
     try:
         return iteration.decision.read(), ""
     except UserError as error:
-        return None, str(error)
+        return None, str(error) if _content(iteration) == before else ""
+
+
+def _content(iteration: IterationFolder) -> bytes:
+    path = iteration.decision.path
+    return path.read_bytes() if path.exists() else b""

@@ -132,7 +132,7 @@ class _Search:
     @property
     def best(self) -> FloatArray:
         """The best motion so far, of all families."""
-        return self.rows[self.family][self.fitness[self.family].argmax()]
+        return np.asarray(self.rows[self.family][self.fitness[self.family].argmax()])
 
 
 class _Stage:
@@ -154,7 +154,7 @@ class _Stage:
     def search(self, motions: Motions, variations: Sequence[Variation]) -> Course:
         """Play equally many motions in each variation, one after the other, as long as something comes of it."""
         owners = np.repeat(np.arange(len(variations)), len(motions.first) // len(variations))
-        episodes = self._episodes([variations[owner] for owner in owners])
+        episodes = self._episodes([variations[owner] for owner in owners.tolist()])
         episodes.time_limit_s[:] = self.searched_s
         return self._play(episodes, motions, Stop(episodes, motions, owners))
 

@@ -70,8 +70,8 @@ def try_out_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
         else load_task(argument["task"], argument["level"])
     )
     groups = tuple(ActuatorGroup.model_validate(group) for group in argument["groups"])
-    bounds = {"candidates": argument["candidates"], "max_steps": MAX_STEPS, "variations": 1, "threads": 1}
-    found = probe(mjcf, task, groups=groups, **bounds)
+    tried = argument["candidates"]
+    found = probe(mjcf, task, groups=groups, candidates=tried, variations=1, max_steps=MAX_STEPS, threads=1)
     best = found.best
     watched = trace(
         TaskScene.of(mjcf, task, groups=groups),
