@@ -24,6 +24,7 @@ def export(
     material: str | None = None,
     out: Path | None = None,
     policy: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    step: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
     """Make an approved design into parts to print, to buy and to assemble, and say what cannot be built.
 
@@ -46,6 +47,8 @@ def export(
         Folder to write; export/ in the design's folder unless named. An earlier export in it is replaced.
     policy
         Also let the design's last trained policy act with the robot as built, 20 episodes (half a minute).
+    step
+        Also write each part as STEP, with flat facets; needs the extra "cad".
     """
     from rich.console import Console
 
@@ -57,7 +60,7 @@ def export(
     prepare()  # the worker starts while the rest is imported
     from aidsr.pipeline.exporting import export as make_package
 
-    exported = make_package(design, out, printer=printer, material=material, policy=policy)
+    exported = make_package(design, out, printer=printer, material=material, policy=policy, cad=step)
     _say(Console(highlight=False), exported)
     return 1 if exported.verdict.verdict == "not buildable" else 0
 

@@ -11,6 +11,7 @@ from aidsr.fabrication.files import stl, three_mf
 from aidsr.fabrication.making import Made
 from aidsr.fabrication.responding import Response
 from aidsr.fabrication.sheet import sheet
+from aidsr.fabrication.step import step
 from aidsr.fabrication.told import MARK, PartEntry, Retest, Verdict
 from aidsr.fabrication.verdict import judge
 
@@ -25,6 +26,7 @@ def write_package(
     built_mjcf: str | None = None,
     responses: tuple[Response, ...] = (),
     retest: Retest | None = None,
+    cad: bool = False,
 ) -> Verdict:
     """Write parts, list of parts, control map, sheet and verdict into a folder, and return the verdict.
 
@@ -35,6 +37,7 @@ def write_package(
         built_mjcf: The robot as built.
         responses: How far each actuator reels in.
         retest: How the robot as built behaves.
+        cad: Whether STEP files are written too.
     """
     parts = folder / "parts"
     parts.mkdir(parents=True, exist_ok=True)
@@ -43,6 +46,8 @@ def write_package(
     for part in made.parts:
         (parts / f"{part.name}.3mf").write_bytes(three_mf(part.lying.surface, part.name))
         (parts / f"{part.name}.stl").write_bytes(stl(part.lying.surface, part.name))
+        if cad:
+            (parts / f"{part.name}.step").write_bytes(step(part.lying.surface))
         if part.full is not None:
             (parts / f"{part.name}_full.stl").write_bytes(stl(part.full, part.name))
     items = bill(made)

@@ -13,6 +13,7 @@ from aidsr.fabrication.making import Made, make
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.responding import responses
+from aidsr.fabrication.step import require_cad
 from aidsr.fabrication.told import MARK, Retest, Verdict
 from aidsr.fabrication.verdict import retest_of
 from aidsr.runs import DesignFolder, Run
@@ -66,6 +67,7 @@ def export(
     printer: str = "fdm",
     material: str | None = None,
     policy: bool = False,
+    cad: bool = False,
 ) -> Exported:
     """Export a design's folder, or the MJCF of a robot.
 
@@ -75,11 +77,14 @@ def export(
         printer: Name of a printer.
         material: Name of a material; None tries all the printer has.
         policy: Whether the design's last trained policy is tried with the robot as built.
+        cad: Whether parts are written as STEP too; needs the extra "cad".
 
     Raises:
         UserError: There is nothing to export, or the folder holds something else.
         MjcfError: The robot cannot be loaded.
     """
+    if cad:
+        require_cad()
     given = _read(subject)
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
@@ -92,7 +97,9 @@ def export(
     if policy:
         retest = _with_policy(retest, given, built)
     measured = responses(given.mjcf, scale=given.scale)
-    verdict = write_package(target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest)
+    verdict = write_package(
+        target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest, cad=cad
+    )
     return Exported(target, verdict, made)
 
 

@@ -1,0 +1,81 @@
+"""Parts as STEP, for who wants to go on in a CAD program: solids with flat faces, as their triangles are.
+
+Needs the extra "cad", which nothing else does. Curved faces stay facets; neighbours in one plane become one face.
+"""
+
+from __future__ import annotations
+
+import io
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from manifold3d import Manifold, Mesh64
+
+from aidsr.errors import UserError
+from aidsr.fabrication.solids import Triangles, triangles
+
+__all__ = ["require_cad", "step"]
+
+_SHORT_MM = 0.01
+"""Detail that is left out. Our choice: far below what printers resolve, far above a CAD program's 1e-7 mm."""
+
+
+def require_cad() -> None:
+    """Raise UserError where the library that writes STEP is not installed."""
+    if find_spec("OCP") is None:
+        raise UserError('writing STEP needs Open CASCADE; install it with: pip install "aidsr[cad]"')
+
+
+def step(surface: Triangles) -> bytes:
+    """Return a closed surface as a solid in a STEP file, in millimetres.
+
+    Raises:
+        UserError: The extra is not installed.
+    """
+    require_cad()
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.Message import Message
+    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    Message.DefaultMessenger_s().ChangePrinters().Clear()  # it would tell its progress on the command's own output
+    merged = ShapeUpgrade_UnifySameDomain(_solid(_simplified(surface)), True, True, False)
+    merged.Build()
+    writer, data = STEPControl_Writer(), io.BytesIO()
+    writer.Transfer(merged.Shape(), STEPControl_StepModelType.STEPControl_AsIs)
+    if writer.WriteStream(data) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise RuntimeError("Open CASCADE did not write the solid")
+    return data.getvalue()
+
+
+def _simplified(surface: Triangles) -> Triangles:
+    """The surface without edges that are too short for a CAD program to tell their ends apart."""
+    return triangles(Manifold(Mesh64(surface.points, surface.faces.astype(np.uint64))).simplify(_SHORT_MM))
+
+
+def _solid(surface: Triangles) -> Any:
+    """A solid of flat triangles that share their corners and edges."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as MakeWire
+    from OCP.gp import gp_Pnt
+    from OCP.TopoDS import TopoDS, TopoDS_Shell, TopoDS_Solid
+
+    corners = [BRepBuilderAPI_MakeVertex(gp_Pnt(x, y, z)).Vertex() for x, y, z in surface.points.tolist()]
+    edges: dict[tuple[int, int], Any] = {}
+
+    def edge(a: int, b: int) -> Any:
+        key = (min(a, b), max(a, b))
+        if key not in edges:
+            edges[key] = BRepBuilderAPI_MakeEdge(corners[key[0]], corners[key[1]]).Edge()
+        return edges[key] if a < b else TopoDS.Edge(edges[key].Reversed())
+
+    builder, shell, solid = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
+    builder.MakeShell(shell)
+    for a, b, c in surface.faces.tolist():
+        outline = MakeWire(edge(a, b), edge(b, c), edge(c, a)).Wire()
+        builder.Add(shell, BRepBuilderAPI_MakeFace(outline, True).Face())
+    builder.MakeSolid(solid)
+    builder.Add(solid, shell)
+    return solid
