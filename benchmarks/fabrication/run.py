@@ -23,7 +23,7 @@ from typing import Any
 
 from aidsr.benchmark.statistics import wilson
 from aidsr.errors import AidsrError
-from aidsr.fabrication.package import MARK
+from aidsr.fabrication.told import MARK
 from aidsr.pipeline.exporting import export
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import trainings_of
