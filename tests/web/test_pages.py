@@ -17,7 +17,7 @@ from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
 
-from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.artifacts import Critique, CritiqueIssue, EpisodeResult, Evaluation, PlausibilityCheck, TaskReport
 from aidsr.errors import UserError
 from aidsr.models.manual import waiting_prompts
 from aidsr.runs import Budget, EventLog, RunConfig
@@ -159,6 +159,19 @@ async def test_a_design_says_what_changed_and_what_got_better(user: User, site: 
     await user.should_see("Whole")
     user.find("Concept").click()
     await user.should_see("a tapering arm")
+
+
+@visiting
+async def test_a_design_tried_on_its_task_says_how_far_it_came(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    issue = CritiqueIssue(blame="designer", component="arm", problem="too short by 4 cm.", suggestion="Lengthen it.")
+    report = TaskReport(phase="never_reached", progress=0.25, critique=Critique(passed=False, issues=(issue,)))
+    run.design(1).iteration(2).task_report.write(report)
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("Tried on its task: never reached, progress 0.25")
+    await user.should_see("arm (designer): too short by 4 cm. Lengthen it.")
+    await user.open(f"/run/{run.path.name}")
+    await user.should_see("never reached")
 
 
 @visiting

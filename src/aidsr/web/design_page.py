@@ -7,6 +7,7 @@ from functools import partial
 
 from nicegui import app, ui
 
+from aidsr.artifacts import Critique
 from aidsr.errors import AidsrError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.comparing import Comparison, attempted, compare
@@ -230,8 +231,12 @@ def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:
         if critique:
             with box("stack"):
                 text("The Judge", tag="h2")
-                text(critique.summary, "pre", "p")
-                points(f"{one.component} ({one.blame}): {one.problem} {one.suggestion}" for one in critique.issues)
+                _critique(critique)
+        tried = iteration.task_report.read()
+        if tried:
+            with box("stack"):
+                text(f"Tried on its task: {tried.phase.replace('_', ' ')}, progress {tried.progress:.2f}", tag="h2")
+                _critique(tried.critique)
         report = iteration.scene_report.read() or iteration.robot_report.read()
         if report is None:
             text("This iteration was not validated yet.", "soft")
@@ -253,6 +258,11 @@ def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:
             with box("stack tight"):
                 text("Put right by code", "label")
                 points(repairs.notes)
+
+
+def _critique(critique: Critique) -> None:
+    text(critique.summary, "pre", "p")
+    points(f"{one.component} ({one.blame}): {one.problem} {one.suggestion}" for one in critique.issues)
 
 
 def _change(change: Comparison, before: int) -> None:

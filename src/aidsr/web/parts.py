@@ -151,14 +151,14 @@ def usage_facts(usage: Usage) -> None:
 
 
 def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str]) -> None:
-    """Show iterations as rows: robot, stable?, scene, stable?, judged, and what a person decided."""
+    """Show iterations as rows: robot, stable?, scene, stable?, judged, perhaps tried and what a person decided."""
     with box("strip"):
         before = 1
         for attempt in attempts:
             if attempt.round != before:
                 before = attempt.round
                 text(f"round {attempt.round}, you asked: {attempt.asked}", "round")
-            with box("attempt six" if len(attempt.stages) > 5 else "attempt"):
+            with box("attempt", style=f"--stages: {len(attempt.stages)}"):
                 ui.link(str(attempt.number), open_at(attempt.number)).classes("n").props["aria-label"] = (
                     f"iteration {attempt.number}"
                 )

@@ -40,6 +40,7 @@ FRESH: dict[str, Any] = {
     "seed": RunConfig().seed,
     "human": True,
     "repairs": True,
+    "task_feedback": False,
     **dict.fromkeys(LIMITS),
 }
 """The form as a new visitor finds it; what somebody filled in is kept for the next time."""
@@ -79,8 +80,9 @@ def order_from(site: Site, form: Form) -> Order:
         raise UserError("whole numbers were expected for concepts, iterations, tokens and seed; fill them in") from None
     name = model_name(site, form)
     budget = budget_from(form) if form["kind"] == "language" else Budget()
+    switches = {key: form[key] for key in ("human", "repairs", "task_feedback")}
     try:
-        config = RunConfig(model=name, human=form["human"], repairs=form["repairs"], budget=budget, **numbers)
+        config = RunConfig(model=name, budget=budget, **switches, **numbers)
     except ValidationError as error:
         first = error.errors()[0]
         raise UserError(f"{first['loc'][0]}: {first['msg']}, found {first['input']}; change it") from None
@@ -160,6 +162,8 @@ def _how_much(form: Form) -> None:
                 _number(form, "concepts", "Concepts, side by side", 1, 20)
                 _number(form, "iterations", "Repairs allowed for each", 0, 100)
             ui.switch("Ask me about each design that the Judge passed").bind_value(form, "human")
+            tried = ui.switch("Try each design that the Judge passed on its task, and send back what falls short")
+            tried.bind_value(form, "task_feedback")
             with ui.expansion("More").props("dense dense-toggle").classes("full"), box("stack"):
                 with box("form"):
                     _number(form, "max_output_tokens", "Output tokens of one call, at most", 256, 200_000)
