@@ -11,12 +11,14 @@ from aidsr.benchmark.jobs import pending
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER
-from aidsr.pipeline.teams import asks_nobody
+from aidsr.pipeline.teams import SEARCH, asks_nobody
 
 __all__ = ["Forecast", "forecast"]
 
 _BUILTIN_S = 15.0
 """A design of the built-in team [s]. Source: `make demo`, 27 s for three side by side on two busy cores."""
+_SEARCH_S = 300.0
+"""A design that is searched for [s]. Our guess: 48 robots, each validated and probed for a few seconds."""
 _STEPS_PER_S = 2500.0
 """Control steps of a single-threaded training. Source: docs/learning.md, end to end on one core."""
 _PROBE_S = 20.0
@@ -75,7 +77,7 @@ def _seconds(own: Sequence[DesignRow], model: str) -> float:
     """Return how long a design takes the machine; waiting for a language model takes no core."""
     if own and asks_nobody(model):
         return median(row.latency_s for row in own)
-    return _BUILTIN_S
+    return _SEARCH_S if model == SEARCH else _BUILTIN_S
 
 
 def _dollars(own: Sequence[DesignRow], model: str) -> float:

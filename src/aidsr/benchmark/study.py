@@ -16,12 +16,14 @@ from pydantic import Field, ValidationError, model_validator
 
 from aidsr.artifacts import Artifact
 from aidsr.errors import UserError
+from aidsr.pipeline.teams import REFERENCE, SEARCH
 from aidsr.runs import Run, RunConfig
 from aidsr.tasks import BENCHMARK_VERSION
 
 __all__ = ["Arm", "Cell", "Study", "StudyPlan", "begin_study", "open_study", "versions_now"]
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
+_BASELINES = {REFERENCE: "robots designed by hand", SEARCH: "numbers found by CMA-ES"}
 _NAME = r"^[a-z0-9][a-z0-9_.-]*$"
 
 
@@ -44,7 +46,8 @@ class Arm(Artifact):
         """Everything that is not as usual, in a line; empty for the full method."""
         usual = {"model", "concepts", "early_stop", "seed"}
         changed = self.config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
-        said = [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
+        said = [_BASELINES[self.config.model]] if self.config.model in _BASELINES else []
+        said += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
         said += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
         said += [f"the designs of {self.after}"] * bool(self.after)
         return ", ".join(said)
