@@ -51,8 +51,10 @@ TRAINED = PLAN.model_copy(update={"tasks": ("grasping/dynamic_catching",), "seed
 
 
 @pytest.fixture
-def cluster() -> Iterator[object]:
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
     from ray.cluster_utils import Cluster
+
+    monkeypatch.setenv("RAY_worker_niceness", "0")  # 15 unless said, and then jobs run out of time on a busy machine
 
     several = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
     yield several
