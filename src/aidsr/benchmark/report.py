@@ -38,13 +38,13 @@ def write_report(study: Study) -> Path:
     return study.path / "report.html"
 
 
-def table_markdown(lines: Sequence[Line]) -> str:
+def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
     """Return figures by task as a Markdown table, the rates with their Wilson intervals."""
     head = (
         "| task | designs | stable | valid | successful | episodes | probe | tokens | cost | latency |\n"
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
     )
-    return "\n".join([head, *("| " + " | ".join(_cells(line)) + " |" for line in lines)])
+    return "\n".join([head, *("| " + " | ".join(_cells(line, trained)) + " |" for line in lines)])
 
 
 def raw_csv(rows: Sequence[DesignRow]) -> str:
@@ -67,7 +67,7 @@ def percent(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else f"{100 * value:.0f} %"
 
 
-def _cells(line: Line) -> list[str]:
+def _cells(line: Line, trained: bool = True) -> list[str]:
     def rate(of: str) -> str:
         found = line.rate(of)
         interval = found.interval
@@ -77,8 +77,8 @@ def _cells(line: Line) -> list[str]:
     return [
         line.task,
         str(line.attempted),
-        *(rate(of) for of in ("stable", "valid", "successful")),
-        percent(line.episodes_share),
+        rate("stable"),
+        *([rate("valid"), rate("successful"), percent(line.episodes_share)] if trained else ["–"] * 3),
         percent(line.probe_progress),
         tokens,
         "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}",
@@ -118,7 +118,10 @@ def _markdown(
         against = differences(rows, arms[0].arm)
         real = [f"{d.arm} {d.what} {_change(d)}" for d in against if d.real]
         head += [f"Differences from {arms[0].arm} that are more than noise: {'; '.join(real) or 'none'}."]
-    parts = [f"## {arm.arm} ({arm.model})\n\n{table_markdown([*tables[arm.arm], arm.line])}\n" for arm in arms]
+    parts = [
+        f"## {arm.arm} ({arm.model})\n\n{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
+        for arm in arms
+    ]
     return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_PAPER_IN_WORDS}\n"
 
 
@@ -175,8 +178,8 @@ def _page(
         arm_rows=[_arm_cells(study, arm) for arm in arms],
         change=_change,
         heads=("task", "designs", "stable", "valid", "successful", "episodes", "probe", "tokens", "cost", "latency"),
-        tables={arm: [_cells(line) for line in lines] for arm, lines in tables.items()},
-        totals={arm.arm: _cells(arm.line) for arm in arms},
+        tables={arm: [_cells(line, study.plan.seeds > 0) for line in lines] for arm, lines in tables.items()},
+        totals={arm.arm: _cells(arm.line, study.plan.seeds > 0) for arm in arms},
         percent=percent,
         bars=pictures.success_by_task(tables[first]) if tables else "",
         cost_plot=pictures.cost_and_success(arms),
