@@ -22,6 +22,7 @@ Idea = tuple[str, str]
 
 IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
     "reach": {"arm": ("two sections", "three sections", "four cables"), "tentacle": ("space", "two stages")},
+    "conform": {"arm": ("three sections", "four cables", "two sections")},
     "grasp": {
         "gripper": ("three fingers", "four fingers", "five fingers", "facing pairs", "pincer"),
         "tentacle": ("wrap",),
@@ -40,6 +41,7 @@ open-loop on the benchmark's tasks."""
 
 _DEMANDS: dict[Kind, str] = {
     "reach": "The functional part has to be brought to a place beside the mount and press there",
+    "conform": "Half the body has to lie along the surface, so it has to bend towards it and back again on the way",
     "grasp": "An object has to be enclosed from several sides and kept while the mount moves",
     "crawl": "The body has to carry and move itself on the ground, with the same friction in every direction",
     "insert": "A slender body has to go in lengthwise and give way where the way bends",

@@ -9,9 +9,10 @@ from aidsr.artifacts import BodySummary, Brief
 
 __all__ = ["Kind", "is_loose", "kind_of"]
 
-Kind = Literal["reach", "insert", "grasp", "pull", "crawl", "squeeze"]
+Kind = Literal["reach", "conform", "insert", "grasp", "pull", "crawl", "squeeze"]
 
 _WORDS: dict[Kind, str] = {
+    "conform": "(?:lie|lay|drape|rest) (?:along|over|against)|conform|adapt to|rounded|curved",
     "grasp": "grasp|grip|pick|hold|catch|lift|grab|carry|retain",
     "pull": "open (?:it|the|a|all|each|one|two|three|both)\\b|pull|hook|drawer|handle|unlatch",
     "squeeze": "tunnel|squeeze|narrow|duct|through a pipe",
