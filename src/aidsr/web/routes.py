@@ -31,6 +31,13 @@ _PICTURE_PX = (480, 320)
 def routes(site: Site) -> APIRouter:
     """Return what answers to addresses of files."""
     router = APIRouter()
+    _to_look_at(router, site)
+    _to_keep(router, site)
+    return router
+
+
+def _to_look_at(router: APIRouter, site: Site) -> None:
+    """Add what a browser shows."""
     drawing = threading.Lock()
 
     @router.get("/files/{name}/{path:path}")
@@ -43,21 +50,6 @@ def routes(site: Site) -> APIRouter:
         if found.suffix in _DOWNLOADED:
             return FileResponse(found, media_type="application/octet-stream", filename=found.name)
         raise HTTPException(404)
-
-    @router.get("/download/{name}/{number}")
-    def design(name: str, number: int) -> Response:
-        try:
-            run, folder = site.design(name, number)
-        except UserError as error:
-            raise HTTPException(404, str(error)) from None
-        if not folder.path.resolve().is_relative_to(run.path.resolve()):
-            raise HTTPException(404)
-        return _archive(folder.path, f"{name}_design{number}")
-
-    @router.get("/download/{name}/{number}/export")
-    def export(name: str, number: int) -> Response:
-        mark = _inside(site, name, f"designs/{number}/export/{MARK}")
-        return _archive(mark.parent, f"{name}_design{number}_export")
 
     @router.get("/sheet/{name}/{number}")
     def sheet(name: str, number: int) -> FileResponse:
@@ -80,7 +72,24 @@ def routes(site: Site) -> APIRouter:
             raise HTTPException(404, str(error)) from None
         return FileResponse(place, media_type="image/png", headers={"cache-control": "max-age=3600"})
 
-    return router
+
+def _to_keep(router: APIRouter, site: Site) -> None:
+    """Add what is downloaded as an archive."""
+
+    @router.get("/download/{name}/{number}")
+    def design(name: str, number: int) -> Response:
+        try:
+            run, folder = site.design(name, number)
+        except UserError as error:
+            raise HTTPException(404, str(error)) from None
+        if not folder.path.resolve().is_relative_to(run.path.resolve()):
+            raise HTTPException(404)
+        return _archive(folder.path, f"{name}_design{number}")
+
+    @router.get("/download/{name}/{number}/export")
+    def export(name: str, number: int) -> Response:
+        mark = _inside(site, name, f"designs/{number}/export/{MARK}")
+        return _archive(mark.parent, f"{name}_design{number}_export")
 
 
 def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:

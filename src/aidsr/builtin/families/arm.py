@@ -49,8 +49,8 @@ stops; a hook is carried by a stiff arm that hardly sags."""
 
 
 _LONG_TENSION = 1.7
-"""An arm that lies along something is twice as long, and sags unless it is stiffer and pulled harder. Our choice: with 1.5
-times the tension and stiffness arms of 0.44 m no longer collapse in the validator, with 1.7 those of 0.5 m."""
+"""An arm that lies along something is twice as long, and sags unless it is stiffer and pulled harder. Our choice: with
+1.5 times the tension and stiffness arms of 0.44 m no longer collapse in the validator, with 1.7 those of 0.5 m."""
 
 
 def sample(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
