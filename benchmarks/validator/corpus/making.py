@@ -53,6 +53,10 @@ _WORKING = frozenset(
 )
 """Codes about what a robot that works asks of its cables and motors. One that falls, shakes or diverges asks for other
 forces than it was meant to, so that a bad robot of these has to be without fault otherwise."""
+_PASSIVE = frozenset({"gravity_collapse", "underdamped"})
+"""Codes whose symptom is what a robot does by itself, as long as it does not diverge."""
+_FIRST = ("joint_range_too_small", "initial_penetration", "passive_collapse", "gravity_collapse")
+"""What is wrong before a robot is driven. One that has it too does not show what its change does when driven."""
 _CAUSES = ("tendon_against_limit", "mass_ratio", "actuator_too_weak", "too_stiff")
 """What explains that driving has no effect; the code `no_effect` says that nothing does."""
 _LOOKS = 10
@@ -110,11 +114,7 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
             reason = f"{injection.code}, {grade}: came out as {grade_of(severity)}"
             put_aside[reason] = put_aside.get(reason, 0) + 1
             continue
-        if (
-            grade == "bad"
-            and injection.code in _DRIVEN | _WORKING
-            and (why := _is_something_else(injection.code, bench))
-        ):
+        if grade == "bad" and (why := _is_something_else(injection.code, bench)):
             put_aside[f"{injection.code}: {why}"] = put_aside.get(f"{injection.code}: {why}", 0) + 1
             continue
         made.append(_changed(base, injection, number, batch[len(made)], grade, mjcf, words, severity))
@@ -122,15 +122,19 @@ def make_bad(number: int, grade: Grade, batch: range, split: Split, bases: Seque
 
 
 def _is_something_else(code: str, halved: Bench) -> str:
-    """Why a driven fault that shows at half the time step is not what the robot has at its own; "" where it is."""
+    """Why a fault that shows at half the time step is not what the robot has at its own; "" where it is."""
+    if code not in _DRIVEN | _WORKING | _PASSIVE:
+        return ""
+    if code in _DRIVEN and any(measure_of(cause)(halved) > 1 for cause in _FIRST):
+        return "has a cause of its own"
     if code in _WORKING and (symptom := first_symptom(halved, ceiling=1.0)):
         return f"does not work, {next(iter(symptom))}"
     if code == "no_effect" and any(measure_of(cause)(halved) > 0.5 for cause in _CAUSES):
         return "has a cause of its own"
     bench = Bench(halved.mjcf, 1.0)
-    if halved.failed or measure_of(code)(bench) < 2:
+    if halved.failed or measure_of(code)(bench) < 2 or (code in _WORKING and measure_of("chatter")(bench) > 1):
         return "not at both time steps"
-    return "diverges" if bench.failed or plainly_diverges(bench) else ""
+    return "diverges" if bench.failed or (code not in _PASSIVE and plainly_diverges(bench)) else ""
 
 
 def _is_as_named(injection: Injection, mjcf: str) -> bool:
