@@ -34,11 +34,11 @@ def main() -> None:
         made = aidsr.design(task="button_pushing", seed=1, runs=runs).path
         for number in range(1, count):
             shutil.copytree(made, runs / f"{made.name}_{number:02d}")
-        port = _free_port()
+        port = free_port()
         words = [sys.executable, "-m", "aidsr", "web", "--runs", folder, "--port", str(port), "--no-browser"]
         server = subprocess.Popen(words)
         try:
-            _wait(port)
+            wait_for(port)
             for said, seconds in zip(("first", "again", "again"), _opened(port, count), strict=True):
                 sys.stdout.write(f"{count} runs of 3 designs, {said}: usable after {seconds:.2f} s\n")
         finally:
@@ -65,7 +65,8 @@ def _opened(port: int, count: int) -> list[float]:
     return found
 
 
-def _wait(port: int) -> None:
+def wait_for(port: int) -> None:
+    """Wait until the server answers."""
     while True:
         try:
             with urlopen(f"http://127.0.0.1:{port}/assets/icon.svg"):
@@ -74,7 +75,8 @@ def _wait(port: int) -> None:
             time.sleep(0.05)
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """Return a port that nobody listens on."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])

@@ -42,10 +42,12 @@ def test_touched_files_show(tmp_path: Path) -> None:
 def test_processes_left_behind_show() -> None:
     marker = f"a-marker-of-{os.getpid()}"
     child = subprocess.Popen(
-        [sys.executable, "-c", "import sys; sys.stdin.read()"],
+        [sys.executable, "-c", "import sys; print(flush=True); sys.stdin.read()"],
         stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         env={"MARK": marker, "PATH": os.environ.get("PATH", "")},
     )
+    child.stdout.readline()  # before it has begun it still carries its parent's environment
     seen = marked_processes(marker)
     child.communicate()
     if sys.platform == "linux":

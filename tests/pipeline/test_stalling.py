@@ -3,7 +3,7 @@
 import pytest
 
 from aidsr.artifacts import Critique, CritiqueIssue, Decision, Fault, ValidationReport
-from aidsr.cli.benchmark import _arm
+from aidsr.benchmark.arms import arms_of
 from aidsr.pipeline import parts_of, work
 from aidsr.pipeline.routing import Change
 from aidsr.pipeline.stalling import keep_trying, same_again
@@ -107,4 +107,5 @@ def test_the_switch_chooses_the_part(tmp_path, early_stop: bool, part) -> None:
 
 
 def test_studies_of_the_papers_method_use_up_their_iterations() -> None:
-    assert _arm("builtin", "full", 3).config.early_stop is False
+    (arm,) = arms_of(["builtin"], ["full"], concepts=3, feedback={})
+    assert arm.config.early_stop is False
