@@ -23,6 +23,7 @@ _HEAD = """# What the best policies do
 Moments of the best held-out episode of the best design of each task, the first on the left and the last on the right:
 robots of the built-in team, {steps:,} control steps of training at most. Made by `python benchmarks/builtin/films.py`
 from the study whose table is `benchmarks/builtin/results.md`; the films themselves (`best.mp4`) are in its folders.
+Tasks of which no design has been trained yet are missing.
 """
 
 
