@@ -35,8 +35,9 @@ class _Shown:
     steps: int
     seed: int
     curve: tuple[CurveRow, ...]
-    result: dict[str, Any] | None
     verdict: Evaluation | None
+    running: bool
+    """Whether a process is still at work on its verdict."""
     inspection: Inspection | None
     films: tuple[str, ...]
     motions: tuple[Path, ...]
@@ -46,8 +47,8 @@ class _Shown:
 class _State:
     approved: bool
     alive: bool
+    learning: bool
     last_words: str
-    trainings: tuple[_Shown, ...]
 
 
 def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
@@ -59,27 +60,37 @@ def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> 
         design: The design.
         stage: Where recorded episodes are played.
     """
-    live(lambda: _read(site, run, design), lambda state: _draw(site, run, design, state, stage))
+    with box("stack wide"):
+        live(lambda: _state(site, run, design), lambda state: _draw(site, run, design, state))
+        # apart from the state: what a person is about to click is not drawn anew because a process has ended
+        live(lambda: _trainings(site, run, design), lambda shown: _draw_trainings(run, shown, stage))
 
 
-def _read(site: Site, run: Run, design: DesignFolder) -> _State:
-    name = site.training_name(run, design.number)
+def _state(site: Site, run: Run, design: DesignFolder) -> _State:
+    name, trainings = site.training_name(run, design.number), trainings_of(design)
     alive = site.processes.is_alive(name)
+    learning = not trainings or any(training.result.read() is None for training in trainings)
+    unjudged = not trainings or trainings[-1].evaluation.read() is None
+    last_words = site.processes.last_words(name) if unjudged and not alive else ""
+    return _State(design.final_scene.path.exists(), alive, learning, last_words)
+
+
+def _trainings(site: Site, run: Run, design: DesignFolder) -> tuple[_Shown, ...]:
+    """Return the trainings, newest first."""
+    alive = site.processes.is_alive(site.training_name(run, design.number))
     shown = []
     for training in trainings_of(design):
         config = training.config.read() or {}
         films = tuple(film.path.relative_to(run.path).as_posix() for film in training.films)
         verdict, said = training.evaluation.read(), training.inspection.read()
         steps, seed = int(config.get("steps", 0)), int(config.get("seed", 0))
-        curve, result = read_curve(training), training.result.read()
         motions = tuple(motion.path for motion in training.motions)
-        shown.append(_Shown(training, steps, seed, curve, result, verdict, said, films, motions))
-    unjudged = not shown or shown[-1].verdict is None
-    last_words = site.processes.last_words(name) if unjudged and not alive else ""
-    return _State(design.final_scene.path.exists(), alive, last_words, tuple(reversed(shown)))
+        running = alive and verdict is None
+        shown.append(_Shown(training, steps, seed, read_curve(training), verdict, running, said, films, motions))
+    return tuple(reversed(shown))
 
 
-def _draw(site: Site, run: Run, design: DesignFolder, state: _State, stage: Stage) -> None:
+def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
     if not state.approved:
         text("A design can be trained once it is approved.", "soft")
         return
@@ -87,16 +98,19 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State, stage: Stag
     with box("stack wide"):
         if state.alive:
             with box("notice", role="status"), box("row apart"):
-                learning = any(one.result is None for one in state.trainings)
-                text("A policy is learning." if learning or not state.trainings else "The policy is being judged.")
+                text("A policy is learning." if state.learning else "The policy is being judged.")
                 button("Stop", acting(lambda: site.processes.stop(name)), "danger", "stop", "What was learned is kept")
         else:
             _start(site, run, design, name)
             if state.last_words:
                 text("What the last training said:", "label")
                 text(state.last_words, "text last", "pre")
-        for one in state.trainings:
-            _training(run, one, stage, alive=state.alive)
+
+
+def _draw_trainings(run: Run, shown: tuple[_Shown, ...], stage: Stage) -> None:
+    with box("stack wide"):
+        for one in shown:
+            _training(run, one, stage)
 
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
@@ -132,14 +146,14 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             button("Start training", acting(start), "primary", "play_arrow")
 
 
-def _training(run: Run, one: _Shown, stage: Stage, *, alive: bool) -> None:
+def _training(run: Run, one: _Shown, stage: Stage) -> None:
     with box("sheet stack", "article"):
         with box("row apart"):
             text(f"Training {one.training.number}", tag="h2")
             if one.verdict:
                 badge("successful" if one.verdict.successful else "valid" if one.verdict.valid else "not valid")
             else:
-                badge("running" if alive else "stopped")
+                badge("running" if one.running else "stopped")
         last = one.curve[-1] if one.curve else None
         with box("facts"):
             fact("steps", f"{last.steps if last else 0:,} of {one.steps:,}".replace(",", " "))
