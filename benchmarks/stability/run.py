@@ -17,10 +17,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
-from math import sqrt
 from pathlib import Path
 
 import aidsr
+from aidsr.benchmark.statistics import Rate
 from aidsr.runs import DesignFolder
 
 HERE = Path(__file__).parent
@@ -107,21 +107,11 @@ def account(attempts: Sequence[Attempt], command: str, seconds: float) -> str:
 def _row(name: str, attempts: Sequence[Attempt]) -> str:
     n, stable = len(attempts), sum(attempt.stable for attempt in attempts)
     approved = sum(attempt.outcome == "approved" for attempt in attempts)
-    low, high = wilson(stable, n)
+    interval = Rate(stable, n).interval
     families = ", ".join(f"{f} {c}" for f, c in Counter(attempt.family for attempt in attempts).most_common())
     iterations = sum(attempt.iterations for attempt in attempts) / n
     share = f"{stable} ({100 * stable / n:.0f} %)"
-    return f"| {name} | {n} | {approved} | {share} | {low:.0%} to {high:.0%} | {iterations:.2f} | {families} |"
-
-
-def wilson(successes: int, n: int, z: float = 1.96) -> tuple[float, float]:
-    """Return the Wilson score interval of a share.
-
-    Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, JASA 22 (1927).
-    """
-    p, centre = successes / n, successes / n + z * z / (2 * n)
-    spread = z * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return (centre - spread) / (1 + z * z / n), (centre + spread) / (1 + z * z / n)
+    return f"| {name} | {n} | {approved} | {share} | {interval.low:.0%} to {interval.high:.0%} | {iterations:.2f} | {families} |"
 
 
 if __name__ == "__main__":
