@@ -108,10 +108,11 @@ def _row(name: str, attempts: Sequence[Attempt]) -> str:
     n, stable = len(attempts), sum(attempt.stable for attempt in attempts)
     approved = sum(attempt.outcome == "approved" for attempt in attempts)
     interval = Rate(stable, n).interval
+    range_ = f"{interval.low:.0%} to {interval.high:.0%}"
     families = ", ".join(f"{f} {c}" for f, c in Counter(attempt.family for attempt in attempts).most_common())
     iterations = sum(attempt.iterations for attempt in attempts) / n
     share = f"{stable} ({100 * stable / n:.0f} %)"
-    return f"| {name} | {n} | {approved} | {share} | {interval.low:.0%} to {interval.high:.0%} | {iterations:.2f} | {families} |"
+    return f"| {name} | {n} | {approved} | {share} | {range_} | {iterations:.2f} | {families} |"
 
 
 if __name__ == "__main__":
