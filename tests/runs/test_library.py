@@ -92,7 +92,9 @@ def test_a_training_is_read_while_it_goes_on(tmp_path: Path) -> None:
     )
     (training,) = trainings_of(design)
     assert [row.steps for row in read_curve(training)] == [50, 100]
+    assert read_curve(training)[0].success_share is None
     assert read_curve(training)[1].success_share == 0.25
+    assert read_curve(training) == read_curve(training)  # a page draws anew what has changed
     assert training.evaluation.read() is None
     training.inspect(Inspection(plausible=False, text="it slides"))
     training.inspect(Inspection(plausible=True))

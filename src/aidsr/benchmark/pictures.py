@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -55,11 +54,12 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
         run = study.run(cells[row.arm, row.task, row.run])
         for seed in range(study.plan.seeds if run else 0):
             folder = trained_at(run.design(row.design), seed) if run else Path()
-            points = [point for point in read_curve(Training(folder)) if not math.isnan(point.progress)]
+            curve = read_curve(Training(folder))
+            points = [(row.steps / 1000, row.progress) for row in curve if row.progress is not None]
             drawn = drawn or bool(points)
             axes.plot(
-                [point.steps / 1000 for point in points],
-                [point.progress for point in points],
+                [thousands for thousands, _ in points],
+                [progress for _, progress in points],
                 color=arms[row.arm],
                 linewidth=1.0,
                 alpha=0.8,

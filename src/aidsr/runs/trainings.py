@@ -32,13 +32,13 @@ class Inspection(Artifact):
 
 @dataclass(frozen=True)
 class CurveRow:
-    """How a training stood after some steps; nan where nothing was measured yet."""
+    """How a training stood after some steps; None where nothing was measured yet."""
 
     steps: int
     wall_s: float
-    success_share: float
-    progress: float
-    reward: float
+    success_share: float | None
+    progress: float | None
+    reward: float | None
     steps_per_s: float
 
 
@@ -115,10 +115,18 @@ def read_curve(training: Training) -> tuple[CurveRow, ...]:
     whole = text[: text.rfind("\n") + 1]
     rows = csv.DictReader(whole.splitlines())
     return tuple(
-        CurveRow(int(row["steps"]), *(_number(row[name]) for name in list(CurveRow.__dataclass_fields__)[1:]))
+        CurveRow(
+            steps=int(row["steps"]),
+            wall_s=float(row["wall_s"]),
+            success_share=_measured(row["success_share"]),
+            progress=_measured(row["progress"]),
+            reward=_measured(row["reward"]),
+            steps_per_s=float(row["steps_per_s"]),
+        )
         for row in rows
     )
 
 
-def _number(text: str | None) -> float:
-    return float(text) if text else math.nan
+def _measured(text: str) -> float | None:
+    number = float(text)
+    return None if math.isnan(number) else number  # a row with nan would not equal itself when it is read again

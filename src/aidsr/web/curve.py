@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from aidsr.runs.trainings import CurveRow
@@ -23,7 +22,7 @@ def curve_svg(rows: Sequence[CurveRow], budget_steps: int) -> str:
         return _TOP + (_HEIGHT - _TOP - _BOTTOM) * (1.0 - min(max(share, 0.0), 1.0))
 
     def line(name: str, kind: str) -> str:
-        places = [(row.steps, getattr(row, name)) for row in rows if not math.isnan(getattr(row, name))]
+        places = [(row.steps, getattr(row, name)) for row in rows if getattr(row, name) is not None]
         path = " ".join(f"{x(steps):.1f},{y(share):.1f}" for steps, share in places)
         if not places:
             return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from nicegui import app, ui
@@ -28,18 +28,24 @@ _WISH: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True
 
 
 @dataclass(frozen=True)
-class _Shown:
-    """A training as the page shows it."""
+class _Learning:
+    """How far a training has come."""
 
-    training: Training
     steps: int
     seed: int
     curve: tuple[CurveRow, ...]
-    verdict: Evaluation | None
     running: bool
     """Whether a process is still at work on its verdict."""
-    inspection: Inspection | None
+    verdict: Evaluation | None
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """What a judged training came to."""
+
+    verdict: Evaluation | None
     films: tuple[str, ...]
+    """Their addresses."""
     motions: tuple[Path, ...]
 
 
@@ -62,8 +68,7 @@ def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> 
     """
     with box("stack wide"):
         live(lambda: _state(site, run, design), lambda state: _draw(site, run, design, state))
-        # apart from the state: what a person is about to click is not drawn anew because a process has ended
-        live(lambda: _trainings(site, run, design), lambda shown: _draw_trainings(run, shown, stage))
+        live(lambda: tuple(reversed(trainings_of(design))), partial(_draw_trainings, site, run, design, stage))
 
 
 def _state(site: Site, run: Run, design: DesignFolder) -> _State:
@@ -75,19 +80,15 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     return _State(design.final_scene.path.exists(), alive, learning, last_words)
 
 
-def _trainings(site: Site, run: Run, design: DesignFolder) -> tuple[_Shown, ...]:
-    """Return the trainings, newest first."""
-    alive = site.processes.is_alive(site.training_name(run, design.number))
-    shown = []
-    for training in trainings_of(design):
-        config = training.config.read() or {}
-        films = tuple(film.path.relative_to(run.path).as_posix() for film in training.films)
-        verdict, said = training.evaluation.read(), training.inspection.read()
-        steps, seed = int(config.get("steps", 0)), int(config.get("seed", 0))
-        motions = tuple(motion.path for motion in training.motions)
-        running = alive and verdict is None
-        shown.append(_Shown(training, steps, seed, read_curve(training), verdict, running, said, films, motions))
-    return tuple(reversed(shown))
+def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
+    config, verdict = training.config.read() or {}, training.evaluation.read()
+    running = verdict is None and site.processes.is_alive(site.training_name(run, design.number))
+    return _Learning(int(config.get("steps", 0)), int(config.get("seed", 0)), read_curve(training), running, verdict)
+
+
+def _judged(run: Run, training: Training) -> _Judged:
+    films = tuple(file_address(run.path.name, film.path.relative_to(run.path).as_posix()) for film in training.films)
+    return _Judged(training.evaluation.read(), films, tuple(motion.path for motion in training.motions))
 
 
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
@@ -107,10 +108,14 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                 text(state.last_words, "text last", "pre")
 
 
-def _draw_trainings(run: Run, shown: tuple[_Shown, ...], stage: Stage) -> None:
+def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, trainings: tuple[Training, ...]) -> None:
+    """Show trainings; each part is drawn anew by itself, so that nobody's click is lost to a curve that grows."""
     with box("stack wide"):
-        for one in shown:
-            _training(run, one, stage)
+        for training in trainings:
+            with box("sheet stack", "article"):
+                live(partial(_learning, site, run, design, training), partial(_draw_learning, training))
+                live(partial(_judged, run, training), partial(_draw_judged, training, stage))
+                live(partial(_said, training), partial(_inspection, training))
 
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
@@ -146,31 +151,36 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             button("Start training", acting(start), "primary", "play_arrow")
 
 
-def _training(run: Run, one: _Shown, stage: Stage) -> None:
-    with box("sheet stack", "article"):
+def _draw_learning(training: Training, shown: _Learning) -> None:
+    with box("stack"):
         with box("row apart"):
-            text(f"Training {one.training.number}", tag="h2")
-            if one.verdict:
-                badge("successful" if one.verdict.successful else "valid" if one.verdict.valid else "not valid")
+            text(f"Training {training.number}", tag="h2")
+            if shown.verdict:
+                badge("successful" if shown.verdict.successful else "valid" if shown.verdict.valid else "not valid")
             else:
-                badge("running" if one.running else "stopped")
-        last = one.curve[-1] if one.curve else None
+                badge("running" if shown.running else "stopped")
+        last = shown.curve[-1] if shown.curve else None
+        success, progress = (last.success_share, last.progress) if last else (None, None)
         with box("facts"):
-            fact("steps", f"{last.steps if last else 0:,} of {one.steps:,}".replace(",", " "))
-            fact("success so far", f"{last.success_share:.0%}" if last and last.success_share >= 0 else "–")
-            fact("progress", f"{last.progress:.2f}" if last and last.progress >= 0 else "–")
+            fact("steps", f"{last.steps if last else 0:,} of {shown.steps:,}".replace(",", " "))
+            fact("success so far", "–" if success is None else f"{success:.0%}")
+            fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("learned for", duration_in_words(last.wall_s) if last else "–")
-            fact("seed", str(one.seed))
-        ui.html(curve_svg(one.curve, one.steps), sanitize=False).classes("full")
+            fact("seed", str(shown.seed))
+        ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):
             text("━ success", "accent")
             text("━ progress", "wait")
-        if one.verdict:
-            _verdict(one.verdict)
-            _films(run, one)
-            _motions(one, stage)
-            _inspection(one)
+
+
+def _draw_judged(training: Training, stage: Stage, shown: _Judged) -> None:
+    if shown.verdict is None:
+        return
+    with box("stack"):
+        _verdict(shown.verdict)
+        _films(shown.films)
+        _motions(training, shown.motions, stage)
 
 
 def _verdict(verdict: Evaluation) -> None:
@@ -209,42 +219,40 @@ def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
                     text(f"{one.time_s:.1f} s", "num", "td")
 
 
-def _films(run: Run, one: _Shown) -> None:
-    if not one.films:
+def _films(addresses: tuple[str, ...]) -> None:
+    if not addresses:
         text("There is no film; films need OpenGL on the machine that trains.", "small soft")
         return
     with box("columns"):
-        for path in one.films:
+        for address in addresses:
             with box("stack tight", "figure"):
-                with box(
-                    tag="video",
-                    src=file_address(run.path.name, path),
-                    controls="",
-                    loop="",
-                    muted="",
-                    autoplay="",
-                    preload="auto",
-                ):
+                with box(tag="video", src=address, controls="", loop="", muted="", autoplay="", preload="auto"):
                     pass
-                text(f"the {path.rpartition('/')[2].removesuffix('.mp4')} held-out episode", "small soft")
+                text(f"the {PurePosixPath(address).stem} held-out episode", "small soft")
 
 
-def _motions(one: _Shown, stage: Stage) -> None:
-    if not one.motions:
+def _motions(training: Training, motions: tuple[Path, ...], stage: Stage) -> None:
+    if not motions:
         return
     with box("row"):
         text("In the 3-D view:", "small soft")
-        for motion in one.motions:
-            name = replay_name(one.training.number, motion)
+        for motion in motions:
+            name = replay_name(training.number, motion)
             button(f"Replay {motion.stem}", acting(partial(stage.replay, name)), "quiet", "play_arrow")
 
 
-def _inspection(one: _Shown) -> None:
-    said = one.inspection
+def _said(training: Training) -> tuple[bool, Inspection | None]:
+    return training.evaluation.path.exists(), training.inspection.read()
+
+
+def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> None:
+    judged, said = read
+    if not judged:
+        return
     words = {"text": said.text if said else ""}
 
     def say(*, plausible: bool) -> None:
-        one.training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
+        training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
 
     with box("stack tight"):
         text("Your word: does it move as a continuum robot could?", "label")
