@@ -1,5 +1,6 @@
 """The Designer reads the job, proposes bodies that differ, and changes them as far as it understands."""
 
+import numpy as np
 import pytest
 from jobs import DESERT, KINDS, LAMP, MARBLE, OTHER_KINDS, brief, free_brief
 
@@ -7,6 +8,7 @@ from aidsr import builtin
 from aidsr.artifacts import Keep
 from aidsr.builtin import own_robot
 from aidsr.builtin.designer import IDEAS
+from aidsr.builtin.families import FAMILIES
 from aidsr.builtin.job import read_job
 from aidsr.errors import ReplyError
 
@@ -67,6 +69,15 @@ def test_concepts_say_that_they_are_rules_and_what_the_rules_saw() -> None:
     assert "built-in rules" in concept.rationale
     assert "press" in concept.interpretation
     assert "260 mm along the axis of mount" in concept.interpretation
+
+
+def test_what_breaks_is_held_by_weaker_cables() -> None:
+    firm, gentle = read_job(brief("simple_grasping")), read_job(brief("delicate_grasping"))
+    for family, variant, name in (("gripper", "pincer", "closing_n"), ("tentacle", "wrap", "tension_n")):
+        usual, weak = (FAMILIES[family].sample(job, np.random.default_rng(0), variant) for job in (firm, gentle))
+        assert 0 < getattr(weak, name) < 0.5 * getattr(usual, name)
+    assert "breaks easily" in proposals("delicate_grasping", 1)[0].interpretation
+    assert "breaks easily" not in proposals("simple_grasping", 1)[0].interpretation
 
 
 @pytest.mark.parametrize(

@@ -123,6 +123,8 @@ def _shuffled(table: dict[str, tuple[str, ...]], rng: np.random.Generator) -> It
 def _interpretation(job: Job) -> str:
     """Say what the job demands of a body, and what made the rules think so."""
     sentences = [f"{_DEMANDS[job.kind]}: {job.because}."]
+    if job.pull < 1.0:
+        sentences.append(f"What is held breaks easily: cables pull at most {job.pull:.0%} of what they else would.")
     if job.target is not None:
         beside = f"{mm(job.target.beside_m)} off it" if job.target.beside_m > _ON_AXIS_M else "on it"
         sentences.append(

@@ -21,6 +21,11 @@ _TRAVEL = re.compile(rf"slide along ({_NUMBER}) ({_NUMBER}) ({_NUMBER}),? ({_NUM
 _UPRIGHT = 0.7
 """Share of a mount's axis that points up where something can stand on it. Our choice: less than 45 deg aslant."""
 
+_BREAKS = re.compile(r"\b(?:fragile|delicate|gentl|crush|bruis|break)")
+_GENTLE_PULL = 0.4
+"""Our choice, measured on delicate_grasping: a tenth of the usual tension is all that a thing that breaks at 2 N bears,
+and a policy that can hardly try anything without breaking it learns to keep away."""
+
 Vector = NDArray[np.float64]
 
 
@@ -37,6 +42,7 @@ class Job:
         approach_m: How far the mount itself can travel along its own z axis.
         room_m: Free length along the mount's z at its nearest, up to the first thing that stands still.
         ground_m: Height of the ground over the mount; a mount to stand on is on the ground.
+        pull: How hard cables of a hand pull, as a share of what the family is used to; less for things that break.
     """
 
     kind: Kind
@@ -47,6 +53,7 @@ class Job:
     approach_m: float
     room_m: float
     ground_m: float
+    pull: float = 1.0
 
     @property
     def moves_itself(self) -> bool:
@@ -92,6 +99,7 @@ def read_job(brief: Brief) -> Job:
         approach_m=_approach(summary, mount),
         room_m=_room(summary, mount, target),
         ground_m=_ground(summary) if mount is None else 0.0,
+        pull=_GENTLE_PULL if kind == "grasp" and _BREAKS.search(brief.objective.lower()) else 1.0,
     )
 
 

@@ -83,7 +83,7 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> GripperParameter
     palm = half + 0.008 + (0.004 if fingers > 3 else 0.0)
     opening = 1.41 * half + _CLEARANCE_M + radius
     splay = math.asin(min(max((opening - palm) / length, 0.1), 0.6))
-    closing = _CLOSING_SHARE * (3.0 / fingers) ** 0.5 * rng.uniform(1.0, 1.3)
+    closing = job.pull * _CLOSING_SHARE * (3.0 / fingers) ** 0.5 * rng.uniform(1.0, 1.3)
     offset = radius + GUIDE_CLEARANCE_M
     stiffness = bending_stiffness(closing, offset, length, _FULL_CURL_RAD)
     density = rng.uniform(900.0, 1150.0)

@@ -81,7 +81,7 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> TentacleParamete
     segments = int(rng.integers(13, 16)) if wrap else 13
     base_radius = float(np.clip(length * 0.036, 0.006, 0.012)) * rng.uniform(0.95, 1.05)
     tip_radius = base_radius * _TAPER
-    tension = rng.uniform(30.0, 36.0) if wrap else rng.uniform(20.0, 26.0)
+    tension = job.pull * (rng.uniform(30.0, 36.0) if wrap else rng.uniform(20.0, 26.0))
     unit = _shape(length, segments, base_radius, tip_radius, 1.0)
     stiffness = _curl(unit, tension) / _FULL_CURL_RAD[variant]
     density = rng.uniform(700.0, 950.0)
