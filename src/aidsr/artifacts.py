@@ -8,10 +8,11 @@ file computes anything about robots: rooms above it make these values and pass t
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
+
+from aidsr.wording import account_of
 
 __all__ = [
     "ActuatorGroup",
@@ -42,7 +43,6 @@ __all__ = [
     "TaskReport",
     "ValidationReport",
     "Vec3",
-    "written",
 ]
 
 Vec3 = tuple[float, float, float]
@@ -71,6 +71,12 @@ class GeomSummary(Artifact):
     """Centre in world coordinates at the start of an episode [m]."""
     z_axis: Vec3 = (0.0, 0.0, 1.0)
     """Direction of its own z axis in world coordinates: along a cylinder or capsule, out of a plane."""
+    solid: bool = True
+    """Whether it can be touched; what cannot is only drawn."""
+    friction: Vec3 = (1.0, 0.005, 0.0001)
+    """Sliding [1], torsional [m] and rolling [m], as MuJoCo's `friction`."""
+    priority: int = 0
+    """Of two shapes that touch, the friction of the one with the higher priority holds; of equal ones, the larger."""
 
 
 class BodySummary(Artifact):
@@ -291,49 +297,7 @@ class ValidationReport(Artifact):
         Args:
             max_bytes: Bound on the text in UTF-8, at least 200.
         """
-        if not self.faults:
-            return "stable: no faults found"
-        groups: dict[tuple[bool, str], list[Fault]] = {}
-        for fault in (*self.errors, *self.warnings):
-            groups.setdefault((fault.severity == "warning", fault.code), []).append(fault)
-        lines = [_account_line(group) for group in groups.values()]
-        codes = [code for _, code in groups]
-        for kept in range(len(lines), 0, -1):
-            left_out = [f"{len(lines) - kept} more: {', '.join(codes[kept:])}"] if kept < len(lines) else []
-            text = "\n".join([*lines[:kept], *left_out])
-            if len(text.encode()) <= max_bytes:
-                return text
-        rest = f" …\n{len(lines) - 1} more" if len(lines) > 1 else " …"
-        return lines[0].encode()[: max_bytes - len(rest.encode())].decode(errors="ignore") + rest
-
-
-def written(value: float) -> str:
-    """Return a number as engineers write it: 10,000 and 12,345, 0.0032, 1.2e-5; three digits, whole numbers whole."""
-    if float(value).is_integer() and abs(value) < 1e6:
-        return f"{value:,.0f}"
-    rounded = float(f"{value:.3g}")
-    if 1e-4 <= abs(rounded) < 1e6:
-        digits = max(0, 2 - math.floor(math.log10(abs(rounded))))
-        text = f"{rounded:,.{digits}f}"
-        return text.rstrip("0").rstrip(".") if "." in text else text
-    mantissa, _, exponent = f"{value:.3g}".partition("e")
-    return f"{mantissa}e{int(exponent)}" if exponent else mantissa
-
-
-def _account_line(faults: list[Fault]) -> str:
-    """Return faults of one code as one line: where, what, how much, likely cause, cure."""
-    fault = faults[0]
-    names = list(dict.fromkeys(name for each in faults for name in each.names))
-    shown = ", ".join(names) if len(names) <= 4 else f"{', '.join(names[:3])} … {names[-1]} ({len(names)} in all)"
-    line = "warning " * (fault.severity == "warning") + fault.code + (f" at {shown}" if shown else "")
-    line += (f" (line {fault.line})" if fault.line is not None else "") + f": {fault.message}"
-    if fault.measured is not None:
-        line += f": {written(fault.measured)} {fault.unit}".rstrip()
-        line += f" (limit {written(fault.limit)})" if fault.limit is not None else ""
-    if len(faults) > 1:
-        line += f", and {len(faults) - 1} more like it"
-    sentences = [line, f"Likely cause: {fault.likely_cause}" if fault.likely_cause else "", fault.cure]
-    return " ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence)
+        return account_of((*self.errors, *self.warnings), max_bytes)
 
 
 class CritiqueIssue(Artifact):

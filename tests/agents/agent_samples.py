@@ -18,7 +18,19 @@ from aidsr.artifacts import (
     Scene,
     SiteSummary,
     ValidationReport,
+    Vec3,
 )
+
+RUBBER = ((0.9, 0.005, 0.0001), 1)
+"""Friction and priority of what the environment is made of."""
+
+
+def shape(name: str, kind: str, size_m: tuple[float, ...], position_m: Vec3, grip=RUBBER, **more) -> GeomSummary:
+    friction, priority = grip
+    return GeomSummary(
+        name=name, shape=kind, size_m=size_m, position_m=position_m, friction=friction, priority=priority, **more
+    )
+
 
 SUMMARY = EnvironmentSummary(
     gravity_m_s2=(0, 0, -9.81),
@@ -46,7 +58,11 @@ SUMMARY = EnvironmentSummary(
             position_m=(0, 0, 0),
             mass_kg=0,
             joints=(),
-            geoms=(GeomSummary(name="floor", shape="plane", size_m=(1, 1, 0.1), position_m=(0, 0, 0)),),
+            geoms=(
+                shape("floor", "plane", (1, 1, 0.1), (0, 0, 0)),
+                shape("goal_line", "box", (0.01, 0.3, 0.001), (0.5, 0, 0), solid=False),
+                shape("", "sphere", (0.01,), (0.5, 0.3, 0), solid=False),
+            ),
         ),
         BodySummary(
             name="housing",
@@ -54,17 +70,15 @@ SUMMARY = EnvironmentSummary(
             position_m=(0.08, 0.06, 0.24),
             mass_kg=0.2,
             joints=(),
-            geoms=(GeomSummary(name="", shape="box", size_m=(0.03, 0.03, 0.01), position_m=(0.08, 0.06, 0.23)),),
+            geoms=(shape("", "box", (0.03, 0.03, 0.01), (0.08, 0.06, 0.23)),),
         ),
         BodySummary(
             name="button",
             parent="housing",
             position_m=(0.08, 0.06, 0.2523333),
             mass_kg=0.0301,
-            joints=("button_slide: slide along 0 0 1, -0.008 to 0 m",),
-            geoms=(
-                GeomSummary(name="button_cap", shape="cylinder", size_m=(0.02, 0.004), position_m=(0.08, 0.06, 0.25)),
-            ),
+            joints=("button_slide: slide along 0 0 1, -0.008 to 0 m, spring 60 N/m",),
+            geoms=(shape("button_cap", "cylinder", (0.02, 0.004), (0.08, 0.06, 0.25), ((0.9, 0.003, 0.0003), 0)),),
         ),
     ),
     sites=(

@@ -197,7 +197,8 @@ def test_an_empty_environment_leaves_no_empty_headings() -> None:
         gravity_m_s2=(0, 0, 0), timestep_s=0.001, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
     )
     assert describe_environment(empty) == (
-        "Gravity 0 0 0 m/s2, time step 0.001 s. Lengths in metres; positions in world coordinates at the start."
+        "Gravity 0 0 0 m/s2, time step 0.001 s. Lengths in metres; positions in world coordinates at the start. "
+        "Friction 1 unless said otherwise; where a robot touches, it holds whatever the robot's is."
     )
 
 

@@ -98,3 +98,28 @@ def test_a_shape_says_which_way_it_points() -> None:
     lying = '<mujoco><worldbody><geom type="cylinder" size="0.02 0.1" euler="0 90 0"/></worldbody></mujoco>'
     (world,) = summarize_environment(lying).bodies
     assert world.geoms[0].z_axis == pytest.approx((1, 0, 0))
+
+
+def test_a_shape_says_how_it_grips_and_whether_anything_touches_it() -> None:
+    mjcf = """<mujoco><worldbody>
+        <geom type="plane" size="1 1 1"/>
+        <body><geom type="sphere" size="0.1" friction="0.4 0.01" priority="2"/></body>
+        <body><geom type="sphere" size="0.1" contype="0" conaffinity="0"/></body>
+      </worldbody></mujoco>"""
+    plane, ball, ghost = (body["geoms"][0] for body in summarize_in_worker({"environment": mjcf})["bodies"])
+    assert (plane["friction"], plane["priority"], plane["solid"]) == ([1.0, 0.005, 0.0001], 0, True)
+    assert (ball["friction"], ball["priority"], ball["solid"]) == ([0.4, 0.01, 0.0001], 2, True)
+    assert ghost["solid"] is False
+
+
+def test_a_joint_says_what_moving_it_takes() -> None:
+    mjcf = """<mujoco><compiler angle="radian"/><worldbody>
+        <body><joint name="press" type="slide" stiffness="60" springref="-0.0025"/><geom size="0.1"/></body>
+        <body><joint name="open" type="slide" frictionloss="0.4"/><geom size="0.1"/></body>
+        <body><joint name="turn" stiffness="0.1" frictionloss="0.02"/><geom size="0.1"/></body>
+      </worldbody></mujoco>"""
+    assert [body["joints"][0] for body in summarize_in_worker({"environment": mjcf})["bodies"]] == [
+        "press: slide along 0 0 1, spring 60 N/m from -0.0025 m",
+        "open: slide along 0 0 1, friction 0.4 N",
+        "turn: hinge about 0 0 1, spring 0.1 N m/rad, friction 0.02 N m",
+    ]

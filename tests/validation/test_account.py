@@ -6,7 +6,8 @@ from typing import Literal
 
 import pytest
 
-from aidsr.artifacts import Fault, ValidationReport, written
+from aidsr.artifacts import Fault, ValidationReport
+from aidsr.wording import written
 
 
 def fault(

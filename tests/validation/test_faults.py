@@ -5,6 +5,7 @@ from __future__ import annotations
 import faulty
 import pytest
 
+from aidsr.validation import validate
 from aidsr.validation.causes import EXPLAINS
 from aidsr.validation.page import traced
 
@@ -58,3 +59,17 @@ def test_every_rule_has_a_bad_robot() -> None:
 
 def test_no_fault_explains_itself() -> None:
     assert not [code for code, consequences in EXPLAINS.items() if code in consequences]
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        ("too_stiff", "with joints and tendons 50 times softer)"),
+        ("self_collision_lock", "where its parts may pass through each other)"),
+        ("tendon_against_limit", "without limits)"),
+    ],
+)
+def test_what_holds_a_robot_is_said_with_what_it_would_do_without_it(code: str, words: str) -> None:
+    bad = next(bad for bad in faulty.BAD if bad.code == code)
+    report = validate(bad.mjcf(), **bad.arguments)
+    assert words in next(fault.message for fault in report.faults if fault.code == code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, Vec3
@@ -19,16 +20,26 @@ _SIZES = {
 
 _UPRIGHT = (0.0, 0.0, 1.0)
 
+_Grip = tuple[Vec3, int]
+"""Friction and priority of a shape."""
+_MUJOCO: _Grip = (1.0, 0.005, 0.0001), 0
+"""What MuJoCo takes where a model says nothing. Source: MuJoCo XML reference, geom friction and priority."""
+
 
 def describe_environment(summary: EnvironmentSummary) -> str:
-    """Return the environment in words and numbers; lengths in metres, positions in world coordinates at the start."""
+    """Return the environment in words and numbers; lengths in metres, positions in world coordinates at the start.
+
+    Shapes that nothing can touch are told only where they have a name.
+    """
     mounts = {mount.name for mount in summary.mounts}
     sites = [f"- {s.name} on {s.body}, at {_vector(s.position_m)}" for s in summary.sites if s.name not in mounts]
+    usual = _usual_grip(summary)
     sections = [
         f"Gravity {_vector(summary.gravity_m_s2)} m/s2, time step {_number(summary.timestep_s)} s. "
-        "Lengths in metres; positions in world coordinates at the start.",
+        "Lengths in metres; positions in world coordinates at the start. "
+        f"Friction {_grip(usual)} unless said otherwise; where a robot touches, it holds whatever the robot's is.",
         _section("Mounts, where a robot's root can be attached", [_mount(mount) for mount in summary.mounts]),
-        _section("Bodies", [line for body in summary.bodies for line in _body(body)]),
+        _section("Bodies", [line for body in summary.bodies for line in _body(body, usual)]),
         _section("Sites", sites),
         f"Sensors: {', '.join(summary.sensors)}" if summary.sensors else "",
         f"Actuators of the environment: {', '.join(summary.actuators)}" if summary.actuators else "",
@@ -48,13 +59,37 @@ def _mount(mount: MountSummary) -> str:
     )
 
 
-def _body(body: BodySummary) -> list[str]:
+def _usual_grip(summary: EnvironmentSummary) -> _Grip:
+    """Return what most of the shapes that can be touched have."""
+    solid = Counter((geom.friction, geom.priority) for body in summary.bodies for geom in body.geoms if geom.solid)
+    return solid.most_common(1)[0][0] if solid else _MUJOCO
+
+
+def _grip(grip: _Grip) -> str:
+    """Return friction and priority in words; the torsional and rolling friction only where they are not MuJoCo's."""
+    friction, priority = grip
+    shown = friction if friction[1:] != _MUJOCO[0][1:] else friction[:1]
+    return f"{_vector(shown)}" + (f" at priority {priority}" if priority else "")
+
+
+def _body(body: BodySummary, usual: _Grip) -> list[str]:
     if body.name == "world":
         facts = ["world (does not move)"]
     else:
         facts = [f"{body.name} on {body.parent}, at {_vector(body.position_m)}, {_number(body.mass_kg)} kg"]
         facts += body.joints or ("no joint",)
-    return [f"- {'; '.join(facts)}", *(f"  - {_geom(geom)}" for geom in body.geoms)]
+    return [
+        f"- {'; '.join(facts)}",
+        *(f"  - {_geom(geom)}{_contact(geom, usual)}" for geom in body.geoms if geom.solid or geom.name),
+    ]
+
+
+def _contact(geom: GeomSummary, usual: _Grip) -> str:
+    """Say what is particular about touching a shape."""
+    if not geom.solid:
+        return "; only drawn"
+    grip = geom.friction, geom.priority
+    return "" if grip == usual else f"; friction {_grip(grip)}"
 
 
 def _geom(geom: GeomSummary) -> str:

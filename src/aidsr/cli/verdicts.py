@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from aidsr.artifacts import Fault, written
+from aidsr.artifacts import Fault
 from aidsr.validation.machine_form import FileReport
+from aidsr.wording import written
 
 __all__ = ["told", "verdict"]
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from typing import Literal
 
-from aidsr.artifacts import Critique, CritiqueIssue, TaskReport, written
+from aidsr.artifacts import Critique, CritiqueIssue, TaskReport
 from aidsr.probing.tracing import Trace
 from aidsr.tasks import Task
 from aidsr.tasks.readings import TOUCH_N
+from aidsr.wording import written
 
 __all__ = ["judge_trace", "targets_of"]
 

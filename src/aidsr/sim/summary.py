@@ -108,7 +108,17 @@ def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
     if model.jnt_limited[joint]:
         low, high = np.rad2deg(model.jnt_range[joint]) if turns else model.jnt_range[joint]
         words += f", {low:g} to {high:g} {'deg' if turns else 'm'}"
+    if kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
+        words += _resistance(model, joint, "N m" if turns else "N", "rad" if turns else "m")
     return words
+
+
+def _resistance(model: mujoco.MjModel, joint: int, force: str, way: str) -> str:
+    """Say what moving a hinge or slide takes: its spring, from where that is slack, and its friction."""
+    stiffness, friction = model.jnt_stiffness[joint], model.dof_frictionloss[model.jnt_dofadr[joint]]
+    slack = model.qpos_spring[model.jnt_qposadr[joint]]
+    words = f", spring {stiffness:g} {force}/{way}" + (f" from {slack:g} {way}" if slack else "") if stiffness else ""
+    return words + (f", friction {friction:g} {force}" if friction else "")
 
 
 def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
@@ -120,6 +130,9 @@ def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
         size_m=tuple(round(float(value), _DECIMALS) for value in size),
         position_m=_vector(data.geom_xpos[geom]),
         z_axis=_vector(data.geom_xmat[geom].reshape(3, 3)[:, 2]),
+        solid=bool(model.geom_contype[geom] or model.geom_conaffinity[geom]),
+        friction=_vector(model.geom_friction[geom]),
+        priority=int(model.geom_priority[geom]),
     )
 
 

@@ -41,6 +41,7 @@ def self_collision_lock(case: Case) -> Iterator[Fault]:
             locked,
             freed,
             message="the robot's own contacts hold it",
+            instead="where its parts may pass through each other",
             cause="segments overlap or touch before they can bend",
             cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",
         )
@@ -75,7 +76,7 @@ def antagonist_lock(case: Case) -> Iterator[Fault]:
 
 
 def no_effect(case: Case) -> Iterator[Fault]:
-    """The actuators move the robot. Where they do not, counterfactuals name what is in the way.
+    """The actuators move the robot. Where they do not, changing one thing after the other tells what is in the way.
 
     An error where no command that is held moves the robot, whatever jolts it when commands change; a warning where
     single actuators have no effect.
@@ -98,6 +99,7 @@ def no_effect(case: Case) -> Iterator[Fault]:
             held,
             freed,
             message="joint or tendon limits hold the robot",
+            instead="without limits",
             cause="a limited joint or tendon is already at the end of its range",
             cure="Widen the ranges of joints and tendons in the direction the tendon pulls.",
             whole=whole,
@@ -129,7 +131,7 @@ def _mass_fault(case: Case, drives: list[int], ratio: float, whole: bool) -> Fau
 
 
 def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) -> Fault:
-    """Too weak, too stiff, or without a cause that a counterfactual shows."""
+    """Too weak, too stiff, or without a cause that another trial shows."""
     evidence, limits = case.driven, case.limits
     tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in evidence.drives)
     weight_n = case.structure.mass_kg * STANDARD_GRAVITY_M_S2
@@ -157,6 +159,7 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
         stiff or weak,
         soft,
         message="the actuators hardly move the robot",
+        instead=f"with joints and tendons {1 / limits.softer:.0f} times softer",
         cause="joints or tendon springs are too stiff for the forces" if stiff else "",
         cure="Lower the joint stiffness, raise the tendon force, or move the tendons away from the backbone.",
         whole=whole,
@@ -216,7 +219,7 @@ def _joined(model: mujoco.MjModel) -> set[frozenset[int]]:
 def _improved(
     case: Case, drives: Sequence[int], effects: dict[int, float], factor: float, visible: float | None = None
 ) -> list[int]:
-    """Actuators whose effect becomes visible, and `factor` times as large, in a counterfactual."""
+    """Actuators whose effect becomes visible, and `factor` times as large, when something is changed."""
     least = case.limits.effect if visible is None else visible
     return [
         index
@@ -233,6 +236,7 @@ def _effect_fault(
     effects: dict[int, float],
     *,
     message: str,
+    instead: str,
     cause: str,
     cure: str,
     whole: bool = True,
@@ -247,7 +251,7 @@ def _effect_fault(
         measured=case.largest_effect(drives),
         limit=case.limits.effect,
         unit="of the robot's length",
-        message=f"{message}: largest displacement by these actuators, and {freed:.2g} in the counterfactual",
+        message=f"{message}: largest displacement by these actuators ({freed:.2g} {instead})",
         likely_cause=cause,
         cure=cure,
     )
