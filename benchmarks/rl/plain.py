@@ -1,6 +1,7 @@
 """The environments a user would write today: Gymnasium, one MuJoCo simulation, one Python loop.
 
-They show a policy the same numbers, give it the same reward and end at the same success as the tasks of the package,
+They show a policy the same numbers, give it the same reward (forces as they are at the end of a control step, not their
+peaks) and end at the same success and loss as the tasks of the package,
 but share none of its stepping: this is what the batched environment is measured against.
 """
 
@@ -61,12 +62,13 @@ class PlainEnv(gymnasium.Env):
         self.data.ctrl[self.driven] = low + (self.last[self.follows] + 1.0) / 2.0 * (high - low)
         mujoco.mj_step(self.model, self.data, self.substeps)
         self.steps += 1
-        progress, violation, reached = self._judge()
+        progress, violation, reached, lost = self._judge()
         self.held_s = self.held_s + self.task.control_dt_s if reached else 0.0
         won = self.held_s > self.task.hold_s - self.task.control_dt_s / 2
         reward = 10.0 * (progress - self.progress) + 5.0 * won - violation - 0.01 * float(np.mean(self.last**2))
         self.progress = progress
-        return self._observe(), reward, won, self.steps >= self.limit and not won, {"is_success": won}
+        over = won or lost
+        return self._observe(), reward, over, self.steps >= self.limit and not over, {"is_success": won}
 
     def _observe(self) -> np.ndarray:
         data = self.data
@@ -90,13 +92,13 @@ class PlainButton(PlainEnv):
         reach, direction, travel_m, force_n = self._sensed()
         return np.concatenate([reach, direction, [travel_m / 0.005, force_n / 5.0]])
 
-    def _judge(self) -> tuple[float, float, bool]:
+    def _judge(self) -> tuple[float, float, bool, bool]:
         reach, _, travel_m, force_n = self._sensed()
-        beyond = max(float(np.linalg.norm(reach)) - 0.02, 0.0) / 0.2
-        near = 1.0 / (1.0 + 9.0 * beyond**2)
+        beyond_m = max(float(np.linalg.norm(reach)) - 0.01, 0.0)
+        near = 0.5 / (1.0 + 9.0 * (beyond_m / 0.2) ** 2) + 0.5 / (1.0 + 9.0 * (beyond_m / 0.04) ** 2)
         violation = min(max((force_n - 20.0) / 20.0, 0.0), 1.0)
         pressed = min(max(travel_m / 0.005, 0.0), 1.0)
-        return 0.5 * near + 0.5 * pressed, violation, travel_m >= 0.005 and force_n > 0.05
+        return 0.5 * near + 0.5 * pressed, violation, travel_m >= 0.005 and force_n > 0.05, False
 
 
 class PlainGround(PlainEnv):
@@ -117,9 +119,9 @@ class PlainGround(PlainEnv):
         velocity = self._in_lane(self.data.sensor("com_velocity").data)
         return np.concatenate([self._place(), velocity, self.data.sensor("lane_forward").data[:2]])
 
-    def _judge(self) -> tuple[float, float, bool]:
+    def _judge(self) -> tuple[float, float, bool, bool]:
         along, aside, _ = self._place()
         forward = along - self.start_m
         violation = min(max((abs(aside) - _HALF_WIDTH_M) / 0.1, 0.0), 1.0)
         reached = forward >= self.goal_m and abs(aside) < _HALF_WIDTH_M
-        return min(max(forward / self.goal_m, 0.0), 1.0), violation, reached
+        return min(max(forward / self.goal_m, 0.0), 1.0), violation, reached, abs(aside) >= _HALF_WIDTH_M + 0.1

@@ -48,6 +48,18 @@ def test_what_a_process_says_before_it_fails_is_kept(tmp_path: Path) -> None:
     assert "the folder of a run was expected" in processes.last_words("nothing")
 
 
+def test_a_run_whose_design_is_being_trained_is_not_thrown_away(tmp_path: Path) -> None:
+    site, run, waiting = Site.at(tmp_path), made_run(tmp_path, designs=1), made_run(tmp_path, waiting=True, designs=1)
+    name = site.training_name(run, 1)
+    site.processes.start(name, ["resume", str(waiting.path)])  # anything that goes on until it is stopped
+    with pytest.raises(UserError, match="design 1 is at its training; stop that first"):
+        site.trash(run.path.name)
+    site.processes.stop(name)
+    until(lambda: not site.processes.is_alive(name), "it never ended")
+    site.trash(run.path.name)
+    assert not run.path.exists()
+
+
 def test_a_process_number_alone_is_no_process(tmp_path: Path) -> None:
     processes = Processes(tmp_path)
     (tmp_path / "old.json").write_text(json.dumps({"pid": os.getpid()}))

@@ -135,7 +135,7 @@ def _cells(site: Site, row: _Row) -> None:
 
 def _delete(site: Site, name: str) -> None:
     def trash() -> None:
-        site.library.trash(name)
+        site.trash(name)
         app.storage.user["trashed"] = name
 
     with box(tag="td"):

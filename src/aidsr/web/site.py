@@ -125,6 +125,20 @@ class Site:
             raise UserError(f"design {number} of {run_name} was expected, and there is none yet")
         return run, design
 
+    def trash(self, name: str) -> None:
+        """Throw a run away that nothing is at work on.
+
+        Raises:
+            UserError: There is no such run, or a process designs, trains or exports there.
+        """
+        run = self.library.run(name)
+        for design in run.designs:
+            for process in (self.training_name(run, design.number), self.export_name(run, design.number)):
+                if self.processes.is_alive(process):
+                    doing = process.rpartition(".")[2]
+                    raise UserError(f"design {design.number} is at its {doing}; stop that first, then delete {name}")
+        self.library.trash(name)
+
     def training_name(self, run: Run, number: int) -> str:
         """Return the name of the process that trains a design."""
         return f"{run.path.name}.design{number}.training"
