@@ -4,7 +4,8 @@
 
 A study (aidsr.benchmark) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
 task gets its first design before any gets its second, so the table means something whenever it is stopped. The same
-command goes on with what is left. The table goes to results.md and the raw outcomes to results.jsonl beside it.
+command goes on with what is left. The table goes to results.md and the raw outcomes to results.jsonl beside it, or to
+files of another name (`--out longer`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import json
 import sys
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 
@@ -26,8 +28,7 @@ from aidsr.rl.training import BUDGET_STEPS
 from aidsr.runs import RunConfig
 from aidsr.tasks import load_task, task_names
 
-TABLE = Path(__file__).with_name("results.md")
-RAW = Path(__file__).with_name("results.jsonl")
+HOME = Path(__file__).parent
 
 
 def main() -> None:
@@ -38,6 +39,7 @@ def main() -> None:
     parser.add_argument("--designs", type=int, default=5, help="of each task")
     parser.add_argument("--steps", type=int, default=BUDGET_STEPS, help="control steps a policy, at most")
     parser.add_argument("--jobs", type=int, default=2, help="side by side, one core each")
+    parser.add_argument("--out", default="results", help="name of the table, without its ending")
     parser.add_argument("--write-only", action="store_true", help="write the table of what is there, do nothing else")
     asked = parser.parse_args()
     folder = asked.folder or Path("build") / f"builtin-{asked.steps}"
@@ -52,21 +54,22 @@ def main() -> None:
     study = begin_study(folder, plan)
     for number in range(1, 1 if asked.write_only else asked.designs + 1):
         so_far = Study(folder, plan.model_copy(update={"runs": number}))
-        drive(so_far, LocalPool(folder, asked.jobs), lambda progress: _note(study, progress))
-    _write(study)
+        drive(so_far, LocalPool(folder, asked.jobs), partial(_note, study, asked.out))
+    _write(study, asked.out)
 
 
-def _note(study: Study, progress: Progress) -> None:
-    _write(study)
+def _note(study: Study, out: str, progress: Progress) -> None:
+    _write(study, out)
     if progress.last:
         said = progress.last.error or "done"
         sys.stdout.write(f"{progress.last.job.name}: {said} ({progress.last.wall_s:.0f} s)\n")
         sys.stdout.flush()
 
 
-def _write(study: Study) -> None:
-    RAW.write_text("".join(json.dumps(_raw(row, study.plan)) + "\n" for row in ended(study)), encoding="utf-8")
-    TABLE.write_text(table(study), encoding="utf-8")
+def _write(study: Study, out: str) -> None:
+    raw = "".join(json.dumps(_raw(row, study.plan)) + "\n" for row in ended(study))
+    (HOME / f"{out}.jsonl").write_text(raw, encoding="utf-8")
+    (HOME / f"{out}.md").write_text(table(study, out), encoding="utf-8")
 
 
 def ended(study: Study) -> list[DesignRow]:
@@ -94,14 +97,14 @@ def _raw(row: DesignRow, plan: StudyPlan) -> dict[str, object]:
     return facts
 
 
-def table(study: Study) -> str:
+def table(study: Study, out: str = "results") -> str:
     """Return the study's table as Markdown; its rates are of the designs that ended, and it says how many did."""
     plan, rows = study.plan, ended(study)
     planned = len(plan.tasks) * plan.runs
     lines = [
         "# What the built-in team's robots learn",
         "",
-        f"Made by `python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}` with MuJoCo "
+        f"Made by `{_command(plan, out)}` with MuJoCo "
         f"{plan.versions['mujoco']}, version {plan.benchmark_version} of the benchmark, level {plan.level}, one seed, "
         f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}.",
         "",
@@ -118,6 +121,12 @@ def table(study: Study) -> str:
         _comparison(rows, plan),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _command(plan: StudyPlan, out: str) -> str:
+    tasks = "" if plan.tasks == task_names() else f" --tasks {' '.join(plan.tasks)}"
+    named = "" if out == "results" else f" --out {out}"
+    return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{tasks}{named}"
 
 
 def _line(name: str, rows: list[DesignRow], planned: int) -> str:
