@@ -55,7 +55,10 @@ def tunnel_changes(bend_rad: float, height_m: float) -> tuple[Change, ...]:
 
 
 def along_tunnel_m(point_m: FloatArray, bend_rad: FloatArray) -> FloatArray:
-    """Return how far points are along the tunnel's middle line, negative before it, (n, p) [m].
+    """Return how far points are along the tunnel's middle line, (n, p) [m].
+
+    Before the entrance it is the distance to its middle, negative: a body that turns sideways in front of it comes no
+    nearer.
 
     Args:
         point_m: Level points seen from the entrance, along and to the left, (n, p, 2) [m].
@@ -65,4 +68,5 @@ def along_tunnel_m(point_m: FloatArray, bend_rad: FloatArray) -> FloatArray:
     beyond = x * np.cos(bend_rad) + y * np.sin(bend_rad)
     # the halves meet in the plane that cuts their angle in two
     second = x * np.cos(bend_rad / 2) + y * np.sin(bend_rad / 2) > 0.0
-    return np.where(second, _HALF_M + beyond, point_m[:, :, 0])
+    along = np.where(second, _HALF_M + beyond, point_m[:, :, 0])
+    return np.where(along < 0.0, -np.linalg.norm(point_m, axis=2), along)
