@@ -164,6 +164,9 @@ def test_success_that_vanishes_is_an_exploit():
     assert exploit_check("a", "so", 10, 20).passed
     assert not exploit_check("a", "so", 9, 20).passed
     assert exploit_check("a", "so", 0, 0).measured is None
+    assert not exploit_check("a", "so", 1, 4).passed
+    assert exploit_check("a", "so", 0, 3).passed
+    assert "too few to tell" in exploit_check("a", "so", 0, 3).message
 
 
 def test_a_stiff_rod_with_one_joint_is_no_continuum_robot():

@@ -35,6 +35,9 @@ of one body lies beyond the middle of the other, and contact may push it out on 
 
 SURVIVING = 0.5
 """Share of the successes that must remain. Source: our choice, the same half that makes a design successful."""
+FEWEST_SUCCESSES = 4
+"""So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit, while
+one that brushed none was not."""
 
 
 def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
@@ -152,7 +155,7 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
-    """Whether success remains when the same physics is computed in another way.
+    """Whether success remains when the same physics is computed in another way; few successes are no evidence.
 
     Args:
         name: Of the check.
@@ -160,11 +163,14 @@ def exploit_check(name: str, how: str, survived: int, successes: int) -> Plausib
         survived: Episodes that succeeded again.
         successes: Episodes that had succeeded.
     """
-    share = survived / successes if successes else None
+    share = survived / successes if successes >= FEWEST_SUCCESSES else None
+    told = (
+        "fewer than half would exploit the simulator" if share is not None else "too few to tell luck from an exploit"
+    )
     return PlausibilityCheck(
         name=name,
         passed=share is None or share >= SURVIVING,
         measured=share,
         limit=SURVIVING,
-        message=f"{survived} of {successes} successes remain {how}; fewer than half would exploit the simulator",
+        message=f"{survived} of {successes} successes remain {how}; {told}",
     )
