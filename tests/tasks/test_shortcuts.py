@@ -20,6 +20,6 @@ def test_standing_tall_is_no_way_up_the_stairs():
     episode = Episode(load_task("stairs"))
     start = episode.sensor("lane_position")
     for height_m in (0.1, 0.3):
-        episode.place(start + (0.0, 0.0, height_m), (0.0, 0.0, 1.0))
+        episode.place(start + np.array([0.0, 0.0, height_m]), (0.0, 0.0, 1.0))
         tall = episode.step()
     assert 0.0 < tall.progress[0] <= 0.1

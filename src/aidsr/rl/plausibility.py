@@ -36,8 +36,8 @@ of one body lies beyond the middle of the other, and contact may push it out on 
 SURVIVING = 0.5
 """Share of the successes that must remain. Source: our choice, the same half that makes a design successful."""
 FEWEST_SUCCESSES = 4
-"""So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit, while
-one that brushed none was not."""
+"""So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
+while one that brushed none was not."""
 
 
 def training_check(episodes: int, diverged: int) -> PlausibilityCheck:

@@ -86,7 +86,7 @@ class Stairs(LaneTask):
         return {"start": memory["start"], "lowest": np.minimum(memory["lowest"], in_lane(readings)[:, 2])}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Nine tenths for the way to the third edge, one for height: for more, policies stand tall instead of going on."""
+        """Nine tenths for the way to the third edge, one for height: for more, policies stand tall and stay."""
         there, last_edge_m = in_lane(readings), _last_edge_m(readings)
         way = share(there[:, 0] - memory["start"], last_edge_m - memory["start"])
         return 0.9 * way + 0.1 * share(there[:, 2] - memory["lowest"], _climb_m(readings))
