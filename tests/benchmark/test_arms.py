@@ -94,4 +94,4 @@ def test_the_command_shows_the_arms(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert ended.value.code == 0
     said = capsys.readouterr().out
     assert "builtin.human       builtin  a person's feedback, the designs of builtin" in said
-    assert "repairs false" in said
+    assert "robots not mended by code" in said

@@ -25,22 +25,34 @@ def test_nothing_says_nothing() -> None:
 
 
 def test_every_task_counts_the_same_and_an_untrained_design_counts_as_failed() -> None:
-    interval = bootstrap_mean({"a": [[1.0] * 20, [1.0] * 20], "b": [[1.0] * 20, []], "c": [[0.0] * 20]})
+    interval = bootstrap_mean({"a": [[[1.0] * 20], [[1.0] * 20]], "b": [[[1.0] * 20], []], "c": [[[0.0] * 20]]})
     assert interval.value == pytest.approx((1.0 + 0.5 + 0.0) / 3)
     assert interval.low < interval.value < interval.high
 
 
 def test_designs_that_differ_widen_the_interval_more_than_episodes_do() -> None:
-    mixed = bootstrap_mean({"a": [[1.0, 0.0] * 10] * 10})
-    split = bootstrap_mean({"a": [[1.0] * 20] * 5 + [[0.0] * 20] * 5})
+    mixed = bootstrap_mean({"a": [[[1.0, 0.0] * 10]] * 10})
+    split = bootstrap_mean({"a": [[[1.0] * 20]] * 5 + [[[0.0] * 20]] * 5})
     assert mixed.value == split.value
     assert split.high - split.low > 2 * (mixed.high - mixed.low)
+
+
+def test_policies_that_differ_widen_the_interval_more_than_episodes_do() -> None:
+    mixed = bootstrap_mean({"a": [[[1.0, 0.0] * 10] * 4]})
+    split = bootstrap_mean({"a": [[[1.0] * 20] * 2 + [[0.0] * 20] * 2]})
+    assert mixed.value == split.value == 0.5
+    assert split.high - split.low > 2 * (mixed.high - mixed.low)
+
+
+def test_designs_need_not_have_the_same_number_of_policies() -> None:
+    found = bootstrap_mean({"a": [[[1.0] * 20], [[1.0] * 20] * 5]})
+    assert (found.value, found.low, found.high) == (1.0, 1.0, 1.0)
 
 
 def test_the_interval_holds_the_truth_as_often_as_it_says() -> None:
     rng, held, studies = np.random.default_rng(3), 0, 60
     for _ in range(studies):
-        designs = [rng.binomial(1, rng.beta(2, 2), size=20).tolist() for _ in range(30)]
+        designs = [[rng.binomial(1, rng.beta(2, 2), size=20).tolist()] for _ in range(30)]
         interval = bootstrap_mean({"a": designs})
         held += interval.low <= 0.5 <= interval.high
     assert held >= 0.85 * studies
@@ -51,13 +63,23 @@ def test_pairs_cancel_what_they_share() -> None:
     other = {"a": {key: value + 0.1 for key, value in one["a"].items()}}
     found = paired_difference(one, other)
     assert found is not None
-    assert found.value == pytest.approx(0.1)
-    assert found.excludes_zero
+    assert found.interval.value == pytest.approx(0.1)
+    assert found.interval.excludes_zero
+    assert found.pairs == 20
+    assert found.chance < 0.001
+
+
+@pytest.mark.parametrize(("pairs", "exact"), [(1, 1.0), (3, 0.25), (5, 0.0625), (6, 0.03125), (8, 0.0078125)])
+def test_a_few_pairs_that_agree_may_be_chance(pairs: int, exact: float) -> None:
+    found = paired_difference({"a": dict.fromkeys(range(pairs), 0.0)}, {"a": dict.fromkeys(range(pairs), 1.0)})
+    assert found is not None
+    assert (found.interval.low, found.interval.high) == (1.0, 1.0)
+    assert found.chance == pytest.approx(exact, abs=0.01)
 
 
 def test_what_is_not_in_both_is_left_out() -> None:
     one, other = {"a": {(1, 1): 0.0}, "b": {(1, 1): 0.0}}, {"a": {(1, 1): 1.0, (2, 1): 5.0}}
     found = paired_difference(one, other)
     assert found is not None
-    assert found.value == 1.0
+    assert found.interval.value == 1.0
     assert paired_difference({"a": {(1, 1): 0.0}}, {"b": {(1, 1): 0.0}}) is None

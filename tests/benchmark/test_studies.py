@@ -73,6 +73,32 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
     (tmp_path / "s" / "study.toml").write_text("tasks = []\n")
     with pytest.raises(UserError, match="is no plan"):
         open_study(tmp_path / "s")
+    with pytest.raises(UserError, match="has none"):
+        open_study(tmp_path / "s" / "study.toml")
+
+
+@pytest.mark.parametrize(
+    ("line", "edited", "said"),
+    [
+        ("steps = 300000", "steps = 0", r'"steps": expected greater than or equal to 1, found 0; a plan is not edited'),
+        ("runs = 1", 'runs = "many"', "\"runs\": expected a valid integer.*found 'many'; a plan"),
+        ('level = "standard"', 'level = "easy"', "\"level\": expected 'standard' or 'hard', found 'easy'; a plan"),
+        ("seeds = 0", "seedlings = 0", 'there is no key "seedlings"; found 0 for it'),
+        ("concepts = 1", "concepts = 99", r'"arms\[1\].config.concepts": expected less than or equal to 20, found 99'),
+        ('name = "bare"', 'name = "rules"', "every arm needs a name of its own, found rules, rules"),
+        ("runs = 1", "runs 1", "cannot be read as TOML: .*line"),
+    ],
+)
+def test_a_plan_that_was_edited_badly_is_refused_in_one_sentence(
+    line: str, edited: str, said: str, tmp_path: Path
+) -> None:
+    file = begin_study(tmp_path / "s", plan()).path / "study.toml"
+    assert line in file.read_text()
+    file.write_text(file.read_text().replace(line, edited, 1))
+    with pytest.raises(UserError, match=said) as refused:
+        open_study(tmp_path / "s")
+    assert "\n" not in str(refused.value)
+    assert "pydantic" not in str(refused.value)
 
 
 def test_jobs_come_task_by_task_before_the_second_run_of_any(tmp_path: Path) -> None:
@@ -95,7 +121,7 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
         ("bare", "approved", True),
     ]
     assert not rows[0].valid, "a design that was not trained is not valid"
-    assert forecast(finished).jobs == {"verify": 0, "train": 0, "probe": 0}
+    assert forecast(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
 
 
 def test_designs_that_were_not_attempted_yet_are_in_the_denominator(tmp_path: Path) -> None:
@@ -138,7 +164,7 @@ def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> 
     assert "1/1 (21–100 %)" in page
     assert "its tasks are not public" in page
     table = (finished.path / "report.md").read_text()
-    assert "| bare | repairs false | 1/1 | 1/1 (21–100 %) | not trained |" in table
+    assert "| bare | robots not mended by code | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
     assert "2 of 2 designs ended." in table
     assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | – | – | – |" in table
     assert (finished.path / "report.csv").read_text().count("\n") == 3

@@ -82,8 +82,13 @@ class RayPool:
                 log_to_driver=False,
                 logging_level=logging.WARNING,
             )
-        except (ConnectionError, ValueError) as error:
-            raise UserError(f"no Ray cluster answers at {address}: {error}; start one with: ray start --head") from None
+        except Exception as error:  # Ray raises that itself where a node does not start in time
+            said = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            raise UserError(
+                f"Ray does not start on this machine: {said}"
+                if address == "local"
+                else f"no Ray cluster answers at {address}: {said}; start one with: ray start --head"
+            ) from None
         self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))
         # lost workers are retried by the driver of the study, which also counts the attempts
         self._perform = ray.remote(num_cpus=1, max_retries=0)(perform_packed)

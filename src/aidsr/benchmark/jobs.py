@@ -21,7 +21,7 @@ from aidsr.runs.files import JsonFile
 from aidsr.tasks import load_task
 from aidsr.validation import validate
 
-__all__ = ["VERIFIED", "Job", "Stage", "pending", "pending_in", "perform", "trained_at"]
+__all__ = ["VERIFIED", "Job", "Stage", "finished", "pending", "pending_in", "perform", "trained_at"]
 
 Stage = Literal["design", "verify", "train", "probe"]
 
@@ -67,9 +67,9 @@ def pending(study: Study) -> Iterator[Job]:
 def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
     """Yield what can be done now in one run."""
     run = study.run(cell)
-    if not _finished(run):
+    if not finished(run):
         before = study.before(cell)
-        if before is None or _finished(study.run(before)):
+        if before is None or finished(study.run(before)):
             yield Job(cell, "design")
         return
     assert run is not None, "only what was begun is finished"
@@ -86,7 +86,8 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
             yield Job(cell, "probe", design.number)
 
 
-def _finished(run: Run | None) -> bool:
+def finished(run: Run | None) -> bool:
+    """Return whether all designs of a run came to an end."""
     return run is not None and read_status(run).state == "finished"
 
 
@@ -152,12 +153,12 @@ _NOT_DESIGNING = (
 
 def _go_on_with(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
     """Return a copy of another arm's run that can go on in another way; its calls were answered, and stay paid."""
-    finished = study.run(before)
-    if finished is None:
+    origin = study.run(before)
+    if origin is None:
         raise AidsrError(f"{before.name} was expected to be designed before {home}")
-    copy = Run(home / finished.path.name)
-    shutil.copytree(finished.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
-    copy.record.write(finished.asked().model_copy(update={"config": config}))
+    copy = Run(home / origin.path.name)
+    shutil.copytree(origin.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
+    copy.record.write(origin.asked().model_copy(update={"config": config}))
     return copy
 
 

@@ -13,7 +13,7 @@ from aidsr.calls import Usage
 from aidsr.runs import DesignFolder, read_status
 from aidsr.runs.files import JsonFile
 
-__all__ = ["DesignRow", "Repair", "read_mended", "read_outcomes", "read_repairs"]
+__all__ = ["DesignRow", "Repair", "paid_usd", "read_mended", "read_outcomes", "read_repairs"]
 
 
 class DesignRow(Artifact):
@@ -25,7 +25,10 @@ class DesignRow(Artifact):
     design: int
     family: str = ""
     outcome: str = "failed"
-    """As in outcome.json; "failed" where the run could not be done, "unfinished" where it is not done yet."""
+    """As in outcome.json; "failed" where its run ended without it, "unfinished" where it is not done yet."""
+    complete: bool = False
+    """Whether nothing of it is missing: it has an outcome and, where that is "approved", its scene is
+    verified and every policy judged."""
     stable: bool = False
     """Whether it was approved and its final scene passes the validator by itself."""
     evaluations: tuple[Evaluation, ...] = ()
@@ -49,13 +52,17 @@ class DesignRow(Artifact):
         return _most([each.successful for each in self.evaluations])
 
     @property
-    def episodes(self) -> tuple[float, ...]:
-        """1 or 0 for every held-out episode of valid policies; those of the others all count as failed."""
+    def policies(self) -> tuple[tuple[float, ...], ...]:
+        """For each policy, 1 or 0 for every held-out episode; all 0 where the policy is not valid."""
         return tuple(
-            float(evaluation.valid and episode.ended == "succeeded")
+            tuple(float(evaluation.valid and episode.ended == "succeeded") for episode in evaluation.episodes)
             for evaluation in self.evaluations
-            for episode in evaluation.episodes
         )
+
+    @property
+    def episodes(self) -> tuple[float, ...]:
+        """The same of all policies together."""
+        return tuple(won for policy in self.policies for won in policy)
 
     @cached_property
     def key(self) -> tuple[int, int]:
@@ -76,6 +83,20 @@ def read_outcomes(study: Study) -> tuple[DesignRow, ...]:
     return tuple(row for cell in study.cells for row in _rows_of(study, cell))
 
 
+def paid_usd(study: Study, rows: Sequence[DesignRow]) -> float | None:
+    """Return what a study has paid so far [USD], None where a price is unknown.
+
+    An arm that goes on with the designs of another one counts their calls as its own; they were paid once.
+    """
+    costs = {(row.arm, row.task, row.key): row.usage.cost_usd for row in rows}
+    if None in costs.values():
+        return None
+    paid = 0.0
+    for (arm, task, key), cost in costs.items():
+        paid += (cost or 0.0) - ((costs.get((study.arm(arm).after, task, key)) or 0.0) if cost else 0.0)
+    return paid
+
+
 def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
     expected, run = study.arm(cell.arm).config.concepts, study.run(cell)
     status = read_status(run) if run else None
@@ -83,18 +104,23 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
     for number in range(1, expected + 1):
         named = {"arm": cell.arm, "task": cell.task, "run": cell.number, "design": number}
         state = states.get(number)
-        if run is None or state is None:
-            yield DesignRow(**named, outcome="unfinished" if run is None else "failed")
+        if run is None or status is None or state is None:
+            missed = status is not None and status.state == "finished"
+            yield DesignRow(**named, outcome="failed" if missed else "unfinished", complete=missed)
             continue
         folder = run.design(number)
         outcome = state.outcome.outcome if state.outcome else "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
+        evaluations = tuple(_evaluations(folder, study.plan.seeds))
         yield DesignRow(
             **named,
             family=state.family,
             outcome=outcome,
+            complete=bool(verified and len(evaluations) == study.plan.seeds)
+            if outcome == "approved"
+            else outcome != "unfinished",
             stable=bool(verified and verified.stable),
-            evaluations=tuple(_evaluations(folder, study.plan.seeds)),
+            evaluations=evaluations,
             steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),
             training_s=sum(float(result["wall_s"]) for result in _results(folder, study.plan.seeds)),
             probe_progress=_probed(folder),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,9 +16,11 @@ from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER, ArmLine, Line
 from aidsr.runs.trainings import Training, read_curve
 
-__all__ = ["cost_and_success", "curves_of_task", "success_by_task"]
+__all__ = ["arm_colours", "cost_and_success", "curves_of_task", "success_by_task"]
 
 _INK, _GRID = "#5b6573", "#d5dbe3"
+_OF_THE_PAGE = {_INK: "var(--soft)", _GRID: "var(--line)"}
+"""Variables of the page's style, which differ where it is dark."""
 _COLOURS = ("#2f6f9f", "#d08a2e", "#4f8a5b", "#9a4f7d", "#7a6f5d", "#3f9a9a", "#b3543f", "#6b5fb0")
 
 
@@ -36,7 +39,12 @@ def success_by_task(lines: Sequence[Line]) -> str:
     axes.set_xlim(0, 100)
     axes.set_xlabel("designs [%], with 95 % intervals")
     axes.legend(loc="lower right", frameon=False)
-    return _svg(figure, axes)
+    return _svg(figure, axes, along="x")
+
+
+def arm_colours(study: Study) -> dict[str, str]:
+    """Return the colour of each arm; after eight they come again."""
+    return {arm.name: _COLOURS[i % len(_COLOURS)] for i, arm in enumerate(study.plan.arms)}
 
 
 def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
@@ -47,7 +55,7 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
     """
     figure = Figure(figsize=(3.5, 2.1), layout="constrained")
     axes = figure.subplots()
-    arms = {arm.name: _COLOURS[i % len(_COLOURS)] for i, arm in enumerate(study.plan.arms)}
+    arms = arm_colours(study)
     cells = {(cell.arm, cell.task, cell.number): cell for cell in study.cells}
     drawn = False
     for row in rows:
@@ -61,7 +69,7 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
                 [thousands for thousands, _ in points],
                 [progress for _, progress in points],
                 color=arms[row.arm],
-                linewidth=1.0,
+                linewidth=1.4,
                 alpha=0.8,
             )
     if not drawn:
@@ -81,7 +89,8 @@ def cost_and_success(arms: Sequence[ArmLine]) -> str:
         if arm.line.cost_usd is not None:
             success = 100 * arm.line.rate("successful").share
             axes.plot(arm.line.cost_usd, success, "o", color=_COLOURS[i % len(_COLOURS)])
-            axes.annotate(arm.arm, (arm.line.cost_usd, success), (5, 4), textcoords="offset points", fontsize=8)
+            place = (arm.line.cost_usd, success)
+            axes.annotate(arm.arm, place, (5, 4), textcoords="offset points", fontsize=8, color=_INK)
     axes.plot(PAPER.cost_usd, 100 * PAPER.successful_by_table, "x", color=_INK)
     axes.annotate(
         "published, other tasks",
@@ -99,9 +108,9 @@ def cost_and_success(arms: Sequence[ArmLine]) -> str:
     return _svg(figure, axes)
 
 
-def _svg(figure: Figure, axes: Axes) -> str:
-    """Return a figure as SVG for a page that is light or dark: no background, lines in a middle grey."""
-    axes.grid(color=_GRID, linewidth=0.6, alpha=0.5)
+def _svg(figure: Figure, axes: Axes, along: Literal["x", "both"] = "both") -> str:
+    """Return a figure as SVG for a page that is light or dark: no background, lines in the page's own colours."""
+    axes.grid(axis=along, color=_GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.tick_params(colors=_INK, labelsize=8)
     for label in (axes.xaxis.label, axes.yaxis.label):
@@ -117,4 +126,6 @@ def _svg(figure: Figure, axes: Axes) -> str:
     out = io.StringIO()
     figure.savefig(out, format="svg", transparent=True, metadata={"Date": None})
     drawn = out.getvalue()
+    for colour, variable in _OF_THE_PAGE.items():
+        drawn = drawn.replace(colour, variable)
     return drawn[drawn.index("<svg") :]

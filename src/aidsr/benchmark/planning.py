@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from statistics import median
+from statistics import fmean, median
 
 from aidsr.artifacts import Artifact
-from aidsr.benchmark.jobs import pending
+from aidsr.benchmark.jobs import finished, pending_in
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER
@@ -15,12 +15,14 @@ from aidsr.pipeline.teams import SEARCH, asks_nobody
 
 __all__ = ["Forecast", "forecast"]
 
-_BUILTIN_S = 15.0
-"""A design of the built-in team [s]. Source: `make demo`, 27 s for three side by side on two busy cores."""
+_BUILTIN_S = 5.0
+"""A design of the built-in team [s]. Source: docs/scale.md, mean over tasks."""
 _SEARCH_S = 300.0
 """A design that is searched for [s]. Our guess: 48 robots, each validated and probed for a few seconds."""
-_STEPS_PER_S = 2500.0
-"""Control steps of a single-threaded training. Source: docs/learning.md, end to end on one core."""
+_STEPS_PER_S = 230.0
+"""Control steps of a single-threaded training. Source: docs/scale.md, 300,000 steps in 1,302 s, mean over tasks."""
+_JUDGING_S = 33.0
+"""The held-out episodes of a policy and its films. Source: docs/scale.md."""
 _PROBE_S = 20.0
 """Source: docs/probe.md."""
 _DESIGN_MB, _TRAINING_MB = 1.0, 3.0
@@ -31,46 +33,58 @@ class Forecast(Artifact):
     """What is still to be done and what it may take. Where the study has finished designs, theirs are the measure."""
 
     jobs: dict[str, int]
-    """Jobs that can be begun now, by stage; trainings of robots that are not designed yet are counted as if all were
-    approved."""
+    """Jobs still to be done, by stage; designs that are still to be made are counted as if all were approved."""
     core_hours: float
+    """Waiting for a language model takes no core and is not in it."""
     cost_usd: float
     """With language models; where nothing was measured, the published figure for GPT-5 is taken."""
     disk_mb: float
     measured: bool
     """Whether designs of this study were the measure."""
+    published_costs: bool
+    """Whether any of the cost is the published figure."""
 
 
 def forecast(study: Study) -> Forecast:
     """Return what a study will take from where it stands."""
-    plan, now = study.plan, Counter(job.stage for job in pending(study))
-    begun = {cell for cell in study.cells if study.run(cell) is not None}
-    coming = sum(study.arm(cell.arm).config.concepts for cell in study.cells if cell not in begun)
-    jobs = Counter(now)
-    jobs["verify"] += coming
-    jobs["train"] += coming * plan.seeds
-    jobs["probe"] += coming * plan.probe
-    rows = read_outcomes(study)
-    hours, dollars = 0.0, 0.0
+    rows, jobs, plan = read_outcomes(study), Counter[str](), study.plan
+    hours, dollars, coming, published = 0.0, 0.0, 0, False
+    trained = _seconds_by_task(rows)
     for cell in study.cells:
-        if cell in begun:
-            continue
-        config = study.arm(cell.arm).config
-        own = [row for row in rows if row.arm == cell.arm and row.outcome not in ("unfinished", "failed")]
-        if study.before(cell) and not study.arm(cell.arm).feedback:
-            continue  # the designs are there
-        hours += config.concepts * _seconds(own, config.model) / 3600
-        dollars += config.concepts * _dollars(own, config.model)
-    trained = [row for row in rows if row.training_s > 0]
-    each_s = median(row.training_s for row in trained) if trained else plan.steps / _STEPS_PER_S
-    hours += (jobs["train"] * each_s + jobs["probe"] * _PROBE_S) / 3600
+        arm, left = study.arm(cell.arm), Counter(job.stage for job in pending_in(study, cell))
+        if not finished(study.run(cell)):
+            concepts = arm.config.concepts
+            left.update(verify=concepts, train=concepts * plan.seeds, probe=concepts * plan.probe)
+            left["design"] = 1
+            coming += concepts
+            own = [row for row in rows if row.arm == cell.arm and row.outcome not in ("unfinished", "failed")]
+            # an arm that goes on with the designs of another one makes none, unless a person speaks
+            if not arm.after or arm.feedback:
+                hours += concepts * _seconds(own, arm.config.model) / 3600
+                dollars += concepts * _dollars(own, arm.config.model)
+                published = published or _is_published(own, arm.config.model)
+        each_s = trained.get(cell.task) or trained.get("") or plan.steps / _STEPS_PER_S
+        hours += (left["train"] * (each_s + _JUDGING_S) + left["probe"] * _PROBE_S) / 3600
+        jobs.update(left)
     return Forecast(
-        jobs=dict(jobs),
+        jobs={stage: jobs[stage] for stage in ("design", "verify", "train", "probe")},
         core_hours=hours,
         cost_usd=dollars,
         disk_mb=coming * _DESIGN_MB + jobs["train"] * _TRAINING_MB,
-        measured=bool(trained),
+        measured=any(row.outcome not in ("unfinished", "failed") for row in rows),
+        published_costs=published,
     )
+
+
+def _seconds_by_task(rows: Sequence[DesignRow]) -> dict[str, float]:
+    """Return how long a training took, means by task, and over all under no name."""
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        if row.evaluations:
+            each_s = row.training_s / len(row.evaluations)
+            found.setdefault(row.task, []).append(each_s)
+            found.setdefault("", []).append(each_s)
+    return {task: fmean(seconds) for task, seconds in found.items()}
 
 
 def _seconds(own: Sequence[DesignRow], model: str) -> float:
@@ -83,5 +97,13 @@ def _seconds(own: Sequence[DesignRow], model: str) -> float:
 def _dollars(own: Sequence[DesignRow], model: str) -> float:
     if asks_nobody(model):
         return 0.0
-    costs = [row.usage.cost_usd for row in own if row.usage.cost_usd is not None]
+    costs = _known_costs(own)
     return median(costs) if costs else PAPER.cost_usd
+
+
+def _is_published(own: Sequence[DesignRow], model: str) -> bool:
+    return not asks_nobody(model) and not _known_costs(own)
+
+
+def _known_costs(own: Sequence[DesignRow]) -> list[float]:
+    return [row.usage.cost_usd for row in own if row.usage.cost_usd is not None]

@@ -21,7 +21,7 @@ from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
 from aidsr.runs.files import replace_file
 
-__all__ = ["raw_csv", "table_markdown", "write_report"]
+__all__ = ["rate_in_words", "raw_csv", "table_markdown", "write_report"]
 
 
 def write_report(study: Study) -> Path:
@@ -67,22 +67,25 @@ def percent(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else f"{100 * value:.0f} %"
 
 
-def _cells(line: Line, trained: bool = True) -> list[str]:
-    def rate(of: str) -> str:
-        found = line.rate(of)
-        interval = found.interval
-        return f"{found.hits}/{found.of} ({percent(interval.low)[:-2]}–{percent(interval.high)})"
+def rate_in_words(line: Line, of: str) -> str:
+    """Return one of a line's counts with its Wilson interval: 3/5 (23-88 %)."""
+    found = line.rate(of)
+    return f"{found.hits}/{found.of} ({percent(found.interval.low)[:-2]}–{percent(found.interval.high)})"
 
+
+def _cells(line: Line, trained: bool = True) -> list[str]:
+    judged = [rate_in_words(line, "valid"), rate_in_words(line, "successful"), percent(line.episodes_share)]
     tokens = f"{line.tokens:,.0f}" + (" est." if line.tokens_estimated else "")
+    cost = "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}"
+    # what a design takes is not known before one came to an end
+    taken = [tokens, cost, f"{line.latency_s:.0f} s"] if line.ended else ["–"] * 3
     return [
         line.task,
         str(line.attempted),
-        rate("stable"),
-        *([rate("valid"), rate("successful"), percent(line.episodes_share)] if trained else ["–"] * 3),
+        rate_in_words(line, "stable"),
+        *(judged if trained else ["–"] * 3),
         percent(line.probe_progress),
-        tokens,
-        "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}",
-        f"{line.latency_s:.0f} s",
+        *taken,
     ]
 
 
@@ -102,9 +105,9 @@ ARM_HEADS = (
 def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
     cells, settings = _cells(arm.line), study.plan.arms[[each.name for each in study.plan.arms].index(arm.arm)].settings
     interval = f"{cells[5]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
-    trained = [*cells[3:5], interval] if study.plan.seeds else ["not trained"] * 3
-    made = [f"{arm.line.approved}/{arm.line.attempted}", cells[2]]
-    return [arm.arm, settings or "–", *made, *trained, f"{arm.line.iterations:.1f}", cells[7]]
+    trained = [*cells[3:5], interval] if study.plan.seeds else ["–"] * 3
+    iterations = f"{arm.line.iterations:.1f}" if arm.line.ended else "–"
+    return [arm.arm, settings or "–", rate_in_words(arm.line, "approved"), cells[2], *trained, iterations, cells[7]]
 
 
 def _markdown(
@@ -126,22 +129,32 @@ def _markdown(
 
 
 def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
-    plan, whole = study.plan, line_of("all", rows)
-    open_ones = whole.attempted - whole.ended
-    left = f" {open_ones} are not reached yet and count as failed." if open_ones else ""
+    plan = study.plan
+    trained = f"{plan.seeds} policies a design, at most {plan.steps:,} control steps" if plan.seeds else "not trained"
+    tasks = _count(len(plan.tasks), "task")
     return (
-        f"{len(plan.tasks)} tasks, level {plan.level}, benchmark version {plan.benchmark_version}; {plan.seeds} "
-        f"policies a design, at most {plan.steps:,} control steps. {whole.ended} of {whole.attempted} designs ended."
-        f"{left}"
+        f"{tasks}, level {plan.level}, benchmark version {plan.benchmark_version}; {trained}. "
+        f"{_reached(study, line_of('all', rows))}"
     )
+
+
+def _reached(study: Study, whole: Line) -> str:
+    """Say how far a study is."""
+    said = f"{whole.ended} of {whole.attempted} designs ended."
+    if study.plan.seeds and whole.complete < whole.ended:
+        said = f"{said[:-1]}, {whole.complete} of them with every policy judged."
+    missing = whole.complete < whole.attempted
+    return said + (" Whatever is not reached yet is in every denominator and counts as failed." if missing else "")
+
+
+def _count(number: int, of: str) -> str:
+    return f"{number} {of}" if number == 1 else f"{number} {of}s"
 
 
 def _change(found: Difference) -> str:
     """Return a difference with its interval."""
-    shown = [
-        f"{v:+,.0f}" if found.what == "tokens" else f"{100 * v:+.0f} %" for v in (found.value, found.low, found.high)
-    ]
-    return f"{shown[0]} ({shown[1]} to {shown[2]})"
+    value, low, high = found.in_words
+    return f"{value} ({low} to {high})"
 
 
 _PAPER_IN_WORDS = (
@@ -183,6 +196,7 @@ def _page(
         percent=percent,
         bars=pictures.success_by_task(tables[first]) if tables else "",
         cost_plot=pictures.cost_and_success(arms),
+        colours=pictures.arm_colours(study),
         curves={task: curve for task, curve in curves.items() if curve},
         untrained=[task for task, curve in curves.items() if not curve],
         cards=gallery(study, rows),
@@ -196,6 +210,8 @@ def _page(
         paper=_PAPER_IN_WORDS,
         published=_published(),
         whole=line_of("all", rows),
+        reached=_reached(study, line_of("all", rows)),
+        count=_count,
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
 

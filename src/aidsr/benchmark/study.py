@@ -15,15 +15,25 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from aidsr.artifacts import Artifact
+from aidsr.benchmark.mistakes import mistake_in
 from aidsr.errors import UserError
 from aidsr.pipeline.teams import REFERENCE, SEARCH
 from aidsr.runs import Run, RunConfig
+from aidsr.runs.record import Method
 from aidsr.tasks import BENCHMARK_VERSION
 
 __all__ = ["Arm", "Cell", "Study", "StudyPlan", "begin_study", "open_study", "versions_now"]
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
 _BASELINES = {REFERENCE: "robots designed by hand", SEARCH: "numbers found by CMA-ES"}
+_METHODS: dict[Method, str] = {
+    "no_judge": "no Judge",
+    "no_integrator": "every robot on the first mount",
+    "no_judge_or_integrator": "no Judge, every robot on the first mount",
+    "no_validation": "no validation",
+    "no_feedback": "no validation, no Judge",
+    "direct": "one call",
+}
 _NAME = r"^[a-z0-9][a-z0-9_.-]*$"
 
 
@@ -44,9 +54,12 @@ class Arm(Artifact):
     @property
     def settings(self) -> str:
         """Everything that is not as usual, in a line; empty for the full method."""
-        usual = {"model", "concepts", "early_stop", "seed"}
-        changed = self.config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
-        said = [_BASELINES[self.config.model]] if self.config.model in _BASELINES else []
+        config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
+        changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
+        said = [_BASELINES[config.model]] if config.model in _BASELINES else []
+        said += [_METHODS[config.method]] if config.method != "full" else []
+        said += ["robots not mended by code"] * (not config.repairs)
+        said += ["tried on its task"] * config.task_feedback
         said += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
         said += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
         said += [f"the designs of {self.after}"] * bool(self.after)
@@ -71,7 +84,10 @@ class StudyPlan(Artifact):
     versions: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
-    def _arms_differ(self) -> Self:
+    def _nothing_twice(self) -> Self:
+        twice = sorted({task for task in self.tasks if self.tasks.count(task) > 1})
+        if twice:
+            raise ValueError(f"every task was expected once, found {', '.join(twice)} more often")
         names = [arm.name for arm in self.arms]
         if len(set(names)) < len(names):
             raise ValueError(f"every arm needs a name of its own, found {', '.join(names)}")
@@ -175,10 +191,15 @@ def open_study(path: Path) -> Study:
     try:
         text = (path / "study.toml").read_text(encoding="utf-8")
         return Study(path, StudyPlan.model_validate(tomllib.loads(text)))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise UserError(f"the folder of a study was expected, with a study.toml in it; {path} has none") from None
-    except (tomllib.TOMLDecodeError, ValidationError) as error:
-        raise UserError(f"{path / 'study.toml'} is no plan of a study: {error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path / 'study.toml'} cannot be read as TOML: {error}; {_RESTORE}") from None
+    except ValidationError as error:
+        raise UserError(f"{path / 'study.toml'} is no plan of a study: {mistake_in(error)}; {_RESTORE}") from None
+
+
+_RESTORE = "a plan is not edited: restore it, or begin another study"
 
 
 def _asked(plan: StudyPlan) -> dict[str, object]:

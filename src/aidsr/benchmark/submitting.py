@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from aidsr.artifacts import Artifact
+from aidsr.benchmark.mistakes import mistake_in
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.study import Study, StudyPlan
 from aidsr.benchmark.tables import Line, task_lines
 from aidsr.errors import UserError
 from aidsr.runs.files import replace_file
 
-__all__ = ["Submission", "read_submission", "submit"]
+__all__ = ["Submission", "read_submission", "scenes_of", "signed", "submit"]
 
 
 class Submission(Artifact):
@@ -45,12 +46,17 @@ def submit(study: Study, path: Path) -> Submission:
     submission = Submission(
         plan=study.plan,
         designs=rows,
-        scenes_sha256={name: digest for row in rows if (digest := _scene_digest(study, row)) for name in [_name(row)]},
+        scenes_sha256=scenes_of(study),
         lines={arm.name: task_lines(rows, arm.name) for arm in study.plan.arms},
     )
-    signed = submission.model_copy(update={"sha256": _digest(submission)})
-    replace_file(path, signed.model_dump_json(indent=1).encode() + b"\n")
-    return signed
+    whole = signed(submission)
+    replace_file(path, whole.model_dump_json(indent=1).encode() + b"\n")
+    return whole
+
+
+def signed(submission: Submission) -> Submission:
+    """Return a submission with the hash of its content."""
+    return submission.model_copy(update={"sha256": _digest(submission)})
 
 
 def read_submission(path: Path) -> Submission:
@@ -61,12 +67,16 @@ def read_submission(path: Path) -> Submission:
     """
     try:
         found = Submission.model_validate_json(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ValidationError) as error:
-        raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {error}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"a file written by `aidsr submit` was expected, {path} cannot be read: {error}") from None
+    except ValidationError as error:
+        raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {mistake_in(error)}") from None
     if found.sha256 != _digest(found):
         raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
-    for arm, lines in found.lines.items():
-        if _plain(lines) != _plain(task_lines(found.designs, arm)):
+    if [_place(row) for row in found.designs] != list(_places(found.plan)):
+        raise UserError(f"{path}: every design that the plan asks for was expected once, found others or fewer")
+    for arm in (arm.name for arm in found.plan.arms):
+        if _plain(found.lines.get(arm, ())) != _plain(task_lines(found.designs, arm)):
             raise UserError(f"{path}: the figures of {arm} are not those of its designs")
     return found
 
@@ -76,16 +86,29 @@ def _digest(submission: Submission) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
+def _place(row: DesignRow) -> tuple[str, str, int, int]:
+    return row.arm, row.task, row.run, row.design
+
+
+def _places(plan: StudyPlan) -> Iterator[tuple[str, str, int, int]]:
+    """Yield every design that a plan asks for: nobody may leave out those that failed."""
+    study = Study(Path(), plan)
+    for cell in study.cells:
+        for number in range(1, study.arm(cell.arm).config.concepts + 1):
+            yield cell.arm, cell.task, cell.number, number
+
+
 def _plain(lines: Sequence[Line]) -> list[Any]:
     return [line.model_dump(mode="json") for line in lines]
 
 
-def _name(row: DesignRow) -> str:
-    return f"{row.arm}/{row.task}/{row.run}/{row.design}"
-
-
-def _scene_digest(study: Study, row: DesignRow) -> str:
-    cell = next(c for c in study.cells if (c.arm, c.task, c.number) == (row.arm, row.task, row.run))
-    run = study.run(cell)
-    scene = run.design(row.design).final_scene.read() if run else None
-    return hashlib.sha256(scene).hexdigest() if scene else ""
+def scenes_of(study: Study) -> dict[str, str]:
+    """Return the SHA-256 of every approved scene of a study, by "arm/task/run/design"."""
+    found = {}
+    for cell in study.cells:
+        run = study.run(cell)
+        for design in run.designs if run else ():
+            scene = design.final_scene.read()
+            if scene:
+                found[f"{cell.arm}/{cell.task}/{cell.number}/{design.number}"] = hashlib.sha256(scene).hexdigest()
+    return found

@@ -53,6 +53,8 @@ class Line(Artifact):
     """Designs that the plan asks for: the denominator of every rate."""
     ended: int
     """Those that came to an end; the figures a design are their means."""
+    complete: int
+    """Those whose policies are all judged, or that need none."""
     approved: int
     stable: int
     valid: int
@@ -95,11 +97,30 @@ class Difference(Artifact):
     value: float
     low: float
     high: float
+    chance: float
+    """How often signs drawn at random come as far, see `PairedDifference`."""
+    pairs: int
+    """Designs that came to an end in both."""
 
     @property
     def real(self) -> bool:
-        """Whether the interval excludes zero."""
-        return Interval(self.value, self.low, self.high).excludes_zero
+        """Whether the interval excludes zero, and chance seldom comes as far."""
+        return Interval(self.value, self.low, self.high).excludes_zero and self.chance < _SELDOM
+
+    @property
+    def in_words(self) -> tuple[str, str, str]:
+        """The difference and its interval, as a person reads them: points of a hundred, or a number."""
+
+        def shown(value: float) -> str:
+            if self.what == "tokens":
+                return f"{value:+,.0f}"
+            return f"{value:+.1f}" if self.what == "iterations" else f"{100 * value:+.0f} %"
+
+        return shown(self.value), shown(self.low), shown(self.high)
+
+
+_SELDOM = 0.05
+"""Our choice: the usual one, to go with intervals of 95 %."""
 
 
 def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
@@ -113,6 +134,7 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
         task=task,
         attempted=len(rows),
         ended=len(ended),
+        complete=sum(row.complete for row in rows),
         approved=sum(row.outcome == "approved" for row in rows),
         stable=sum(row.stable for row in rows),
         valid=sum(row.valid for row in rows),
@@ -147,7 +169,7 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
         own = [row for row in rows if row.arm == arm]
         if own:
             tasks = dict.fromkeys(row.task for row in own)
-            interval = bootstrap_mean({task: [row.episodes for row in own if row.task == task] for task in tasks})
+            interval = bootstrap_mean({task: [row.policies for row in own if row.task == task] for task in tasks})
             found.append(
                 ArmLine(
                     arm=arm,
@@ -161,17 +183,26 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
 
 
 def differences(rows: Sequence[DesignRow], against: str) -> tuple[Difference, ...]:
-    """Return by how much each other arm differs from one, in stable, valid and successful designs and in tokens."""
+    """Return by how much each other arm differs from one, on designs that came to an end in both.
+
+    What was designed always; what was trained where every policy of a design is judged; tokens where a model was asked.
+    """
+    compared = [*_DESIGNED, *(_TRAINED if any(row.evaluations for row in rows) else ())]
+    if any(row.usage.calls for row in rows):
+        compared.append("tokens")
     return tuple(
         found
         for arm in dict.fromkeys(row.arm for row in rows)
         if arm != against
-        for what in _COMPARED
+        for what in compared
         if (found := _difference(rows, what, arm, against))
     )
 
 
+_DESIGNED, _TRAINED = ("approved", "stable", "iterations"), ("valid", "successful", "episodes")
 _COMPARED: dict[str, Callable[[DesignRow], float]] = {
+    "approved": lambda row: float(row.outcome == "approved"),
+    "iterations": lambda row: float(row.iterations),
     "stable": lambda row: float(row.stable),
     "valid": lambda row: float(row.valid),
     "successful": lambda row: float(row.successful),
@@ -181,20 +212,28 @@ _COMPARED: dict[str, Callable[[DesignRow], float]] = {
 
 
 def _difference(rows: Sequence[DesignRow], what: str, arm: str, against: str) -> Difference | None:
-    one, other = (_by_task(rows, name, _COMPARED[what]) for name in (against, arm))
-    interval = paired_difference(one, other)
-    if interval is None:
+    one, other = (_by_task(rows, name, what) for name in (against, arm))
+    found = paired_difference(one, other)
+    if found is None:
         return None
-    return Difference(what=what, arm=arm, against=against, value=interval.value, low=interval.low, high=interval.high)
+    value, low, high = found.interval.value, found.interval.low, found.interval.high
+    return Difference(
+        what=what,
+        arm=arm,
+        against=against,
+        value=value,
+        low=low,
+        high=high,
+        chance=found.chance,
+        pairs=found.pairs,
+    )
 
 
-def _by_task(
-    rows: Sequence[DesignRow], arm: str, value: Callable[[DesignRow], float]
-) -> dict[str, dict[tuple[int, int], float]]:
+def _by_task(rows: Sequence[DesignRow], arm: str, what: str) -> dict[str, dict[tuple[int, int], float]]:
     found: dict[str, dict[tuple[int, int], float]] = {}
     for row in rows:
-        if row.arm == arm:
-            found.setdefault(row.task, {})[row.key] = value(row)
+        if row.arm == arm and (row.complete if what in _TRAINED else row.outcome != "unfinished"):
+            found.setdefault(row.task, {})[row.key] = _COMPARED[what](row)
     return found
 
 

@@ -59,6 +59,7 @@ for command in (
     benchmark.report,
     benchmark.compare,
     benchmark.submit,
+    benchmark.leaderboard,
     doctor.doctor,
 ):
     app.command(command)

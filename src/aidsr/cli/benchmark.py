@@ -1,54 +1,28 @@
-"""`aidsr benchmark`, `report`, `compare` and `submit`: studies of many runs."""
+"""`aidsr benchmark`, `report`, `compare`, `submit` and `leaderboard`: studies of many runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.cli.plan_options import PlanOptions
+
 if TYPE_CHECKING:
     from aidsr.benchmark.pool import Pool
-    from aidsr.benchmark.study import Arm, StudyPlan
+    from aidsr.benchmark.study import Study
 
-Way = Literal[
-    "full",
-    "human",
-    "human_only",
-    "no_judge",
-    "no_integrator",
-    "no_judge_or_integrator",
-    "no_validation",
-    "direct",
-    "no_repairs",
-    "no_groups",
-    "task_feedback",
-]
-"""As `aidsr.benchmark.arms.Way`, which would load what a command line without a command does not need."""
-
-__all__ = ["benchmark", "compare", "report", "submit"]
+__all__ = ["benchmark", "compare", "leaderboard", "report", "submit"]
 
 
 def benchmark(
     study: Path,
     /,
     *,
-    tasks: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
-    level: Literal["standard", "hard"] = "standard",
-    model: Annotated[list[str] | None, Parameter(negative="", consume_multiple=True)] = None,
-    method: Annotated[list[Way] | None, Parameter(negative="", consume_multiple=True)] = None,
-    feedback: Path | None = None,
-    baseline: Annotated[
-        list[Literal["reference", "search"]] | None, Parameter(negative="", consume_multiple=True)
-    ] = None,
-    designs: Annotated[int, Parameter(validator=Number(gte=1))] = 15,
-    concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20))] = 3,
-    seeds: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 1,
-    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
-    probe: bool = True,
+    options: PlanOptions | None = None,
     jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
     ray: str = "",
     resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -69,29 +43,6 @@ def benchmark(
     ----------
     study
         Folder of the study.
-    tasks
-        Names of tasks, or "all".
-    level
-        Level of the tasks.
-    model
-        One or more models to compare, "builtin" for the rules; each is an arm of the study.
-    method
-        The full method, or ways of leaving something out of it or adding to it; each is an arm for each model.
-    feedback
-        TOML file with what a person says to the designs of each task, for the methods "human" and "human_only".
-    baseline
-        What they are measured against: "reference" for robots designed by hand, one a task, "search" for CMA-ES over
-        the numbers of a built-in family, one design a run (extra "search"); each is an arm.
-    designs
-        Designs of each task and model, in runs of --concepts.
-    concepts
-        Concepts of each run.
-    seeds
-        Policies trained for each approved design; 0 trains none.
-    steps
-        Budget of control steps a policy.
-    probe
-        Also probe each approved design without learning.
     jobs
         How many jobs at a time on this machine; each uses one core.
     ray
@@ -105,19 +56,17 @@ def benchmark(
 
     from aidsr.benchmark.driving import drive
     from aidsr.benchmark.report import write_report
-    from aidsr.benchmark.study import Study, begin_study, open_study
+    from aidsr.benchmark.study import begin_study
     from aidsr.cli.studies import StudyTable, say_forecast
 
     console = Console(highlight=False)
-    if resume:
-        found = open_study(study)
-    else:
-        arms = partial(_arms, model or ["builtin"], method or ["full"], concepts, feedback, baseline or [])
-        plan = _plan(tasks, level, arms, designs, concepts, seeds, steps, probe)
-        found = Study(study, plan) if dry_run else begin_study(study, plan)
-    say_forecast(console, found)
+    found = _study(study, options or PlanOptions(), resume)
+    say_forecast(console, found, jobs=0 if ray else jobs)
+    if not ray:
+        _check_this_machine(found)
     if dry_run:
         return 0
+    begin_study(study, found.plan)
     try:
         with StudyTable(console, found) as table:
             progress = drive(found, _pool(study, jobs, ray), table.listen)
@@ -126,6 +75,41 @@ def benchmark(
         return 130
     console.print(f"Report: {write_report(found)}", soft_wrap=True)
     return 1 if progress.failed else 0
+
+
+def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
+    """Return the study that is asked for, which may not be begun yet.
+
+    Raises:
+        UserError: There is none to go on with, or its plan is another one.
+    """
+    from aidsr.benchmark.study import Study, begin_study, open_study
+    from aidsr.errors import UserError
+
+    if resume:
+        if options.said:
+            raise UserError(
+                f"--resume goes on with the plan in {path / 'study.toml'}, found {', '.join(options.said)} beside it; "
+                "leave one of the two out"
+            )
+        return open_study(path)
+    plan = options.plan()
+    return begin_study(path, plan) if (path / "study.toml").exists() else Study(path, plan)
+
+
+def _check_this_machine(study: Study) -> None:
+    """Refuse a study whose jobs would all fail here.
+
+    Raises:
+        UserError: A model cannot be asked, or what learning needs is not installed.
+    """
+    from aidsr.cli.learning import require_learning
+    from aidsr.pipeline.teams import check_model
+
+    for arm in study.plan.arms:
+        check_model(arm.config, arm.config.budget)
+    if study.plan.seeds:
+        require_learning()
 
 
 def report(study: Path, /) -> int:
@@ -194,55 +178,29 @@ def submit(study: Path, /, *, out: Path | None = None) -> int:
     return 0
 
 
-def _plan(
-    tasks: list[str] | None,
-    level: Literal["standard", "hard"],
-    arms: Callable[[Sequence[str]], tuple[Arm, ...]],
-    designs: int,
-    concepts: int,
-    seeds: int,
-    steps: int,
-    probe: bool,
-) -> StudyPlan:
-    """Return the plan that the options ask for.
+def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int:
+    """Verify files that others submitted, and merge them into one table.
 
-    Raises:
-        UserError: A task is not known, or the designs do not make whole runs.
+    The figures of each are computed again from its raw outcomes; a file that was changed is refused.
+
+        aidsr leaderboard ours.json theirs.json > leaderboard.md
+
+    Parameters
+    ----------
+    submissions
+        Files written by `aidsr submit`.
+    study
+        Folder that the first file was made from: also check that it holds the very scenes that were submitted.
     """
-    from aidsr.benchmark.study import StudyPlan, versions_now
-    from aidsr.errors import UserError
-    from aidsr.tasks import load_task, task_names
+    from aidsr.benchmark.leaderboard import check_scenes
+    from aidsr.benchmark.leaderboard import leaderboard as merged
+    from aidsr.benchmark.study import open_study
 
-    if designs % concepts:
-        raise UserError(
-            f"--designs must be whole runs of --concepts {concepts}, found {designs}; {designs // concepts * concepts} "
-            f"or {(designs // concepts + 1) * concepts} would do"
-        )
-    chosen = task_names() if tasks in (None, ["all"]) else tuple(load_task(name).name for name in tasks or ())
-    return StudyPlan(
-        tasks=chosen,
-        level=level,
-        arms=arms(chosen),
-        runs=designs // concepts,
-        seeds=seeds,
-        steps=steps,
-        probe=probe,
-        versions=versions_now(),
-    )
-
-
-def _arms(
-    models: list[str],
-    ways: list[Way],
-    concepts: int,
-    feedback: Path | None,
-    baselines: list[Literal["reference", "search"]],
-    tasks: Sequence[str],
-) -> tuple[Arm, ...]:
-    from aidsr.benchmark.arms import arms_of, read_feedback
-
-    said = read_feedback(feedback, tasks) if feedback else {}
-    return arms_of(models, ways, concepts=concepts, feedback=said, baselines=baselines)
+    sys.stdout.write(merged(submissions))
+    if study is not None:
+        count = check_scenes(submissions[0], open_study(study))
+        sys.stdout.write(f"\n{submissions[0]}: all {count} scenes are those in {study}.\n")
+    return 0
 
 
 def _pool(study: Path, jobs: int, ray: str) -> Pool:

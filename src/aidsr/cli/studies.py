@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from datetime import timedelta
+import time
 from types import TracebackType
 from typing import Self
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
+from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from aidsr.benchmark.driving import Progress
-from aidsr.benchmark.outcomes import read_outcomes
+from aidsr.benchmark.outcomes import paid_usd, read_outcomes
 from aidsr.benchmark.planning import forecast
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import differences
@@ -20,8 +21,14 @@ from aidsr.benchmark.tables import differences
 __all__ = ["StudyTable", "say_comparison", "say_forecast"]
 
 
-def say_forecast(console: Console, study: Study) -> None:
-    """Say what is still to be done and what it may take."""
+def say_forecast(console: Console, study: Study, jobs: int) -> None:
+    """Say what is still to be done and what it may take.
+
+    Args:
+        console: Where to say it.
+        study: The study.
+        jobs: Done side by side; 0 where that is not known.
+    """
     arms = Table(box=None, pad_edge=False)
     for name in ("arm", "model", "what is not as usual"):
         arms.add_column(name, overflow="fold")
@@ -29,27 +36,36 @@ def say_forecast(console: Console, study: Study) -> None:
         arms.add_row(arm.name, arm.config.model, arm.settings or "nothing, the full method")
     console.print(arms)
     found = forecast(study)
-    jobs = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
-    console.print(f"[bold]{study.path.name}[/]: jobs to do: {jobs}", soft_wrap=True)
+    left = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
+    console.print(f"[bold]{study.path.name}[/]: jobs to do: {left}", soft_wrap=True)
     basis = "from this study's own designs" if found.measured else "a first guess"
+    took = f", {_hours(found.core_hours / jobs)} with --jobs {jobs}" if jobs > 1 and found.core_hours else ""
+    price = f"${found.cost_usd:.2f}" + (" (at the published cost of GPT-5)" if found.published_costs else "")
     console.print(
-        f"Estimate ({basis}): {found.core_hours:.1f} core hours, ${found.cost_usd:.2f}, {found.disk_mb:,.0f} MB",
+        f"Estimate ({basis}): {_hours(found.core_hours)} of one core{took}, {price}, {found.disk_mb:,.0f} MB",
         soft_wrap=True,
     )
 
 
+def _hours(hours: float) -> str:
+    """Return a time as a person says it."""
+    return f"{60 * hours:.0f} min" if hours < 1 else f"{hours:,.1f} h"
+
+
 class StudyTable:
-    """A live table of a study: done, running, failed, hours left."""
+    """A live table of a study: done, running, to do, given up, paid and the time left; lines where no terminal is."""
 
     def __init__(self, console: Console, study: Study) -> None:
         self._console = console
         self._study = study
-        self._spent_s = Counter[str]()
-        self._ended = Counter[str]()
-        self._live = Live(console=console, refresh_per_second=2, transient=not console.is_terminal)
+        self._live = Live(console=console, refresh_per_second=2)
+        self._left = forecast(study)
+        self._paid = _paid(study)
+        self._next_look_s = 0.0
 
     def __enter__(self) -> Self:
-        self._live.start()
+        if self._console.is_terminal:
+            self._live.start()
         return self
 
     def __exit__(
@@ -59,28 +75,48 @@ class StudyTable:
 
     def listen(self, progress: Progress) -> None:
         """Show where the study stands."""
-        if progress.last is not None:
-            self._spent_s[progress.last.job.stage] += round(progress.last.wall_s)
-            self._ended[progress.last.job.stage] += 1
-            if progress.last.error:
-                line = progress.last.error.splitlines()[-1][:200]
-                self._console.print(f"[red]{progress.last.job.name}[/]: {line}", soft_wrap=True, markup=True)
+        last = progress.last
+        if last is not None and last.error:
+            line = escape(last.error.splitlines()[-1][:200])
+            self._console.print(f"[red]{escape(last.job.name)}[/]: {line}", soft_wrap=True)
+        self._look(at_the_end=not progress.running)
+        to_do = max(0, sum(self._left.jobs.values()) - len(progress.running) - len(progress.failed))
+        counts = (progress.done, len(progress.running), to_do, len(progress.failed))
+        cells = (*(str(count) for count in counts), self._paid, self._time_left(progress))
+        if not self._console.is_terminal:
+            words = ", ".join(f"{name} {cell}" for name, cell in zip(_HEADS, cells, strict=True) if cell)
+            self._console.print(words, soft_wrap=True)
+            return
         table = Table(box=None, pad_edge=False)
-        for name in ("done", "running", "waiting", "given up", "left"):
+        for name in _HEADS:
             table.add_column(name, justify="right")
-        counts = (progress.done, len(progress.running), progress.waiting, len(progress.failed))
-        table.add_row(*(str(count) for count in counts), self._left(progress))
-        for job in progress.running:
-            table.add_row("", "", "", "", "", f"[dim]{job.name}[/]")
-        self._live.update(table)
+        table.add_row(*cells)
+        at_work = [Text(f"  {job.name}", style="dim") for job in progress.running]
+        self._live.update(Group(table, *at_work), refresh=True)
 
-    def _left(self, progress: Progress) -> str:
-        """Return the time left in words, from the jobs that ended; nothing before the first did."""
-        if not self._ended or not progress.running:
+    def _look(self, at_the_end: bool) -> None:
+        """Read the study's folder anew, unless that would take a notable part of the time."""
+        began_s = time.monotonic()
+        if began_s < self._next_look_s and not at_the_end:
+            return
+        self._left, self._paid = forecast(self._study), _paid(self._study)
+        ended_s = time.monotonic()
+        self._next_look_s = ended_s + _LOOKING_SHARE * (ended_s - began_s)
+
+    def _time_left(self, progress: Progress) -> str:
+        if not progress.running:
             return ""
-        each_s = sum(self._spent_s.values()) / sum(self._ended.values())
-        jobs = progress.waiting + len(progress.running)
-        return f"about {timedelta(seconds=round(each_s * jobs / len(progress.running)))}"
+        return f"about {_hours(self._left.core_hours / len(progress.running))}"
+
+
+_HEADS = ("done", "running", "to do", "given up", "paid", "time left")
+_LOOKING_SHARE = 20
+"""Between two looks at a study pass so many times the time that a look takes. Our choice: at most 5 % of the driver."""
+
+
+def _paid(study: Study) -> str:
+    cost = paid_usd(study, read_outcomes(study))
+    return "unknown" if cost is None else f"${cost:.2f}"
 
 
 def say_comparison(console: Console, one: Study, other: Study) -> int:
@@ -93,15 +129,34 @@ def say_comparison(console: Console, one: Study, other: Study) -> int:
     ]
     found = differences(rows, "first")
     if not found:
-        console.print("The two studies have no design in common: no task with the same run and number in both.")
+        console.print(
+            "The two studies have no design in common that came to an end: none of the same task, run and number."
+        )
         return 1
-    table = Table(box=None, pad_edge=False, title=f"{other.path.name} against {one.path.name}", title_justify="left")
-    for name in ("what", "difference", "95 %", ""):
+    names = [f"{study.path.name} ({study.plan.arms[0].name})" for study in (other, one)]
+    table = Table(box=None, pad_edge=False, title=escape(" against ".join(names)), title_justify="left")
+    for name in ("what", "difference", "95 %", "chance", ""):
         table.add_column(name, justify="left" if name in ("what", "") else "right")
     for each in found:
-        tokens = each.what == "tokens"
-        shown = [f"{v:+,.0f}" if tokens else f"{100 * v:+.0f} %" for v in (each.value, each.low, each.high)]
+        value, low, high = each.in_words
         verdict = "more than noise" if each.real else "within noise"
-        table.add_row(each.what, shown[0], f"{shown[1]} to {shown[2]}", verdict)
+        table.add_row(each.what, value, f"{low} to {high}", f"{each.chance:.3f}", verdict)
     console.print(table)
+    console.print(
+        f"{found[0].pairs} designs that came to an end in both, paired by task, run and number. Chance: how often "
+        "signs drawn at random come as far; fewer than six designs are never more than noise.",
+        soft_wrap=True,
+    )
+    unlike = _unlike(one, other)
+    if unlike:
+        console.print(f"[yellow]Not the same study:[/] {escape('; '.join(unlike))}", soft_wrap=True)
     return 0
+
+
+def _unlike(one: Study, other: Study) -> list[str]:
+    """Return what else differs between two plans and may be the reason of a difference."""
+    return [
+        f"{name} {getattr(one.plan, name)} and {getattr(other.plan, name)}"
+        for name in ("benchmark_version", "level", "seeds", "steps", "versions")
+        if getattr(one.plan, name) != getattr(other.plan, name)
+    ]

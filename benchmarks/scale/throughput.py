@@ -1,0 +1,110 @@
+"""How much more two workers do than one: the same study with --jobs 1 and --jobs 2, in turns.
+
+    python benchmarks/scale/throughput.py
+
+One design is made beforehand. Timed is what `aidsr benchmark --resume --jobs J` then does: its policies are trained and
+judged, one job each, all of the same size. Every round begins with a fresh copy of the study. Needs a machine that does
+nothing else; about five minutes on two cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+from aidsr.benchmark.driving import drive, failures_of
+from aidsr.benchmark.jobs import Job, perform
+from aidsr.benchmark.outcomes import read_outcomes
+from aidsr.benchmark.pool import LocalPool
+from aidsr.benchmark.study import Arm, StudyPlan, begin_study, open_study
+from aidsr.runs import RunConfig
+
+TASK = "grasping/dynamic_catching"
+"""Short episodes, so that little of a job is judging."""
+WORKERS = (1, 2)
+RESULTS = Path(__file__).parent / "results.md"
+
+
+def prepared(folder: Path, policies: int, steps: int) -> Path:
+    """Return a study whose one design is made and verified, and none of its policies."""
+    arm = Arm(name="builtin", config=RunConfig(concepts=1))
+    plan = StudyPlan(tasks=(TASK,), arms=(arm,), runs=1, seeds=policies, steps=steps, probe=False)
+    study = begin_study(folder, plan)
+    (cell,) = study.cells
+    perform(study.path, Job(cell, "design"))
+    perform(study.path, Job(cell, "verify", 1))
+    return study.path
+
+
+def seconds(study: Path, workers: int) -> float:
+    """Return how long a copy of a study takes to its end [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = open_study(shutil.copytree(study, Path(folder) / "study"))
+        began_s = time.monotonic()
+        drive(copy, LocalPool(copy.path, workers))
+        took_s = time.monotonic() - began_s
+        (row,) = read_outcomes(copy)
+        if failures_of(copy) or not row.complete:
+            sys.exit(f"a job failed, so the time says nothing: {failures_of(copy)}")
+    return took_s
+
+
+def page(took_s: dict[int, list[float]], policies: int, steps: int, load: tuple[float, float]) -> str:
+    """Return the results as Markdown."""
+    alone, two = (median(took_s[workers]) for workers in WORKERS)
+    rows = [
+        f"| {workers} | {', '.join(f'{each:.1f}' for each in times)} | {median(times):.1f} "
+        f"| {60 * policies / median(times):.1f} | {alone / median(times):.2f} |"
+        for workers, times in took_s.items()
+    ]
+    return "\n".join(
+        [
+            "# Two workers against one",
+            "",
+            f"Made by `python benchmarks/scale/throughput.py --policies {policies} --steps {steps} "
+            f"--rounds {len(took_s[1])}` on {os.cpu_count()} cores ({platform.machine()}), Python "
+            f"{platform.python_version()}, {time.strftime('%Y-%m-%d')}.",
+            "",
+            f"{policies} policies of one design for {TASK}, {steps:,} control steps each, trained and judged; one job "
+            "a policy, one physics and one torch thread a job. Workers took turns; a round is a fresh copy of the same "
+            "study.",
+            "",
+            "| workers | seconds, each round | median | policies a minute | throughput |",
+            "|---:|---|---:|---:|---:|",
+            *rows,
+            "",
+            f"**Two workers do {alone / two:.2f} times what one does** (aim: at least 1.6 on two cores). Mean load of "
+            f"the machine in the minute before: {load[0]:.2f}; a machine that does nothing else has less than 0.3. In "
+            f"the last minute: {load[1]:.2f}.",
+            "",
+        ]
+    )
+
+
+def main() -> None:
+    """Measure in turns and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--policies", type=int, default=4, help="trained in each round; an even number")
+    parser.add_argument("--steps", type=int, default=2000, help="control steps of a policy")
+    parser.add_argument("--rounds", type=int, default=3, help="of each number of workers")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="the page to write")
+    asked = parser.parse_args()
+    before, took_s = os.getloadavg()[0], {workers: list[float]() for workers in WORKERS}
+    with tempfile.TemporaryDirectory() as folder:
+        study = prepared(Path(folder) / "study", asked.policies, asked.steps)
+        for number in range(1, asked.rounds + 1):
+            for workers in WORKERS:
+                took_s[workers].append(seconds(study, workers))
+                print(f"round {number}, workers {workers}: {took_s[workers][-1]:.1f} s", flush=True)  # noqa: T201
+    asked.out.write_text(page(took_s, asked.policies, asked.steps, (before, os.getloadavg()[0])), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,34 @@
+"""What is wrong with a file that a person may have edited, in a sentence."""
+
+from __future__ import annotations
+
+from pydantic import ValidationError
+
+__all__ = ["mistake_in"]
+
+_SHOWN = 60
+"""Characters of what was found that a sentence repeats."""
+
+
+def mistake_in(error: ValidationError) -> str:
+    """Return the first mistake: which key, what was expected, what was found. Entries of lists count from 1."""
+    first = error.errors()[0]
+    key = ""
+    for part in first["loc"]:
+        key += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if key else part
+    found = repr(first["input"])
+    shown = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
+    match first["type"]:
+        case "missing":
+            return f'the key "{key}" was expected and is missing'
+        case "extra_forbidden":
+            return f'there is no key "{key}"; found {shown} for it'
+        case "value_error":
+            return (f'"{key}": ' if key else "") + str(first["ctx"]["error"])
+        case "json_invalid":
+            return f"JSON was expected: {first['ctx']['error']}"
+        case "too_short":
+            return f'"{key}": at least {first["ctx"]["min_length"]} entry was expected, found {shown}'
+        case _:
+            expected = first["msg"].removeprefix("Input should be ")
+            return f'"{key}": expected {expected[:1].lower()}{expected[1:]}, found {shown}'
