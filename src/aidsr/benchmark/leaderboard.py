@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from aidsr.artifacts import Artifact
-from aidsr.benchmark.report import rate_in_words
+from aidsr.benchmark.report import counted, rate_in_words, training_in_words
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.submitting import Submission, read_submission, scenes_of
 from aidsr.benchmark.tables import ArmLine, arm_lines
@@ -27,8 +27,7 @@ class Conditions(Artifact):
     @property
     def in_words(self) -> str:
         """The conditions as a heading."""
-        trained = f"{self.seeds} policies a design, {self.steps:,} control steps" if self.seeds else "not trained"
-        tasks = "1 task" if len(self.tasks) == 1 else f"{len(self.tasks)} tasks"
+        tasks, trained = counted(len(self.tasks), "task"), training_in_words(self.seeds, self.steps)
         return f"Benchmark version {self.benchmark_version}, level {self.level}, {tasks}, {trained}"
 
 

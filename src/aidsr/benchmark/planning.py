@@ -51,7 +51,7 @@ def forecast(study: Study) -> Forecast:
     hours, dollars, coming, published = 0.0, 0.0, 0, False
     trained = _seconds_by_task(rows)
     for cell in study.cells:
-        arm, left = study.arm(cell.arm), Counter(job.stage for job in pending_in(study, cell))
+        arm, left = study.arm(cell.arm), Counter[str](job.stage for job in pending_in(study, cell))
         if not finished(study.run(cell)):
             concepts = arm.config.concepts
             left.update(verify=concepts, train=concepts * plan.seeds, probe=concepts * plan.probe)

@@ -21,7 +21,7 @@ from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
 from aidsr.runs.files import replace_file
 
-__all__ = ["rate_in_words", "raw_csv", "table_markdown", "write_report"]
+__all__ = ["counted", "rate_in_words", "raw_csv", "table_markdown", "training_in_words", "write_report"]
 
 
 def write_report(study: Study) -> Path:
@@ -130,10 +130,9 @@ def _markdown(
 
 def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
     plan = study.plan
-    trained = f"{plan.seeds} policies a design, at most {plan.steps:,} control steps" if plan.seeds else "not trained"
-    tasks = _count(len(plan.tasks), "task")
     return (
-        f"{tasks}, level {plan.level}, benchmark version {plan.benchmark_version}; {trained}. "
+        f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
+        f"{training_in_words(plan.seeds, plan.steps)}. "
         f"{_reached(study, line_of('all', rows))}"
     )
 
@@ -147,8 +146,14 @@ def _reached(study: Study, whole: Line) -> str:
     return said + (" Whatever is not reached yet is in every denominator and counts as failed." if missing else "")
 
 
-def _count(number: int, of: str) -> str:
-    return f"{number} {of}" if number == 1 else f"{number} {of}s"
+def counted(number: int, of: str) -> str:
+    """Return a number of things: 1 task, 3 tasks, 2 policies."""
+    return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
+
+
+def training_in_words(seeds: int, steps: int) -> str:
+    """Return how designs are trained: so many policies each, and their budget."""
+    return f"{counted(seeds, 'policy')} a design, at most {steps:,} control steps" if seeds else "not trained"
 
 
 def _change(found: Difference) -> str:
@@ -211,7 +216,7 @@ def _page(
         published=_published(),
         whole=line_of("all", rows),
         reached=_reached(study, line_of("all", rows)),
-        count=_count,
+        count=counted,
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
 

@@ -113,8 +113,10 @@ class Difference(Artifact):
 
         def shown(value: float) -> str:
             if self.what == "tokens":
-                return f"{value:+,.0f}"
-            return f"{value:+.1f}" if self.what == "iterations" else f"{100 * value:+.0f} %"
+                text = f"{value:+,.0f}"
+            else:
+                text = f"{value:+.1f}" if self.what == "iterations" else f"{100 * value:+.0f} %"
+            return text[1:] if value == 0 else text
 
         return shown(self.value), shown(self.low), shown(self.high)
 
