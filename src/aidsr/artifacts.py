@@ -326,7 +326,7 @@ class Critique(Artifact):
 class TaskReport(Artifact):
     """Where a judged scene stops on its task when it is tried without learning, and whose work that is."""
 
-    phase: Literal["solved", "partial", "never_reached", "no_force", "slipped", "unstable", "not_forward"]
+    phase: Literal["solved", "partial", "never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
     progress: float
     critique: Critique
 

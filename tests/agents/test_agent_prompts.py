@@ -32,7 +32,18 @@ LIMB = ROBOT.model_copy(
 )
 """A robot long enough to be shown shortened."""
 MEASURED = REPORT.model_copy(
-    update={"measurements": {"effect_over_length": {"robot/pull_a": 0.913, "robot/pull_b": 0.913}}}
+    update={
+        "measurements": {
+            "characteristic_length_m": 0.12,
+            "moving_mass_kg": 0.0497,
+            "functional_part_m": [0.0, -0.0, 0.3725],
+            "effect_over_length": {"robot/pull_a": 0.913, "robot/pull_b": 0.913, "robot/pull_c": 0.913},
+            "motors": {
+                actuator: {"tension_n": 10.0, "stroke_m": 0.0213, "power_w": 1.3}
+                for actuator in ("robot/pull_a", "robot/pull_b")
+            },
+        }
+    }
 )
 MOVING = BRIEF.model_copy(update={"base": "moving"})
 
@@ -206,3 +217,18 @@ def test_numbers_are_short_and_never_minus_zero() -> None:
     text = describe_environment(SUMMARY)
     assert "-0 " not in text
     assert "0.2523," in text
+
+
+def test_what_the_judge_is_told_was_measured_stays_short() -> None:
+    actuators = [f"robot/pull_section_{number}" for number in range(16)]
+    measurements = {
+        **MEASURED.measurements,
+        "effect_over_length": {name: 0.5 + number / 100 for number, name in enumerate(actuators)},
+        "motors": {name: {"tension_n": 10.25, "stroke_m": 0.02125} for name in actuators},
+    }
+    long = MEASURED.model_copy(update={"measurements": measurements})
+    said, bare = (
+        heard_from(lambda t, report=report: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, report))[0].messages[-1].text
+        for report in (long, REPORT)
+    )
+    assert 500 < len(said.encode()) - len(bare.encode()) < 1500

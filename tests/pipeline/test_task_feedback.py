@@ -8,6 +8,7 @@ import pytest
 from aidsr.artifacts import Critique, CritiqueIssue, Decision, TaskReport
 from aidsr.errors import IsolationError, UserError
 from aidsr.pipeline import parts_of, work
+from aidsr.pipeline.routing import after_trial
 from aidsr.pipeline.stalling import same_again
 from aidsr.runs import read_events, read_status
 from aidsr.runs.events import Done, Step
@@ -63,6 +64,11 @@ def test_one_that_falls_short_returns_to_the_role_to_blame(tmp_path, blame: str,
     status = read_status(run).designs[0]
     stages = [stage for attempt in attempts(run.design(1), status) for stage in attempt.stages if stage.name == "tried"]
     assert [(stage.mark, stage.text) for stage in stages] == [("bad", "no force"), ("good", "solved")]
+
+
+def test_the_designer_is_told_how_far_it_came() -> None:
+    assert after_trial(short("designer")).concept == "It comes to 0.2.\ntip: touches with 0.1 N. pull more"
+    assert after_trial(short("coder")).concept == ""
 
 
 def test_after_its_rounds_what_came_farthest_is_kept(tmp_path) -> None:

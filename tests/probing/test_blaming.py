@@ -23,28 +23,65 @@ AWAY = Look(
     nearest="button_cap",
     force_n=0.0,
     touching=(),
+    touched=(),
+    violation=0.0,
+    moved_m=0.0,
+    apart_m=0.15,
     reach_m=0.2,
     travelled_m=0.0,
     fastest="robot/s3",
 )
-TOUCHING = replace(AWAY, time_s=2.0, progress=0.55, gap_m=-0.001, force_n=0.3, touching=("robot/tip",))
+TOUCHING = replace(
+    AWAY, time_s=2.0, progress=0.55, gap_m=-0.001, force_n=0.3, touching=("robot/tip",), touched=("button_cap",)
+)
+FIRM = replace(TOUCHING, force_n=7.9)
 
 
-def watched(*looks: Look, needed_m: float = 0.15, succeeded: bool = False, diverged: bool = False) -> Trace:
+def watched(*looks: Look, takes_n: float = 0.0, succeeded=False, failed=False, diverged=False) -> Trace:
     best = max(look.progress for look in looks)
-    zeros, no = np.zeros(1), np.zeros(1, dtype=bool)
-    course = Course(
-        np.array([succeeded]), no, np.array([diverged]), zeros, np.array([best]), zeros, np.array([looks[-1].time_s])
+    zeros, ends = np.zeros(1), (np.array([end]) for end in (succeeded, failed, diverged))
+    return Trace(
+        looks, Course(*ends, zeros, np.array([best]), zeros, np.array([looks[-1].time_s])), {"button_cap": takes_n}
     )
-    return Trace(looks, course, needed_m)
 
 
 @pytest.mark.parametrize(
     ("task", "seen", "phase", "blame", "component", "words"),
     [
-        (BUTTON, watched(AWAY, needed_m=0.3), "never_reached", "designer", "reach", "40 mm, at 1 s; it gets 200 mm"),
+        (
+            BUTTON,
+            watched(replace(AWAY, apart_m=0.3)),
+            "never_reached",
+            "designer",
+            "reach",
+            "40 mm, at 1 s; it gets 200 mm",
+        ),
         (BUTTON, watched(AWAY), "never_reached", "integrator", "placement", "although it gets 200 mm"),
-        (BUTTON, watched(AWAY, TOUCHING), "no_force", "coder", "actuator_too_weak", "at 2 s with no more than 0.3 N"),
+        (
+            BUTTON,
+            watched(TOUCHING, takes_n=0.63),
+            "no_force",
+            "coder",
+            "actuator_too_weak",
+            "robot/tip touches button_cap first at 2 s, and presses with no more than 0.3 N for longer than an impact, "
+            "where 0.63 N would move it",
+        ),
+        (
+            BUTTON,
+            watched(FIRM, takes_n=0.63),
+            "wrong_way",
+            "designer",
+            "grip",
+            "it presses with 7.9 N, where 0.63 N would be enough to move it, and does not move it: nothing is gained",
+        ),
+        (
+            BUTTON,
+            watched(replace(FIRM, moved_m=0.003)),
+            "wrong_way",
+            "designer",
+            "grip",
+            "it presses with 7.9 N, and moves it by no more than 3 mm: nothing is gained after 2 s",
+        ),
         (BUTTON, watched(TOUCHING, AWAY), "slipped", "coder", "robot/tip", "loses it at 2 s"),
         (BUTTON, watched(AWAY, diverged=True), "unstable", "coder", "robot/s3", "breaks down after 1 s"),
         (LANE, watched(replace(AWAY, progress=0)), "not_forward", "coder", "actuator_too_weak", "no more than 0 mm"),
@@ -55,6 +92,14 @@ def watched(*looks: Look, needed_m: float = 0.15, succeeded: bool = False, diver
             "designer",
             "gait",
             "by up to 200 mm in 1 s, but not forward",
+        ),
+        (
+            LANE,
+            watched(replace(AWAY, progress=0.05, travelled_m=0.06)),
+            "not_forward",
+            "designer",
+            "gait",
+            "it moves forward, but by no more than 60 mm in 1 s",
         ),
     ],
 )
@@ -80,6 +125,26 @@ def test_what_is_left_to_training_passes(task, seen, phase) -> None:
     assert (report.phase, report.critique.passed, report.critique.issues) == (phase, True, ())
 
 
+def test_an_impact_is_no_force() -> None:
+    looks = [replace(AWAY, time_s=0.04 * (i + 1)) for i in range(10)]
+    looks[4] = replace(FIRM, time_s=looks[4].time_s, force_n=381.0)
+    assert watched(*looks).kept_n == 0
+    assert judge_trace(BUTTON, watched(*looks, takes_n=0.63), 64).phase in ("no_force", "slipped")
+    pressed = [replace(FIRM, time_s=look.time_s) if i > 3 else look for i, look in enumerate(looks)]
+    assert watched(*pressed).kept_n == 7.9
+
+
+def test_an_episode_that_its_task_gives_up_is_told() -> None:
+    report = judge_trace(LANE, watched(replace(AWAY, progress=0, travelled_m=0.2), failed=True), 64)
+    assert "given up by the task's own rule after 1 s" in report.critique.summary
+    assert "forbids" not in report.critique.summary
+
+
+def test_what_the_task_forbids_is_told() -> None:
+    report = judge_trace(BUTTON, watched(FIRM, replace(FIRM, violation=0.4)), 64)
+    assert "doing what the task forbids for 50% of the time" in report.critique.summary
+
+
 def test_targets_are_what_a_task_feels_for() -> None:
     assert targets_of(BUTTON) == ("button_cap",)
     assert targets_of(LANE) == ()
@@ -102,6 +167,8 @@ def test_a_body_that_rests_is_seen_to_rest(place: TaskScene) -> None:
     assert 0.02 < seen.nearest.gap_m < 0.3
     assert (seen.hardest.force_n, seen.hardest.touching) == (0.0, ())
     assert seen.needed_m > 0.2
+    assert seen.gives_way_at_n == {"button_cap": pytest.approx(0.15 + 60 * 0.008)}, "its preload, and its whole spring"
+    assert seen.takes_n == 0, "nothing is touched"
     assert seen.looks[-1].fastest.startswith("robot/")
     assert judge_trace(BUTTON, seen, 1).phase == "never_reached"
 
@@ -110,5 +177,5 @@ def test_a_scene_is_tried_as_it_is_in_a_worker() -> None:
     placement = Placement(mount="mount", base="fixed")
     robot, scene = Robot(mjcf="", functional_part="tip"), Scene(mjcf=small_scene(), placement=placement)
     report = try_out(robot, scene, task="button_pushing", candidates=16)
-    assert report.phase in ("never_reached", "no_force", "slipped", "solved")
+    assert report.phase in ("never_reached", "no_force", "wrong_way", "slipped", "solved")
     assert "16 open-loop motions" in report.critique.summary

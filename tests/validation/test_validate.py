@@ -13,6 +13,7 @@ import robots
 from aidsr.artifacts import ValidationReport
 from aidsr.errors import UserError
 from aidsr.validation import validate
+from aidsr.validation.examination import examine_text
 
 
 def codes(report: ValidationReport) -> list[str]:
@@ -49,6 +50,16 @@ def test_measurements_and_versions_stand_in_the_report() -> None:
     assert report.versions["mujoco"] == mujoco.__version__
     assert report.measurements["characteristic_length_m"] == pytest.approx(0.3, rel=0.02)
     assert set(report.measurements["effect_over_length"]) == {"m0", "m1", "m2", "m3"}
+
+
+def test_a_scene_says_where_its_functional_part_is() -> None:
+    text = """<mujoco><worldbody><body name="robot/arm" pos="0.1 0 0.7">
+        <joint name="robot/bend"/><geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.2"/>
+        <site name="robot/functional_part" pos="0 0 -0.2"/>
+      </body></worldbody></mujoco>"""
+    scene, alone = (examine_text(mjcf, drive=False).report for mjcf in (text, text.replace("functional_part", "tip")))
+    assert scene.measurements["functional_part_m"] == pytest.approx([0.1, 0, 0.5])
+    assert "functional_part_m" not in alone.measurements
 
 
 def test_a_report_survives_json() -> None:

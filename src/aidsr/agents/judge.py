@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from aidsr.agents.condensing import condense
 from aidsr.agents.environment import describe_environment
@@ -11,6 +12,7 @@ from aidsr.agents.interview import Interview
 from aidsr.agents.prompts import as_json, render
 from aidsr.agents.replies import json_in, read_as
 from aidsr.artifacts import Brief, Concept, Critique, Robot, Scene, ValidationReport
+from aidsr.wording import written
 
 __all__ = ["JudgeAgent", "See", "blind"]
 
@@ -62,11 +64,29 @@ class JudgeAgent:
 
 
 def _measured(report: ValidationReport) -> list[str]:
-    """Return how far each actuator moves the robot, where that was measured; those that do the same share a line."""
+    """Return what the validator measured of the robot and each actuator; actuators that do the same share a line."""
+    found, lines = report.measurements, []
+    if "characteristic_length_m" in found:
+        length_mm, mass_g = 1000 * found["characteristic_length_m"], 1000 * found["moving_mass_kg"]
+        lines.append(f"the robot is {written(length_mm)} mm long, and what moves of it weighs {written(mass_g)} g")
+    if "functional_part_m" in found:
+        at = " ".join(f"{value + 0.0:.4g}" for value in found["functional_part_m"])
+        lines.append(f"its functional part is at {at} m at the start, in world coordinates")
     alike: dict[str, list[str]] = {}
-    for actuator, share in report.measurements.get("effect_over_length", {}).items():
-        alike.setdefault(f"{share:.2f}", []).append(actuator)
-    return [f"{', '.join(names)}: some part by {share} of the robot's length" for share, names in alike.items()]
+    for actuator, share in found.get("effect_over_length", {}).items():
+        alike.setdefault(_did(share, found.get("motors", {}).get(actuator)), []).append(actuator)
+    if alike:
+        lines.append(
+            "of each actuator, the largest displacement of any part when it acts alone (1 = that length), its greatest "
+            "pull and the way of its cable: " + "; ".join(f"{', '.join(names)} {did}" for did, names in alike.items())
+        )
+    return lines
+
+
+def _did(share: float, motor: Mapping[str, Any] | None) -> str:
+    """Return what an actuator did, in numbers; its pull is not measured in a robot that does not work."""
+    pull = f", {written(motor['tension_n'])} N, {written(1000 * motor['stroke_m'])} mm" if motor else ""
+    return f"{share:.2f}{pull}"
 
 
 def _read(reply: str) -> Critique:

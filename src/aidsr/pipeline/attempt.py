@@ -21,7 +21,7 @@ from aidsr.artifacts import (
 )
 from aidsr.errors import IsolationError, MjcfError
 from aidsr.pipeline.parts import Halt, Mount, Parts
-from aidsr.pipeline.routing import Change, after_critique, after_scene_faults
+from aidsr.pipeline.routing import Change, after_critique, after_scene_faults, after_trial
 from aidsr.pipeline.steps import Steps
 from aidsr.roles import Team
 from aidsr.runs import EventLog, IterationFolder
@@ -83,7 +83,7 @@ class Attempt:
             return draft, after_critique(critique)
         tried = self._tried(robot, scene)
         if tried is not None and not tried.critique.passed:
-            return draft, replace(after_critique(tried.critique), after_trial=True)
+            return draft, after_trial(tried)
         return draft, self.decide()
 
     def decide(self) -> Decision:

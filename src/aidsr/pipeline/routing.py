@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from aidsr.artifacts import Critique, Fault, ValidationReport
+from aidsr.artifacts import Critique, Fault, TaskReport, ValidationReport
 from aidsr.roles import Feedback
 
-__all__ = ["Change", "after_critique", "after_scene_faults"]
+__all__ = ["Change", "after_critique", "after_scene_faults", "after_trial"]
 
 _CURED_BY_PLACING = frozenset({"free_fall", "base_not_attached"})
 """Faults that a robot which is stable alone can only have because of where and how it was put. Our choice."""
@@ -63,6 +63,13 @@ def after_critique(critique: Critique) -> Change:
     if any(issue.blame == "designer" for issue in critique.issues):
         return Change(concept="\n".join(_issues(critique)))
     return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
+
+
+def after_trial(report: TaskReport) -> Change:
+    """Return who acts on what a trial showed; the Designer, who has no other report of it, is told how far it came."""
+    change = after_critique(report.critique)
+    concept = f"{report.critique.summary}\n{change.concept}" if change.concept else ""
+    return replace(change, concept=concept, after_trial=True)
 
 
 def _is_of_placing(fault: Fault) -> bool:

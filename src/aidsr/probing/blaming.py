@@ -16,11 +16,20 @@ from aidsr.wording import written
 
 __all__ = ["judge_trace", "targets_of"]
 
-_Stop = Literal["never_reached", "no_force", "slipped", "unstable", "not_forward"]
+_Stop = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
 _ENOUGH = 0.5
 """Progress at which a task without stages counts as begun well. Our choice."""
 _LOST = 0.1
 """Progress that is lost again after a slip. Our choice: more than an episode wavers by."""
+_FIRM_N = 0.5
+"""Force, kept up, from which a body is not called weak whatever its target takes. Our choice: more than a limb lays on
+something by its own weight."""
+_SELDOM = 0.01
+"""Share of the time in which a violation is not told. Our choice: one impact."""
+_MOVED_M = 0.002
+"""What a target may give by contacts and play alone. Our choice: a quarter of the shortest way of a task."""
+_ONWARD = 0.02
+"""Progress of a free robot that moves forward at all. Our choice: more than swaying in place brings."""
 _HARDLY_M = 0.02
 """A free robot that travelled less has not moved. Our choice: below a tenth of any body's length."""
 
@@ -42,6 +51,10 @@ def judge_trace(task: Task, trace: Trace, tried: int) -> TaskReport:
     won = bool(trace.course.succeeded[0])
     progress = float(trace.course.best_progress[0])
     reached = f"{task.reached(progress, won=won)} (progress {progress:.2f}, best of {tried} open-loop motions)"
+    if trace.course.failed[0]:
+        reached += f", given up by the task's own rule after {_s(float(trace.course.time_s[0]))}"
+    if (forbidden := sum(look.violation > 0 for look in trace.looks) / len(trace.looks)) > _SELDOM:
+        reached += f", doing what the task forbids for {forbidden:.0%} of the time"
     if won or progress >= _good_enough(task):
         summary = f"Without learning the body comes so far: {reached}."
         return TaskReport(
@@ -61,7 +74,7 @@ def _good_enough(task: Task) -> float:
 
 
 def _stopped(task: Task, trace: Trace) -> tuple[_Stop, CritiqueIssue]:
-    best, hardest, end = trace.best, trace.hardest, trace.looks[-1]
+    end = trace.looks[-1]
     if trace.course.diverged[0]:
         return "unstable", CritiqueIssue(
             blame="coder",
@@ -71,24 +84,52 @@ def _stopped(task: Task, trace: Trace) -> tuple[_Stop, CritiqueIssue]:
         )
     if task.base == "free":
         return "not_forward", _not_forward(trace)
-    if hardest.force_n < TOUCH_N:
+    if trace.hardest.force_n < TOUCH_N:
         return "never_reached", _never_reached(trace)
-    if best.progress - end.progress > _LOST and end.force_n < TOUCH_N:
-        last = max(look.time_s for look in trace.looks if look.force_n >= TOUCH_N)
-        holding = ", ".join(best.touching or hardest.touching)
-        return "slipped", CritiqueIssue(
+    if trace.best.progress - end.progress > _LOST and end.force_n < TOUCH_N:
+        return "slipped", _slipped(trace)
+    if trace.kept_n < max(trace.takes_n, _FIRM_N):
+        return "no_force", CritiqueIssue(
             blame="coder",
-            component=holding,
-            problem=f"touches {hardest.nearest} with up to {_n(hardest.force_n)} at {_s(hardest.time_s)} and loses it "
-            f"at {_s(last)}",
-            suggestion="a wider, softer or more frictional surface there, and a grip from more sides",
+            component="actuator_too_weak",
+            problem=f"{_touch(trace)}, and presses with no more than {_n(trace.kept_n)} for longer than an impact"
+            + (f", where {_n(trace.takes_n)} would move it" if trace.takes_n else ""),
+            suggestion="more pull or a larger cable offset, so that the limb presses harder where it touches",
         )
-    return "no_force", CritiqueIssue(
+    return "wrong_way", _wrong_way(trace)
+
+
+def _touch(trace: Trace) -> str:
+    """Say what touches what first, and when."""
+    first = next(look for look in trace.looks if look.force_n >= TOUCH_N)
+    return f"{', '.join(first.touching)} touches {', '.join(first.touched)} first at {_s(first.time_s)}"
+
+
+def _slipped(trace: Trace) -> CritiqueIssue:
+    hardest = trace.hardest
+    held = trace.best if trace.best.touching else hardest
+    last = max(look.time_s for look in trace.looks if look.force_n >= TOUCH_N)
+    return CritiqueIssue(
         blame="coder",
-        component="actuator_too_weak",
-        problem=f"{', '.join(hardest.touching)} touches {hardest.nearest} at {_s(hardest.time_s)} with no more than "
-        f"{_n(hardest.force_n)}, which moves the task no further",
-        suggestion="more pull or a larger cable offset, so that the limb presses harder where it touches",
+        component=", ".join(held.touching),
+        problem=f"touches {', '.join(held.touched)} with up to {_n(hardest.force_n)} at {_s(hardest.time_s)} and loses "
+        f"it at {_s(last)}",
+        suggestion="a wider, softer or more frictional surface there, and a grip from more sides",
+    )
+
+
+def _wrong_way(trace: Trace) -> CritiqueIssue:
+    """Firm enough, and yet to no effect: what it works on does not move, or not as the job has it."""
+    enough = f", where {_n(trace.takes_n)} would be enough to move it" if trace.takes_n else ""
+    moved_m = max(look.moved_m for look in trace.looks)
+    effect = f"moves it by no more than {_mm(moved_m)}" if moved_m > _MOVED_M else "does not move it"
+    stands = f"nothing is gained after {_s(trace.best.time_s)}"
+    return CritiqueIssue(
+        blame="designer",
+        component="grip",
+        problem=f"{_touch(trace)}; it presses with {_n(trace.kept_n)}{enough}, and {effect}: {stands}",
+        suggestion="let the part that works reach farther round or behind what it touches, so that its force acts as "
+        "the job asks, and all the way, not against what cannot give way",
     )
 
 
@@ -115,6 +156,13 @@ def _not_forward(trace: Trace) -> CritiqueIssue:
         problem = f"it moves its body by no more than {_mm(travelled_m)} in {_s(trace.looks[-1].time_s)}"
         return CritiqueIssue(
             blame="coder", component="actuator_too_weak", problem=problem, suggestion="more pull, or lighter"
+        )
+    if trace.best.progress >= _ONWARD:
+        return CritiqueIssue(
+            blame="designer",
+            component="gait",
+            problem=f"it moves forward, but by no more than {_mm(travelled_m)} in {_s(trace.looks[-1].time_s)}",
+            suggestion="longer strokes, or less slip on their way back: feet that lift, or that grip one way",
         )
     return CritiqueIssue(
         blame="designer",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -15,12 +16,17 @@ from aidsr.episodes.scene import TaskScene
 from aidsr.probing.motion import Motion, Motions, OpenLoop
 from aidsr.sim.assembly import FUNCTIONAL_SITE
 from aidsr.tasks import Variation, apply_to_simulation
+from aidsr.tasks.readings import FloatArray
 
 __all__ = ["Look", "Trace", "trace"]
 
 _ROBOT = "robot/"
 _FAR_M = 2.0
 """Gaps are looked for no further than this. Our choice: beyond any environment of ours."""
+_KEPT_S = 0.2
+"""A force that is kept up so long is the robot's; what is over sooner is an impact. Our choice: as long as the shortest
+hold of a task."""
+_JOINT = mujoco.mjtJoint
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,14 @@ class Look:
     """Normal forces of the robot on all targets together."""
     touching: tuple[str, ...]
     """Bodies of the robot that touch a target."""
+    touched: tuple[str, ...]
+    """Targets that the robot touches."""
+    violation: float
+    """How badly it does what the task forbids, 0 to 1."""
+    moved_m: float
+    """How far the target that was moved most is from where it began."""
+    apart_m: float
+    """From the robot's root to the nearest target, 0 without a target."""
     reach_m: float
     """From the robot's root to its functional part."""
     travelled_m: float
@@ -51,8 +65,20 @@ class Trace:
 
     looks: tuple[Look, ...]
     course: Course
-    needed_m: float
-    """From the robot's root to the nearest target at the beginning, 0 without a target."""
+    gives_way_at_n: Mapping[str, float]
+    """Force that moves each target all its way: its friction and spring, or its weight. Those that are fixed, or turn,
+    are not listed."""
+
+    @property
+    def takes_n(self) -> float:
+        """Least force that moves a target which the robot touches; 0 where none gives way in one direction."""
+        touched = {name for look in self.looks for name in look.touched}
+        return min((force_n for name, force_n in self.gives_way_at_n.items() if name in touched), default=0.0)
+
+    @property
+    def needed_m(self) -> float:
+        """From the robot's root to the nearest target when that was nearest, 0 without a target."""
+        return min(look.apart_m for look in self.looks)
 
     @property
     def best(self) -> Look:
@@ -68,6 +94,13 @@ class Trace:
     def hardest(self) -> Look:
         """When the robot pushed hardest on its targets."""
         return max(self.looks, key=lambda look: look.force_n)
+
+    @property
+    def kept_n(self) -> float:
+        """Largest force on the targets that was kept up; impacts do not count."""
+        span_s = self.looks[-1].time_s / len(self.looks)
+        many = min(len(self.looks), math.ceil(_KEPT_S / span_s) if span_s else 1)
+        return max(min(look.force_n for look in self.looks[i : i + many]) for i in range(len(self.looks) - many + 1))
 
 
 def trace(place: TaskScene, variation: Variation, motion: Motion, targets: Sequence[str]) -> Trace:
@@ -87,9 +120,8 @@ def trace(place: TaskScene, variation: Variation, motion: Motion, targets: Seque
         if not moment.diverged[0]:
             looks.append(watch.look(episodes, moment))
 
-    needed_m = watch.needed_m()
     course = play(episodes, OpenLoop(Motions.of([motion]), place.task.control_dt_s), look)
-    return Trace(tuple(looks) or (watch.first(),), course, needed_m)
+    return Trace(tuple(looks) or (watch.first(),), course, watch.gives_way_at_n())
 
 
 class _Watch:
@@ -106,6 +138,7 @@ class _Watch:
         self._site = model.site(FUNCTIONAL_SITE).id
         self._targets = {body: name for name in targets for body in self._carried_by(names.index(name))}
         self._start = self._data.subtree_com[self._root].copy()
+        self._targets_start = self._data.xipos[list(self._targets)].copy()
 
     def _carried_by(self, body: int) -> list[int]:
         """Return a body and all that it carries."""
@@ -115,26 +148,41 @@ class _Watch:
                 found.add(other)
         return [each for each in found if not self._robot[each]]
 
-    def needed_m(self) -> float:
-        """Return how far the nearest target is from the robot's root [m]."""
-        root = self._data.xpos[self._root]
-        return min((float(np.linalg.norm(self._data.xipos[body] - root)) for body in self._targets), default=0.0)
+    def gives_way_at_n(self) -> dict[str, float]:
+        """Return what `Trace.gives_way_at_n` says."""
+        found = {name: self._gives_way_at_n(body) for body, name in self._targets.items()}
+        return {name: force_n for name, force_n in found.items() if force_n}
+
+    def _gives_way_at_n(self, body: int) -> float:
+        """Return the force that moves a body with whatever carries it; 0 where it is fixed, or turns."""
+        model = self._model
+        while body and not model.body_jntnum[body]:
+            body = int(model.body_parentid[body])
+        joint = int(model.body_jntadr[body])
+        if joint < 0:
+            return 0.0
+        if model.jnt_type[joint] == _JOINT.mjJNT_FREE:
+            return float(model.body_subtreemass[body] * np.linalg.norm(model.opt.gravity))
+        if model.jnt_type[joint] != _JOINT.mjJNT_SLIDE:
+            return 0.0
+        farthest_m = np.abs(model.jnt_range[joint] - model.qpos_spring[model.jnt_qposadr[joint]]).max()
+        return float(model.dof_frictionloss[model.jnt_dofadr[joint]] + model.jnt_stiffness[joint] * farthest_m)
 
     def first(self) -> Look:
         """Return what is seen before anything happens."""
-        return self._seen(0.0, 0.0)
+        return self._seen(0.0, 0.0, 0.0)
 
     def look(self, episodes: Episodes, moment: Moment) -> Look:
         """Return what is seen now."""
         for field in ("qpos", "qvel", "ctrl"):
             getattr(self._data, field)[:] = episodes.batch.bind(field)[0]
         mujoco.mj_forward(self._model, self._data)
-        return self._seen(float(moment.time_s[0]), float(moment.progress[0]))
+        return self._seen(float(moment.time_s[0]), float(moment.progress[0]), float(moment.violation[0]))
 
-    def _seen(self, time_s: float, progress: float) -> Look:
+    def _seen(self, time_s: float, progress: float, violation: float) -> Look:
         data = self._data
         gap_m, nearest = self._gap()
-        force_n, touching = self._touch()
+        force_n, touching, touched = self._touch()
         speeds = np.where(self._robot, np.linalg.norm(data.cvel[:, 3:], axis=1), -1.0)
         moved = data.subtree_com[self._root] - self._start
         return Look(
@@ -144,10 +192,18 @@ class _Watch:
             nearest=nearest,
             force_n=force_n,
             touching=touching,
+            touched=touched,
+            violation=violation,
+            moved_m=float(self._from_targets(self._targets_start).max(initial=0.0)),
+            apart_m=float(self._from_targets(data.xpos[self._root]).min(initial=_FAR_M)) if self._targets else 0.0,
             reach_m=float(np.linalg.norm(data.site_xpos[self._site] - data.xpos[self._root])),
             travelled_m=float(np.linalg.norm(moved[:2])),
             fastest=self._names[int(speeds.argmax())],
         )
+
+    def _from_targets(self, points_m: FloatArray) -> FloatArray:
+        """Return how far the targets' centres are from points, one for each or one for all, (targets,) [m]."""
+        return np.asarray(np.linalg.norm(self._data.xipos[list(self._targets)] - points_m, axis=1))
 
     def _gap(self) -> tuple[float, str]:
         """Return the gap between the functional part's body and the nearest target, and which that is."""
@@ -164,14 +220,16 @@ class _Watch:
         first = int(self._model.body_geomadr[body])
         return range(first, first + int(self._model.body_geomnum[body]))
 
-    def _touch(self) -> tuple[float, tuple[str, ...]]:
-        """Return the normal forces between robot and targets together, and which bodies of the robot they are on."""
-        total_n, bodies, force = 0.0, set[int](), np.zeros(6)
+    def _touch(self) -> tuple[float, tuple[str, ...], tuple[str, ...]]:
+        """Return the normal forces between robot and targets together, on which of its bodies, and on which targets."""
+        total_n, bodies, targets, force = 0.0, set[int](), set[str](), np.zeros(6)
         for index in range(self._data.ncon):
-            pair = self._model.geom_bodyid[self._data.contact.geom[index]]
-            mine = [int(body) for body in pair if self._robot[body]]
-            if len(mine) == 1 and any(int(body) in self._targets for body in pair):
+            pair = [int(body) for body in self._model.geom_bodyid[self._data.contact.geom[index]]]
+            mine = [body for body in pair if self._robot[body]]
+            theirs = {self._targets[body] for body in pair if body in self._targets}
+            if len(mine) == 1 and theirs:
                 mujoco.mj_contactForce(self._model, self._data, index, force)
                 total_n += float(force[0])
                 bodies.update(mine if force[0] > 0 else ())
-        return total_n, tuple(self._names[body] for body in sorted(bodies))
+                targets.update(theirs if force[0] > 0 else ())
+        return total_n, tuple(self._names[body] for body in sorted(bodies)), tuple(sorted(targets))

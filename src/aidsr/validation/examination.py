@@ -13,8 +13,9 @@ import numpy as np
 from aidsr import __version__
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.errors import MjcfError
+from aidsr.sim.assembly import FUNCTIONAL_SITE
 from aidsr.sim.compiling import compile_mjcf, load_mjcf
-from aidsr.sim.structure import Structure, read_structure
+from aidsr.sim.structure import read_structure
 from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
 from aidsr.validation.overlap import REFUTED, overlap_explains_divergence, with_verdict
@@ -74,7 +75,7 @@ def examine_text(
     if case.found:
         return Examination(make_report(tuple(case.found), {}, notes + standing.notes, realizable), standing, case)
     apply(STRUCTURE_RULES, case)
-    measurements = describe(case.model, case.structure)
+    measurements = describe(case)
     case.found.extend(too_long(case))
     if drive and case.structure.moving and not any(fault.code == "load_error" for fault in case.found):
         case = replace(case, evidence=gather_evidence(model, case.structure))
@@ -167,18 +168,20 @@ def make_report(
     )
 
 
-def describe(model: mujoco.MjModel, structure: Structure) -> dict[str, Any]:
-    """Return what the model is made of, as numbers."""
-    return {
+def describe(case: Case) -> dict[str, Any]:
+    """Return what the model is made of, as numbers; of a scene also where the functional part is in the world."""
+    structure, site = case.structure, mujoco.mj_name2id(case.model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
+    found = {
         "characteristic_length_m": structure.characteristic_length_m,
         "moving_mass_kg": structure.mass_kg,
         "chains": [len(chain.bodies) for chain in structure.chains],
         "tendons": len(structure.tendons),
         "actuators": len(structure.actuators),
         "sensors": len(structure.sensors),
-        "degrees_of_freedom": model.nv,
-        "timestep_s": float(model.opt.timestep),
+        "degrees_of_freedom": case.model.nv,
+        "timestep_s": float(case.model.opt.timestep),
     }
+    return found if site < 0 else {**found, "functional_part_m": np.round(case.drawn.site_xpos[site], 6).tolist()}
 
 
 def measure(case: Case) -> dict[str, Any]:
