@@ -42,8 +42,8 @@ class Counter:
         return CallRecord(question=question, model=self.name, reply="-", finish="stop", usage=usage, started="")
 
 
-def sent_for_repair(task: str, number: int, *, edits: bool) -> tuple[str, int, int]:
-    """Return the family, the bytes of the robot's MJCF and the bytes that its repair sends."""
+def sent_for_repair(task: str, number: int) -> tuple[str, int, int, int]:
+    """Return the family, the bytes of the robot's MJCF and the bytes that its repair sends: whole, and by patch."""
     brief = load_task(task).brief()
     rules = builtin.team(seed=1)
     concept = rules.designer.propose(brief, 3)[number]
@@ -51,10 +51,13 @@ def sent_for_repair(task: str, number: int, *, edits: bool) -> tuple[str, int, i
     worse = re.sub(r'(stiffness|damping)="([^"]+)"', lambda m: f'{m[1]}="{float(m[2]) / 30:.4g}"', robot.mjcf)
     robot = robot.model_copy(update={"mjcf": worse})
     report = validate(robot.mjcf, needs_contact=brief.needs_contact, environment=brief.environment)
-    counter = Counter()
-    with contextlib.suppress(ReplyError):  # the counter has no answer; what was sent is all that is wanted
-        agents.team(counter, reasks=0, edits=edits).coder.repair(brief, concept, robot, report)
-    return concept.family, len(worse.encode()), counter.sent
+    sent = []
+    for edits in (False, True):
+        counter = Counter()
+        with contextlib.suppress(ReplyError):  # the counter has no answer; what was sent is all that is wanted
+            agents.team(counter, reasks=0, edits=edits).coder.repair(brief, concept, robot, report)
+        sent.append(counter.sent)
+    return concept.family, len(worse.encode()), *sent
 
 
 def main() -> None:
@@ -62,8 +65,7 @@ def main() -> None:
     lines, ratios = [], []
     for task in TASKS:
         for number in range(3):
-            family, size, whole = sent_for_repair(task, number, edits=False)
-            _, _, patched = sent_for_repair(task, number, edits=True)
+            family, size, whole, patched = sent_for_repair(task, number)
             ratios.append(patched / whole)
             lines.append(f"| {task} | {family} | {size:,} | {whole:,} | {patched:,} | {patched / whole:.0%} |")
     table = "\n".join(lines)

@@ -323,14 +323,6 @@ class Critique(Artifact):
         return self
 
 
-class TaskReport(Artifact):
-    """Where a judged scene stops on its task when it is tried without learning, and whose work that is."""
-
-    phase: Literal["solved", "partial", "never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
-    progress: float
-    critique: Critique
-
-
 class Decision(Artifact):
     """The person's answer to a judged scene."""
 
@@ -403,6 +395,16 @@ class Evaluation(Artifact):
     def successful(self) -> bool:
         """Valid, and success in at least half of the episodes."""
         return self.valid and self.success_share >= 0.5
+
+
+class TaskReport(Artifact):
+    """Where a judged scene stops on its task when it is tried without learning, and whose work that is."""
+
+    phase: Literal["solved", "partial", "never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
+    progress: float
+    critique: Critique
+    policy: Evaluation | None = None
+    """What a policy did after a short training, where one was asked for."""
 
 
 class Outcome(Artifact):

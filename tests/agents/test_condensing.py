@@ -56,6 +56,42 @@ def test_what_stands_after_a_chain_is_kept() -> None:
     assert "arm_6" in comments(text)[0]
 
 
+def test_what_only_some_links_have_is_quoted_once() -> None:
+    footed = limb("arm", links=8)
+    for i in (3, 5, 7):
+        skin = f'<geom name="arm_skin_{i}" size="0.01"/>'
+        footed = footed.replace(skin, f'{skin}<geom name="foot_{i}" type="box" size="{i} 1 1"/>')
+    (said,) = comments(condense(robot(footed)))
+    assert said == (
+        "7 more, arm_2, arm_3 … arm_8: each inside the one before and like arm_1; arm_3, arm_5, arm_7 also have "
+        '<geom name="foot_3" type="box" size="3 1 1"/>, but its own size 5 1 1 | 7 1 1'
+    )
+
+
+def test_links_that_have_something_of_their_own_each_are_shown() -> None:
+    made = limb("arm")
+    for i, kind in ((2, "box"), (3, "sphere"), (4, "cylinder")):
+        skin = f'<geom name="arm_skin_{i}" size="0.01"/>'
+        made = made.replace(skin, f'{skin}<geom name="lump_{i}" type="{kind}" size="1 1 1"/>')
+    text = condense(robot(made))
+    assert all(f'name="lump_{i}"' in text for i in (2, 3, 4))
+    assert 'name="arm_3"' in text
+
+
+def test_the_order_of_guides_in_a_link_does_not_matter() -> None:
+    def guides(i: int) -> str:
+        sites = [f'<site name="{side}_{i}a" pos="{x} 0 0"/>' for side, x in (("top", 1), ("left", 2))]
+        return "".join(sites if i % 3 else reversed(sites))
+
+    made = limb("arm")
+    for i in range(1, 7):
+        skin = f'<geom name="arm_skin_{i}" size="0.01"/>'
+        made = made.replace(skin, skin + guides(i))
+    assert comments(condense(robot(made))) == [
+        "5 more, arm_2, arm_3 … arm_6: each inside the one before and like arm_1"
+    ]
+
+
 def test_limbs_of_one_build_are_shown_once() -> None:
     text = condense(robot(limb("finger_a"), limb("finger_b", place="1 0 0"), limb("finger_c", place="0 1 0")))
     likewise = "and likewise in the parts that are like these"

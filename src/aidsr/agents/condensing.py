@@ -28,6 +28,9 @@ _COUNTED = re.compile(
     r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
 )
 """What tells copies of one thing apart in their names: numbers and a letter beside them, single letters, sides."""
+_DIGITS = re.compile(r"\d+")
+_MOST_KINDS = 2
+"""Kinds of parts that only some links of a chain have. Our choice: feet here, a tool there."""
 _MOST_UNEVEN = 8
 """Copies that differ in more numbers than this, other than steadily, are shown whole. Our choice: the comment would be
 as hard to read."""
@@ -71,21 +74,62 @@ def _drop_looks(root: Element) -> None:
 
 
 def _shorten_chain(first: Element) -> None:
-    """Leave out the links of a chain that are like the one after the first; what follows them moves there."""
+    """Leave out the links of a chain that have all that the one after the first has; what follows them moves there."""
     chain = [first]
-    while (link := _next_link(chain[-1])) is not None and (len(chain) == 1 or _own(link) == _own(chain[1])):
+    while (link := _next_link(chain[-1])) is not None and (len(chain) == 1 or _matched(chain[1], link)):
         chain.append(link)
     left_out = chain[2:]
     if len(left_out) < _LEAST_LEFT_OUT:
         return
     pattern, following = chain[1], chain[-1].findall("body")
-    differences = _differences(_own_elements(pattern), [_own_elements(link) for link in left_out])
-    if differences is None:
+    matches = [match for link in left_out if (match := _matched(pattern, link))]
+    differences = _differences(
+        [pattern, *_within(_own(pattern))],
+        [[link, *_within(alike)] for link, (alike, _) in zip(left_out, matches, strict=True)],
+    )
+    also = _also([(link, more) for link, (_, more) in zip(left_out, matches, strict=True) if more])
+    if differences is None or also is None:
         return
     said = f"{len(left_out)} more, {_named(left_out)}: each inside the one before and like {pattern.get('name')}"
-    left_out[0].addprevious(etree.Comment(_comment(said + differences)))
+    left_out[0].addprevious(etree.Comment(_comment(said + differences + also)))
     _remove(left_out[0])
     pattern.extend(following)
+
+
+def _matched(pattern: Element, link: Element) -> tuple[list[Element], list[Element]] | None:
+    """Return what of a link is like each part of the pattern, and what it has beside; None where a part is missing.
+
+    Parts may stand in another order: those that are the same but for the numbers in their names belong together.
+    """
+    if _opening(link) != _opening(pattern):
+        return None
+    left, alike = _own(link), list[Element]()
+    for part in _own(pattern):
+        like = [other for other in left if _shape(other) == _shape(part)]
+        if not like:
+            return None
+        alike.append(next((other for other in like if _unnumbered(other) == _unnumbered(part)), like[0]))
+        left.remove(alike[-1])
+    return alike, left
+
+
+def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
+    """Say what some links have beside the pattern, quoted once; None when that takes long."""
+    kinds: dict[tuple[object, ...], list[tuple[Element, list[Element]]]] = {}
+    for link, more in links:
+        kinds.setdefault(tuple(_shape(part) for part in more), []).append((link, more))
+    if len(kinds) > _MOST_KINDS:
+        return None
+    said = ""
+    for alike in kinds.values():
+        (_, quoted), *others = alike
+        differences = _differences(_within(quoted), [_within(more) for _, more in others])
+        if differences is None:
+            return None
+        names = ", ".join(_label(link) for link, _ in alike)
+        quotation = "".join(str(etree.tostring(part, encoding="unicode", with_tail=False)) for part in quoted)
+        said += f"; {names} also {'have' if others else 'has'} {quotation}{differences}"
+    return said
 
 
 def _shorten_row(row: Sequence[Element]) -> None:
@@ -131,9 +175,15 @@ def _shape(element: Element) -> tuple[object, ...]:
     return (*_opening(element), *(_shape(child) for child in element))
 
 
-def _own(link: Element) -> tuple[object, ...]:
-    """Return the shape of a link without the links inside it."""
-    return (*_opening(link), *(_shape(child) for child in link if child.tag != "body"))
+def _own(link: Element) -> list[Element]:
+    """Return the parts of a link without the links inside it."""
+    return [child for child in link if child.tag != "body"]
+
+
+def _unnumbered(element: Element) -> tuple[object, ...]:
+    """Return all of an element but the numbers in its names."""
+    words = tuple(sorted((k, v if _NUMBERS.fullmatch(v) else _DIGITS.sub("#", v)) for k, v in attributes(element)))
+    return (element.tag, words, *(_unnumbered(child) for child in element.iterchildren(etree.Element)))
 
 
 def _opening(element: Element) -> tuple[object, ...]:
@@ -145,8 +195,8 @@ def _elements(element: Element) -> list[Element]:
     return list(element.iter(etree.Element))
 
 
-def _own_elements(link: Element) -> list[Element]:
-    return [link, *(element for child in link if child.tag != "body" for element in _elements(child))]
+def _within(parts: Sequence[Element]) -> list[Element]:
+    return [element for part in parts for element in _elements(part)]
 
 
 def _differences(pattern: Sequence[Element], others: Sequence[Sequence[Element]]) -> str | None:

@@ -32,6 +32,7 @@ def design(
     judge_pictures: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     task_feedback: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     task_rounds: Annotated[int, Parameter(validator=Number(gte=1, lte=10))] = 2,
+    task_training: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     human: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     limits: Limits | None = None,
     train: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -90,6 +91,9 @@ def design(
         it falls short; needs a task or a goal.
     task_rounds
         How often a design may go back for that.
+    task_training
+        Control steps of a policy's training whose result is told beside each trial; needs --task-feedback and the
+        extra "rl".
     human
         Ask a person about each scene that the Judge passed: approve, refine or quit.
     train
@@ -122,6 +126,7 @@ def design(
         judge_pictures=judge_pictures,
         task_feedback=task_feedback,
         task_rounds=task_rounds,
+        task_training=task_training,
         human=human,
         budget=(limits or Limits()).budget(),
     )

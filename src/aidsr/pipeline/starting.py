@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from datetime import UTC, datetime
-from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -12,10 +11,11 @@ from typing import TYPE_CHECKING, Literal
 from aidsr.artifacts import Brief
 from aidsr.errors import MjcfError, UserError
 from aidsr.pipeline.ablations import without
-from aidsr.pipeline.parts import Parts, Person, TryOut
+from aidsr.pipeline.parts import Parts, Person
 from aidsr.pipeline.person import DecisionFile, Said, approve_at_once
 from aidsr.pipeline.stalling import keep_trying, same_again
 from aidsr.pipeline.teams import BUILTIN, check_model, team_of
+from aidsr.pipeline.trials import check_trial, trial_of
 from aidsr.pipeline.working import Listen, work
 from aidsr.runs import Budget, Run, RunConfig, RunRecord, new_run
 from aidsr.runs.files import replace_file
@@ -47,6 +47,7 @@ def design(
     judge_pictures: bool = False,
     task_feedback: bool = False,
     task_rounds: int = 2,
+    task_training: int = 0,
     human: bool = False,
     budget: Budget | None = None,
     runs: str | Path = "runs",
@@ -78,6 +79,7 @@ def design(
         task_feedback: Try each scene that the Judge passed on its task by open-loop motions, and send it back to the
             role to blame where it falls short (see docs/probe.md); needs a task or a goal.
         task_rounds: How often a design may go back for that.
+        task_training: Control steps of a policy's training whose result is told beside each trial; 0 trains none.
         budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by
             default. A call that could exceed it is not made, and its design ends as "out_of_budget".
         human: Wait for a person's decision.json after each scene the Judge passed.
@@ -99,6 +101,7 @@ def design(
         judge_pictures=judge_pictures,
         task_feedback=task_feedback,
         task_rounds=task_rounds,
+        task_training=task_training,
         human=human,
         budget=budget or Budget(),
     )
@@ -197,10 +200,7 @@ def start(
             folder cannot be made.
     """
     check_model(config, config.budget)
-    if config.task_feedback and not (brief.task or goal):
-        raise UserError(
-            "feedback from the task needs a measure of success; name a task, or give a goal (docs/goals.md)"
-        )
+    check_trial(config, measured=bool(brief.task or goal))
     record = RunRecord(
         objective=brief.objective,
         task=brief.task,
@@ -235,7 +235,7 @@ def parts_of(run: Run) -> Parts:
         picture=picture,
         filmstrip=filmstrip,
         person=_person(record.config),
-        try_out=_trial(run) if record.config.task_feedback else None,
+        try_out=trial_of(run) if record.config.task_feedback else None,
         task_rounds=record.config.task_rounds,
         stalled=same_again if record.config.early_stop else keep_trying,
         interrupt=interrupt,
@@ -247,16 +247,6 @@ def _person(config: RunConfig) -> Person:
     if config.human:
         return DecisionFile()
     return Said(config.feedback) if config.feedback else approve_at_once
-
-
-def _trial(run: Run) -> TryOut:
-    """Return what tries scenes on the task of a run, or by its goal."""
-    from aidsr.probing.trying import try_out
-
-    record = run.asked()
-    if record.task:
-        return partial(try_out, task=record.task, level=record.level or "standard")
-    return partial(try_out, goal=run.goal.path)
 
 
 def _mjcf(source: str | Path, what: str) -> str:

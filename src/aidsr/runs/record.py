@@ -61,6 +61,8 @@ class RunConfig(Artifact):
     this as missing from its method."""
     task_rounds: Annotated[int, Field(ge=1, le=10)] = 2
     """How often a design may go back for that, each time with all its iterations. Our choice."""
+    task_training: Annotated[int, Field(ge=0)] = 0
+    """Control steps of a policy's training whose result is told beside that trial; 0 trains none."""
     budget: Budget = Budget()
     """As asked for at first; a person may give a larger one later."""
     human: bool = False
