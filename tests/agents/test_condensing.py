@@ -8,6 +8,9 @@ from lxml import etree
 
 from aidsr.agents.condensing import condense
 
+SIDES = (("left", 1), ("right", -1))
+FRONT_AND_REAR = (("front", 1), ("rear", -1))
+
 
 def limb(name: str, links: int = 6, stiffness: str = "0.2", place: str = "0 0 0") -> str:
     text = ""
@@ -97,6 +100,22 @@ def test_limbs_of_one_build_are_shown_once() -> None:
     likewise = "and likewise in the parts that are like these"
     assert comments(text)[-1] == f"finger_b, finger_c: like finger_a, but its own pos 1 0 0 | 0 1 0, {likewise}"
     assert "finger_c_1" not in text
+
+
+def test_limbs_of_two_sides_are_shown_once_each() -> None:
+    def leg(name: str, side: int, place: str) -> str:
+        sites = "".join(f'<site name="{name}_guide_{i}" pos="0 {side * (i + 1)} {i}"/>' for i in range(12))
+        return f'<body name="{name}" pos="{place}"><geom name="{name}_skin" size="0.01"/>{sites}</body>'
+
+    legs = [leg(f"{side}_{end}", sign, f"{x} {sign} 0") for end, x in FRONT_AND_REAR for side, sign in SIDES]
+    text = condense(robot(*legs))
+    assert [body.get("name") for body in etree.fromstring(text).iter("body")] == ["palm", "left_front"]
+    said = [said for said in comments(text) if "like left_front" in said]
+    assert [one.split(", but")[0] for one in said] == [
+        "right_front, right_rear: like left_front",
+        "left_rear: like left_front",
+    ]
+    assert "site left_front_guide_11 pos 0 -12 11" in said[0]
 
 
 def test_a_limb_that_differs_within_says_so() -> None:

@@ -28,6 +28,8 @@ _COUNTED = re.compile(
     r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
 )
 """What tells copies of one thing apart in their names: numbers and a letter beside them, single letters, sides."""
+_MOST_SAID = 0.5
+"""A comment longer than this share of what it stands for saves too little to be read for. Our choice."""
 _DIGITS = re.compile(r"\d+")
 _MOST_KINDS = 2
 """Kinds of parts that only some links of a chain have. Our choice: feet here, a tool there."""
@@ -134,19 +136,33 @@ def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
 
 def _shorten_row(row: Sequence[Element]) -> None:
     """Leave out what is like the first of a row; of elements that only differ in name and numbers the last is kept."""
-    pattern, whole = row[0], row[0].tag in _WHOLE
+    whole = row[0].tag in _WHOLE
     left_out = row[1:] if whole else row[1:-1]
     if len(left_out) < (1 if whole else _LEAST_LEFT_OUT):
         return
+    if not _leave_out(row[0], left_out, whole) and whole:
+        # of limbs on two sides, those of one side are often the same
+        sides: dict[tuple[str, ...], list[Element]] = {}
+        for element in left_out:
+            sides.setdefault(_numbers_inside(element), []).append(element)
+        for side in sides.values():
+            _leave_out(row[0], side, whole)
+
+
+def _leave_out(pattern: Element, left_out: Sequence[Element], whole: bool) -> bool:
+    """Put a comment in the place of elements that are like the pattern; False where it would be too long."""
     said = f"{_named(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_named(left_out)}"
     differences = _differences(_elements(pattern), [_elements(element) for element in left_out])
     if differences is None:
-        return
+        return False
+    if whole and len(differences) > sum(len(etree.tostring(element)) for element in left_out) * _MOST_SAID:
+        return False
     if differences and any(True for _ in pattern.iter(etree.Comment)):
         differences += ", and likewise in the parts that are like these"
     left_out[0].addprevious(etree.Comment(_comment(said + differences)))
     for element in left_out:
         _remove(element)
+    return True
 
 
 def _rows(parent: Element) -> Iterator[list[Element]]:
@@ -189,6 +205,12 @@ def _unnumbered(element: Element) -> tuple[object, ...]:
 def _opening(element: Element) -> tuple[object, ...]:
     words = {k: "#" if _NUMBERS.fullmatch(v) else _COUNTED.sub("#", v) for k, v in attributes(element)}
     return (element.tag, tuple(sorted(words.items())))
+
+
+def _numbers_inside(element: Element) -> tuple[str, ...]:
+    """Return the numbers of all that is inside an element."""
+    inside = _elements(element)[1:]
+    return tuple(value for each in inside for _, value in attributes(each) if _NUMBERS.fullmatch(value))
 
 
 def _elements(element: Element) -> list[Element]:
