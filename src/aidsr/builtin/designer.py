@@ -22,7 +22,7 @@ Idea = tuple[str, str]
 
 IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
     "reach": {"arm": ("two sections", "three sections", "four cables"), "tentacle": ("space", "two stages")},
-    "conform": {"arm": ("three sections", "four cables", "two sections")},
+    "conform": {"arm": ("three sections", "three sections, four cables")},
     "grasp": {
         "gripper": ("three fingers", "four fingers", "five fingers", "facing pairs", "pincer"),
         "tentacle": ("wrap",),

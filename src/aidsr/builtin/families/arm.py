@@ -40,10 +40,22 @@ class ArmParameters(Parameters):
     """Length of a hook at the tip, across the backbone; 0 for a rounded pad."""
 
 
-_SHAPES = {"two sections": (2, 7, 3), "three sections": (3, 5, 3), "four cables": (2, 7, 4), "hook": (2, 6, 3)}
+_SHAPES = {
+    "two sections": (2, 7, 3),
+    "three sections": (3, 5, 3),
+    "four cables": (2, 7, 4),
+    "three sections, four cables": (3, 5, 4),
+    "hook": (2, 6, 3),
+}
 """Sections, segments a section and cables a section of each variant; 12 to 15 segments keep a bend below 0.35 rad."""
 
-_FULL_BEND_RAD = {"two sections": 2.3, "three sections": 1.8, "four cables": 2.3, "hook": 1.0}
+_FULL_BEND_RAD = {
+    "two sections": 2.3,
+    "three sections": 1.8,
+    "four cables": 2.3,
+    "three sections, four cables": 1.8,
+    "hook": 1.0,
+}
 """Bend of one section at full tension. Our choice: well past a quarter turn for the whole arm, short of the segments'
 stops; a hook is carried by a stiff arm that hardly sags."""
 
