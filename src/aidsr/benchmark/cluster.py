@@ -71,6 +71,8 @@ class RayPool:
         self._study = study
         self._began: dict[Any, tuple[Job, float]] = {}
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        # 15 unless said; a job's limits are in wall time, and one that only gets what others leave runs out of it
+        os.environ.setdefault("RAY_worker_niceness", "0")
         import ray
 
         self._ray = ray
