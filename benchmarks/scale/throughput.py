@@ -91,7 +91,7 @@ def page(took_s: dict[int, list[float]], policies: int, steps: int, load: tuple[
 def main() -> None:
     """Measure in turns and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--policies", type=int, default=4, help="trained in each round; an even number")
+    parser.add_argument("--policies", type=int, default=2, help="trained in each round; an even number")
     parser.add_argument("--steps", type=int, default=2000, help="control steps of a policy")
     parser.add_argument("--rounds", type=int, default=3, help="of each number of workers")
     parser.add_argument("--out", type=Path, default=RESULTS, help="the page to write")

@@ -10,7 +10,7 @@ import pytest
 
 from aidsr.benchmark.driving import MOST_ATTEMPTS, drive, failures_of
 from aidsr.benchmark.jobs import Job, pending, perform
-from aidsr.benchmark.outcomes import read_outcomes
+from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.planning import forecast
 from aidsr.benchmark.pool import Ended, LocalPool
 from aidsr.benchmark.report import write_report
@@ -133,6 +133,17 @@ def test_arms_of_one_number_are_pairs(finished: Study) -> None:
     found = {each.what: each for each in differences(read_outcomes(finished), "rules")}
     assert found["stable"].value == 0.0
     assert not found["stable"].real
+
+
+def test_what_is_still_to_be_judged_is_no_difference() -> None:
+    first = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="approved", verified=True, stable=True)
+    second = first.model_copy(update={"arm": "second", "iterations": 2})
+    judged = {each.what: each.value for each in differences([first, second], "first")}
+    assert judged == {"approved": 0.0, "stable": 0.0, "iterations": 2.0}
+    waiting = second.model_copy(update={"verified": False, "stable": False})
+    assert {each.what for each in differences([first, waiting], "first")} == {"approved", "iterations"}
+    unfinished = second.model_copy(update={"outcome": "unfinished"})
+    assert differences([first, unfinished], "first") == ()
 
 
 def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_path: Path) -> None:

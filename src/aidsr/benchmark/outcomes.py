@@ -29,6 +29,8 @@ class DesignRow(Artifact):
     complete: bool = False
     """Whether nothing of it is missing: it has an outcome and, where that is "approved", its scene is
     verified and every policy judged."""
+    verified: bool = False
+    """Whether its final scene was validated by itself."""
     stable: bool = False
     """Whether it was approved and its final scene passes the validator by itself."""
     evaluations: tuple[Evaluation, ...] = ()
@@ -119,6 +121,7 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             complete=bool(verified and len(evaluations) == study.plan.seeds)
             if outcome == "approved"
             else outcome != "unfinished",
+            verified=verified is not None,
             stable=bool(verified and verified.stable),
             evaluations=evaluations,
             steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),

@@ -234,9 +234,18 @@ def _difference(rows: Sequence[DesignRow], what: str, arm: str, against: str) ->
 def _by_task(rows: Sequence[DesignRow], arm: str, what: str) -> dict[str, dict[tuple[int, int], float]]:
     found: dict[str, dict[tuple[int, int], float]] = {}
     for row in rows:
-        if row.arm == arm and (row.complete if what in _TRAINED else row.outcome != "unfinished"):
+        if row.arm == arm and _is_known(row, what):
             found.setdefault(row.task, {})[row.key] = _COMPARED[what](row)
     return found
+
+
+def _is_known(row: DesignRow, what: str) -> bool:
+    """Return whether a design came so far that this will not change any more."""
+    if what in _TRAINED:
+        return row.complete
+    if what == "stable" and row.outcome == "approved":
+        return row.verified
+    return row.outcome != "unfinished"
 
 
 def _mean(values: Sequence[float]) -> float | None:
