@@ -96,3 +96,10 @@ def test_whoever_has_the_study_can_check_its_scenes(
     other = changed(study, tmp_path / "other.json", lambda f: {"scenes_sha256": dict.fromkeys(f.scenes_sha256, "0")})
     with pytest.raises(UserError, match="1 scenes differ, among them rules/reaching/button_pushing/1/1"):
         check_scenes(other, study)
+
+
+def test_what_is_published_here_can_be_verified() -> None:
+    published = sorted((Path(__file__).parents[2] / "benchmarks" / "builtin-study").glob("*/submission.json"))
+    assert published
+    for path in published:
+        assert str(path.name) in leaderboard([path])
