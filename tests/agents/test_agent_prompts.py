@@ -75,6 +75,7 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "designer_propose_one_free_from_own_robot": lambda t: t.designer.propose(FREE, 1),
     "designer_propose_any_base": lambda t: t.designer.propose(ANY, 2),
     "designer_revise": lambda t: t.designer.revise(BRIEF, CONCEPT, ROBOT, "Make it thinner.\n"),
+    "designer_revise_limb": lambda t: t.designer.revise(BRIEF, CONCEPT, LIMB, "Make it thinner."),
     "designer_revise_before_robot": lambda t: t.designer.revise(BRIEF, CONCEPT, None, "Make it thinner."),
     "coder_write": lambda t: t.coder.write(BRIEF, CONCEPT),
     "coder_write_from_own_robot": lambda t: t.coder.write(FREE, CONCEPT),

@@ -25,12 +25,12 @@ def team(model: Model, *, reasks: int = 2, edits: bool = True, condensed: bool =
         model: The model; it is asked from several threads when concepts run side by side.
         reasks: How often a reply that cannot be used is asked for again before the role gives up.
         edits: Whether the Coder mends a robot by a patch rather than by writing it anew.
-        condensed: Whether the Integrator and the Judge see a robot without its repetitions.
+        condensed: Whether Designer, Integrator and Judge see a robot without its repetitions.
         see: What pictures of a scene the Judge is shown; none by default.
     """
     interview = Interview(model, reasks)
     return Team(
-        designer=DesignerAgent(interview),
+        designer=DesignerAgent(interview, condensed),
         coder=CoderAgent(interview, edits),
         integrator=IntegratorAgent(interview, condensed),
         judge=JudgeAgent(interview, condensed, see),

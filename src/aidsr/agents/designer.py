@@ -8,6 +8,7 @@ from itertools import combinations
 
 from pydantic import Field
 
+from aidsr.agents.condensing import condense
 from aidsr.agents.environment import describe_environment
 from aidsr.agents.interview import Interview
 from aidsr.agents.prompts import as_json, render
@@ -42,9 +43,15 @@ class _Proposal(Artifact):
 
 @dataclass(frozen=True)
 class DesignerAgent:
-    """A language model as the Designer."""
+    """A language model as the Designer.
+
+    Attributes:
+        interview: Who is asked, and how often again.
+        condensed: Whether a robot is shown without its repetitions.
+    """
 
     interview: Interview
+    condensed: bool = True
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return `count` concepts that differ in morphology and actuation.
@@ -68,6 +75,7 @@ class DesignerAgent:
             environment=describe_environment(brief.summary),
             concept=as_json(concept),
             robot=robot,
+            mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip() if robot else "",
             feedback=feedback.strip(),
         )
         (revised,) = self._concepts(user, 1)
