@@ -78,7 +78,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         )
     try:
         _wait_for(f"http://127.0.0.1:{port}/health", server, home / "server.log")
-        yield f"{home.name}@http://127.0.0.1:{port}/v1"
+        yield f"{home}@http://127.0.0.1:{port}/v1"
     finally:
         server.terminate()
         server.wait()
