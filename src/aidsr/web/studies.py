@@ -87,7 +87,7 @@ class Studies:
 
 def _view(key: str, path: Path) -> StudyView:
     from aidsr.benchmark.driving import MOST_ATTEMPTS, failures_of
-    from aidsr.benchmark.outcomes import read_outcomes
+    from aidsr.benchmark.outcomes import paid_usd, read_outcomes
     from aidsr.benchmark.planning import forecast
     from aidsr.benchmark.study import open_study
     from aidsr.runs import read_status
@@ -111,7 +111,7 @@ def _view(key: str, path: Path) -> StudyView:
             failed=len(given_up),
             jobs_left=sum(left.jobs.values()),
             core_hours_left=left.core_hours,
-            usage=sum((row.usage for row in rows), Usage()),
+            usage=sum((row.usage for row in rows), Usage()).model_copy(update={"cost_usd": paid_usd(study, rows)}),
             to_spend_usd=left.cost_usd,
             report=(path / "report.html").is_file(),
         )
