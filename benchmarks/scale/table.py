@@ -87,9 +87,9 @@ def table(study: Study) -> str:
     costs, tasks = measured(study), len(task_names())
     designs = tasks * DESIGNS
     lines = [
-        f"Measured: {costs.policies} policies of the built-in team on {costs.tasks} of {tasks} tasks, one or two jobs at "
-        f"a time on two shared cores ({study.plan.steps:,} steps a policy, stretched to the budget of {BUDGET_STEPS:,}; "
-        "as if all were approved, and none ended early). Mean over tasks, seconds of one core: designing "
+        f"Measured: {costs.policies} policies of the built-in team on {costs.tasks} of {tasks} tasks, one or two "
+        f"jobs at a time on two shared cores ({study.plan.steps:,} steps a policy, stretched to the budget of "
+        f"{BUDGET_STEPS:,}; as if all were approved, and none ended early). Mean over tasks, seconds of one core: designing "
         f"{costs.design_s:.0f}, training {costs.training_s:,.0f}, judging {costs.judging_s:.0f}; the slowest task "
         f"trains {costs.longest_s:,.0f}.",
         "",
