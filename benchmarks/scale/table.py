@@ -89,9 +89,9 @@ def table(study: Study) -> str:
     lines = [
         f"Measured: {costs.policies} policies of the built-in team on {costs.tasks} of {tasks} tasks, one or two "
         f"jobs at a time on two shared cores ({study.plan.steps:,} steps a policy, stretched to the budget of "
-        f"{BUDGET_STEPS:,}; as if all were approved, and none ended early). Mean over tasks, seconds of one core: designing "
-        f"{costs.design_s:.0f}, training {costs.training_s:,.0f}, judging {costs.judging_s:.0f}; the slowest task "
-        f"trains {costs.longest_s:,.0f}.",
+        f"{BUDGET_STEPS:,}; as if all were approved, and none ended early). Mean over tasks, seconds of one core: "
+        f"designing {costs.design_s:.0f}, training {costs.training_s:,.0f}, judging {costs.judging_s:.0f}; the slowest "
+        f"task trains {costs.longest_s:,.0f}.",
         "",
         "| study | designs | core hours | " + " | ".join(f"{cores:,} cores" for cores in CORES) + " |",
         "|---|---:|---:|" + "---:|" * len(CORES),
