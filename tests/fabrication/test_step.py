@@ -3,9 +3,8 @@
 import pytest
 from manifold3d import Manifold
 
-from aidsr.errors import UserError
 from aidsr.fabrication.solids import triangles
-from aidsr.fabrication.step import require_cad, step
+from aidsr.fabrication.step import step
 
 
 def test_a_part_is_read_back_as_a_valid_solid_of_its_volume(tmp_path) -> None:
@@ -28,12 +27,3 @@ def test_a_part_is_read_back_as_a_valid_solid_of_its_volume(tmp_path) -> None:
     middle = properties.CentreOfMass()
     assert middle.Z() == pytest.approx(15.0, abs=1e-3)
     assert path.read_bytes().count(b"ADVANCED_FACE") == 32 + 16 + 2
-
-
-def test_without_the_library_step_says_what_to_install() -> None:
-    from importlib.util import find_spec
-
-    if find_spec("OCP") is not None:
-        pytest.skip('the extra "cad" is installed here')
-    with pytest.raises(UserError, match=r"aidsr\[cad\]"):
-        require_cad()

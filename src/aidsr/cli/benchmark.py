@@ -58,11 +58,14 @@ def benchmark(
     from aidsr.benchmark.report import write_report
     from aidsr.benchmark.study import begin_study
     from aidsr.cli.studies import StudyTable, say_forecast
+    from aidsr.extras import require_extra
 
     console = Console(highlight=False)
     found = _study(study, options or PlanOptions(), resume)
     say_forecast(console, found, jobs=0 if ray else jobs)
-    if not ray:
+    if ray:
+        require_extra("ray", "--ray")
+    else:
         _check_this_machine(found)
     if dry_run:
         return 0
@@ -103,13 +106,13 @@ def _check_this_machine(study: Study) -> None:
     Raises:
         UserError: A model cannot be asked, or what learning needs is not installed.
     """
-    from aidsr.cli.learning import require_learning
+    from aidsr.extras import require_extra
     from aidsr.pipeline.teams import check_model
 
     for arm in study.plan.arms:
         check_model(arm.config, arm.config.budget)
     if study.plan.seeds:
-        require_learning()
+        require_extra("rl", "training")
 
 
 def report(study: Path, /) -> int:
@@ -206,11 +209,5 @@ def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int
 def _pool(study: Path, jobs: int, ray: str) -> Pool:
     from aidsr.benchmark.cluster import RayPool
     from aidsr.benchmark.pool import LocalPool
-    from aidsr.errors import UserError
 
-    if ray:
-        try:
-            return RayPool(study, ray)
-        except ModuleNotFoundError as error:
-            raise UserError(f'--ray needs {error.name}; install it with: pip install "aidsr[ray]"') from None
-    return LocalPool(study, jobs)
+    return RayPool(study, ray) if ray else LocalPool(study, jobs)

@@ -108,13 +108,14 @@ def design(
         Folder in which the folder of the run is made.
     """
     from aidsr.cli.following import follow
-    from aidsr.cli.learning import require_learning, train_designs
+    from aidsr.cli.learning import train_designs
+    from aidsr.extras import require_extra
     from aidsr.pipeline import BUILTIN, brief_for, parts_of, start
     from aidsr.pipeline.teams import check_model
     from aidsr.runs import RunConfig
 
     if train:
-        require_learning()
+        require_extra("rl", "training")
     config = RunConfig(
         model=model,
         concepts=concepts,

@@ -14,7 +14,6 @@ from typing import Literal
 __all__ = ["Check", "checks", "doctor"]
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic", "lxml", "pydantic-ai-slim", "av")
-_EXTRAS = {"rl": "stable-baselines3", "web": "nicegui", "ray": "ray", "mcp": "mcp"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,9 @@ def _versions() -> tuple[Check, ...]:
 
 
 def _extras() -> Check:
-    present = [extra for extra, package in _EXTRAS.items() if _version(package)]
+    from aidsr.extras import EXTRAS, lack_of
+
+    present = [extra for extra in EXTRAS if not lack_of(extra, "")]
     text = ", ".join(present) if present else 'none; pip install "aidsr[rl]" adds one'
     return Check("extras", "ok" if present else "absent", text)
 

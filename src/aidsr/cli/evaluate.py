@@ -44,9 +44,10 @@ def evaluate(
 
     from rich.console import Console
 
-    from aidsr.cli.learning import print_evaluation, require_learning
+    from aidsr.cli.learning import print_evaluation
+    from aidsr.extras import require_extra
 
-    require_learning()
+    require_extra("rl", "evaluating a policy")
     from aidsr.rl.trained import evaluate_training
 
     evaluation = evaluate_training(training, episodes=episodes, threads=threads, videos=videos)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -52,11 +51,10 @@ def export(
     """
     from rich.console import Console
 
-    from aidsr.errors import UserError
+    from aidsr.extras import require_extra
     from aidsr.sim.isolation import prepare
 
-    if find_spec("manifold3d") is None:
-        raise UserError('making parts needs manifold3d; install it with: pip install "aidsr[fabrication]"')
+    require_extra("fabrication", "making parts")
     prepare()  # the worker starts while the rest is imported
     from aidsr.pipeline.exporting import export as make_package
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -13,20 +12,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aidsr.artifacts import Evaluation
-from aidsr.errors import UserError
 
 if TYPE_CHECKING:
     from aidsr.rl.watching import CurvePoint
     from aidsr.runs import Run
 
-__all__ = ["TrainingBar", "print_evaluation", "print_evaluations", "require_learning", "train_designs"]
-
-
-def require_learning() -> None:
-    """Raise UserError where the libraries of the extra "rl" are not installed."""
-    for library in ("gymnasium", "stable_baselines3", "torch"):
-        if find_spec(library) is None:
-            raise UserError(f'training needs {library}; install it with: pip install "aidsr[rl]"')
+__all__ = ["TrainingBar", "print_evaluation", "print_evaluations", "train_designs"]
 
 
 class TrainingBar:

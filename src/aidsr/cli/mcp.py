@@ -20,11 +20,10 @@ def mcp(*, folder: Path = Path("scenes")) -> int:
     folder
         Where scenes are kept.
     """
-    from aidsr.errors import UserError
+    from aidsr.extras import require_extra
 
-    try:
-        from aidsr.mcp.server import build_server
-    except ModuleNotFoundError as error:
-        raise UserError(f'the server needs {error.name}; install it with: pip install "aidsr[mcp]"') from None
+    require_extra("mcp", "the server")
+    from aidsr.mcp.server import build_server
+
     build_server(folder.absolute()).run("stdio")
     return 0

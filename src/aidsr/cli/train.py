@@ -75,10 +75,10 @@ def train(
     """
     from rich.console import Console
 
-    from aidsr.cli.learning import require_learning
     from aidsr.cli.subject import subject_of
+    from aidsr.extras import require_extra
 
-    require_learning()
+    require_extra("rl", "training")
     subject = subject_of(scene, task, level, goal)
     learning = subject.to_learn_in(grouping)
     console = Console(highlight=False)

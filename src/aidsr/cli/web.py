@@ -45,11 +45,10 @@ def web(
     browser
         Open the page in a browser.
     """
-    from aidsr.errors import UserError
+    from aidsr.extras import require_extra
 
-    try:
-        from aidsr.web.serving import serve
-    except ModuleNotFoundError as error:
-        raise UserError(f'the page needs {error.name}; install it with: pip install "aidsr[web]"') from None
+    require_extra("web", "the page")
+    from aidsr.web.serving import serve
+
     serve(runs, studies=studies or (), host=host, port=port, token=token, browser=browser)
     return 0

@@ -6,25 +6,18 @@ Needs the extra "cad", which nothing else does. Curved faces stay facets; neighb
 from __future__ import annotations
 
 import io
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from manifold3d import Manifold, Mesh64
 
-from aidsr.errors import UserError
+from aidsr.extras import require_extra
 from aidsr.fabrication.solids import Triangles, triangles
 
-__all__ = ["require_cad", "step"]
+__all__ = ["step"]
 
 _SHORT_MM = 0.01
 """Detail that is left out. Our choice: far below what printers resolve, far above a CAD program's 1e-7 mm."""
-
-
-def require_cad() -> None:
-    """Raise UserError where the library that writes STEP is not installed."""
-    if find_spec("OCP") is None:
-        raise UserError('writing STEP needs Open CASCADE; install it with: pip install "aidsr[cad]"')
 
 
 def step(surface: Triangles) -> bytes:
@@ -33,7 +26,7 @@ def step(surface: Triangles) -> bytes:
     Raises:
         UserError: The extra is not installed.
     """
-    require_cad()
+    require_extra("cad", "writing STEP")
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Message import Message
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from aidsr.artifacts import Placement, Robot, ValidationReport
 from aidsr.errors import UserError
+from aidsr.extras import require_extra
 from aidsr.fabrication.changing import as_built
 from aidsr.fabrication.making import Made, make
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.responding import responses
-from aidsr.fabrication.step import require_cad
 from aidsr.fabrication.told import MARK, Retest, Verdict
 from aidsr.fabrication.verdict import retest_of
 from aidsr.runs import DesignFolder, Run
@@ -84,7 +84,9 @@ def export(
         MjcfError: The robot cannot be loaded.
     """
     if cad:
-        require_cad()
+        require_extra("cad", "writing STEP")
+    if policy:
+        require_extra("rl", "trying a policy")
     given = _read(subject)
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):

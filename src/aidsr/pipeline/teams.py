@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 
 from aidsr.calls import CallRecord, Question
 from aidsr.errors import UserError
+from aidsr.extras import require_extra
 from aidsr.models import ManualModel, Model, connect
 from aidsr.models.prices import list_price_usd
 from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
@@ -37,8 +37,8 @@ def check_model(config: RunConfig, budget: Budget) -> None:
             known and money is limited.
     """
     if asks_nobody(config.model):
-        if config.model == SEARCH and find_spec("cma") is None:
-            raise UserError('the search needs cma; install it with: pip install "aidsr[search]"')
+        if config.model == SEARCH:
+            require_extra("search", "the search")
         if config.judge_pictures:
             raise UserError("pictures are for a language model's Judge; name one with --model, the rules see none")
         if config.method == "direct":

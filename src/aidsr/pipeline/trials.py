@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from importlib.util import find_spec
 
 from aidsr.artifacts import Critique, Evaluation, Robot, Scene, TaskReport
 from aidsr.errors import IsolationError, UserError
+from aidsr.extras import require_extra
 from aidsr.pipeline.parts import TryOut
 from aidsr.runs import Run, RunConfig
 from aidsr.sim import isolation
@@ -33,8 +33,8 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
         )
     if config.task_training and not config.task_feedback:
         raise UserError("a training beside the trial on the task needs that trial; ask for --task-feedback as well")
-    if config.task_training and any(find_spec(name) is None for name in ("gymnasium", "stable_baselines3", "torch")):
-        raise UserError('training needs libraries that are not installed; install them with: pip install "aidsr[rl]"')
+    if config.task_training:
+        require_extra("rl", "training")
 
 
 def trial_of(run: Run) -> TryOut:

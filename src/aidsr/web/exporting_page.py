@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
-from importlib.util import find_spec
 from typing import Any
 
 from nicegui import app, ui
 
 from aidsr.errors import AidsrError
+from aidsr.extras import lack_of
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.told import MARK, PartEntry, Verdict
@@ -80,7 +80,7 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
         UserError: An export is there and cannot be read.
     """
     name = site.export_name(run, design.number)
-    missing = "" if find_spec("manifold3d") else 'making parts needs manifold3d: pip install "aidsr[fabrication]"'
+    missing = lack_of("fabrication", "making parts")
     trained = any(one.result.path.exists() for one in trainings_of(design))
     approved, begun_s = design.final_robot.path.exists(), site.processes.begun_s(name)
     if site.processes.is_alive(name):
