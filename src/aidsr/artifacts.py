@@ -71,6 +71,8 @@ class GeomSummary(Artifact):
     """Centre in world coordinates at the start of an episode [m]."""
     z_axis: Vec3 = (0.0, 0.0, 1.0)
     """Direction of its own z axis in world coordinates: along a cylinder or capsule, out of a plane."""
+    x_axis: Vec3 = (1.0, 0.0, 0.0)
+    """Direction of its own x axis in world coordinates; says how a box or an ellipsoid is turned about its z axis."""
     solid: bool = True
     """Whether it can be touched; what cannot is only drawn."""
     friction: Vec3 = (1.0, 0.005, 0.0001)

@@ -98,6 +98,9 @@ def test_a_shape_says_which_way_it_points() -> None:
     lying = '<mujoco><worldbody><geom type="cylinder" size="0.02 0.1" euler="0 90 0"/></worldbody></mujoco>'
     (world,) = summarize_environment(lying).bodies
     assert world.geoms[0].z_axis == pytest.approx((1, 0, 0))
+    yawed = '<mujoco><worldbody><geom type="box" size="0.02 0.1 0.3" euler="0 0 90"/></worldbody></mujoco>'
+    (world,) = summarize_environment(yawed).bodies
+    assert (world.geoms[0].x_axis, world.geoms[0].z_axis) == ((0, 1, 0), (0, 0, 1))
 
 
 def test_a_shape_says_how_it_grips_and_whether_anything_touches_it() -> None:

@@ -124,12 +124,14 @@ def _resistance(model: mujoco.MjModel, joint: int, force: str, way: str) -> str:
 def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
     kind = int(model.geom_type[geom])
     size = model.geom_size[geom, : _SIZES.get(kind, 3)]
+    axes = data.geom_xmat[geom].reshape(3, 3)
     return GeomSummary(
         name=model.geom(geom).name,
         shape=_GEOM(kind).name.removeprefix("mjGEOM_").lower(),
         size_m=tuple(round(float(value), _DECIMALS) for value in size),
         position_m=_vector(data.geom_xpos[geom]),
-        z_axis=_vector(data.geom_xmat[geom].reshape(3, 3)[:, 2]),
+        z_axis=_vector(axes[:, 2]),
+        x_axis=_vector(axes[:, 0]),
         solid=bool(model.geom_contype[geom] or model.geom_conaffinity[geom]),
         friction=_vector(model.geom_friction[geom]),
         priority=int(model.geom_priority[geom]),
