@@ -108,13 +108,15 @@ def drawer_opening(task: Task) -> Episode:
     for number in episode.variation.parameters["order"]:
         drawer = f"drawer_{int(number) + 1}"
         episode.place(episode.sensor(f"{drawer}_position") + beside, (0.0, -1.0, 0.0))
-        for force_n, seconds in ((-1.0, 1.2), (5.0, 0.6), (-5.0, 1.2)):
+        for goal_m, seconds in ((0.0, 1.2), (0.07, 0.6), (0.0, 1.2)):
 
-            def hand(e: Episode, drawer: str = drawer, force_n: float = force_n) -> None:
+            def hand(e: Episode, drawer: str = drawer, goal_m: float = goal_m) -> None:
                 # the tip leans on the end of the bar while the drawer is moved
                 end = e.sensor(f"{drawer}_position") + 0.5 * beside
                 e.hold(STICK, e.tip_m, end, along=(0.0, -1.0, 0.0), strongest_n=2.0)
-                e.data.joint(drawer).qfrc_applied = force_n
+                slide = e.data.joint(drawer)
+                force_n = 400.0 * (goal_m - slide.qpos[0]) - 10.0 * slide.qvel[0]
+                slide.qfrc_applied = np.clip(force_n, -5.0, 5.0)
 
             episode.run(seconds, hand)
     return episode

@@ -33,7 +33,10 @@ IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
         "ring": ("four sectors", "five sectors", "six sectors"),
     },
     "insert": {"arm": ("two sections", "three sections"), "tentacle": ("space", "two stages")},
-    "squeeze": {"worm": ("wave", "inchworm", "long wave"), "crawler": ("narrow",)},
+    "squeeze": {
+        "worm": ("wave", "inchworm", "long wave"),
+        "ring": ("small, four sectors", "small, five sectors"),
+    },
     "pull": {"arm": ("hook",), "tentacle": ("curl",), "gripper": ("pincer", "facing pairs", "three fingers")},
 }
 """Families and variants that can do each kind of job. Our choice: all were driven
@@ -45,7 +48,7 @@ _DEMANDS: dict[Kind, str] = {
     "grasp": "An object has to be enclosed from several sides and kept while the mount moves",
     "crawl": "The body has to carry and move itself on the ground, with the same friction in every direction",
     "insert": "A slender body has to go in lengthwise and give way where the way bends",
-    "squeeze": "The body has to carry and move itself and stay narrow and low, with no one-way friction to help",
+    "squeeze": "The body has to carry and move itself and stay narrow and low",
     "pull": "Something has to be hooked or held behind its handle, because friction alone would slip, and drawn back",
 }
 

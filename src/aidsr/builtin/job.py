@@ -21,6 +21,9 @@ _TRAVEL = re.compile(rf"slide along ({_NUMBER}) ({_NUMBER}) ({_NUMBER}),? ({_NUM
 _UPRIGHT = 0.7
 """Share of a mount's axis that points up where something can stand on it. Our choice: less than 45 deg aslant."""
 
+_GAP_M = 0.02
+"""From how high a gap under something counts as one. Our choice: no robot of the built-in families is lower."""
+
 _BREAKS = re.compile(r"\b(?:fragile|delicate|gentl|crush|bruis|break)")
 _GENTLE_PULL = 0.4
 """Our choice, measured on delicate_grasping: a tenth of the usual tension is all that a thing that breaks at 2 N bears,
@@ -41,6 +44,7 @@ class Job:
         target: What has to be reached, held or pulled, if there is anything.
         approach_m: How far the mount itself can travel along its own z axis.
         room_m: Free length along the mount's z at its nearest, up to the first thing that stands still.
+        headroom_m: Height over the ground of the lowest thing that can be gone under; infinite where there is none.
         ground_m: Height of the ground over the mount; a mount to stand on is on the ground.
         pull: How hard cables of a hand pull, as a share of what the family is used to; less for things that break.
     """
@@ -52,6 +56,7 @@ class Job:
     target: Target | None
     approach_m: float
     room_m: float
+    headroom_m: float
     ground_m: float
     pull: float = 1.0
 
@@ -98,6 +103,7 @@ def read_job(brief: Brief) -> Job:
         target=target,
         approach_m=_approach(summary, mount),
         room_m=_room(summary, mount, target),
+        headroom_m=_headroom(summary),
         ground_m=_ground(summary) if mount is None else 0.0,
         pull=_GENTLE_PULL if kind == "grasp" and _BREAKS.search(brief.objective.lower()) else 1.0,
     )
@@ -134,6 +140,16 @@ def _room(summary: EnvironmentSummary, mount: MountSummary | None, target: Targe
     reach = [_surface(geom, axis, start) for body in summary.bodies if not body.joints for geom in body.geoms]
     beyond = [distance for distance in reach if target is None or distance > target.along_m * 0.5]
     return min(beyond, default=math.inf) - _approach(summary, mount)
+
+
+def _headroom(summary: EnvironmentSummary) -> float:
+    """Return the height of the lowest upright box over the ground with something of a gap under it [m]."""
+    ground = _ground(summary)
+    boxes = [geom for body in summary.bodies if not body.joints for geom in body.geoms if geom.solid]
+    under = [
+        box.position_m[2] - box.size_m[2] - ground for box in boxes if box.shape == "box" and box.z_axis[2] > _UPRIGHT
+    ]
+    return min((gap for gap in under if gap > _GAP_M), default=math.inf)
 
 
 def _ground(summary: EnvironmentSummary) -> float:

@@ -40,7 +40,7 @@ class CrawlerParameters(Parameters):
     density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
 
 
-_SHAPES = {"four legs": (4, 3), "six legs": (6, 2), "four legs, two cables": (4, 2), "narrow": (4, 3)}
+_SHAPES = {"four legs": (4, 3), "six legs": (6, 2), "four legs, two cables": (4, 2)}
 """Legs and cables a leg."""
 
 _FULL_BEND_RAD = 1.2
@@ -64,9 +64,8 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> CrawlerParameter
     """Choose legs that carry the trunk with a bend of a few degrees and lift their own feet."""
     del job
     legs, cables = _SHAPES[variant]
-    narrow = variant == "narrow"
-    length = float(rng.uniform(0.048, 0.054) if narrow else rng.uniform(0.068, 0.084))
-    radius = float(rng.uniform(0.0045, 0.005) if narrow else rng.uniform(0.0055, 0.0065))
+    length = float(rng.uniform(0.068, 0.084))
+    radius = float(rng.uniform(0.0055, 0.0065))
     tension = rng.uniform(17.0, 22.0)
     stiffness = bending_stiffness(tension, radius + GUIDE_CLEARANCE_M, length, _FULL_BEND_RAD)
     density = rng.uniform(900.0, 1100.0)
@@ -75,9 +74,9 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> CrawlerParameter
         leg_length_m=round(length, 3),
         segments=5 if legs == 4 else 4,
         radius_m=round(radius, 4),
-        lean_rad=round(float(rng.uniform(0.15, 0.25) if narrow else rng.uniform(0.5, 0.7)), 3),
+        lean_rad=round(float(rng.uniform(0.5, 0.7)), 3),
         trunk_length_m=round(float(rng.uniform(0.12, 0.145)) + 0.035 * (legs - 4), 3),
-        trunk_width_m=round(float(rng.uniform(0.042, 0.048) if narrow else rng.uniform(0.05, 0.06)), 3),
+        trunk_width_m=round(float(rng.uniform(0.05, 0.06)), 3),
         trunk_mass_kg=round(float(rng.uniform(0.09, 0.12)) + 0.02 * (legs - 4), 3),
         cables_per_leg=cables,
         tension_n=round(tension, 1),

@@ -23,9 +23,9 @@ __all__ = ["RING", "RingParameters"]
 class RingParameters(Parameters):
     """Numbers that fix a ring."""
 
-    radius_m: Annotated[float, Field(ge=0.04, le=0.2)]
+    radius_m: Annotated[float, Field(ge=0.015, le=0.2)]
     sectors: Annotated[int, Field(ge=3, le=6)]
-    segments_per_sector: Annotated[int, Field(ge=3, le=6)]
+    segments_per_sector: Annotated[int, Field(ge=2, le=6)]
     half_width_m: Annotated[float, Field(ge=0.015, le=0.12)]
     thickness_m: Annotated[float, Field(ge=0.006, le=0.04)]
     tread_mass_kg: Annotated[float, Field(ge=0.002, le=0.05)]
@@ -39,27 +39,56 @@ class RingParameters(Parameters):
 _SHAPES = {"four sectors": (4, 4), "five sectors": (5, 3), "six sectors": (6, 3)}
 """Sectors and segments a sector."""
 
+_SMALL = {"small, four sectors": (4, 2), "small, five sectors": (5, 2)}
+"""The same for rings that roll under something; more segments than two would touch each other when a sector curls."""
+
+_LOW = 0.8
+"""Share of the headroom that a small ring is high. Our choice: the egg it makes of itself is a tenth higher."""
+
 _FULL_BEND_RAD = 1.3
 """Bend of one sector at full tension, were it free. Our choice: it pulls the ring into a clear egg shape."""
 
 
 def sample(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
     """Choose a ring that keeps its shape under its own weight and loses it under its cables."""
-    del job
-    sectors, per_sector = _SHAPES[variant]
-    radius = float(rng.uniform(0.075, 0.095))
-    thickness = float(rng.uniform(0.012, 0.014))
-    tension = rng.uniform(18.0, 24.0)
+    if variant in _SMALL:
+        return _small(job, rng, variant)
+    radius, thickness = float(rng.uniform(0.075, 0.095)), float(rng.uniform(0.012, 0.014))
+    tension, density = rng.uniform(18.0, 24.0), rng.uniform(700.0, 900.0)
+    half_width, tread_mass = float(rng.uniform(0.036, 0.044)), float(rng.uniform(0.005, 0.007))
+    return _sized(_SHAPES[variant], radius, thickness, tension, density, half_width, tread_mass)
+
+
+def _small(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
+    """Choose a ring that rolls under what it has to get under."""
+    thickness = float(rng.uniform(0.006, 0.007))
+    height = min(_LOW * job.headroom_m, rng.uniform(0.076, 0.084))
+    radius = height / 2.0 - thickness / 2.0 - GUIDE_CLEARANCE_M
+    tension, density = rng.uniform(14.0, 18.0), rng.uniform(700.0, 900.0)
+    half_width, tread_mass = float(rng.uniform(0.032, 0.037)), float(rng.uniform(0.003, 0.005))
+    return _sized(_SMALL[variant], radius, thickness, tension, density, half_width, tread_mass)
+
+
+def _sized(
+    shape: tuple[int, int],
+    radius: float,
+    thickness: float,
+    tension: float,
+    density: float,
+    half_width: float,
+    tread_mass: float,
+) -> RingParameters:
+    """Return a ring whose stiffness lets full tension bend a sector as far as wanted."""
+    sectors, per_sector = shape
     sector = 2.0 * math.pi * radius / sectors
     stiffness = bending_stiffness(tension, thickness / 2.0 + GUIDE_CLEARANCE_M, sector, _FULL_BEND_RAD)
-    density = rng.uniform(700.0, 900.0)
     return RingParameters(
         radius_m=round(radius, 4),
         sectors=sectors,
         segments_per_sector=per_sector,
-        half_width_m=round(float(rng.uniform(0.036, 0.044)), 4),
+        half_width_m=round(half_width, 4),
         thickness_m=round(thickness, 4),
-        tread_mass_kg=round(float(rng.uniform(0.005, 0.007)), 4),
+        tread_mass_kg=round(tread_mass, 4),
         tension_n=round(tension, 1),
         bending_stiffness_n_m2=round(stiffness, 5),
         damping_time_s=round(damping_time(stiffness, density, thickness / 2.0, sector, damping_ratio=0.4), 3),
@@ -174,4 +203,4 @@ def sturdier(p: RingParameters) -> RingParameters:
     )
 
 
-RING = Family("ring", tuple(_SHAPES), RingParameters, sample, write, describe, sturdier)
+RING = Family("ring", (*_SHAPES, *_SMALL), RingParameters, sample, write, describe, sturdier)

@@ -16,6 +16,8 @@ from aidsr.tasks.variation import Change, Variation
 
 OPEN_M = 0.06
 SHUT_M = 0.01
+FULLY_OPEN_M = 0.10
+"""Where the environment's joints end."""
 NEAR_M = 0.03
 
 
@@ -97,7 +99,9 @@ class DrawerOpening(Task):
         """Stages done, and the share of the present one."""
         to_handle, opening_m, _ = wanted(readings, memory)
         near = approach(np.linalg.norm(to_handle, axis=1))
-        shares = (near, near, share(opening_m, OPEN_M), 1.0 - share(opening_m - SHUT_M, OPEN_M - SHUT_M))
+        # pushing back counts from where a drawer ends: what was pulled too far is on its way from the first millimetre
+        shut = 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)
+        shares = (near, near, share(opening_m, OPEN_M), shut)
         stage = memory["stage"]
         present = np.where(stage < ALL_STAGES, np.choose((stage % STAGES).astype(np.intp), shares), 0.0)
         return (stage + present) / ALL_STAGES

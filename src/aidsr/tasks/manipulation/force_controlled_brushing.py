@@ -58,10 +58,10 @@ class ForceControlledBrushing(Task):
         """See `Task`."""
         n, size_mm = self.cells_a_side, 1000 * WALL_M / self.cells_a_side
         return (
-            f"Brush an upright wall of 0.3 x 0.3 m row by row from the top: at least {100 * self.coverage:g} % of "
-            f"its {n} x {n} cells ({size_mm:g} mm each) for 0.1 s with a force of 0.3 to 1.0 N, which must be kept "
-            "in 60 % of the time in contact and never pass 3 N. The mount faces the middle of the wall from 0.25 m "
-            "and can move 0.10 m up, down and to either side."
+            "Brush an upright wall of 0.3 x 0.3 m: the functional part, whose contact alone counts, has to press on at "
+            f"least {100 * self.coverage:g} % of its {n} x {n} cells ({size_mm:g} mm each) with 0.3 to 1.0 N for 0.1 s "
+            "each and stay in that range for 60 % of its time in contact; no part of the robot may press with more "
+            "than 3 N. The mount faces the wall's middle from 0.25 m and moves 0.10 m up, down and to either side."
         )
 
     def draw(self, rng: np.random.Generator) -> Variation:
