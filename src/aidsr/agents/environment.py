@@ -28,7 +28,7 @@ def describe_environment(summary: EnvironmentSummary) -> str:
     sections = [
         f"Gravity {vector(summary.gravity_m_s2)} m/s2, time step {number(summary.timestep_s)} s. "
         "Lengths in metres; positions in world coordinates at the start. "
-        f"Friction {grip_words(usual)} unless said otherwise; where a robot touches, it holds whatever the robot's is.",
+        f"Friction {grip_words(usual)} unless said otherwise; this counts where the robot touches, not its own.",
         _section("Mounts, where a robot's root can be attached", [_mount(mount) for mount in summary.mounts]),
         _section("Bodies", [line for copies in copied_bodies(summary.bodies) for line in _bodies(copies, usual)]),
         _section("Sites", sites),

@@ -61,9 +61,10 @@ def shape_lines(geoms: Sequence[GeomSummary], usual: Grip) -> list[str]:
 
 def grip_words(grip: Grip) -> str:
     """Return friction and priority in words; the torsional and rolling friction only where they are not MuJoCo's."""
-    friction, priority = grip
-    shown = friction if friction[1:] != MUJOCO_GRIP[0][1:] else friction[:1]
-    return f"{vector(shown)}" + (f" at priority {priority}" if priority else "")
+    (sliding, torsional, rolling), priority = grip
+    usual = (torsional, rolling) == MUJOCO_GRIP[0][1:]
+    shown = number(sliding) + ("" if usual else f" (torsional {number(torsional)} m, rolling {number(rolling)} m)")
+    return shown + (f" at priority {priority}" if priority else "")
 
 
 def _one(geom: GeomSummary, usual: Grip) -> _Told:
