@@ -19,23 +19,23 @@ from aidsr.errors import UserError
 __all__ = ["RayPool", "pack", "perform_packed", "unpack"]
 
 
-def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str]:
-    """Do a job on what was sent; return the run's files as they are afterwards, and an error or nothing.
+def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, bool]:
+    """Do a job on what was sent; return the run's files afterwards, an error or nothing, and whether money ran short.
 
     Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there.
     """
     from aidsr.benchmark.jobs import perform
-    from aidsr.errors import AidsrError
+    from aidsr.errors import AidsrError, BudgetError
 
     found = Job.of(job)
     with tempfile.TemporaryDirectory() as folder:
         unpack(packed, Path(folder))
-        error = ""
+        error, short = "", False
         try:
             perform(Path(folder), found)
         except AidsrError as failed:
-            error = str(failed)
-        return pack(Path(folder), found.cell), error
+            error, short = str(failed), isinstance(failed, BudgetError)
+        return pack(Path(folder), found.cell), error, short
 
 
 def pack(study: Path, *cells: Cell) -> bytes:
@@ -111,12 +111,13 @@ class RayPool:
         """Return the next job that ends, its files brought back."""
         (reference, *_), _ = self._ray.wait(list(self._began))
         job, began = self._began.pop(reference)
+        short = False
         try:
-            packed, error = self._ray.get(reference)
+            packed, error, short = self._ray.get(reference)
             unpack(packed, self._study)
         except self._ray.exceptions.RayError as lost:
             error = f"{type(lost).__name__}: {lost}"
-        return Ended(job, error, time.monotonic() - began)
+        return Ended(job, error, time.monotonic() - began, short=short)
 
     def close(self) -> None:
         """Leave the cluster; what is at work is dropped and can be done again."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 
 from aidsr.benchmark.jobs import Job, pending_in
 from aidsr.benchmark.pool import Ended, Pool
+from aidsr.benchmark.spending import Purse, limit_of
 from aidsr.benchmark.study import Cell, Study
 
 __all__ = ["MOST_ATTEMPTS", "Progress", "drive", "failures_of"]
@@ -28,6 +29,8 @@ class Progress:
     failed: tuple[Job, ...]
     """Given up after the last attempt."""
     last: Ended | None = None
+    unpaid: tuple[Job, ...] = ()
+    """At the end: what the study's limit left too little for."""
 
 
 @dataclass
@@ -35,6 +38,7 @@ class _Drive:
     study: Study
     pool: Pool
     listen: Callable[[Progress], None]
+    purse: Purse
     waiting: dict[Job, None] = field(default_factory=dict)
     """In the order in which they are to be done."""
     running: dict[Job, None] = field(default_factory=dict)
@@ -48,24 +52,36 @@ class _Drive:
         last = None
         try:
             while self.waiting or self.running:
-                while self.waiting and self.pool.free > 0:
-                    job = next(iter(self.waiting))
-                    del self.waiting[job]
-                    self.running[job] = None
-                    self.pool.begin(job)
+                self._begin_what_can_be()
+                if not self.running:
+                    break
                 self.listen(self._progress(last))
                 last = self.pool.wait()
                 self._end(last)
         finally:
             self.pool.close()
-        self.listen(self._progress(last))
-        return self._progress(last)
+        end = replace(self._progress(last), unpaid=tuple(self.waiting))
+        self.listen(end)
+        return end
+
+    def _begin_what_can_be(self) -> None:
+        for job in tuple(self.waiting):
+            if self.pool.free <= 0:
+                return
+            paid_for = self.purse.begin(job, self.pool.free)
+            if paid_for is not None:
+                del self.waiting[job]
+                self.running[job] = None
+                self.pool.begin(paid_for)
 
     def _end(self, ended: Ended) -> None:
         job = ended.job
         del self.running[job]
+        self.purse.end(job, short=ended.short)
         still_pending = job in pending_in(self.study, job.cell)
-        if ended.error or still_pending:
+        if ended.short:
+            self.waiting[job] = None
+        elif ended.error or still_pending:
             self.attempts[job] += 1
             _note_failure(self.study, ended, self.attempts[job])
             if self.attempts[job] >= MOST_ATTEMPTS:
@@ -87,14 +103,14 @@ class _Drive:
 
 
 def drive(study: Study, pool: Pool, listen: Callable[[Progress], None] = lambda _progress: None) -> Progress:
-    """Do everything a study still needs; call it again on one that was stopped.
+    """Do everything a study still needs, within its limit; call it again on one that was stopped.
 
     Args:
         study: The study.
         pool: Does the jobs; closed at the end.
         listen: Told whenever a job begins or ends.
     """
-    return _Drive(study, pool, listen).to_the_end()
+    return _Drive(study, pool, listen, Purse(study, limit_of(study))).to_the_end()
 
 
 def failures_of(study: Study) -> list[dict[str, object]]:

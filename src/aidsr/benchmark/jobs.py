@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal, Self
 
 from aidsr.artifacts import ValidationReport
 from aidsr.benchmark.study import Cell, Study, open_study
-from aidsr.errors import AidsrError
-from aidsr.pipeline import brief_for, parts_of, start, work
-from aidsr.runs import DesignFolder, Run, RunConfig, read_status
+from aidsr.errors import AidsrError, BudgetError
+from aidsr.pipeline import brief_for, give_budget, parts_of, start, work
+from aidsr.runs import Budget, DesignFolder, Run, RunConfig, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.tasks import load_task
 from aidsr.validation import validate
 
-__all__ = ["VERIFIED", "Job", "Stage", "finished", "pending", "pending_in", "perform", "trained_at"]
+__all__ = ["VERIFIED", "Job", "Stage", "finished", "pending", "pending_in", "perform", "ran_short", "trained_at"]
 
 Stage = Literal["design", "verify", "train", "probe"]
 
@@ -35,12 +35,16 @@ class Job:
         stage: What is done.
         design: Number of the design, 0 for all of them.
         seed: Of the policy.
+        most_usd: What the run may cost in all, where the study has a limit; no part of which job it is.
+        most_tokens: The same in tokens.
     """
 
     cell: Cell
     stage: Stage
     design: int = 0
     seed: int = 0
+    most_usd: float | None = field(default=None, compare=False)
+    most_tokens: int | None = field(default=None, compare=False)
 
     @property
     def name(self) -> str:
@@ -87,8 +91,16 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
 
 
 def finished(run: Run | None) -> bool:
-    """Return whether all designs of a run came to an end."""
-    return run is not None and read_status(run).state == "finished"
+    """Return whether all designs of a run came to an end, for another reason than the study's limit."""
+    return run is not None and read_status(run).state == "finished" and not ran_short(run)
+
+
+def ran_short(run: Run) -> bool:
+    """Return whether a design of a run ended because its share of the study's limit was used up; it can go on."""
+    if not run.larger_budget.exists():
+        return False
+    outcomes = (design.outcome.read() for design in run.designs)
+    return any(outcome is not None and outcome.outcome == "out_of_budget" for outcome in outcomes)
 
 
 VERIFIED = "verified.json"
@@ -104,12 +116,13 @@ def perform(study: Path, job: Job) -> None:
     """Do one job, or what is left of it.
 
     Raises:
+        BudgetError: What the job may spend was too little to do it whole; with more it goes on.
         AidsrError: It cannot be done; the message says why.
     """
     found = open_study(study)
     match job.stage:
         case "design":
-            _design(found, job.cell)
+            _design(found, job)
         case "verify":
             _verify(found, job)
         case "train":
@@ -118,8 +131,8 @@ def perform(study: Path, job: Job) -> None:
             _probe(found, job)
 
 
-def _design(study: Study, cell: Cell) -> None:
-    run = study.run(cell)
+def _design(study: Study, job: Job) -> None:
+    cell, run = job.cell, study.run(job.cell)
     if run is None:
         home = study.home(cell)
         shutil.rmtree(home, ignore_errors=True)  # a run that was killed before its run.json is none
@@ -132,7 +145,12 @@ def _design(study: Study, cell: Cell) -> None:
             run = _go_on_with(study, before, home, config)
         else:
             run = start(brief_for(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home)
+    limit = Budget(cost_usd=job.most_usd, tokens=job.most_tokens)
+    if limit != Budget() or run.larger_budget.exists():
+        give_budget(run, limit)
     status = read_status(work(run, parts_of(run)))
+    if ran_short(run):
+        raise BudgetError(f"{cell.name} used up its share of the study's limit")
     if status.state != "finished":
         reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
         raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
@@ -140,6 +158,7 @@ def _design(study: Study, cell: Cell) -> None:
 
 _NOT_DESIGNING = (
     "run.json",
+    "budget.json",
     "summary.html",
     "outcome.json",
     "final*.xml",

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 from aidsr.artifacts import Artifact, Evaluation, ValidationReport
-from aidsr.benchmark.jobs import VERIFIED, trained_at
+from aidsr.benchmark.jobs import VERIFIED, ran_short, trained_at
 from aidsr.benchmark.study import Cell, Study
 from aidsr.calls import Usage
 from aidsr.runs import DesignFolder, read_status
@@ -112,6 +112,8 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             continue
         folder = run.design(number)
         outcome = state.outcome.outcome if state.outcome else "unfinished"
+        if outcome == "out_of_budget" and ran_short(run):  # of the study's limit: it can go on
+            outcome = "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
         evaluations = tuple(_evaluations(folder, study.plan.seeds))
         yield DesignRow(

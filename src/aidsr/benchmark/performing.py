@@ -10,9 +10,12 @@ import threading
 from pathlib import Path
 
 from aidsr.benchmark.jobs import Job, perform
-from aidsr.errors import AidsrError
+from aidsr.errors import AidsrError, BudgetError
 
-__all__ = ["main"]
+__all__ = ["SHORT", "main"]
+
+SHORT = 3
+"""Exit code of a job whose share of the study's limit was too small; with more it goes on."""
 
 
 def _end_with_the_driver() -> None:
@@ -34,7 +37,7 @@ def main(arguments: list[str]) -> int:
         perform(Path(folder), Job.of(json.loads(job)))
     except AidsrError as error:
         sys.stderr.write(f"{error}\n")
-        return 1
+        return SHORT if isinstance(error, BudgetError) else 1
     except KeyboardInterrupt:
         return 130
     return 0

@@ -38,6 +38,8 @@ class Forecast(Artifact):
     """Waiting for a language model takes no core and is not in it."""
     cost_usd: float
     """With language models; where nothing was measured, the published figure for GPT-5 is taken."""
+    tokens: int
+    """The same for tokens, in and out."""
     disk_mb: float
     measured: bool
     """Whether designs of this study were the measure."""
@@ -48,7 +50,7 @@ class Forecast(Artifact):
 def forecast(study: Study) -> Forecast:
     """Return what a study will take from where it stands."""
     rows, jobs, plan = read_outcomes(study), Counter[str](), study.plan
-    hours, dollars, coming, published = 0.0, 0.0, 0, False
+    hours, dollars, tokens, coming, published = 0.0, 0.0, 0.0, 0, False
     trained = _seconds_by_task(rows)
     for cell in study.cells:
         arm, left = study.arm(cell.arm), Counter[str](job.stage for job in pending_in(study, cell))
@@ -62,6 +64,7 @@ def forecast(study: Study) -> Forecast:
             if not arm.after or arm.feedback:
                 hours += concepts * _seconds(own, arm.config.model) / 3600
                 dollars += concepts * _dollars(own, arm.config.model)
+                tokens += concepts * _tokens(own, arm.config.model)
                 published = published or _is_published(own, arm.config.model)
         each_s = trained.get(cell.task) or trained.get("") or plan.steps / _STEPS_PER_S
         hours += (left["train"] * (each_s + _JUDGING_S) + left["probe"] * _PROBE_S) / 3600
@@ -70,6 +73,7 @@ def forecast(study: Study) -> Forecast:
         jobs={stage: jobs[stage] for stage in ("design", "verify", "train", "probe")},
         core_hours=hours,
         cost_usd=dollars,
+        tokens=round(tokens),
         disk_mb=coming * _DESIGN_MB + jobs["train"] * _TRAINING_MB,
         measured=any(row.outcome not in ("unfinished", "failed") for row in rows),
         published_costs=published,
@@ -99,6 +103,12 @@ def _dollars(own: Sequence[DesignRow], model: str) -> float:
         return 0.0
     costs = _known_costs(own)
     return median(costs) if costs else PAPER.cost_usd
+
+
+def _tokens(own: Sequence[DesignRow], model: str) -> float:
+    if asks_nobody(model):
+        return 0.0
+    return median([row.usage.input_tokens + row.usage.output_tokens for row in own] or [PAPER.tokens])
 
 
 def _is_published(own: Sequence[DesignRow], model: str) -> bool:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Protocol
 
 from aidsr.benchmark.jobs import Job
+from aidsr.benchmark.performing import SHORT
 
 __all__ = ["Ended", "LocalPool", "Pool"]
 
@@ -30,6 +31,8 @@ class Ended:
     job: Job
     error: str
     wall_s: float
+    short: bool = False
+    """Whether what it may spend was too little; that is no failure."""
 
 
 class Pool(Protocol):
@@ -95,7 +98,7 @@ class LocalPool:
                     _, said = child.communicate()
                     last = said.decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
-                    return Ended(job, error, time.monotonic() - began)
+                    return Ended(job, error, time.monotonic() - began, short=child.returncode == SHORT)
             time.sleep(_LOOK_S)
 
     def close(self) -> None:

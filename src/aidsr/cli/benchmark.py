@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from aidsr.cli.plan_options import PlanOptions
+from aidsr.cli.spending import StudyLimits
 
 if TYPE_CHECKING:
     from aidsr.benchmark.pool import Pool
@@ -23,6 +24,7 @@ def benchmark(
     /,
     *,
     options: PlanOptions | None = None,
+    limits: StudyLimits | None = None,
     jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
     ray: str = "",
     resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -37,7 +39,10 @@ def benchmark(
 
         aidsr benchmark studies/first --resume --jobs 4
 
-    Exit code 0 means that all jobs were done, 1 that some were given up (see failures.jsonl), 130 an interruption.
+        aidsr benchmark studies/second --tasks gap --model openai:gpt-5 --max-cost 20
+
+    Exit code 0 means that all jobs were done, 1 that some were given up (see failures.jsonl) or not paid for, 130 an
+    interruption.
 
     Parameters
     ----------
@@ -56,13 +61,16 @@ def benchmark(
 
     from aidsr.benchmark.driving import drive
     from aidsr.benchmark.report import write_report
+    from aidsr.benchmark.spending import check_limit, limit_of, limit_study
     from aidsr.benchmark.study import begin_study
-    from aidsr.cli.studies import StudyTable, say_forecast
+    from aidsr.cli.studies import StudyTable, say_forecast, say_unpaid
     from aidsr.extras import require_extra
 
     console = Console(highlight=False)
     found = _study(study, options or PlanOptions(), resume)
-    say_forecast(console, found, jobs=0 if ray else jobs)
+    limit = limits.budget() if limits else limit_of(found)
+    check_limit(found, limit)
+    say_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
     if ray:
         require_extra("ray", "--ray")
     else:
@@ -70,6 +78,8 @@ def benchmark(
     if dry_run:
         return 0
     begin_study(study, found.plan)
+    if limits:
+        limit_study(found, limit)
     try:
         with StudyTable(console, found) as table:
             progress = drive(found, _pool(study, jobs, ray), table.listen)
@@ -77,7 +87,9 @@ def benchmark(
         console.print(f"\nInterrupted; aidsr benchmark {study} --resume goes on", soft_wrap=True)
         return 130
     console.print(f"Report: {write_report(found)}", soft_wrap=True)
-    return 1 if progress.failed else 0
+    if progress.unpaid:
+        say_unpaid(console, found, progress.unpaid)
+    return 1 if progress.failed or progress.unpaid else 0
 
 
 def _study(path: Path, options: PlanOptions, resume: bool) -> Study:

@@ -12,7 +12,7 @@ from cyclopts.validators import Number
 if TYPE_CHECKING:
     from aidsr.runs import Budget, RunConfig
 
-__all__ = ["Limits", "print_estimate"]
+__all__ = ["Limits", "StudyLimits", "print_estimate"]
 
 
 @Parameter(name="*")
@@ -45,6 +45,31 @@ class Limits:
             tokens_per_design=self.max_tokens_per_design,
             cost_per_design_usd=self.max_cost_per_design,
         )
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class StudyLimits:
+    """What all runs of a study together may use."""
+
+    max_cost: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gt=0),
+            help="Most the whole study may cost, in dollars, what was paid before included; holds until another is "
+            "given. No call that could exceed it is made, and what needs no language model goes on.",
+        ),
+    ] = None
+    max_tokens: Annotated[
+        int | None,
+        Parameter(validator=Number(gte=1), help="Most tokens, in and out, that the whole study may use."),
+    ] = None
+
+    def budget(self) -> Budget:
+        """Return the limits as a study records them."""
+        from aidsr.runs import Budget
+
+        return Budget(tokens=self.max_tokens, cost_usd=self.max_cost)
 
 
 def print_estimate(config: RunConfig, runs: Path) -> None:

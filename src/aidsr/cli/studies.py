@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
@@ -13,21 +15,25 @@ from rich.table import Table
 from rich.text import Text
 
 from aidsr.benchmark.driving import Progress
+from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.outcomes import paid_usd, read_outcomes
-from aidsr.benchmark.planning import forecast
+from aidsr.benchmark.planning import Forecast, forecast
+from aidsr.benchmark.spending import Purse, limit_of
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import differences
+from aidsr.runs import Budget
 
-__all__ = ["StudyTable", "say_comparison", "say_forecast"]
+__all__ = ["StudyTable", "say_comparison", "say_forecast", "say_unpaid"]
 
 
-def say_forecast(console: Console, study: Study, jobs: int) -> None:
+def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:
     """Say what is still to be done and what it may take.
 
     Args:
         console: Where to say it.
         study: The study.
         jobs: Done side by side; 0 where that is not known.
+        limit: What the study may use of language models.
     """
     arms = Table(box=None, pad_edge=False)
     for name in ("arm", "model", "what is not as usual"):
@@ -45,6 +51,43 @@ def say_forecast(console: Console, study: Study, jobs: int) -> None:
         f"Estimate ({basis}): {_hours(found.core_hours)} of one core{took}, {price}, {found.disk_mb:,.0f} MB",
         soft_wrap=True,
     )
+    above = _above(study, found, limit)
+    if above:
+        console.print(f"[yellow]Above the limit:[/] {above}; the study would end before all is done", soft_wrap=True)
+
+
+def _above(study: Study, coming: Forecast, limit: Budget) -> str:
+    """Return by how much an estimate and what was used before are above a limit, nothing where they are not."""
+    purse, said = Purse(study, limit), []
+    if limit.cost_usd is not None and purse.paid_usd + coming.cost_usd > limit.cost_usd:
+        said.append(f"${purse.paid_usd + coming.cost_usd:.2f} in all of ${limit.cost_usd:.2f} allowed")
+    if limit.tokens is not None and purse.tokens + coming.tokens > limit.tokens:
+        said.append(f"{purse.tokens + coming.tokens:,} tokens in all of {limit.tokens:,} allowed")
+    return " and ".join(said)
+
+
+def say_unpaid(console: Console, study: Study, unpaid: Sequence[Job]) -> None:
+    """Say what the limit of a study left undone, and how to go on."""
+    limit, coming = limit_of(study), forecast(study)
+    purse, said, options = Purse(study, limit), [], []
+    if limit.cost_usd is not None:
+        said.append(f"${purse.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
+        options.append(f"--max-cost {math.ceil(max(purse.paid_usd, limit.cost_usd) + coming.cost_usd)}")
+    if limit.tokens is not None:
+        said.append(f"{purse.tokens:,} of {limit.tokens:,} tokens are used")
+        options.append(f"--max-tokens {max(purse.tokens, limit.tokens) + coming.tokens}")
+    names = ", ".join(job.cell.name for job in unpaid[:_NAMED]) + (", …" if len(unpaid) > _NAMED else "")
+    runs = "1 run is" if len(unpaid) == 1 else f"{len(unpaid)} runs are"
+    console.print(
+        f"The study's limit is reached: {' and '.join(said)}, and too little is left for the next call. {runs} not "
+        f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
+        f"--resume {' '.join(options)}",
+        soft_wrap=True,
+    )
+
+
+_NAMED = 3
+"""Runs that are named where a study ends early; the report has the others."""
 
 
 def _hours(hours: float) -> str:
@@ -115,8 +158,9 @@ _LOOKING_SHARE = 20
 
 
 def _paid(study: Study) -> str:
-    cost = paid_usd(study, read_outcomes(study))
-    return "unknown" if cost is None else f"${cost:.2f}"
+    cost, limit = paid_usd(study, read_outcomes(study)), limit_of(study).cost_usd
+    allowed = "" if limit is None else f" of ${limit:.2f}"
+    return "unknown" if cost is None else f"${cost:.2f}{allowed}"
 
 
 def say_comparison(console: Console, one: Study, other: Study) -> int:
