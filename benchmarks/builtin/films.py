@@ -9,21 +9,27 @@ succeeds shows how far the best one came.
 from __future__ import annotations
 
 import argparse
-import base64
+import io
 from pathlib import Path
 from statistics import fmean
+
+import numpy as np
+from PIL import Image
 
 from aidsr.benchmark.gallery import Card, gallery
 from aidsr.benchmark.outcomes import read_outcomes
 from aidsr.benchmark.study import Study, open_study
+from aidsr.sim.rendering import filmstrip
 
 DOCS = Path(__file__).parents[2] / "docs"
-_KINDS = {"data:image/jpeg;base64": "jpg", "data:image/png;base64": "png"}
+_MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
+"""Of a strip; drawn finer first, so that edges are smooth [px]."""
 _HEAD = """# What the best policies do
 
 Moments of the best held-out episode of the best design of each task, the first on the left and the last on the right:
-robots of the built-in team. Made by `python benchmarks/builtin/films.py` from the studies whose tables are in
-`benchmarks/builtin`; the films themselves (`best.mp4`) are in their folders.
+robots of the built-in team. The camera goes along with a robot that travels; the time and the way from its start stand
+in the picture. Made by `python benchmarks/builtin/films.py` from the studies whose tables are in `benchmarks/builtin`;
+the films themselves (`best.mp4`) are in their folders.
 Tasks of which no design has been trained yet are missing.
 """
 
@@ -42,9 +48,8 @@ def main() -> None:
         if shown is None:
             continue
         _, card, steps = shown
-        kind, _, content = card.url.partition(",")
-        picture = folder / f"{task.rpartition('/')[2]}.{_KINDS[kind]}"
-        picture.write_bytes(base64.b64decode(content))
+        picture = folder / f"{task.rpartition('/')[2]}.jpg"
+        _draw(card, picture)
         lines += [
             f"## {task}",
             "",
@@ -56,10 +61,24 @@ def main() -> None:
     (DOCS / "policies.md").write_text("\n".join(lines), encoding="utf-8")
 
 
+def _draw(card: Card, picture: Path) -> None:
+    """Draw moments of the motion that a training recorded."""
+    with np.load(card.motion) as motion:
+        drawn = filmstrip(
+            str(motion["mjcf"]),
+            qpos=motion["qpos"],
+            frames_per_s=1.0 / float(motion["frame_s"]),
+            count=_MOMENTS,
+            width=_FINER * _WIDTH,
+            height=_FINER * _HEIGHT,
+        )
+    Image.open(io.BytesIO(drawn)).resize((_MOMENTS * _WIDTH, _HEIGHT)).save(picture, quality=85)
+
+
 def _best(study: Study, task: str) -> tuple[float, Card, int] | None:
     """Return the share of episodes that the best design wins, its strip, and the budget of its policy."""
     rows = [row for row in read_outcomes(study) if row.task == task and row.evaluations]
-    cards = gallery(study, rows)
+    cards = [card for card in gallery(study, rows) if card.motion]
     return (max(fmean(row.episodes) for row in rows), cards[0], study.plan.steps) if cards else None
 
 

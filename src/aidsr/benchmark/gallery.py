@@ -31,6 +31,8 @@ class Card:
     task: str
     what: str
     how_well: str
+    motion: Path | None = None
+    """The motion of its best episode, see `aidsr.rl.pictures.episode_recordings`; None for one that was not trained."""
 
 
 def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
@@ -41,9 +43,11 @@ def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
         own = [row for row in rows if row.task == task and row.stable]
         for row in sorted(own, key=_rank, reverse=True)[:_CARDS]:
             run = study.run(cells[row.arm, row.task, row.run])
-            url = _strip(run.design(row.design), study.plan.seeds) if run else ""
+            found = _trained(run.design(row.design), study.plan.seeds) if run else []
+            url = _strip(run.design(row.design), found) if run else ""
+            what = f"{row.family}, {row.arm}, run {row.run}.{row.design}"
             if url:
-                cards.append(Card(url, task, f"{row.family}, {row.arm}, run {row.run}.{row.design}", _how_well(row)))
+                cards.append(Card(url, task, what, _how_well(row), found[0] / "best.npz" if found else None))
     return tuple(cards)
 
 
@@ -58,10 +62,14 @@ def _how_well(row: DesignRow) -> str:
     return f"{word}, {100 * fmean(row.episodes):.0f} % of episodes won"
 
 
-def _strip(design: DesignFolder, seeds: int) -> str:
-    films = [path for seed in range(seeds) if (path := trained_at(design, seed) / "best.mp4").exists()]
-    if films:
-        return f"data:image/jpeg;base64,{base64.b64encode(_moments(films[0])).decode()}"
+def _trained(design: DesignFolder, seeds: int) -> list[Path]:
+    """Return the folders of a design's trainings of which there are films."""
+    return [path for seed in range(seeds) if ((path := trained_at(design, seed)) / "best.mp4").exists()]
+
+
+def _strip(design: DesignFolder, trained: Sequence[Path]) -> str:
+    if trained:
+        return f"data:image/jpeg;base64,{base64.b64encode(_moments(trained[0] / 'best.mp4')).decode()}"
     drawn = next((found for it in reversed(design.iterations) if (found := it.motion.read() or it.preview.read())), b"")
     return f"data:image/png;base64,{base64.b64encode(drawn).decode()}" if drawn else ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -12,10 +12,11 @@ import av
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from aidsr.sim import raycasting
 from aidsr.sim.compiling import compile_mjcf, parse_mjcf
+from aidsr.sim.following import travelled
 from aidsr.sim.framing import View, frame
 from aidsr.sim.highlighting import light_up
 from aidsr.sim.opengl import Canvas, NoOpenGLError
@@ -25,6 +26,7 @@ from aidsr.sim.staging import staged
 __all__ = ["describe_graphics", "draw_filmstrip", "draw_picture", "draw_video"]
 
 _Pixels = NDArray[np.uint8]
+_Positions = NDArray[np.float64]
 _SWING_HZ = 0.4  # our choice: slow enough to follow, fast enough to see each actuator twice in 6 s
 _FRAMED_STATES = 12
 
@@ -48,16 +50,15 @@ def draw_picture(argument: dict[str, Any]) -> dict[str, Any]:
 def draw_filmstrip(argument: dict[str, Any]) -> dict[str, Any]:
     """Return {"data": PNG} with several moments of a motion side by side."""
     model = staged(parse_mjcf(argument["mjcf"]))
-    every = _positions(argument)
-    chosen = every[np.linspace(0, len(every) - 1, argument["count"]).round().astype(int)]
-    data = mujoco.MjData(model)
-    camera = frame(model, _states(model, data, chosen), View(**argument["view"]))
+    positions = _positions(argument)
+    chosen = np.linspace(0, len(positions) - 1, argument["count"]).round().astype(int)
+    film = _Film(model, positions, chosen, argument)
     width, height = argument["width"], argument["height"]
     try:
         with Canvas(model, width, height) as canvas:
-            pictures = [canvas.draw(data, camera, shadows=True) for _ in _states(model, data, chosen)]
+            pictures = [*film.pictures(lambda data, camera: canvas.draw(data, camera, shadows=True))]
     except NoOpenGLError:
-        pictures = [raycasting.draw(model, data, camera, width, height) for _ in _states(model, data, chosen)]
+        pictures = [*film.pictures(lambda data, camera: raycasting.draw(model, data, camera, width, height))]
     return {"data": _png(np.concatenate(pictures, axis=1))}
 
 
@@ -65,15 +66,51 @@ def draw_video(argument: dict[str, Any]) -> dict[str, Any]:
     """Return {"data": MP4}, or {"data": None} without OpenGL."""
     model = staged(parse_mjcf(argument["mjcf"]))
     positions = _positions(argument)
-    data = mujoco.MjData(model)
-    some = positions[:: max(1, len(positions) // _FRAMED_STATES)]
-    camera = frame(model, _states(model, data, some), View(**argument["view"]))
+    film = _Film(model, positions, np.arange(len(positions)), argument)
     try:
         with Canvas(model, argument["width"], argument["height"]) as canvas:
-            pictures = (canvas.draw(data, camera, shadows=False) for _ in _states(model, data, positions))
+            pictures = film.pictures(lambda data, camera: canvas.draw(data, camera, shadows=False))
             return {"data": _mp4(pictures, argument["motion"]["frames_per_s"])}
     except NoOpenGLError:
         return {"data": None}
+
+
+class _Film:
+    """Frames of a motion, and the camera that shows them: it stands still, or goes along with a robot that travels.
+
+    Args:
+        model: The compiled model; what a camera needs of it is set here, before a canvas is made.
+        positions: The whole motion, (n_frames, nq).
+        chosen: Numbers of the frames to draw.
+        argument: Of the function that draws.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, positions: _Positions, chosen: NDArray[np.int_], argument: dict[str, Any]
+    ) -> None:
+        self._model, self._data = model, mujoco.MjData(model)
+        self._positions, self._chosen = positions, chosen
+        self._frames_per_s = argument["motion"]["frames_per_s"]
+        view = View(**argument["view"])
+        some = positions[chosen[:: max(1, len(chosen) // _FRAMED_STATES)]]
+        self._travel = travelled(model, self._data, positions)
+        self._camera = self._travel.camera(view) if self._travel else frame(model, self._states(some), view)
+
+    def pictures(self, draw: Callable[[mujoco.MjData, mujoco.MjvCamera], _Pixels]) -> Iterator[_Pixels]:
+        """Yield the chosen frames; where the camera goes along, the time and the robot's way stand in them."""
+        for number, data in zip(self._chosen, self._states(self._positions[self._chosen]), strict=True):
+            if self._travel is None:
+                yield draw(data, self._camera)
+            else:
+                self._camera.lookat[:] = self._travel.looked_at_m[number]
+                caption = f"{number / self._frames_per_s:.1f} s, {self._travel.way_m[number]:.2f} m"
+                yield _written_on(draw(data, self._camera), caption)
+
+    def _states(self, positions: _Positions) -> Iterator[mujoco.MjData]:
+        for qpos in positions:
+            self._data.qpos[:] = qpos
+            mujoco.mj_forward(self._model, self._data)
+            yield self._data
 
 
 def describe_graphics(_argument: dict[str, Any]) -> dict[str, Any]:
@@ -126,11 +163,14 @@ def _simulated(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: f
     return np.array(positions)
 
 
-def _states(model: mujoco.MjModel, data: mujoco.MjData, positions: NDArray[np.float64]) -> Iterator[mujoco.MjData]:
-    for qpos in positions:
-        data.qpos[:] = qpos
-        mujoco.mj_forward(model, data)
-        yield data
+def _written_on(pixels: _Pixels, caption: str) -> _Pixels:
+    """Return a picture with a line of text in its lower left corner."""
+    picture = Image.fromarray(pixels)
+    size = picture.height / 12  # our choice: still read in a strip of small pictures
+    place = (size / 2, picture.height - size / 2)
+    font = ImageFont.load_default(size)
+    ImageDraw.Draw(picture).text(place, caption, "white", font, anchor="ld", stroke_width=2, stroke_fill="black")
+    return np.asarray(picture)
 
 
 def _png(pixels: _Pixels) -> str:

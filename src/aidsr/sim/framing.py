@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from aidsr.sim.ownership import read_ownership
 
-__all__ = ["View", "frame"]
+__all__ = ["Array", "View", "aim", "ball", "frame", "robot_corners"]
 
-_Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 _FOVY_DEG = 35.0  # our choice: MuJoCo's 45 degrees makes near parts look large
 _MARGIN = 1.08
@@ -54,25 +54,52 @@ def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) ->
         mujoco.mjv_defaultFreeCamera(model, camera)
         camera.distance /= view.closeness
         return camera
-    robot, around = _robot_geoms(model), _surrounding_geoms(model)
-    robot_corners, around_corners, data = [], [], None
+    around = _surrounding_geoms(model)
+    of_robot, of_others, data = [], [], None
     for data in states:
-        robot_corners.append(_corners(model, data, robot))
-        around_corners.append(_corners(model, data, around))
+        of_robot.append(robot_corners(model, data))
+        of_others.append(_corners(model, data, around))
     if data is None:
         raise ValueError("expected at least one state to look at, found none")
-    centre, radius = _region(np.concatenate(robot_corners), np.concatenate(around_corners))
+    centre, radius = _region(np.concatenate(of_robot), np.concatenate(of_others))
+    model.vis.map.shadowclip = min(model.vis.map.shadowclip, _SHADOWED * radius / model.stat.extent)
+    return aim(model, data, centre, radius, view)
+
+
+def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float, view: View) -> mujoco.MjvCamera:
+    """Return a camera that shows a ball in the world, from the side from which most of what is in it is in sight.
+
+    Also sets the model's field of view and clipping planes to suit.
+
+    Args:
+        model: The compiled model.
+        data: The state that decides from which side to look.
+        centre: Of the ball, (3,) [m].
+        radius: Of the ball [m].
+        view: What is asked for.
+    """
     model.vis.global_.fovy = _FOVY_DEG
     camera = mujoco.MjvCamera()
     camera.lookat[:] = centre
     camera.distance = _MARGIN * radius / np.sin(np.deg2rad(_FOVY_DEG / 2)) / view.closeness
-    near = [geom for geom in around if np.linalg.norm(data.geom_xpos[geom] - centre) < radius]
-    camera.azimuth, camera.elevation = _direction(model, data, camera, [*robot, *near], view)
+    near = [geom for geom in _surrounding_geoms(model) if np.linalg.norm(data.geom_xpos[geom] - centre) < radius]
+    camera.azimuth, camera.elevation = _direction(model, data, camera, [*_robot_geoms(model), *near], view)
     extent = model.stat.extent
-    model.vis.map.shadowclip = min(model.vis.map.shadowclip, _SHADOWED * radius / extent)
     model.vis.map.znear = min(model.vis.map.znear, 0.1 * camera.distance / extent)
     model.vis.map.zfar = max(model.vis.map.zfar, 4 * camera.distance / extent)
     return camera
+
+
+def robot_corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Return the corners of the boxes around the robot's shapes in world coordinates, (n, 3) [m]."""
+    return _corners(model, data, _robot_geoms(model))
+
+
+def ball(points: Array) -> tuple[Array, float]:
+    """Return centre and radius [m] of a ball around points, (n, 3)."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre = (low + high) / 2
+    return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-3)
 
 
 def _robot_geoms(model: mujoco.MjModel) -> list[int]:
@@ -101,7 +128,7 @@ def _solid(model: mujoco.MjModel) -> Iterator[int]:
             yield geom
 
 
-def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> _Array:
+def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Array:
     """Return the corners of the geoms' boxes in world coordinates, shape `(8 * len(geoms), 3)` [m]."""
     signs = np.array(list(product((-1, 1), repeat=3)), float)
     found = [np.zeros((0, 3))]
@@ -111,22 +138,16 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> _A
     return np.concatenate(found)
 
 
-def _region(robot: _Array, others: _Array) -> tuple[_Array, float]:
+def _region(robot: Array, others: Array) -> tuple[Array, float]:
     """Return centre and radius [m] of what shall be seen."""
     if not len(robot):
         return np.zeros(3), 0.5
-    centre, radius = _ball(robot)
+    centre, radius = ball(robot)
     near = others[np.linalg.norm(others - centre, axis=1) < _SURROUNDINGS * radius]
-    wide_centre, wide_radius = _ball(np.concatenate([robot, near]))
+    wide_centre, wide_radius = ball(np.concatenate([robot, near]))
     if wide_radius <= _MAX_WIDENING * radius:
         return wide_centre, wide_radius
     return (centre + wide_centre) / 2, _MAX_WIDENING * radius
-
-
-def _ball(points: _Array) -> tuple[_Array, float]:
-    low, high = points.min(axis=0), points.max(axis=0)
-    centre = (low + high) / 2
-    return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-3)
 
 
 def _direction(
@@ -144,15 +165,15 @@ def _direction(
     return directions[int(np.argmax(merits))]
 
 
-def _eye(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> _Array:
+def _eye(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> Array:
     azimuth, elevation = np.deg2rad([azimuth_deg, elevation_deg])
     level = np.cos(elevation)
     forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
-    eye: _Array = camera.lookat - camera.distance * forward
+    eye: Array = camera.lookat - camera.distance * forward
     return eye
 
 
-def _in_sight(model: mujoco.MjModel, data: mujoco.MjData, eye: _Array, geoms: list[int]) -> float:
+def _in_sight(model: mujoco.MjModel, data: mujoco.MjData, eye: Array, geoms: list[int]) -> float:
     """Return the share of geoms whose centre is hidden at most by geoms of the same list."""
     hit = np.zeros(1, np.int32)
     seen = 0

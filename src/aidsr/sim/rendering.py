@@ -55,6 +55,7 @@ def filmstrip(
     qpos: Frames | None = None,
     ctrl: Frames | None = None,
     seconds: float = 6.0,
+    frames_per_s: float = 25.0,
     count: int = 5,
     width: int = 320,
     height: int = 320,
@@ -64,7 +65,7 @@ def filmstrip(
 
     The motion is given as in `video`.
     """
-    motion = _motion(qpos, ctrl, seconds, 25.0)
+    motion = _motion(qpos, ctrl, seconds, frames_per_s)
     size = {"count": count, "width": width, "height": height}
     return _drawn("draw_filmstrip", _PICTURE_LIMITS, mjcf=mjcf, motion=motion, view=_written(view), **size) or b""
 
@@ -81,6 +82,8 @@ def video(
     view: View | None = None,
 ) -> bytes | None:
     """Return a motion as MP4 (H.264), or None where there is no OpenGL.
+
+    The camera goes along with a free robot that travels; the time and the way from its start stand in the picture.
 
     Args:
         mjcf: Robot or scene.
