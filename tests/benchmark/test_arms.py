@@ -27,6 +27,7 @@ ALL = (
     "direct",
     "no_repairs",
     "no_groups",
+    "from_probe",
     "task_feedback",
 )
 

@@ -27,6 +27,7 @@ Way = Literal[
     "direct",
     "no_repairs",
     "no_groups",
+    "from_probe",
     "task_feedback",
 ]
 """Ways of designing that a study can compare. The paper's: the full method; with a person's feedback as one more round
@@ -34,7 +35,7 @@ on the same designs, or as the only feedback; and without its parts. Ours: witho
 that act together, and with feedback from the task."""
 
 _WITH_A_PERSON = ("human", "human_only")
-_SAME_DESIGNS = ("human", "no_groups")
+_SAME_DESIGNS = ("human", "no_groups", "from_probe")
 """They go on with the designs of the full method."""
 _CONFIG: dict[Way, dict[str, Any]] = {
     "human_only": {"method": "no_feedback", "iterations": 0},
@@ -93,6 +94,7 @@ def _arm(model: str, way: Way, concepts: int, feedback: Mapping[str, str]) -> Ar
         after=name if way in _SAME_DESIGNS else "",
         feedback=dict(feedback) if way in _WITH_A_PERSON else {},
         grouping="off" if way == "no_groups" else "auto",
+        from_probe=way == "from_probe",
         # the paper counts iterations, so nothing ends before they are used up
         config=RunConfig(model=model, concepts=concepts, early_stop=False).model_copy(update=changed),
     )

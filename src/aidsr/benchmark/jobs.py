@@ -190,6 +190,7 @@ def _verify(study: Study, job: Job) -> None:
 
 def _train(study: Study, job: Job) -> None:
     from aidsr.episodes.scene import TaskScene
+    from aidsr.rl.recipe import Recipe
     from aidsr.rl.trained import evaluate_training
     from aidsr.rl.training import train
 
@@ -202,8 +203,8 @@ def _train(study: Study, job: Job) -> None:
         groups=robot.actuator_groups,
         grouping=study.arm(job.cell.arm).grouping,
     )
-    folder = trained_at(design, job.seed)
-    train(scene, folder, steps=study.plan.steps, seed=job.seed, threads=1)
+    folder, recipe = trained_at(design, job.seed), Recipe(from_probe=study.arm(job.cell.arm).from_probe)
+    train(scene, folder, steps=study.plan.steps, seed=job.seed, recipe=recipe, threads=1)
     evaluate_training(folder, threads=1)
 
 

@@ -47,6 +47,8 @@ class Arm(Artifact):
     """What a person says to each design, by task; it then goes one round further."""
     grouping: Literal["auto", "off"] = "auto"
     """"auto" lets actuators act together when a policy is trained; "off" gives each an action of its own."""
+    from_probe: bool = False
+    """Whether policies first learn the best open-loop motion, where that succeeds; see `aidsr.rl.Recipe`."""
     runs: Annotated[int | None, Field(ge=1)] = None
     """Runs of each task, where that is fewer than the study has: what would be the same each time is run once."""
     config: RunConfig
@@ -62,6 +64,7 @@ class Arm(Artifact):
         said += ["tried on its task"] * config.task_feedback
         said += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
         said += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
+        said += ["policies that begin with the probe's motion"] * self.from_probe
         said += [f"the designs of {self.after}"] * bool(self.after)
         return ", ".join(said)
 

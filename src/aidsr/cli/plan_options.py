@@ -25,6 +25,7 @@ Way = Literal[
     "direct",
     "no_repairs",
     "no_groups",
+    "from_probe",
     "task_feedback",
 ]
 """As `aidsr.benchmark.arms.Way`, which would load what a command line without a command does not need."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from aidsr.episodes.scene import TaskScene
+    from aidsr.rl.recipe import Recipe
 
 __all__ = ["train"]
 
@@ -28,6 +30,7 @@ def train(
     first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
     grouping: Literal["auto", "off"] = "auto",
+    from_probe: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     evaluate: bool = True,
@@ -64,6 +67,8 @@ def train(
         Where folders 001, 002 … are made: training/ in the design's folder, or here, unless named.
     grouping
         "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
+    from_probe
+        Look for an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard
@@ -77,18 +82,20 @@ def train(
 
     from aidsr.cli.subject import subject_of
     from aidsr.extras import require_extra
+    from aidsr.rl.recipe import Recipe
 
     require_extra("rl", "training")
     subject = subject_of(scene, task, level, goal)
-    learning = subject.to_learn_in(grouping)
+    learning, recipe = subject.to_learn_in(grouping), Recipe(from_probe=from_probe)
     console = Console(highlight=False)
     told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"
     console.print(told, style="bold", markup=False, soft_wrap=True)
     home = out if out is not None else subject.home / "training"
+    learn = partial(_learn, console, learning, home, recipe=recipe, threads=threads, tensorboard=tensorboard)
     verdicts = []
     for seed in range(first_seed, first_seed + seeds):
         try:
-            folder = _learn(console, learning, home, steps=steps, seed=seed, threads=threads, tensorboard=tensorboard)
+            folder = learn(steps=steps, seed=seed)
         except KeyboardInterrupt:
             console.print("\nInterrupted. What was learned is kept; the same command goes on", soft_wrap=True)
             return 130
@@ -98,22 +105,35 @@ def train(
 
 
 def _learn(
-    console: Console, learning: TaskScene, home: Path, *, steps: int, seed: int, threads: int, tensorboard: bool
+    console: Console,
+    learning: TaskScene,
+    home: Path,
+    *,
+    steps: int,
+    seed: int,
+    recipe: Recipe,
+    threads: int,
+    tensorboard: bool,
 ) -> Path:
     """Train one policy while a person watches; return its folder."""
-    from rich.markup import escape
-
     from aidsr.cli.learning import TrainingBar
     from aidsr.rl.training import folder_for
     from aidsr.rl.training import train as learn
 
-    folder = folder_for(home, learning, steps=steps, seed=seed)
+    folder = folder_for(home, learning, steps=steps, seed=seed, recipe=recipe)
     with TrainingBar(console, f"seed {seed}", steps) as bar:
         result = learn(
-            learning, folder, steps=steps, seed=seed, threads=threads, tensorboard=tensorboard, listen=bar.listen
+            learning,
+            folder,
+            steps=steps,
+            seed=seed,
+            recipe=recipe,
+            threads=threads,
+            tensorboard=tensorboard,
+            listen=bar.listen,
         )
     ended = f"{folder}: {result.steps} steps in {result.wall_s:.0f} s, ended by {result.stopped}"
-    console.print(escape(ended), soft_wrap=True)
+    console.print(ended, markup=False, soft_wrap=True)
     return folder
 
 

@@ -6,7 +6,7 @@ report     what came out, kept as probe.json
 """
 
 from aidsr.probing.motion import Motion
-from aidsr.probing.probing import probe
+from aidsr.probing.probing import probe, probe_scene
 from aidsr.probing.report import ProbeReport
 
-__all__ = ["Motion", "ProbeReport", "probe"]
+__all__ = ["Motion", "ProbeReport", "probe", "probe_scene"]

@@ -92,10 +92,10 @@ class Motions:
             ramp_s=np.array([motion.ramp_s for motion in motions]),
         )
 
-    def at(self, time_s: float) -> FloatArray:
-        """Return the actions at a moment, (n, k), -1 to 1."""
+    def at(self, time_s: float | FloatArray) -> FloatArray:
+        """Return the actions at a moment, the same for all or one for each (n,); (n, k), -1 to 1."""
         ramp = np.clip((time_s - self.begin_s) / self.ramp_s, 0.0, 1.0)[:, None]
-        swing = self.amplitude * np.sin(2 * np.pi * self.frequency_hz[:, None] * time_s + self.phase_rad)
+        swing = self.amplitude * np.sin(2 * np.pi * (self.frequency_hz * time_s)[:, None] + self.phase_rad)
         return np.clip(self.first + self.change * ramp + swing, -1.0, 1.0)
 
     def motion(self, index: int, names: Sequence[str]) -> Motion:

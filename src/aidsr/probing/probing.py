@@ -23,7 +23,7 @@ from aidsr.probing.stopping import Stop
 from aidsr.tasks import BENCHMARK_VERSION, Level, Task, Variation
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["CANDIDATES", "MAX_STEPS", "VARIATIONS", "probe"]
+__all__ = ["CANDIDATES", "MAX_STEPS", "VARIATIONS", "probe", "probe_scene"]
 
 GENERATION = 16
 """Motions played at once for each variation. Our choice: more generations of fewer motions found more of the same
@@ -56,14 +56,50 @@ def probe(
 ) -> ProbeReport:
     """Say how far a body can get on a task without learning anything.
 
-    The same scene, task, seed and bounds give the same report, its wall time aside.
-
     Args:
         scene: MJCF of a robot in the environment of the task, or the path of its file.
         task: A task or its name.
         level: Level of a task given by name.
         groups: Actuators that act together, as the robot's author says.
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
+        candidates: See `probe_scene`, as for all that follow.
+        variations: As above.
+        max_steps: As above.
+        seed: As above.
+        threads: As above.
+        listen: As above.
+
+    Raises:
+        UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
+        MjcfError: The scene cannot be loaded.
+    """
+    return probe_scene(
+        TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping),
+        candidates=candidates,
+        variations=variations,
+        max_steps=max_steps,
+        seed=seed,
+        threads=threads,
+        listen=listen,
+    )
+
+
+def probe_scene(
+    place: TaskScene,
+    *,
+    candidates: int = CANDIDATES,
+    variations: int = VARIATIONS,
+    max_steps: int = MAX_STEPS,
+    seed: int = 0,
+    threads: int = 0,
+    listen: Callable[[int, float], None] = lambda _played, _progress: None,
+) -> ProbeReport:
+    """Do what `probe` does for a scene that is loaded already.
+
+    The same scene, seed and bounds give the same report, its wall time aside.
+
+    Args:
+        place: The body in the environment of its task.
         candidates: Motions tried for each variation, in generations of 16.
         variations: How many development variations; each is searched for itself.
         max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
@@ -73,8 +109,7 @@ def probe(
         listen: Told after each generation how many motions were played, and the mean progress of the best ones.
 
     Raises:
-        UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
-        MjcfError: The scene cannot be loaded.
+        UserError: A number is out of range.
     """
     if candidates < GENERATION or variations < 1 or max_steps < 1:
         raise UserError(
@@ -82,7 +117,6 @@ def probe(
             f"{variations} and {max_steps}"
         )
     began = time.monotonic()
-    place = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
     stage = _Stage(place, threads)
     searches = [_Search(place.task.variation("development", index)) for index in range(variations)]
     ended_by = _search(stage, searches, candidates, max_steps, np.random.default_rng(seed), listen)

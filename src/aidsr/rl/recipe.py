@@ -45,3 +45,10 @@ class Recipe(Artifact):
     nothing happens any more nothing is learned, and a budget holds few episodes of a minute."""
     saturation: Share = 0.95
     """Share of development episodes that succeed without noise when training ends before its budget."""
+    from_probe: bool = False
+    """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
+    starts from a policy that knows nothing."""
+
+    def learning_rate_when(self, left: float) -> float:
+        """Return the learning rate when a share of the budget is left."""
+        return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * left

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -17,6 +18,7 @@ from aidsr.episodes.playing import play
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.rl.files import TrainingFolder
+from aidsr.rl.head_start import start_from_probe
 from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.rl.recipe import Recipe
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Level, Variation
@@ -167,11 +169,6 @@ def _differences(begun: TrainingConfig, asked: TrainingConfig) -> list[str]:
     return sorted(name for name in names if getattr(begun, name) != getattr(asked, name))
 
 
-def _falling(first: float, last: float) -> Callable[[float], float]:
-    """Return a learning rate that falls evenly with the share of the budget that is left."""
-    return lambda left: last + (first - last) * left
-
-
 class _Training:
     """The moving parts of one call of `train`."""
 
@@ -198,6 +195,8 @@ class _Training:
             Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
             self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
             self.model.num_timesteps = self.history.steps
+        elif recipe.from_probe:
+            self._begin_with_the_probe()
 
     def _development(self) -> Variation:
         return self.scene.task.variation("development", int(self.rng.integers(_DEVELOPMENT)))
@@ -216,7 +215,7 @@ class _Training:
             n_steps=recipe.rollout_steps,
             batch_size=recipe.batch_size,
             n_epochs=recipe.epochs,
-            learning_rate=_falling(recipe.learning_rate, recipe.final_learning_rate),
+            learning_rate=recipe.learning_rate_when,
             gamma=recipe.gamma,
             gae_lambda=recipe.gae_lambda,
             clip_range=recipe.clip_range,
@@ -225,6 +224,15 @@ class _Training:
             seed=int(self.rng.integers(2**31)),
             device="cpu",
         )
+
+    def _begin_with_the_probe(self) -> None:
+        """Give the policy a head start, which is part of the budget."""
+        began, seed = time.perf_counter(), int(self.rng.integers(2**31))
+        report, steps = start_from_probe(self.scene, self.model, self.normalised, seed=seed, threads=self.threads)
+        self.home.write("probe.json", report.model_dump_json(indent=2) + "\n")
+        self.history.steps, self.history.wall_s = steps, time.perf_counter() - began
+        self.model.num_timesteps = steps
+        self.home.note("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.in_words)
 
     def run(self, listen: Callable[[CurvePoint], None]) -> TrainingResult:
         """Learn to the end of the budget or until there is nothing left to learn."""
