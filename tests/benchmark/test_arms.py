@@ -36,7 +36,11 @@ def test_baselines_are_arms_of_their_own() -> None:
     arms = arms_of(["builtin"], ["full"], concepts=3, feedback={}, baselines=["reference", "search"])
     cells = Study(Path("s"), StudyPlan(tasks=(TASK,), arms=arms, runs=2)).cells
     assert [cell.name.split("/")[0] for cell in cells] == ["builtin", "reference", "search", "builtin", "search"]
-    assert [arm.settings for arm in arms] == ["", "robots designed by hand, iterations 0", "numbers found by CMA-ES"]
+    assert [arm.settings for arm in arms] == [
+        "",
+        "robots designed by hand, iterations 0",
+        "numbers found by CMA-ES over 32 robots",
+    ]
 
 
 def test_every_way_is_an_arm_that_can_be_frozen(tmp_path: Path) -> None:

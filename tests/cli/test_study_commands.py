@@ -8,12 +8,14 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from aidsr.baselines.generations import Generation, write_search
 from aidsr.benchmark.driving import Progress
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.pool import Ended
 from aidsr.benchmark.study import Arm, Cell, Study, StudyPlan, begin_study
 from aidsr.cli import main
 from aidsr.cli.studies import StudyTable
+from aidsr.pipeline import brief_for, start
 from aidsr.runs import RunConfig
 
 TASK = "reaching/button_pushing"
@@ -37,6 +39,8 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
         (["--method", "full", "full"], "every arm needs a name of its own, found builtin, builtin"),
         (["--model", "gpt-99", "--seeds", "0"], '"gpt-99" is not a model name'),
         (["--method", "direct", "--seeds", "0"], "direct prompting asks a language model"),
+        (["--baseline", "search", "--search-robots", "20"], "whole generations of 8, found 20; 16 or 24 would do"),
+        (["--resume", "--search-robots", "8"], "found --search-robots beside it"),
         (["--resume", "--designs", "3"], "found --designs beside it; leave one of the two out"),
     ],
 )
@@ -64,6 +68,27 @@ def test_an_estimate_counts_what_training_takes(tmp_path: Path, capsys: pytest.C
     assert "jobs to do: 3 design, 3 verify, 3 train, 3 probe" in text
     # 3 x (5 s designing + 1,000 s training + 33 s judging + 20 s probing) are 53 minutes
     assert "53 min of one core, 26 min with --jobs 2, $0.00" in text
+
+
+def test_an_estimate_counts_the_robots_of_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--tasks", "gap", "--designs", "3", "--baseline", "search", "--seeds", "0", "--no-probe", "--dry-run"]
+    _, text = said(capsys, str(tmp_path / "s"), *words, "--search-robots", "64")
+    assert "numbers found by CMA-ES over 64 robots" in text
+    # 3 x 5 s of the rules, then 64 robots of 5 s and 5 s of the rules
+    assert "6 min of one core" in text
+
+
+def test_a_search_at_work_tells_how_far_it_is(tmp_path: Path) -> None:
+    arm = Arm(name="search", config=RunConfig(model="search", concepts=1))
+    study = begin_study(tmp_path / "s", PLAN.model_copy(update={"arms": (arm,)}))
+    job = Job(Cell("search", TASK, 1), "design")
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=True, width=120, color_system=None)
+    with StudyTable(console, study) as table:
+        table.listen(Progress(0, (job,), 0, ()))
+        run = start(brief_for(task=TASK), arm.config, level="standard", runs=study.home(job.cell))
+        write_search(run, [Generation(concept=1, generation=3, of=4, worths=(0.25, 0.5))])
+    assert "design search/reaching.button_pushing/1: generation 3 of 4, worth 0.50 (0.25 at first)" in out.getvalue()
 
 
 def progress(study: Study, error: str = "") -> Progress:

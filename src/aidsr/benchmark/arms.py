@@ -54,6 +54,12 @@ _BASELINES: dict[Baseline, Arm] = {
 }
 
 
+def _baseline(name: Baseline, search_robots: int) -> Arm:
+    arm = _BASELINES[name]
+    config = RunConfig.model_validate({**arm.config.model_dump(), "search_robots": search_robots})
+    return arm.model_copy(update={"config": config}) if name == "search" else arm
+
+
 def arms_of(
     models: Sequence[str],
     ways: Sequence[Way],
@@ -61,6 +67,7 @@ def arms_of(
     concepts: int,
     feedback: Mapping[str, str],
     baselines: Sequence[Baseline] = (),
+    search_robots: int = 32,
 ) -> tuple[Arm, ...]:
     """Return one arm for each model and way, with names that can be those of folders.
 
@@ -70,6 +77,7 @@ def arms_of(
         concepts: Of each run.
         feedback: What a person says, by task; for the ways that ask one.
         baselines: What they are measured against, an arm each.
+        search_robots: Robots that the search tries for each design, a multiple of eight.
 
     Raises:
         UserError: A way needs another one, or a person's words, that were not given.
@@ -83,7 +91,7 @@ def arms_of(
     if spoken and not feedback:
         raise UserError(f'"{spoken[0]}" needs what a person says to the designs of each task; give it with --feedback')
     designed = [_arm(model, way, concepts, feedback) for model in models for way in ways]
-    return (*designed, *(_BASELINES[name] for name in baselines))
+    return (*designed, *(_baseline(name, search_robots) for name in baselines))
 
 
 def _arm(model: str, way: Way, concepts: int, feedback: Mapping[str, str]) -> Arm:

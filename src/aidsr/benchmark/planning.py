@@ -12,13 +12,14 @@ from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER
 from aidsr.pipeline.teams import SEARCH, asks_nobody
+from aidsr.runs import RunConfig
 
 __all__ = ["Forecast", "forecast"]
 
 _BUILTIN_S = 5.0
 """A design of the built-in team [s]. Source: docs/scale.md, mean over tasks."""
-_SEARCH_S = 300.0
-"""A design that is searched for [s]. Our guess: 48 robots, each validated and probed for a few seconds."""
+_SEARCHED_ROBOT_S = 5.0
+"""A robot of a search, validated and probed [s]. Source: docs/benchmark.md."""
 _STEPS_PER_S = 230.0
 """Control steps of a single-threaded training. Source: docs/scale.md, 300,000 steps in 1,302 s, mean over tasks."""
 _JUDGING_S = 33.0
@@ -62,7 +63,7 @@ def forecast(study: Study) -> Forecast:
             own = [row for row in rows if row.arm == cell.arm and row.outcome not in ("unfinished", "failed")]
             # an arm that goes on with the designs of another one makes none, unless a person speaks
             if not arm.after or arm.feedback:
-                hours += concepts * _seconds(own, arm.config.model) / 3600
+                hours += concepts * _seconds(own, arm.config) / 3600
                 dollars += concepts * _dollars(own, arm.config.model)
                 tokens += concepts * _tokens(own, arm.config.model)
                 published = published or _is_published(own, arm.config.model)
@@ -91,11 +92,11 @@ def _seconds_by_task(rows: Sequence[DesignRow]) -> dict[str, float]:
     return {task: fmean(seconds) for task, seconds in found.items()}
 
 
-def _seconds(own: Sequence[DesignRow], model: str) -> float:
+def _seconds(own: Sequence[DesignRow], config: RunConfig) -> float:
     """Return how long a design takes the machine; waiting for a language model takes no core."""
-    if own and asks_nobody(model):
+    if own and asks_nobody(config.model):
         return median(row.latency_s for row in own)
-    return _SEARCH_S if model == SEARCH else _BUILTIN_S
+    return _BUILTIN_S + config.search_robots * _SEARCHED_ROBOT_S * (config.model == SEARCH)
 
 
 def _dollars(own: Sequence[DesignRow], model: str) -> float:

@@ -59,6 +59,8 @@ class Arm(Artifact):
         config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
         changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
         said = [_BASELINES[config.model]] if config.model in _BASELINES else []
+        if config.model == SEARCH:
+            said[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
         said += [_METHODS[config.method]] if config.method != "full" else []
         said += ["robots not mended by code"] * (not config.repairs)
         said += ["tried on its task"] * config.task_feedback

@@ -74,6 +74,13 @@ class PlanOptions:
             'CMA-ES over the numbers of a built-in family, one design a run (extra "search"); each is an arm.',
         ),
     ] = None
+    search_robots: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=8, lte=8000),
+            help='Robots that "search" tries for each design, in generations of eight; each takes seconds of one core.',
+        ),
+    ] = 32
     designs: Annotated[
         int,
         Parameter(validator=Number(gte=1), help="Designs of each task and model, in runs of --concepts."),
@@ -89,7 +96,9 @@ class PlanOptions:
     @property
     def said(self) -> tuple[str, ...]:
         """Options that were given another value than the usual one, as a person writes them."""
-        return tuple(f"--{each.name}" for each in fields(self) if getattr(self, each.name) != each.default)
+        return tuple(
+            f"--{each.name.replace('_', '-')}" for each in fields(self) if getattr(self, each.name) != each.default
+        )
 
     def plan(self) -> StudyPlan:
         """Return the plan that is asked for.
@@ -105,16 +114,7 @@ class PlanOptions:
         from aidsr.errors import UserError
         from aidsr.tasks import load_task, task_names
 
-        if self.designs % self.concepts:
-            whole = self.designs // self.concepts * self.concepts
-            near = [str(each) for each in (whole, whole + self.concepts) if each > 0]
-            raise UserError(
-                f"--designs must be whole runs of --concepts {self.concepts}, found {self.designs}; "
-                f"{' or '.join(near)} would do, or --concepts {self.designs if self.designs <= 20 else 1}"
-            )
-        empty = [name for name in ("tasks", "model", "method", "baseline") if getattr(self, name) == []]
-        if empty:
-            raise UserError(f"a name was expected after --{empty[0]}, found none; leave it out for the usual")
+        self._check()
         chosen = task_names() if self.tasks in (None, ["all"]) else tuple(load_task(n).name for n in self.tasks or ())
         said = read_feedback(self.feedback, chosen) if self.feedback else {}
         try:
@@ -127,6 +127,7 @@ class PlanOptions:
                     concepts=self.concepts,
                     feedback=said,
                     baselines=self.baseline or [],
+                    search_robots=self.search_robots,
                 ),
                 runs=self.designs // self.concepts,
                 seeds=self.seeds,
@@ -136,3 +137,23 @@ class PlanOptions:
             )
         except ValidationError as error:
             raise UserError(mistake_in(error)) from None
+
+    def _check(self) -> None:
+        from aidsr.errors import UserError
+
+        if self.designs % self.concepts:
+            whole = self.designs // self.concepts * self.concepts
+            near = [str(each) for each in (whole, whole + self.concepts) if each > 0]
+            raise UserError(
+                f"--designs must be whole runs of --concepts {self.concepts}, found {self.designs}; "
+                f"{' or '.join(near)} would do, or --concepts {self.designs if self.designs <= 20 else 1}"
+            )
+        empty = [name for name in ("tasks", "model", "method", "baseline") if getattr(self, name) == []]
+        if empty:
+            raise UserError(f"a name was expected after --{empty[0]}, found none; leave it out for the usual")
+        if self.search_robots % 8:
+            whole = self.search_robots // 8 * 8
+            raise UserError(
+                f"--search-robots must be whole generations of 8, found {self.search_robots}; {whole} or {whole + 8} "
+                "would do"
+            )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
@@ -14,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from aidsr.baselines.generations import read_search, search_in_words
 from aidsr.benchmark.driving import Progress
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.outcomes import paid_usd, read_outcomes
@@ -21,6 +23,7 @@ from aidsr.benchmark.planning import Forecast, forecast
 from aidsr.benchmark.spending import Purse, limit_of
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import differences
+from aidsr.pipeline.teams import SEARCH
 from aidsr.runs import Budget
 
 __all__ = ["StudyTable", "say_comparison", "say_forecast", "say_unpaid"]
@@ -134,7 +137,7 @@ class StudyTable:
         for name in _HEADS:
             table.add_column(name, justify="right")
         table.add_row(*cells)
-        at_work = [Text(f"  {job.name}", style="dim") for job in progress.running]
+        at_work = [_AtWork(self._study, job) for job in progress.running]
         self._live.update(Group(table, *at_work), refresh=True)
 
     def _look(self, at_the_end: bool) -> None:
@@ -150,6 +153,23 @@ class StudyTable:
         if not progress.running:
             return ""
         return f"about {_hours(self._left.core_hours / len(progress.running))}"
+
+
+@dataclass(frozen=True)
+class _AtWork:
+    """A job's line, made anew whenever the terminal is drawn: a search is minutes at work and tells how far it is."""
+
+    study: Study
+    job: Job
+
+    def __rich__(self) -> Text:
+        run = self.study.run(self.job.cell) if self._searches else None
+        told = search_in_words(read_search(run)) if run else ""
+        return Text(f"  {self.job.name}" + (f": {told}" if told else ""), style="dim")
+
+    @property
+    def _searches(self) -> bool:
+        return self.job.stage == "design" and self.study.arm(self.job.cell.arm).config.model == SEARCH
 
 
 _HEADS = ("done", "running", "to do", "given up", "paid", "time left")

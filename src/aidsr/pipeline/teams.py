@@ -87,9 +87,22 @@ def _team_without_a_model(run: Run, config: RunConfig) -> Team:
         from aidsr.baselines import reference
 
         return reference.team()
-    from aidsr.baselines import searching
+    return _searching_team(run, config)
 
-    return searching.team(config.seed, run.asked().level or "standard")
+
+def _searching_team(run: Run, config: RunConfig) -> Team:
+    """Return the team that searches; what it measured before it was interrupted is in the run's folder."""
+    from aidsr.baselines.generations import Generation, read_search, write_search
+    from aidsr.baselines.searching import team
+
+    known = list(read_search(run))
+
+    def note(generation: Generation) -> None:
+        known.append(generation)
+        write_search(run, known)
+
+    level = run.asked().level or "standard"
+    return team(config.seed, level, config.search_robots, known=tuple(known), listen=note)
 
 
 def _connected(name: str) -> Model:

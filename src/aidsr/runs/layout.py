@@ -14,6 +14,10 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("calls/NNNN_ROLE.json", "the Designer's calls to a language model: question, reply, tokens, price"),
     ("calls/NNNN_ROLE.unusable.json", "calls whose replies could not be used in the end; the Designer is asked anew"),
     ("budget.json", "a budget given when the run was resumed; holds instead of the first"),
+    (
+        "search.json",
+        "what the robots of each generation were worth, for the baseline that searches; rewritten with each",
+    ),
     ("concepts.json", "the concepts as the Designer proposed them"),
     ("summary.html", "the page to open first; computed from the other files, the only one ever rewritten"),
     ("designs/N/events.jsonl", "what happened to design N"),

@@ -54,6 +54,9 @@ class RunConfig(Artifact):
     early_stop: bool = True
     """Whether a design ends when a role is asked for the same again and nothing got better. The paper's method has no
     such rule: studies of it switch it off."""
+    search_robots: Annotated[int, Field(ge=8, le=8000, multiple_of=8)] = 32
+    """Robots tried for each design by the baseline that searches, in generations of eight. Our choice: minutes of one
+    core."""
     judge_pictures: bool = False
     """Whether the Judge is shown rendered pictures of the scene; only for a model that takes images."""
     task_feedback: bool = False
