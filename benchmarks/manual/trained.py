@@ -1,0 +1,161 @@
+"""Make the language model's robots again from its recorded replies, train them and judge their policies.
+
+    python benchmarks/manual/trained.py --steps 60000
+
+Today's prompts are put to `--model manual:DIRECTORY`; each is answered with the reply that was recorded for the most
+alike prompt of the same role, so robots are made of the very text the model wrote. Runs and policies go to
+build/manual; the same command goes on where it stopped. The table goes to trained.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+
+import aidsr
+from aidsr.artifacts import Evaluation
+from aidsr.benchmark.statistics import Rate
+from aidsr.cli.subject import subject_of
+from aidsr.rl.recipe import Recipe
+from aidsr.rl.trained import evaluate_training
+from aidsr.rl.training import BUDGET_STEPS, train
+from aidsr.runs import Run
+from aidsr.runs.folders import DesignFolder
+
+HERE = Path(__file__).parent
+TRANSCRIPTS = HERE / "transcripts"
+TABLE = HERE / "trained.md"
+HOME = Path("build/manual")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One design."""
+
+    task: str
+    concept: str
+    steps: int
+    wall_s: float
+    verdict: Evaluation | None
+    """None where there was no scene to learn in."""
+
+
+def main() -> None:
+    """Do what is left, then write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
+    parser.add_argument("--from-probe", action="store_true", help="policies begin with the probe's best motion")
+    asked = parser.parse_args()
+    rows: list[Row] = []
+    command = f"python benchmarks/manual/trained.py --steps {asked.steps}{' --from-probe' * asked.from_probe}"
+    for home in sorted(TRANSCRIPTS.iterdir()):
+        run = made_again(home)
+        rows += [_learned(run, design, asked.steps, Recipe(from_probe=asked.from_probe)) for design in run.designs]
+        TABLE.write_text(table(rows, command), encoding="utf-8")
+
+
+def made_again(recorded: Path) -> Run:
+    """Return the run of a task's recorded replies, made anew unless it is there."""
+    runs, desk = HOME / recorded.name / "runs", HOME / recorded.name / "desk"
+    done = [run for run in map(Run, runs.glob("*")) if all(design.outcome.read() for design in run.designs)]
+    if done:
+        return done[0]
+    answering = threading.Event()
+    clerk = threading.Thread(target=_answer, args=(recorded, desk, answering), daemon=True)
+    clerk.start()
+    try:
+        return aidsr.design(task=recorded.name, model=f"manual:{desk}", seed=1, runs=runs)
+    finally:
+        answering.set()
+        clerk.join()
+
+
+def _answer(recorded: Path, desk: Path, stop: threading.Event) -> None:
+    while not stop.is_set():
+        for prompt in sorted(desk.glob("*.prompt.md")):
+            reply = prompt.with_name(prompt.name.replace("prompt", "reply"))
+            if not reply.exists():
+                told = _most_alike(prompt, recorded).read_text(encoding="utf-8")
+                part = reply.with_suffix(".part")
+                part.write_text(told, encoding="utf-8")
+                part.replace(reply)
+        time.sleep(0.2)
+
+
+def _most_alike(prompt: Path, recorded: Path) -> Path:
+    """Return the reply to the recorded prompt of the same role that shares most lines with a prompt."""
+    text = prompt.read_text(encoding="utf-8")
+    role, lines = _role(text), set(text.splitlines())
+    same = {
+        path: len(lines & set(old.splitlines()))
+        for path in recorded.glob("*.prompt.md")
+        if _role(old := path.read_text(encoding="utf-8")) == role
+    }
+    best = max(same, key=lambda path: same[path])
+    return best.with_name(best.name.replace("prompt", "reply"))
+
+
+def _role(prompt: str) -> str:
+    return prompt.split("a question of the ", 1)[1].split("\n", 1)[0]
+
+
+def _learned(run: Run, design: DesignFolder, steps: int, recipe: Recipe) -> Row:
+    """Train a design and judge its policy; what does not become a scene is neither valid nor successful."""
+    task, concept = run.asked().task, design.iterations[0].concept.read()
+    assert concept is not None
+    if not design.final_scene.path.exists():
+        return Row(task, concept.name, 0, 0.0, None)
+    folder = design.path / "training" / f"{steps}{'-from-probe' * recipe.from_probe}"
+    result = train(subject_of(design.path, None, None).to_learn_in("auto"), folder, steps=steps, recipe=recipe)
+    done = folder / "evaluation.json"
+    known = Evaluation.model_validate_json(done.read_text(encoding="utf-8")) if done.exists() else None
+    row = Row(task, concept.name, result.steps, result.wall_s, known or evaluate_training(folder))
+    sys.stdout.write(_line(row) + "\n")
+    sys.stdout.flush()
+    return row
+
+
+def table(rows: list[Row], command: str) -> str:
+    """Return the page."""
+    verdicts = [row.verdict for row in rows]
+    valid, successful = (Rate(sum(bool(v and getattr(v, n)) for v in verdicts), len(rows)) for n in _VERDICTS)
+    lines = [
+        "# What the language model's robots learn",
+        "",
+        f"Made by `{command}` from the recorded replies, level standard, one seed; the benchmark's budget is "
+        f"{BUDGET_STEPS:,} control steps.",
+        "",
+        "| task | concept | valid | successful | episodes won | progress | control steps | training, wall s |",
+        "|---|---|---|---|---|---|---|---|",
+        *(_line(row) for row in rows),
+        "",
+        f"Valid: {_told(valid)}. Successful: {_told(successful)}. Intervals: Wilson, 95 %.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+_VERDICTS = ("valid", "successful")
+
+
+def _line(row: Row) -> str:
+    verdict = row.verdict
+    if verdict is None:
+        return f"| {row.task} | {row.concept} | no | no | | | | |"
+    progress = fmean(episode.best_progress for episode in verdict.episodes)
+    said = ["yes" if getattr(verdict, name) else "no" for name in _VERDICTS]
+    won = [f"{verdict.success_share:.0%}", f"{progress:.2f}", f"{row.steps:,}", f"{row.wall_s:.0f}"]
+    return "| " + " | ".join([row.task, row.concept, *said, *won]) + " |"
+
+
+def _told(rate: Rate) -> str:
+    interval = rate.interval
+    return f"{rate.hits} of {rate.of} ({interval.low:.0%} to {interval.high:.0%})"
+
+
+if __name__ == "__main__":
+    main()
