@@ -148,6 +148,8 @@ class Brief(Artifact):
     the environment drives, or "any" when the Scene Integrator may choose."""
     needs_contact: bool = False
     """Whether the job can only be done by touching something."""
+    judging: dict[str, str] = Field(default_factory=dict)
+    """How the task is judged: what differs between episodes, what counts and what does not, by a title each."""
     starting_robot: str = ""
     """MJCF of a robot the user brought along to start from, empty otherwise."""
     keep: tuple[Keep, ...] = ()

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
+from aidsr.tasks.judging import said
 from aidsr.tasks.task import BENCHMARK_VERSION, Task
 
 __all__ = ["task_page"]
@@ -39,12 +40,12 @@ def _section(kind: type[Task]) -> str:
     levels = f"\n\nLevel hard: {kind.at('hard').objective}" if kind.hard else ""
     stages = " → ".join(f"{words} ({start:.2g})" for start, words in kind.stages)
     rows = (
-        ("varies", _said(kind.draw)),
+        ("varies", said(kind.draw)),
         ("base", _base(task)),
-        ("progress", _said(kind.progress) + (f" Stages: {stages}." if stages else "")),
-        ("success", f"{_said(kind.succeeded)} Held for {task.hold_s:g} s."),
-        ("violation", _said(kind.violation)),
-        ("ends early", _said(kind.failed) if kind.failed is not Task.failed else "Only by success or divergence."),
+        ("progress", said(kind.progress) + (f" Stages: {stages}." if stages else "")),
+        ("success", f"{said(kind.succeeded)} Held for {task.hold_s:g} s."),
+        ("violation", said(kind.violation)),
+        ("ends early", said(kind.failed) if kind.failed is not Task.failed else "Only by success or divergence."),
         ("time", f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second"),
     )
     facts = "\n".join(f"| {name} | {text} |" for name, text in rows)
@@ -64,11 +65,6 @@ def _parts(kind: type[Task]) -> tuple[str, str, str]:
         re.sub(r"-{4,}", "---", table),
         "\n\n".join(map(_line, paragraphs[at + 1 :])),
     )
-
-
-def _said(method: Callable[..., object]) -> str:
-    """Return what a method's docstring says, in one line."""
-    return _line(inspect.cleandoc(method.__doc__ or "")).rstrip(".") + "."
 
 
 def _base(task: Task) -> str:

@@ -18,6 +18,7 @@ from lxml import etree
 
 from aidsr.artifacts import Base, Brief
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.judging import judging
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
@@ -119,6 +120,7 @@ class Task(ABC):
             summary=summarize_environment(environment),
             base=self.base,
             needs_contact=self.needs_contact,
+            judging=judging(self),
         )
 
     # --- what happens in an episode ---

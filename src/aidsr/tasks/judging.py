@@ -1,0 +1,37 @@
+"""How a task is judged, in sentences: what its docstrings say, for its page and for those who design for it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aidsr.tasks.task import Task
+
+__all__ = ["judging", "said"]
+
+
+def judging(task: Task) -> dict[str, str]:
+    """Return what differs between episodes, what counts and what does not, each in a sentence or two."""
+    from aidsr.tasks.task import Task as Plain
+
+    kind = type(task)
+    facts = {
+        "Episodes differ": said(kind.draw),
+        "Success": f"{said(kind.succeeded)} Held for {task.hold_s:g} s.",
+        "Counts against it": said(kind.violation),
+        "Time": f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second.",
+    }
+    if kind.failed is not Plain.failed:
+        facts["Lost at once"] = said(kind.failed)
+    if task.base == "moving":
+        driven = task.policy_actuators
+        by = f"the policy drives {', '.join(driven)} beside the robot's own actuators" if driven else "a timetable does"
+        facts["Who moves the mount"] = f"{by[0].upper()}{by[1:]}."
+    return facts
+
+
+def said(method: Callable[..., object]) -> str:
+    """Return what a method's docstring says, in one line."""
+    return " ".join(inspect.cleandoc(method.__doc__ or "").split()).rstrip(".") + "."
