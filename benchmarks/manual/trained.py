@@ -50,11 +50,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=60_000, help="control steps a policy, at most")
     parser.add_argument("--from-probe", action="store_true", help="policies begin with the probe's best motion")
+    parser.add_argument("--tasks", nargs="+", default=sorted(home.name for home in TRANSCRIPTS.iterdir()))
     asked = parser.parse_args()
     rows: list[Row] = []
     command = f"python benchmarks/manual/trained.py --steps {asked.steps}{' --from-probe' * asked.from_probe}"
-    for home in sorted(TRANSCRIPTS.iterdir()):
-        run = made_again(home)
+    for task in asked.tasks:
+        run = made_again(TRANSCRIPTS / task)
         rows += [_learned(run, design, asked.steps, Recipe(from_probe=asked.from_probe)) for design in run.designs]
         TABLE.write_text(table(rows, command), encoding="utf-8")
 

@@ -1,5 +1,6 @@
 """The mechanisms of the environments behave as their tasks say, measured by applying forces."""
 
+import goals
 import mujoco
 import numpy as np
 import pytest
@@ -72,6 +73,19 @@ def test_a_handle_bar_holds_what_hooks_behind_it():
     )
     assert episode.sensor("drawer_2_opening")[0] > 0.06
     assert episode.sensor("drawer_1_opening")[0] == pytest.approx(0.0, abs=2e-3)
+
+
+def test_a_drawer_that_is_open_again_at_the_end_has_to_be_shut():
+    task = load_task("drawer_opening")
+    episode = goals.drawer_opening(task)
+    memory = episode.standing.memory
+    assert memory["stage"] == [12.0]
+    for opening_m, worth in ((0.10, 11 / 12), (0.055, 11.5 / 12), (0.01, 1.0)):
+        episode.data.joint("drawer_2").qpos = opening_m
+        mujoco.mj_forward(episode.model, episode.data)
+        readings = episode.look()
+        assert task.progress(readings, memory) == pytest.approx([worth], abs=2e-3)
+        assert task.succeeded(readings, memory) == [opening_m <= 0.01]
 
 
 @pytest.mark.parametrize("name", ["simple_grasping", "delicate_grasping"])

@@ -96,15 +96,15 @@ class DrawerOpening(Task):
         return {"stage": stage}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Stages done, and the share of the present one."""
+        """Stages done, and the share of the present one; after the last one its share is that of all being shut."""
         to_handle, opening_m, _ = wanted(readings, memory)
         near = approach(np.linalg.norm(to_handle, axis=1))
-        # pushing back counts from where a drawer ends: what was pulled too far is on its way from the first millimetre
-        shut = 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)
-        shares = (near, near, share(opening_m, OPEN_M), shut)
+        shares = (near, near, share(opening_m, OPEN_M), _shut(opening_m))
         stage = memory["stage"]
-        present = np.where(stage < ALL_STAGES, np.choose((stage % STAGES).astype(np.intp), shares), 0.0)
-        return (stage + present) / ALL_STAGES
+        present = np.choose((stage % STAGES).astype(np.intp), shares)
+        all_shut = _shut(openings_m(readings).max(axis=1))
+        last = ALL_STAGES - 1
+        return np.where(stage > last, last + all_shut, stage + present) / ALL_STAGES
 
     def violation(self, readings: Readings) -> FloatArray:
         """More than 40 N on a handle."""
@@ -113,3 +113,8 @@ class DrawerOpening(Task):
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """All twelve stages are done and all drawers are shut."""
         return (memory["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
+
+
+def _shut(opening_m: FloatArray) -> FloatArray:
+    """Return how far drawers are shut, counted from where they end: what was pulled too far earns from the first mm."""
+    return 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)
