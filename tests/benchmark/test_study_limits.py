@@ -12,10 +12,10 @@ from aidsr.benchmark.jobs import Job, pending, perform
 from aidsr.benchmark.outcomes import read_outcomes
 from aidsr.benchmark.pool import Ended
 from aidsr.benchmark.spending import Purse, check_limit, limit_of, limit_study
-from aidsr.benchmark.study import Arm, Cell, Study, StudyPlan, begin_study
+from aidsr.benchmark.study import Arm, Cell, Study, StudyPlan, begin_study, open_study
 from aidsr.calls import CallRecord, Question, Usage
 from aidsr.cli import main
-from aidsr.errors import BudgetError, UserError
+from aidsr.errors import AidsrError, BudgetError, UserError
 from aidsr.pipeline import brief_for
 from aidsr.runs import Budget, RunConfig, RunRecord, new_run
 from aidsr.runs.files import JsonFile
@@ -117,8 +117,12 @@ def test_only_what_asks_a_language_model_needs_money(tmp_path: Path) -> None:
 
 def test_a_call_without_a_price_counts_at_list_prices(tmp_path: Path) -> None:
     study = study_of(tmp_path)
-    pay(study, next(study.cells), None)
-    assert 0 < Purse(study, Budget(cost_usd=1)).paid_usd < 0.1
+    cell = next(study.cells)
+    pay(study, cell, None)
+    listed = Purse(study, Budget(cost_usd=1)).paid_usd
+    assert 0 < listed < 0.1
+    pay(study, cell, 5.0)
+    assert Purse(study, Budget(cost_usd=10)).paid_usd == pytest.approx(listed + 5), "what is known counts as it is"
 
 
 def test_a_limit_that_cannot_be_kept_is_refused(tmp_path: Path) -> None:
@@ -148,6 +152,8 @@ class Here:
             perform(self.study.path, self.begun[-1])
         except BudgetError as error:
             return Ended(self.begun[-1], str(error), 1.0, short=True)
+        except AidsrError as error:
+            return Ended(self.begun[-1], str(error), 1.0)
         return Ended(self.begun[-1], "", 1.0)
 
     def close(self) -> None:
@@ -206,3 +212,18 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     assert f"aidsr benchmark {tmp_path / 's'} --resume --max-cost 3" in said
     assert "paid $0.00 of $0.01" in said
     assert "given up 0" in said
+    with pytest.raises(SystemExit):
+        main(["benchmark", str(tmp_path / "s"), "--resume", "--jobs", "1", "--max-tokens", "1000000"])
+    assert "$0.00 of $0.01 are paid and 0 of 1,000,000 tokens are used" in capsys.readouterr().out
+    assert limit_of(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
+
+
+def test_an_arm_whose_own_budget_is_too_small_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AIDSR_API_KEY", "none")
+    with Loopback(answer) as server:
+        config = RunConfig(model=f"loop@{server.url}/v1", concepts=1, max_output_tokens=1000, budget=Budget(tokens=10))
+        study = study_of(tmp_path, paid(config=config), runs=1)
+        ended = drive(study, Here(study))
+    assert [job.name for job in ended.failed] == [f"design paid/{TASK.replace('/', '.')}/1"]
+    assert ["may use 10 tokens" in str(each["error"]) for each in failures_of(study)] == [True] * 3
+    assert (ended.unpaid, server.requests) == ((), [])

@@ -119,6 +119,28 @@ def test_calls_in_flight_are_reserved_at_their_upper_bound(tmp_path: Path) -> No
     assert ledger.ask(Paid(), run.path, question(text)).reply == "1", "110 used, 120 more fit"
 
 
+class Unpriced(Paid):
+    """Does not say what its answers cost."""
+
+    def ask(self, question: Question) -> CallRecord:
+        record = super().ask(question)
+        return record.model_copy(update={"usage": record.usage.model_copy(update={"cost_usd": None})})
+
+
+def test_a_call_without_a_price_is_still_paid_when_a_run_goes_on(tmp_path: Path) -> None:
+    run = new_run(tmp_path)
+
+    def ask(text: str) -> None:
+        """Ask as a new process would."""
+        ledger = Ledger(run, Budget(cost_usd=0.025), 1, price)
+        RecordedModel(Budgeted(Unpriced(), ledger, run.path), run.path).ask(question(text))
+
+    ask("a" * 300)
+    ask("b" * 300)
+    with pytest.raises(BudgetError, match=r"\$0\.0220 are spent or set aside"):
+        ask("c" * 300)
+
+
 def test_money_cannot_be_limited_where_no_price_is_known() -> None:
     check_prices(Budget(tokens=1), "m", lambda _in, _out: None)
     with pytest.raises(UserError, match='price of "m" is not known'):

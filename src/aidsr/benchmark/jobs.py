@@ -116,7 +116,7 @@ def perform(study: Path, job: Job) -> None:
     """Do one job, or what is left of it.
 
     Raises:
-        BudgetError: What the job may spend was too little to do it whole; with more it goes on.
+        BudgetError: The job's share of the study's limit was too little to do it whole; with more it goes on.
         AidsrError: It cannot be done; the message says why.
     """
     found = open_study(study)
@@ -148,7 +148,12 @@ def _design(study: Study, job: Job) -> None:
     limit = Budget(cost_usd=job.most_usd, tokens=job.most_tokens)
     if limit != Budget() or run.larger_budget.exists():
         give_budget(run, limit)
-    status = read_status(work(run, parts_of(run)))
+    try:
+        status = read_status(work(run, parts_of(run)))
+    except BudgetError as error:
+        if limit == Budget():  # the arm's own budget is too small, and no other try has more
+            raise AidsrError(str(error)) from error
+        raise
     if ran_short(run):
         raise BudgetError(f"{cell.name} used up its share of the study's limit")
     if status.state != "finished":

@@ -10,9 +10,9 @@ from aidsr.benchmark.study import Arm, Cell, Study
 from aidsr.benchmark.tables import PAPER
 from aidsr.calls import Usage
 from aidsr.errors import UserError
-from aidsr.pipeline.budgeting import check_prices
+from aidsr.pipeline.budgeting import check_prices, spent_by
 from aidsr.pipeline.teams import asks_nobody, price_of
-from aidsr.runs import Budget, read_status
+from aidsr.runs import Budget
 from aidsr.runs.files import JsonFile, replace_file
 
 __all__ = ["Purse", "check_limit", "limit_of", "limit_study"]
@@ -157,18 +157,16 @@ class Purse:
             each.used[cell] = self._used(cell, each) if run else each.before[cell]
 
     def _used(self, cell: Cell, account: _Account) -> float:
-        run = self._study.run(cell)
-        return account.amount(read_status(run).usage, self._study.arm(cell.arm)) if run else 0.0
+        run, arm = self._study.run(cell), self._study.arm(cell.arm)
+        used = spent_by(run, price_of(arm.config.model)).values() if run else ()
+        return account.amount(sum(used, Usage()), arm)
 
 
 def _dollars(usage: Usage, arm: Arm) -> float:
-    """Return what calls cost [USD]; at list prices where a provider did not say, which is never less."""
-    if usage.cost_usd is not None:
-        return usage.cost_usd
-    price = price_of(arm.config.model)(usage.input_tokens, usage.output_tokens)
-    if price is None:
+    """Return what calls cost [USD]."""
+    if usage.cost_usd is None:
         raise UserError(f'the price of "{arm.config.model}" is not known; limit tokens instead (--max-tokens)')
-    return price
+    return usage.cost_usd
 
 
 def _tokens(usage: Usage, _arm: Arm) -> float:

@@ -68,7 +68,7 @@ def benchmark(
 
     console = Console(highlight=False)
     found = _study(study, options or PlanOptions(), resume)
-    limit = limits.budget() if limits else limit_of(found)
+    limit = (limits or StudyLimits()).changed(limit_of(found))
     check_limit(found, limit)
     say_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
     if ray:

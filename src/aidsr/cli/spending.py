@@ -65,11 +65,10 @@ class StudyLimits:
         Parameter(validator=Number(gte=1), help="Most tokens, in and out, that the whole study may use."),
     ] = None
 
-    def budget(self) -> Budget:
-        """Return the limits as a study records them."""
-        from aidsr.runs import Budget
-
-        return Budget(tokens=self.max_tokens, cost_usd=self.max_cost)
+    def changed(self, kept: Budget) -> Budget:
+        """Return the limits as a study records them: what is not given stays as it is kept."""
+        given = {"tokens": self.max_tokens, "cost_usd": self.max_cost}
+        return kept.model_copy(update={name: limit for name, limit in given.items() if limit is not None})
 
 
 def print_estimate(config: RunConfig, runs: Path) -> None:

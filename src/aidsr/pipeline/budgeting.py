@@ -13,7 +13,7 @@ from aidsr.models.manual import estimated_input_tokens
 from aidsr.runs import Run
 from aidsr.runs.record import Budget
 
-__all__ = ["Budgeted", "Ledger", "Price", "check_prices"]
+__all__ = ["Budgeted", "Ledger", "Price", "check_prices", "priced", "spent_by"]
 
 Price = Callable[[int, int], float | None]
 """Returns what so many tokens in and out cost [USD], None when that is not known."""
@@ -32,6 +32,21 @@ def check_prices(budget: Budget, model: str, price: Price) -> None:
         )
 
 
+def priced(usage: Usage, price: Price) -> Usage:
+    """Return what a call used, at list price where its provider did not say what it cost; that is never less."""
+    if usage.cost_usd is not None:
+        return usage
+    return usage.model_copy(update={"cost_usd": price(usage.input_tokens, usage.output_tokens)})
+
+
+def spent_by(run: Run, price: Price) -> dict[int, Usage]:
+    """Return what every design of a run has used, by its number, 0 for the Designer's calls for all concepts."""
+    calls = {0: run.calls}
+    for design in run.designs:
+        calls[design.number] = tuple(call for iteration in design.iterations for call in iteration.calls)
+    return {number: sum((priced(call.usage, price) for call in made), Usage()) for number, made in calls.items()}
+
+
 class Ledger:
     """What a run and its designs have spent, with what calls in flight may still cost.
 
@@ -46,11 +61,8 @@ class Ledger:
         self._concepts = concepts
         self._price = price
         self._lock = threading.Lock()
-        self._spent: dict[int, Usage] = {0: sum((call.usage for call in run.calls), Usage())}
-        """By number of the design, 0 for the Designer's calls; calls in flight at their upper bounds."""
-        for design in run.designs:
-            calls = (call.usage for iteration in design.iterations for call in iteration.calls)
-            self._spent[design.number] = sum(calls, Usage())
+        self._spent = spent_by(run, price)
+        """Calls in flight at their upper bounds."""
 
     def ask(self, model: Model, folder: Path, question: Question) -> CallRecord:
         """Ask if the budget allows it.
@@ -66,7 +78,7 @@ class Ledger:
         used = Usage()
         try:
             record = model.ask(question)
-            used = record.usage if record.usage.cost_usd is not None else _priced(record.usage, bound.cost_usd)
+            used = priced(record.usage, self._price)
         finally:
             with self._lock:
                 self._add(number, bound, -1)
@@ -115,11 +127,6 @@ class Budgeted:
     def ask(self, question: Question) -> CallRecord:
         """Ask, or raise BudgetError."""
         return self._ledger.ask(self._model, self._folder, question)
-
-
-def _priced(usage: Usage, cost_usd: float | None) -> Usage:
-    """Return a usage of unknown price at its upper bound."""
-    return usage.model_copy(update={"cost_usd": cost_usd})
 
 
 def _refuse_beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usage, what: str) -> None:
