@@ -12,7 +12,9 @@ from aidsr.benchmark.outcomes import read_outcomes
 from aidsr.benchmark.pool import LocalPool
 from aidsr.benchmark.study import Study, StudyPlan, begin_study, open_study
 from aidsr.cli import main
+from aidsr.cli.plan_options import PlanOptions
 from aidsr.errors import UserError
+from aidsr.runs import RunConfig
 
 TASK = "reaching/button_pushing"
 SAID = {TASK: "Make it longer."}
@@ -100,3 +102,7 @@ def test_the_command_shows_the_arms(tmp_path: Path, capsys: pytest.CaptureFixtur
     said = capsys.readouterr().out
     assert "builtin.human       builtin  a person's feedback, the designs of builtin" in said
     assert "robots not mended by code" in said
+
+
+def test_the_command_line_and_runs_search_over_as_many_robots() -> None:
+    assert PlanOptions().search_robots == RunConfig().search_robots

@@ -197,7 +197,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
 ) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", "never-used")
     words = ["benchmark", str(tmp_path / "s"), "--tasks", "button_pushing", "--designs", "3", "--seeds", "0"]
-    words += ["--model", "openai:gpt-5", "--jobs", "1", "--max-cost", "0.01"]
+    words += ["--model", "openai:gpt-5", "--jobs", "1", "--max-cost", "0.01", "--method", "full", "no_groups"]
     with pytest.raises(SystemExit) as tried:
         main([*words, "--dry-run"])
     assert tried.value.code == 0
@@ -208,7 +208,9 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     said = capsys.readouterr().out
     assert ended.value.code == 1
     assert "$0.00 of $0.01 are paid, and too little is left for the next call" in said
-    assert "1 run is not designed to the end (openai-gpt-5/reaching.button_pushing/1)" in said
+    named = "openai-gpt-5/reaching.button_pushing/1, openai-gpt-5.no_groups/reaching.button_pushing/1"
+    assert f"2 runs are not designed to the end ({named})" in said, "what waits for an unpaid run is unpaid too"
+    assert "The run may cost" not in said, "a share that was too small is no failure"
     assert f"aidsr benchmark {tmp_path / 's'} --resume --max-cost 3" in said
     assert "paid $0.00 of $0.01" in said
     assert "given up 0" in said

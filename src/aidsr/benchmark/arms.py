@@ -56,8 +56,10 @@ _BASELINES: dict[Baseline, Arm] = {
 
 def _baseline(name: Baseline, search_robots: int) -> Arm:
     arm = _BASELINES[name]
+    if name != "search":
+        return arm
     config = RunConfig.model_validate({**arm.config.model_dump(), "search_robots": search_robots})
-    return arm.model_copy(update={"config": config}) if name == "search" else arm
+    return arm.model_copy(update={"config": config})
 
 
 def arms_of(
@@ -67,7 +69,7 @@ def arms_of(
     concepts: int,
     feedback: Mapping[str, str],
     baselines: Sequence[Baseline] = (),
-    search_robots: int = 32,
+    search_robots: int = _BASELINES["search"].config.search_robots,
 ) -> tuple[Arm, ...]:
     """Return one arm for each model and way, with names that can be those of folders.
 

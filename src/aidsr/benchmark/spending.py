@@ -158,8 +158,8 @@ class Purse:
 
     def _used(self, cell: Cell, account: _Account) -> float:
         run, arm = self._study.run(cell), self._study.arm(cell.arm)
-        used = spent_by(run, price_of(arm.config.model)).values() if run else ()
-        return account.amount(sum(used, Usage()), arm)
+        used = sum(spent_by(run, price_of(arm.config.model)).values(), Usage()) if run else Usage()
+        return account.amount(used, arm)
 
 
 def _dollars(usage: Usage, arm: Arm) -> float:

@@ -80,7 +80,7 @@ class PlanOptions:
             validator=Number(gte=8, lte=8000),
             help='Robots that "search" tries for each design, in generations of eight; each takes seconds of one core.',
         ),
-    ] = 32
+    ] = 32  # as in RunConfig, which would load what a command line without a command does not need
     designs: Annotated[
         int,
         Parameter(validator=Number(gte=1), help="Designs of each task and model, in runs of --concepts."),

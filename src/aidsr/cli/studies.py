@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -17,7 +16,7 @@ from rich.text import Text
 
 from aidsr.baselines.generations import read_search, search_in_words
 from aidsr.benchmark.driving import Progress
-from aidsr.benchmark.jobs import Job
+from aidsr.benchmark.jobs import Job, finished
 from aidsr.benchmark.outcomes import paid_usd, read_outcomes
 from aidsr.benchmark.planning import Forecast, forecast
 from aidsr.benchmark.spending import Purse, limit_of
@@ -69,9 +68,10 @@ def _above(study: Study, coming: Forecast, limit: Budget) -> str:
     return " and ".join(said)
 
 
-def say_unpaid(console: Console, study: Study, unpaid: Sequence[Job]) -> None:
-    """Say what the limit of a study left undone, and how to go on."""
+def say_unpaid(console: Console, study: Study) -> None:
+    """Say what a study left undone that ended at its limit, and how to go on."""
     limit, coming = limit_of(study), forecast(study)
+    undone = [cell for cell in study.cells if not finished(study.run(cell))]
     purse, said, options = Purse(study, limit), [], []
     if limit.cost_usd is not None:
         said.append(f"${purse.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
@@ -79,8 +79,8 @@ def say_unpaid(console: Console, study: Study, unpaid: Sequence[Job]) -> None:
     if limit.tokens is not None:
         said.append(f"{purse.tokens:,} of {limit.tokens:,} tokens are used")
         options.append(f"--max-tokens {max(purse.tokens, limit.tokens) + coming.tokens}")
-    names = ", ".join(job.cell.name for job in unpaid[:_NAMED]) + (", …" if len(unpaid) > _NAMED else "")
-    runs = "1 run is" if len(unpaid) == 1 else f"{len(unpaid)} runs are"
+    names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
+    runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
         f"The study's limit is reached: {' and '.join(said)}, and too little is left for the next call. {runs} not "
         f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
@@ -122,7 +122,7 @@ class StudyTable:
     def listen(self, progress: Progress) -> None:
         """Show where the study stands."""
         last = progress.last
-        if last is not None and last.error:
+        if last is not None and last.error and not last.short:
             line = escape(last.error.splitlines()[-1][:200])
             self._console.print(f"[red]{escape(last.job.name)}[/]: {line}", soft_wrap=True)
         self._look(at_the_end=not progress.running)
