@@ -4,12 +4,14 @@
 
 Today's prompts are put to `--model manual:DIRECTORY`; each is answered with the reply that was recorded for the most
 alike prompt of the same role, so robots are made of the very text the model wrote. Runs and policies go to
-build/manual; the same command goes on where it stopped. The table goes to trained.md.
+build/manual; the same command goes on with the first task that is not done. The table goes to trained.md, or, with the
+head start, to trained_from_probe.md.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import threading
 import time
@@ -24,12 +26,11 @@ from aidsr.cli.subject import subject_of
 from aidsr.rl.recipe import Recipe
 from aidsr.rl.trained import evaluate_training
 from aidsr.rl.training import BUDGET_STEPS, train
-from aidsr.runs import Run
+from aidsr.runs import Run, read_status
 from aidsr.runs.folders import DesignFolder
 
 HERE = Path(__file__).parent
 TRANSCRIPTS = HERE / "transcripts"
-TABLE = HERE / "trained.md"
 HOME = Path("build/manual")
 
 
@@ -53,31 +54,28 @@ def main() -> None:
     parser.add_argument("--tasks", nargs="+", default=sorted(home.name for home in TRANSCRIPTS.iterdir()))
     asked = parser.parse_args()
     rows: list[Row] = []
-    command = f"python benchmarks/manual/trained.py --steps {asked.steps}{' --from-probe' * asked.from_probe}"
+    page = HERE / f"trained{'_from_probe' * asked.from_probe}.md"
+    command = f"python benchmarks/manual/trained.py {' '.join(sys.argv[1:])}"
     for task in asked.tasks:
         run = made_again(TRANSCRIPTS / task)
         rows += [_learned(run, design, asked.steps, Recipe(from_probe=asked.from_probe)) for design in run.designs]
-        TABLE.write_text(table(rows, command), encoding="utf-8")
+        page.write_text(table(rows, command), encoding="utf-8")
 
 
 def made_again(recorded: Path) -> Run:
     """Return the run of a task's recorded replies, made anew unless it is there."""
     runs, desk = HOME / recorded.name / "runs", HOME / recorded.name / "desk"
-    done = [run for run in map(Run, runs.glob("*")) if all(design.outcome.read() for design in run.designs)]
+    done = [run for run in map(Run, sorted(runs.glob("*"))) if read_status(run).state == "finished"]
     if done:
         return done[0]
-    answering = threading.Event()
-    clerk = threading.Thread(target=_answer, args=(recorded, desk, answering), daemon=True)
+    clerk = threading.Thread(target=_answer, args=(recorded, desk), daemon=True)
     clerk.start()
-    try:
-        return aidsr.design(task=recorded.name, model=f"manual:{desk}", seed=1, runs=runs)
-    finally:
-        answering.set()
-        clerk.join()
+    return aidsr.design(task=recorded.name, model=f"manual:{desk}", seed=1, runs=runs)
 
 
-def _answer(recorded: Path, desk: Path, stop: threading.Event) -> None:
-    while not stop.is_set():
+def _answer(recorded: Path, desk: Path) -> None:
+    """Answer for ever; a question that nobody was asked before ends the program."""
+    while True:
         for prompt in sorted(desk.glob("*.prompt.md")):
             reply = prompt.with_name(prompt.name.replace("prompt", "reply"))
             if not reply.exists():
@@ -92,6 +90,9 @@ def _most_alike(prompt: Path, recorded: Path) -> Path:
     """Return the reply to the recorded prompt of the same role that shares most lines with a prompt."""
     text = prompt.read_text(encoding="utf-8")
     role, lines = _role(text), set(text.splitlines())
+    if not any(_role(path.read_text(encoding="utf-8")) == role for path in recorded.glob("*.prompt.md")):
+        sys.stderr.write(f"{prompt} is a question of the {role}, and {recorded} has no reply to one\n")
+        os._exit(1)
     same = {
         path: len(lines & set(old.splitlines()))
         for path in recorded.glob("*.prompt.md")

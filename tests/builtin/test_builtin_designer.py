@@ -1,5 +1,7 @@
 """The Designer reads the job, proposes bodies that differ, and changes them as far as it understands."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from jobs import DESERT, KINDS, LAMP, MARBLE, OTHER_KINDS, brief, free_brief
@@ -9,6 +11,7 @@ from aidsr.artifacts import Keep
 from aidsr.builtin import own_robot
 from aidsr.builtin.designer import IDEAS
 from aidsr.builtin.families import FAMILIES
+from aidsr.builtin.families.ring import tread_radius
 from aidsr.builtin.job import read_job
 from aidsr.errors import ReplyError
 
@@ -31,6 +34,20 @@ def test_distances_are_seen_from_the_mount() -> None:
     assert handle.distance_m == pytest.approx(0.25, abs=0.002)
     grasp = read_job(brief("simple_grasping"))
     assert (grasp.approach_m, grasp.room_m) == (pytest.approx(0.10), pytest.approx(0.25))
+
+
+def test_the_headroom_is_that_under_the_lowest_roof() -> None:
+    assert read_job(brief("tunnel")).headroom_m == pytest.approx(0.10)
+    assert read_job(brief("gap")).headroom_m == float("inf")
+
+
+@pytest.mark.parametrize("headroom_m", [0.021, 0.05, 0.07, 0.10, float("inf")])
+def test_a_small_ring_fits_under_the_roof_down_to_what_can_be_built(headroom_m: float) -> None:
+    job = replace(read_job(brief("tunnel")), headroom_m=headroom_m)
+    for variant in ("small, four sectors", "small, five sectors"):
+        ring = FAMILIES["ring"].sample(job, np.random.default_rng(0), variant)
+        height_m = 2.0 * (ring.radius_m + tread_radius(ring))
+        assert 0.0549 <= height_m <= max(0.8 * headroom_m, 0.055) + 1e-4
 
 
 def test_a_ball_that_is_caught_is_met_where_the_objective_says() -> None:

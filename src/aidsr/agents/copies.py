@@ -16,6 +16,7 @@ from aidsr.artifacts import BodySummary, Vec3
 __all__ = ["Copies", "copied_bodies"]
 
 _CLOSE_M = 1e-5
+"""Places that near are the same. Our choice: less than any summary tells."""
 _FEWEST = 2
 """One copy alone is told like any other body. Our choice."""
 

@@ -22,7 +22,7 @@ _UPRIGHT = 0.7
 """Share of a mount's axis that points up where something can stand on it. Our choice: less than 45 deg aslant."""
 
 _GAP_M = 0.02
-"""From how high a gap under something counts as one. Our choice: no robot of the built-in families is lower."""
+"""From how high a gap under something counts as one. Our choice: lower than any robot of the built-in families."""
 
 _BREAKS = re.compile(r"\b(?:fragile|delicate|gentl|crush|bruis|break)")
 _GENTLE_PULL = 0.4

@@ -62,12 +62,12 @@ def probe(
         level: Level of a task given by name.
         groups: Actuators that act together, as the robot's author says.
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
-        candidates: See `probe_scene`, as for all that follow.
-        variations: As above.
-        max_steps: As above.
-        seed: As above.
-        threads: As above.
-        listen: As above.
+        candidates: Motions tried for each variation, as for `probe_scene`.
+        variations: How many development variations.
+        max_steps: Physics steps of all simulations together.
+        seed: Of all that is drawn.
+        threads: Native threads; 0 takes all processors.
+        listen: Told how many motions were played, and the mean progress of the best ones.
 
     Raises:
         UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
@@ -85,7 +85,7 @@ def probe(
 
 
 def probe_scene(
-    place: TaskScene,
+    scene: TaskScene,
     *,
     candidates: int = CANDIDATES,
     variations: int = VARIATIONS,
@@ -99,7 +99,7 @@ def probe_scene(
     The same scene, seed and bounds give the same report, its wall time aside.
 
     Args:
-        place: The body in the environment of its task.
+        scene: The body in the environment of its task.
         candidates: Motions tried for each variation, in generations of 16.
         variations: How many development variations; each is searched for itself.
         max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
@@ -117,14 +117,14 @@ def probe_scene(
             f"{variations} and {max_steps}"
         )
     began = time.monotonic()
-    stage = _Stage(place, threads)
-    searches = [_Search(place.task.variation("development", index)) for index in range(variations)]
+    stage = _Stage(scene, threads)
+    searches = [_Search(scene.task.variation("development", index)) for index in range(variations)]
     ended_by = _search(stage, searches, candidates, max_steps, np.random.default_rng(seed), listen)
     found, same_motion_share = _play_finals(stage, searches)
     best = max(found, key=lambda one: (one.episode.ended == "succeeded", one.episode.best_progress))
     return ProbeReport(
-        task=place.task.name,
-        level=place.task.level,
+        task=scene.task.name,
+        level=scene.task.level,
         benchmark_version=BENCHMARK_VERSION,
         seed=seed,
         candidates=candidates,
@@ -137,7 +137,7 @@ def probe_scene(
         wall_s=round(time.monotonic() - began, 2),
         variations=found,
         same_motion_share=same_motion_share,
-        reached=place.task.reached(best.episode.best_progress, won=best.episode.ended == "succeeded"),
+        reached=scene.task.reached(best.episode.best_progress, won=best.episode.ended == "succeeded"),
         versions={"mujoco": mujoco.__version__},
     )
 

@@ -23,7 +23,7 @@ class TrainingFolder:
     | config.json        | what was asked: task, recipe, seed, budget, groups, versions                   |
     | scene.xml          | the scene it was trained in                                                    |
     | probe.json         | what the probe found, where the policy was to begin with it                    |
-    | events.jsonl       | started, probed, resumed, saturated, finished: order and times                         |
+    | events.jsonl       | started, probed, resumed, saturated, finished: order and times                 |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, while training goes on                                      |
     | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from aidsr.episodes.scene import TaskScene
 from aidsr.probing import Motion, ProbeReport, probe_scene
 from aidsr.probing.motion import Motions
+from aidsr.probing.probing import MAX_STEPS
 from aidsr.tasks.readings import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -24,44 +25,50 @@ if TYPE_CHECKING:
 
 __all__ = ["start_from_probe"]
 
-NOISE_STD = 0.3
-"""Of the actions played, and of the policy when PPO takes over. Our choice: half of what PPO begins with otherwise, so
-that what was shown is not forgotten at once."""
+_NOISE = 0.5
+"""Of the actions shown, and of the policy when PPO takes over, as a share of what PPO begins with otherwise. Our
+choice: with all of it, what was shown is forgotten at once."""
 SHOWN_S = 10.0
-"""How long every simulation plays. Our choice: a whole grasp; the probe looks at 8 s."""
+"""How long every simulation plays at most. Our choice: a whole grasp; the probe looks at 8 s."""
 _UPDATES = 500
 _BATCH = 512
 _LEARNING_RATE = 1e-3
 
 
 def start_from_probe(
-    scene: TaskScene, model: PPO, env: VecNormalize, *, seed: int, threads: int
+    scene: TaskScene, model: PPO, env: VecNormalize, *, steps: int, seed: int, threads: int
 ) -> tuple[ProbeReport, int]:
     """Look for a motion that succeeds, and teach it to a policy where there is one.
 
     Motions that do not succeed are not taught: most of them swing, and what swings by the clock a policy, which sees
-    none, learns as standing still. Measured on a crawler that walks: it then learned less than from nothing.
+    none, learns as standing still. Measured on a crawler that walks: it then learned less than from nothing. Nor is
+    one taught that never wins with noise.
 
     Args:
         scene: Where to look.
         model: PPO with a policy that knows nothing yet.
         env: Its simulations; their statistics of observations and rewards begin here.
+        steps: Budget of the whole training, control steps over all simulations. The probe may take a quarter of it,
+            but plays a first few motions however small that is, and showing another quarter.
         seed: Of the motions tried, and of the noise.
         threads: Native threads; 0 takes all processors.
 
     Returns:
-        What the probe found, and the control steps that it and the teaching took, over all simulations.
+        What the probe found, and the control steps that it and the teaching took.
     """
-    report = probe_scene(scene, seed=seed, threads=threads)
-    control_dt_s = scene.task.control_dt_s
+    control_dt_s, quarter = scene.task.control_dt_s, steps // 4
+    substeps = round(control_dt_s / scene.model.opt.timestep)
+    report = probe_scene(scene, max_steps=min(MAX_STEPS, max(quarter * substeps, 1)), seed=seed, threads=threads)
     taken = round(report.simulated_s / control_dt_s)
     motions = [one.motion for one in report.variations if one.episode.ended == "succeeded"]
-    if not motions:
+    length = min(round(SHOWN_S / control_dt_s), quarter // env.num_envs)
+    if not motions or length == 0:
         return report, taken
-    rng = np.random.default_rng(seed)
-    shown = _show(env, motions, control_dt_s, rng).of_the_best()
-    _fit(model, np.asarray(env.normalize_obs(shown.seen)), shown.done, shown.worth(model.gamma), rng)
-    return report, taken + round(SHOWN_S / control_dt_s) * env.num_envs
+    rng, noise_std = np.random.default_rng(seed), _NOISE * float(np.exp(model.policy.log_std.mean().item()))
+    shown = _show(env, motions, control_dt_s, length, noise_std, rng).of_the_best()
+    if shown.won.any():
+        _fit(model, np.asarray(env.normalize_obs(shown.seen)), shown.done, shown.worth(model.gamma), noise_std, rng)
+    return report, taken + length * env.num_envs
 
 
 @dataclass(frozen=True)
@@ -102,15 +109,22 @@ class _Shown:
         return worth
 
 
-def _show(env: VecNormalize, motions: Sequence[Motion], control_dt_s: float, rng: np.random.Generator) -> _Shown:
-    """Play motions with noise, each in its share of the simulations."""
+def _show(
+    env: VecNormalize,
+    motions: Sequence[Motion],
+    control_dt_s: float,
+    length: int,
+    noise_std: float,
+    rng: np.random.Generator,
+) -> _Shown:
+    """Play motions with noise for some control steps, each motion in its share of the simulations."""
     which = np.arange(env.num_envs) % len(motions)
     played, time_s = Motions.of([motions[number] for number in which.tolist()]), np.zeros(env.num_envs)
     steps = []
     env.reset()
-    for _ in range(round(SHOWN_S / control_dt_s)):
+    for _ in range(length):
         seen, action = np.array(env.get_original_obs()), played.at(time_s)
-        noisy = np.clip(action + rng.normal(0.0, NOISE_STD, action.shape), -1.0, 1.0)
+        noisy = np.clip(action + rng.normal(0.0, noise_std, action.shape), -1.0, 1.0)
         _, reward, ended, infos = env.step(noisy.astype(np.float32))
         won = np.array([info.get("is_success", False) for info in infos])
         steps.append((seen, action, reward, ended, won))
@@ -118,8 +132,10 @@ def _show(env: VecNormalize, motions: Sequence[Motion], control_dt_s: float, rng
     return _Shown(which, *(np.array(part) for part in zip(*steps, strict=True)))
 
 
-def _fit(model: PPO, seen: FloatArray, done: FloatArray, worth: FloatArray, rng: np.random.Generator) -> None:
-    """Fit a policy's mean action and its value by least squares."""
+def _fit(
+    model: PPO, seen: FloatArray, done: FloatArray, worth: FloatArray, noise_std: float, rng: np.random.Generator
+) -> None:
+    """Fit a policy's mean action and its value by least squares, and set its noise."""
     import torch
 
     policy = model.policy
@@ -134,4 +150,4 @@ def _fit(model: PPO, seen: FloatArray, done: FloatArray, worth: FloatArray, rng:
         torch.autograd.backward(loss)
         adam.step()
     with torch.no_grad():
-        policy.log_std.fill_(float(np.log(NOISE_STD)))
+        policy.log_std.fill_(float(np.log(noise_std)))

@@ -228,7 +228,8 @@ class _Training:
     def _begin_with_the_probe(self) -> None:
         """Give the policy a head start, which is part of the budget."""
         began, seed = time.perf_counter(), int(self.rng.integers(2**31))
-        report, steps = start_from_probe(self.scene, self.model, self.normalised, seed=seed, threads=self.threads)
+        asked = {"steps": self.config.steps, "seed": seed, "threads": self.threads}
+        report, steps = start_from_probe(self.scene, self.model, self.normalised, **asked)
         self.home.write("probe.json", report.model_dump_json(indent=2) + "\n")
         self.history.steps, self.history.wall_s = steps, time.perf_counter() - began
         self.model.num_timesteps = steps

@@ -14,8 +14,6 @@ __all__ = ["judging", "said"]
 
 def judging(task: Task) -> dict[str, str]:
     """Return what differs between episodes, what counts and what does not, each in a sentence or two."""
-    from aidsr.tasks.task import Task as Plain
-
     kind = type(task)
     facts = {
         "Episodes differ": said(kind.draw),
@@ -23,7 +21,7 @@ def judging(task: Task) -> dict[str, str]:
         "Counts against it": said(kind.violation),
         "Time": f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second.",
     }
-    if kind.failed is not Plain.failed:
+    if task.can_be_lost:
         facts["Lost at once"] = said(kind.failed)
     if task.base == "moving":
         driven = task.policy_actuators

@@ -9,7 +9,7 @@ import inspect
 import re
 from collections.abc import Iterable
 
-from aidsr.tasks.judging import said
+from aidsr.tasks.judging import judging, said
 from aidsr.tasks.task import BENCHMARK_VERSION, Task
 
 __all__ = ["task_page"]
@@ -39,14 +39,15 @@ def _section(kind: type[Task]) -> str:
     summary, table, reasons = _parts(kind)
     levels = f"\n\nLevel hard: {kind.at('hard').objective}" if kind.hard else ""
     stages = " → ".join(f"{words} ({start:.2g})" for start, words in kind.stages)
+    judged = judging(task)
     rows = (
-        ("varies", said(kind.draw)),
+        ("varies", judged["Episodes differ"]),
         ("base", _base(task)),
         ("progress", said(kind.progress) + (f" Stages: {stages}." if stages else "")),
-        ("success", f"{said(kind.succeeded)} Held for {task.hold_s:g} s."),
-        ("violation", said(kind.violation)),
-        ("ends early", said(kind.failed) if kind.failed is not Task.failed else "Only by success or divergence."),
-        ("time", f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second"),
+        ("success", judged["Success"]),
+        ("violation", judged["Counts against it"]),
+        ("ends early", judged.get("Lost at once", "Only by success or divergence.")),
+        ("time", judged["Time"]),
     )
     facts = "\n".join(f"| {name} | {text} |" for name, text in rows)
     return (

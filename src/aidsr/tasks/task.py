@@ -174,6 +174,11 @@ class Task(ABC):
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """Return where the goal holds at this moment, (n,). Holding it for `hold_s` is seen to in `scoring`."""
 
+    @property
+    def can_be_lost(self) -> bool:
+        """Whether anything but a divergence ends an episode before its time without success."""
+        return type(self).failed is not Task.failed
+
     def failed(self, readings: Readings, memory: Memory) -> BoolArray:
         """Return where the episode is lost for good, (n,)."""
         del memory

@@ -45,6 +45,9 @@ _SMALL = {"small, four sectors": (4, 2), "small, five sectors": (5, 2)}
 _LOW = 0.8
 """Share of the headroom that a small ring is high. Our choice: the egg it makes of itself is a tenth higher."""
 
+_LOWEST_M = 0.055
+"""Height of the smallest ring. Our choice: its segments are then as long as its cross bars are thick."""
+
 _FULL_BEND_RAD = 1.3
 """Bend of one sector at full tension, were it free. Our choice: it pulls the ring into a clear egg shape."""
 
@@ -56,43 +59,61 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
     radius, thickness = float(rng.uniform(0.075, 0.095)), float(rng.uniform(0.012, 0.014))
     tension, density = rng.uniform(18.0, 24.0), rng.uniform(700.0, 900.0)
     half_width, tread_mass = float(rng.uniform(0.036, 0.044)), float(rng.uniform(0.005, 0.007))
-    return _sized(_SHAPES[variant], radius, thickness, tension, density, half_width, tread_mass)
+    return _sized(
+        _SHAPES[variant],
+        radius_m=radius,
+        thickness_m=thickness,
+        tension_n=tension,
+        density_kg_m3=density,
+        half_width_m=half_width,
+        tread_mass_kg=tread_mass,
+    )
 
 
 def _small(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
     """Choose a ring that rolls under what it has to get under."""
     thickness = float(rng.uniform(0.006, 0.007))
-    height = min(_LOW * job.headroom_m, rng.uniform(0.076, 0.084))
+    height = max(min(_LOW * job.headroom_m, rng.uniform(0.076, 0.084)), _LOWEST_M)
     radius = height / 2.0 - thickness / 2.0 - GUIDE_CLEARANCE_M
     tension, density = rng.uniform(14.0, 18.0), rng.uniform(700.0, 900.0)
     half_width, tread_mass = float(rng.uniform(0.032, 0.037)), float(rng.uniform(0.003, 0.005))
-    return _sized(_SMALL[variant], radius, thickness, tension, density, half_width, tread_mass)
+    return _sized(
+        _SMALL[variant],
+        radius_m=radius,
+        thickness_m=thickness,
+        tension_n=tension,
+        density_kg_m3=density,
+        half_width_m=half_width,
+        tread_mass_kg=tread_mass,
+    )
 
 
 def _sized(
     shape: tuple[int, int],
-    radius: float,
-    thickness: float,
-    tension: float,
-    density: float,
-    half_width: float,
-    tread_mass: float,
+    *,
+    radius_m: float,
+    thickness_m: float,
+    tension_n: float,
+    density_kg_m3: float,
+    half_width_m: float,
+    tread_mass_kg: float,
 ) -> RingParameters:
     """Return a ring whose stiffness lets full tension bend a sector as far as wanted."""
     sectors, per_sector = shape
-    sector = 2.0 * math.pi * radius / sectors
-    stiffness = bending_stiffness(tension, thickness / 2.0 + GUIDE_CLEARANCE_M, sector, _FULL_BEND_RAD)
+    sector_m = 2.0 * math.pi * radius_m / sectors
+    stiffness = bending_stiffness(tension_n, thickness_m / 2.0 + GUIDE_CLEARANCE_M, sector_m, _FULL_BEND_RAD)
+    damping_s = damping_time(stiffness, density_kg_m3, thickness_m / 2.0, sector_m, damping_ratio=0.4)
     return RingParameters(
-        radius_m=round(radius, 4),
+        radius_m=round(radius_m, 4),
         sectors=sectors,
         segments_per_sector=per_sector,
-        half_width_m=round(half_width, 4),
-        thickness_m=round(thickness, 4),
-        tread_mass_kg=round(tread_mass, 4),
-        tension_n=round(tension, 1),
+        half_width_m=round(half_width_m, 4),
+        thickness_m=round(thickness_m, 4),
+        tread_mass_kg=round(tread_mass_kg, 4),
+        tension_n=round(tension_n, 1),
         bending_stiffness_n_m2=round(stiffness, 5),
-        damping_time_s=round(damping_time(stiffness, density, thickness / 2.0, sector, damping_ratio=0.4), 3),
-        density_kg_m3=round(density),
+        damping_time_s=round(damping_s, 3),
+        density_kg_m3=round(density_kg_m3),
     )
 
 
