@@ -38,7 +38,7 @@ def success_by_task(lines: Sequence[Line]) -> str:
     axes.set_yticks(range(len(lines)), [line.task.rpartition("/")[2].replace("_", " ") for line in reversed(lines)])
     axes.set_xlim(0, 100)
     axes.set_xlabel("designs [%], with 95 % intervals")
-    axes.legend(loc="lower right", frameon=False)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
     return _svg(figure, axes, along="x")
 
 
