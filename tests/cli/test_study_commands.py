@@ -79,6 +79,7 @@ def test_an_estimate_counts_the_robots_of_a_search(tmp_path: Path, capsys: pytes
 
 
 def test_a_search_at_work_tells_how_far_it_is(tmp_path: Path) -> None:
+    pytest.importorskip("cma", reason="needs the extra search")
     arm = Arm(name="search", config=RunConfig(model="search", concepts=1))
     study = begin_study(tmp_path / "s", PLAN.model_copy(update={"arms": (arm,)}))
     job = Job(Cell("search", TASK, 1), "design")

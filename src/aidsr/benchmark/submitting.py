@@ -56,7 +56,7 @@ def submit(study: Study, path: Path) -> Submission:
 
 def signed(submission: Submission) -> Submission:
     """Return a submission with the hash of its content."""
-    return submission.model_copy(update={"sha256": _digest(submission)})
+    return submission.model_copy(update={"sha256": _digest(submission.model_dump_json())})
 
 
 def read_submission(path: Path) -> Submission:
@@ -66,12 +66,13 @@ def read_submission(path: Path) -> Submission:
         UserError: It cannot be read, was changed, or its figures are not those of its outcomes.
     """
     try:
-        found = Submission.model_validate_json(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        found = Submission.model_validate_json(text)
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"a file written by `aidsr submit` was expected, {path} cannot be read: {error}") from None
     except ValidationError as error:
         raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {mistake_in(error)}") from None
-    if found.sha256 != _digest(found):
+    if found.sha256 != _digest(text):
         raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
     if [_place(row) for row in found.designs] != list(_places(found.plan)):
         raise UserError(f"{path}: every design that the plan asks for was expected once, found others or fewer")
@@ -81,8 +82,10 @@ def read_submission(path: Path) -> Submission:
     return found
 
 
-def _digest(submission: Submission) -> str:
-    content = submission.model_dump(mode="json", exclude={"sha256"})
+def _digest(text: str) -> str:
+    """Return the hash of a submission as it is written, so that a later version with more fields still knows it."""
+    content = json.loads(text)
+    del content["sha256"]
     return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 

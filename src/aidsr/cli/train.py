@@ -82,9 +82,10 @@ def train(
 
     from aidsr.cli.subject import subject_of
     from aidsr.extras import require_extra
-    from aidsr.rl.recipe import Recipe
 
     require_extra("rl", "training")
+    from aidsr.rl.recipe import Recipe
+
     subject = subject_of(scene, task, level, goal)
     learning, recipe = subject.to_learn_in(grouping), Recipe(from_probe=from_probe)
     console = Console(highlight=False)
