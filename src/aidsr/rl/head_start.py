@@ -27,7 +27,7 @@ __all__ = ["start_from_probe"]
 
 _NOISE = 0.5
 """Of the actions shown, and of the policy when PPO takes over, as a share of what PPO begins with otherwise. Our
-choice: with all of it, what was shown is forgotten at once."""
+choice, not tuned: PPO has less to find from there."""
 SHOWN_S = 10.0
 """How long every simulation plays at most. Our choice: a whole grasp; the probe looks at 8 s."""
 _UPDATES = 500
@@ -41,8 +41,7 @@ def start_from_probe(
     """Look for a motion that succeeds, and teach it to a policy where there is one.
 
     Motions that do not succeed are not taught: most of them swing, and what swings by the clock a policy, which sees
-    none, learns as standing still. Measured on a crawler that walks: it then learned less than from nothing. Nor is
-    one taught that never wins with noise.
+    none, can hardly learn. Nor is one taught that never wins with noise.
 
     Args:
         scene: Where to look.

@@ -54,67 +54,34 @@ _FULL_BEND_RAD = 1.3
 
 def sample(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
     """Choose a ring that keeps its shape under its own weight and loses it under its cables."""
-    if variant in _SMALL:
-        return _small(job, rng, variant)
-    radius, thickness = float(rng.uniform(0.075, 0.095)), float(rng.uniform(0.012, 0.014))
-    tension, density = rng.uniform(18.0, 24.0), rng.uniform(700.0, 900.0)
-    half_width, tread_mass = float(rng.uniform(0.036, 0.044)), float(rng.uniform(0.005, 0.007))
-    return _sized(
-        _SHAPES[variant],
-        radius_m=radius,
-        thickness_m=thickness,
-        tension_n=tension,
-        density_kg_m3=density,
-        half_width_m=half_width,
-        tread_mass_kg=tread_mass,
-    )
-
-
-def _small(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
-    """Choose a ring that rolls under what it has to get under."""
-    thickness = float(rng.uniform(0.006, 0.007))
-    height = max(min(_LOW * job.headroom_m, rng.uniform(0.076, 0.084)), _LOWEST_M)
-    radius = height / 2.0 - thickness / 2.0 - GUIDE_CLEARANCE_M
-    tension, density = rng.uniform(14.0, 18.0), rng.uniform(700.0, 900.0)
-    half_width, tread_mass = float(rng.uniform(0.032, 0.037)), float(rng.uniform(0.003, 0.005))
-    return _sized(
-        _SMALL[variant],
-        radius_m=radius,
-        thickness_m=thickness,
-        tension_n=tension,
-        density_kg_m3=density,
-        half_width_m=half_width,
-        tread_mass_kg=tread_mass,
-    )
-
-
-def _sized(
-    shape: tuple[int, int],
-    *,
-    radius_m: float,
-    thickness_m: float,
-    tension_n: float,
-    density_kg_m3: float,
-    half_width_m: float,
-    tread_mass_kg: float,
-) -> RingParameters:
-    """Return a ring whose stiffness lets full tension bend a sector as far as wanted."""
-    sectors, per_sector = shape
-    sector_m = 2.0 * math.pi * radius_m / sectors
-    stiffness = bending_stiffness(tension_n, thickness_m / 2.0 + GUIDE_CLEARANCE_M, sector_m, _FULL_BEND_RAD)
-    damping_s = damping_time(stiffness, density_kg_m3, thickness_m / 2.0, sector_m, damping_ratio=0.4)
+    small = variant in _SMALL
+    sectors, per_sector = (_SMALL if small else _SHAPES)[variant]
+    radius, thickness = _small_size(job, rng) if small else (rng.uniform(0.075, 0.095), rng.uniform(0.012, 0.014))
+    tension = rng.uniform(14.0, 18.0) if small else rng.uniform(18.0, 24.0)
+    density = rng.uniform(700.0, 900.0)
+    half_width = rng.uniform(0.032, 0.037) if small else rng.uniform(0.036, 0.044)
+    tread_mass = rng.uniform(0.003, 0.005) if small else rng.uniform(0.005, 0.007)
+    sector = 2.0 * math.pi * radius / sectors
+    stiffness = bending_stiffness(tension, thickness / 2.0 + GUIDE_CLEARANCE_M, sector, _FULL_BEND_RAD)
     return RingParameters(
-        radius_m=round(radius_m, 4),
+        radius_m=round(float(radius), 4),
         sectors=sectors,
         segments_per_sector=per_sector,
-        half_width_m=round(half_width_m, 4),
-        thickness_m=round(thickness_m, 4),
-        tread_mass_kg=round(tread_mass_kg, 4),
-        tension_n=round(tension_n, 1),
+        half_width_m=round(float(half_width), 4),
+        thickness_m=round(float(thickness), 4),
+        tread_mass_kg=round(float(tread_mass), 4),
+        tension_n=round(tension, 1),
         bending_stiffness_n_m2=round(stiffness, 5),
-        damping_time_s=round(damping_s, 3),
-        density_kg_m3=round(density_kg_m3),
+        damping_time_s=round(damping_time(stiffness, density, thickness / 2.0, sector, damping_ratio=0.4), 3),
+        density_kg_m3=round(density),
     )
+
+
+def _small_size(job: Job, rng: np.random.Generator) -> tuple[float, float]:
+    """Choose the radius and thickness of a ring that rolls under what it has to get under [m]."""
+    thickness = rng.uniform(0.006, 0.007)
+    height = max(min(_LOW * job.headroom_m, rng.uniform(0.076, 0.084)), _LOWEST_M)
+    return height / 2.0 - thickness / 2.0 - GUIDE_CLEARANCE_M, thickness
 
 
 def tread_radius(p: RingParameters) -> float:
