@@ -36,6 +36,8 @@ MEASURED = REPORT.model_copy(
         "measurements": {
             "characteristic_length_m": 0.12,
             "moving_mass_kg": 0.0497,
+            "chains": [8],
+            "tendons": 2,
             "functional_part_m": [0.0, -0.0, 0.3725],
             "effect_over_length": {"robot/pull_a": 0.913, "robot/pull_b": 0.913, "robot/pull_c": 0.913},
             "motors": {
@@ -45,6 +47,7 @@ MEASURED = REPORT.model_copy(
         }
     }
 )
+SMALLER = SCENE.model_copy(update={"placement": PLACEMENT.model_copy(update={"scale": 0.9})})
 MOVING = BRIEF.model_copy(update={"base": "moving"})
 
 
@@ -89,6 +92,7 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "integrator_place_limb": lambda t: t.integrator.place(BRIEF, CONCEPT, LIMB),
     "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, MEASURED),
     "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
+    "judge_scene_scaled": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SMALLER, REPORT),
     "judge_scene_seen": lambda t: seeing(t.judge).judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
 }
 PICTURES = {"The scene as it stands.": b"\x89PNG 1", "It moves.": b"\x89PNG 2"}

@@ -54,6 +54,7 @@ class JudgeAgent:
             concept=as_json(concept, "interpretation", "rationale"),
             robot=robot,
             mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
+            scaled="" if scene.placement.scale == 1 else written(scene.placement.scale),
             placement=as_json(scene.placement, whole=True),
             notes=scene.notes,
             report=report.account(),
@@ -66,27 +67,31 @@ class JudgeAgent:
 def _measured(report: ValidationReport) -> list[str]:
     """Return what the validator measured of the robot and each actuator; actuators that do the same share a line."""
     found, lines = report.measurements, []
-    if "characteristic_length_m" in found:
-        length_mm, mass_g = 1000 * found["characteristic_length_m"], 1000 * found["moving_mass_kg"]
+    length_mm = 1000 * found.get("characteristic_length_m", 0.0)
+    if length_mm:
+        mass_g = 1000 * found["moving_mass_kg"]
         lines.append(f"the robot is {written(length_mm)} mm long, and what moves of it weighs {written(mass_g)} g")
+    if found.get("chains"):
+        segments = ", ".join(map(str, found["chains"]))
+        lines.append(f"segments of each soft chain: {segments}; tendons: {found['tendons']}")
     if "functional_part_m" in found:
         at = " ".join(f"{value + 0.0:.4g}" for value in found["functional_part_m"])
         lines.append(f"its functional part is at {at} m at the start, in world coordinates")
     alike: dict[str, list[str]] = {}
     for actuator, share in found.get("effect_over_length", {}).items():
-        alike.setdefault(_did(share, found.get("motors", {}).get(actuator)), []).append(actuator)
+        alike.setdefault(_did(share * length_mm, found.get("motors", {}).get(actuator)), []).append(actuator)
     if alike:
         lines.append(
-            "of each actuator, the largest displacement of any part when it acts alone (1 = that length), its greatest "
-            "pull and the way of its cable: " + "; ".join(f"{', '.join(names)} {did}" for did, names in alike.items())
+            "of each actuator, the largest displacement of any part when it acts alone, its greatest pull and the way "
+            "of its cable: " + "; ".join(f"{', '.join(names)} {did}" for did, names in alike.items())
         )
     return lines
 
 
-def _did(share: float, motor: Mapping[str, Any] | None) -> str:
+def _did(moved_mm: float, motor: Mapping[str, Any] | None) -> str:
     """Return what an actuator did, in numbers; its pull is not measured in a robot that does not work."""
     pull = f", {written(motor['tension_n'])} N, {written(1000 * motor['stroke_m'])} mm" if motor else ""
-    return f"{share:.2f}{pull}"
+    return f"{written(moved_mm)} mm{pull}"
 
 
 def _read(reply: str) -> Critique:
