@@ -256,7 +256,12 @@ class Fault(Artifact):
     """Bodies, joints, tendons, actuators or sensors concerned."""
     measured: float | None = None
     limit: float | None = None
+    """What is allowed: the most where `measured` is above it, the least where it is below."""
     unit: str = ""
+    whole: float | None = None
+    """What 1 of `unit` is in `whole_unit`, where `unit` is relative: the length that `measured` is a share of."""
+    whole_unit: str = ""
+    """SI unit of `whole`."""
     message: str
     """What was measured or read, without guessing why."""
     likely_cause: str = ""

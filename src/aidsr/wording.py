@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from aidsr.artifacts import Fault
 
-__all__ = ["account_of", "written"]
+__all__ = ["absolute", "account_of", "allowed", "bound", "finding", "written"]
 
 
 def written(value: float) -> str:
@@ -23,6 +23,36 @@ def written(value: float) -> str:
         return text.rstrip("0").rstrip(".") if "." in text else text
     mantissa, _, exponent = f"{value:.3g}".partition("e")
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
+
+
+def finding(fault: Fault) -> str:
+    """Return what was found and what is allowed: "sags: 0.41 of the robot's length, 123 mm (at most 0.35, 105 mm)"."""
+    if fault.measured is None:
+        return fault.message
+    amount = f"{written(fault.measured)} {fault.unit}".rstrip() + absolute(fault, fault.measured)
+    return f"{fault.message}: {amount}" + (f" ({allowed(fault)})" if fault.limit is not None else "")
+
+
+def allowed(fault: Fault) -> str:
+    """Return what a measured fault violates, "at most 0.35, 105 mm"; "" where no limit is known."""
+    if fault.measured is None or fault.limit is None:
+        return ""
+    return f"{bound(fault.measured, fault.limit)} {written(fault.limit)}{absolute(fault, fault.limit)}"
+
+
+def bound(measured: float, limit: float) -> str:
+    """Return whether a limit that a value violates is the most or the least that is allowed."""
+    return "at least" if measured < limit else "at most"
+
+
+def absolute(fault: Fault, relative: float) -> str:
+    """Return a value of a fault in SI units behind a comma where its unit is relative; short lengths in millimetres."""
+    if fault.whole is None:
+        return ""
+    value, unit = relative * fault.whole, fault.whole_unit
+    if unit == "m" and abs(value) < 1:
+        value, unit = 1000 * value, "mm"
+    return f", {written(value)} {unit}"
 
 
 def account_of(faults: Sequence[Fault], max_bytes: int) -> str:
@@ -54,10 +84,7 @@ def _account_line(faults: list[Fault]) -> str:
     names = list(dict.fromkeys(name for each in faults for name in each.names))
     shown = ", ".join(names) if len(names) <= 4 else f"{', '.join(names[:3])} … {names[-1]} ({len(names)} in all)"
     line = "warning " * (fault.severity == "warning") + fault.code + (f" at {shown}" if shown else "")
-    line += (f" (line {fault.line})" if fault.line is not None else "") + f": {fault.message}"
-    if fault.measured is not None:
-        line += f": {written(fault.measured)} {fault.unit}".rstrip()
-        line += f" (limit {written(fault.limit)})" if fault.limit is not None else ""
+    line += (f" (line {fault.line})" if fault.line is not None else "") + f": {finding(fault)}"
     if len(faults) > 1:
         line += f", and {len(faults) - 1} more like it"
     sentences = [line, f"Likely cause: {fault.likely_cause}" if fault.likely_cause else "", fault.cure]

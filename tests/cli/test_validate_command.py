@@ -56,7 +56,7 @@ def test_realizability_is_told_apart_and_enforced_on_request(files: Path, capsys
     assert run("strong.xml", "--realizable") == 1
     said = capsys.readouterr().out
     assert said.startswith("stable, but could not be built")
-    assert "limit 34.3" in said
+    assert "at most 34.3" in said
 
 
 def test_the_cheapest_motors_are_named(files: Path, capsys: pytest.CaptureFixture[str]) -> None:

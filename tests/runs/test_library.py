@@ -134,7 +134,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
         "the robot's MJCF: 2 lines added, 1 removed",
         "scale: 1 → 0.8",
     )
-    assert told.better == ("underdamped is gone (1 place)", "chatter: 9 → 2 mm (limit 1)")
+    assert told.better == ("underdamped is gone (1 place)", "chatter: 9 → 2 mm (at most 1)")
     assert told.worse == ("sinks is new (1 place)",)
     stable = after.model_copy(update={"report": ValidationReport(stable=True), "judged": True})
     assert compare(after.model_copy(update={"judged": False}), stable).better == (

@@ -216,3 +216,38 @@ def test_the_example_can_be_done_by_a_small_arm(example, capsys):
         main(["probe", "scene.xml", "--goal", "goal.toml", "--candidates", "48", "--variations", "1", "--threads", "1"])
     assert ended.value.code == 0
     assert "goal/touch: some motion succeeds in 1 of 1 variations" in capsys.readouterr().out
+
+
+TOLD = {
+    "reach": ("Nothing: each begins as described here.", "at most 0.02 m from hook. Held for 0.5 s.", "Nothing."),
+    "lift": ("Nothing: each begins as described here.", "ball is at least 0.05 m higher than it was at", "Nothing."),
+    "push": ("Nothing: each begins as described here.", "flag is at least 0.1 m along -1 0 0 (world axes)", "Nothing."),
+    "walk": (
+        "Nothing: each begins as described here.",
+        "The robot's centre of mass is at least 0.4 m along",
+        "Nothing.",
+    ),
+    "touch": (
+        "Nothing: each begins as described here.",
+        "The net force on post by the functional part is at least 0.05 N and at most 3 N. Held for 0.5 s.",
+        "More than 3 N on post at any moment.",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", GOALS)
+def test_a_goal_tells_those_who_design_for_it_how_it_is_judged(tmp_path, kind):
+    (tmp_path / "table.xml").write_text(TABLE)
+    (tmp_path / "goal.toml").write_text(GOALS[kind][0])
+    told = brief_for("Do it", environment=tmp_path / "table.xml", goal=tmp_path / "goal.toml").judging
+    differ, success, against = TOLD[kind]
+    assert (told["Episodes differ"], told["Counts against it"]) == (differ, against)
+    assert success in told["Success"]
+    assert told["Time"] == "10 s, 25 actions a second."
+
+
+def test_a_target_that_is_elsewhere_in_each_episode_is_said_to_be(tmp_path):
+    told = made(tmp_path, GOALS["touch"][0] + "\nvary_m = [0, 0.02, 0.03]").brief().judging
+    assert told["Episodes differ"] == (
+        "Where post is: up to 0.02 m along y, 0.03 m along z, to either side of where it is described here."
+    )

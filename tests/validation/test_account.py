@@ -32,8 +32,22 @@ def test_one_fault_is_one_line_with_all_its_facts() -> None:
         "too_stiff", names=("m0", "m1"), measured=0.0123, limit=0.05, unit="of L", likely_cause="springs", line=7
     )
     assert account(one) == (
-        "too_stiff at m0, m1 (line 7): seen: 0.0123 of L (limit 0.05). Likely cause: springs. Mend it."
+        "too_stiff at m0, m1 (line 7): seen: 0.0123 of L (at least 0.05). Likely cause: springs. Mend it."
     )
+
+
+@pytest.mark.parametrize(
+    ("facts", "told"),
+    [
+        ({"measured": 0.41, "limit": 0.35, "unit": "of L", "whole": 0.3}, "0.41 of L, 123 mm (at most 0.35, 105 mm)"),
+        ({"measured": 0.2, "limit": 0.5, "unit": "of L", "whole": 8.0}, "0.2 of L, 1.6 m (at least 0.5, 4 m)"),
+        ({"measured": 312, "limit": 200, "unit": "rad/s"}, "312 rad/s (at most 200)"),
+        ({"measured": -0.1, "limit": 0, "unit": "N s/m"}, "-0.1 N s/m (at least 0)"),
+        ({"measured": 0, "unit": "N"}, "0 N"),
+    ],
+)
+def test_what_is_allowed_is_said_with_its_direction_and_in_si_units(facts: dict[str, object], told: str) -> None:
+    assert f"large: seen: {told}. Mend it." == account(fault("large", whole_unit="m", **facts))
 
 
 def test_errors_stand_before_warnings() -> None:

@@ -30,6 +30,9 @@ MOVING = {
 """What is read off signals over time, and CROSSING what crosses its limit in them."""
 CROSSING = {"actuator_overforce", "actuator_power", "actuator_speed", "chatter", "limit_overrun"}
 
+RELATIVE = {"m g L", "g", "times the median segment"}
+"""Units beside which an SI unit is told, as beside all that begin with "of"."""
+
 
 @pytest.mark.parametrize("bad", faulty.BAD, ids=[f"{bad.code}-{index}" for index, bad in enumerate(faulty.BAD)])
 def test_a_bad_robot_reports_exactly_its_fault_and_the_signal_of_it(bad: faulty.Bad) -> None:
@@ -41,6 +44,9 @@ def test_a_bad_robot_reports_exactly_its_fault_and_the_signal_of_it(bad: faulty.
     assert report.stable == (bad.severity == "warning")
     assert all(fault.message and fault.cure for fault in report.faults)
     assert len(report.account().encode()) <= 1600
+    assert all(fault.measured is None or fault.measured != fault.limit for fault in report.faults)
+    relative = [fault for fault in report.faults if fault.unit in RELATIVE or fault.unit.startswith("of ")]
+    assert [fault for fault in report.faults if fault.whole] == [each for each in relative if each.measured is not None]
     signal = found.signals[0]
     if bad.code in MOVING:
         assert signal is not None

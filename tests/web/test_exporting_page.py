@@ -32,7 +32,7 @@ async def test_an_export_shows_verdict_parts_and_changes(user: User, site: Site)
     for said in (
         "not buildable",
         "part exceeds bed",
-        "268 mm (limit 250)",
+        "268 mm (at most 250)",
         "larger than the bed",
         "a flange",
         "108 mm",

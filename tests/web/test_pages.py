@@ -154,7 +154,7 @@ async def test_a_design_says_what_changed_and_what_got_better(user: User, site: 
         await user.should_see(said)
     await user.open(f"/run/{run.path.name}/1?iteration=1")
     await user.should_see("Too soft. Stiffen it.")
-    await user.should_see("9 mm (limit 1), line 4")
+    await user.should_see("9 mm (at most 1), line 4")
     user.find("MJCF").click()
     await user.should_see("Whole")
     user.find("Concept").click()

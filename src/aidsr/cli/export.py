@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from aidsr.wording import finding
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -73,9 +75,7 @@ def _say(console: Console, exported: Exported) -> None:
     line(verdict.verdict, "bold " + {"buildable": "green", "not buildable": "red"}.get(verdict.verdict, "yellow"))
     for fault in verdict.reasons:
         names = ", ".join(fault.names[:3]) + (" …" if len(fault.names) > 3 else "")
-        measured = "" if fault.measured is None else f": {fault.measured:.3g} {fault.unit}".rstrip()
-        limit = "" if fault.limit is None else f" (limit {fault.limit:.3g})"
-        line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {fault.message}{measured}{limit}")
+        line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {finding(fault)}")
     printed = sum(len(part.used_for) for part in made.parts)
     line(f"  {printed} parts of {len(made.parts)} kinds, limbs of {made.material.label}")
     line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")

@@ -219,11 +219,13 @@ def _bench_parts(
 
 def _piece_faults(made: Made) -> list[Fault]:
     found = []
+    too_large = [part for part in made.parts if not part.lying.fits]
+    sides = [made.printer.side_most(part.lying.size_mm) for part in too_large]
+    side, bed = max(sides, key=lambda each: each[0] / each[1], default=(0.0, 0.0))
     for code, severity, message, limit, unit, concerned in (
         ("part_open", "error", "has a surface that is not closed", None, "", {
             part.name: 0.0 for part in made.parts if not part.lying.watertight}),
-        ("part_exceeds_bed", "error", "does not fit the bed", max(made.printer.bed_mm), "mm", {
-            part.name: max(part.lying.size_mm) for part in made.parts if not part.lying.fits}),
+        ("part_exceeds_bed", "error", "does not fit the bed", bed, "mm", {part.name: side for part in too_large}),
         ("thin_wall", "warning", "has a wall thinner than the printer makes well", made.printer.wall_mm, "mm", {
             part.name: part.lying.wall_mm for part in made.parts if part.lying.wall_mm < made.printer.wall_mm}),
         ("part_in_pieces", "error", "falls into pieces: some shapes of a body do not touch", 1.0, "piece", {

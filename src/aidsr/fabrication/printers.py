@@ -30,9 +30,15 @@ class Printer(Artifact):
 
     def fits(self, size_mm: tuple[float, float, float]) -> bool:
         """Whether a box of this size goes onto the bed, turned by 90 degrees if need be."""
+        size, bed = self.side_most(size_mm)
+        return size <= bed
+
+    def side_most(self, size_mm: tuple[float, float, float]) -> tuple[float, float]:
+        """Return the side of a box, turned as fits best, that takes most of the bed, and the bed's there [mm]."""
         x, y, z = size_mm
         width, depth, height = self.bed_mm
-        return z <= height and ((x <= width and y <= depth) or (y <= width and x <= depth))
+        sides = ((max(x, y), max(width, depth)), (min(x, y), min(width, depth)), (z, height))
+        return max(sides, key=lambda side: side[0] / side[1])
 
 
 PRINTERS = (

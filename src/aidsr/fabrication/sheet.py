@@ -11,6 +11,7 @@ from aidsr.fabrication.billing import Item
 from aidsr.fabrication.illustrating import exploded, routing, winch_picture
 from aidsr.fabrication.making import Made, PrintedPart
 from aidsr.fabrication.told import Verdict
+from aidsr.wording import finding
 
 __all__ = ["sheet"]
 
@@ -21,6 +22,7 @@ def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[s
         loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
     )
     environment.filters["deg"] = math.degrees
+    environment.filters["finding"] = finding
     return environment.get_template("sheet.html.j2").render(
         title=title,
         made=made,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.fabrication.changing import changes_of
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.told import Retest, Verdict
+from aidsr.fabrication.told import REACH_TOLERANCE, Retest, Verdict
 
 __all__ = ["judge", "retest_of"]
 
@@ -71,9 +73,9 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
             layer="realizability",
             severity="warning",
             measured=1000 * built_kg,
-            limit=1000 * simulated_kg,
+            limit=1000 * simulated_kg * (1 + math.copysign(MASS_TOLERANCE, built_kg - simulated_kg)),
             unit="g",
-            message="what moves weighs another mass than simulated, by more than 15 %",
+            message=f"what moves weighs another mass than the {1000 * simulated_kg:.4g} g simulated",
             cure="Give the limbs the density of what they are printed of, walls and infill included.",
         )
     ]
@@ -97,9 +99,10 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
                 layer="realizability",
                 severity="error",
                 measured=retest.reach_m,
-                limit=retest.designed_reach_m,
+                limit=retest.designed_reach_m
+                * (1 + math.copysign(REACH_TOLERANCE, retest.reach_m - retest.designed_reach_m)),
                 unit="m",
-                message="reaches another distance than designed, by more than a tenth",
+                message=f"reaches another distance than the {retest.designed_reach_m:.3g} m designed",
             )
         )
     return found

@@ -159,6 +159,7 @@ def brief_for(
     prepare()  # a worker starts while the rest is imported
     from aidsr.sim.summary import summarize_environment
     from aidsr.tasks import goal_task, load_task, read_goal
+    from aidsr.tasks.judging import judging
 
     starting_robot = _mjcf(robot, "robot") if robot else ""
     if task:
@@ -182,7 +183,7 @@ def brief_for(
     if not goal:
         return brief
     aim = goal_task(read_goal(goal), mjcf)
-    return brief.model_copy(update={"base": aim.base, "needs_contact": aim.needs_contact})
+    return brief.model_copy(update={"base": aim.base, "needs_contact": aim.needs_contact, "judging": judging(aim)})
 
 
 def start(

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from aidsr.artifacts import Artifact, Concept, Fault, Placement, ValidationReport
 from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import newest
+from aidsr.wording import bound
 
 __all__ = ["Attempted", "Comparison", "attempted", "compare"]
 
@@ -132,7 +133,7 @@ def _change(old: Fault | None, new: Fault | None) -> tuple[bool, str] | None:
     if any(value is None for value in values) or old.measured == new.measured:
         return None
     was, now, limit = (float(value or 0.0) for value in values)
-    said = f"{was:.3g} → {now:.3g} {new.unit}".rstrip() + f" (limit {limit:.3g})"
+    said = f"{was:.3g} → {now:.3g} {new.unit}".rstrip() + f" ({bound(now, limit)} {limit:.3g})"
     return abs(now - limit) < abs(was - limit), said
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goal import AnyGoal, Lift, Reach, Touch, Travel
+from aidsr.tasks.goal_words import differs, unwanted, wanted
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Memory, Task
@@ -52,6 +53,10 @@ class GoalTask(Task, ABC):
     def objective(self) -> str:
         """See `Task`; a design for a goal has its objective in its user's words."""
         return (self.__doc__ or "").partition("\n")[0]
+
+    def terms(self) -> tuple[str, str, str]:
+        """See `Task`; with the goal's own numbers."""
+        return differs(self.goal), wanted(self.goal), unwanted(self.goal)
 
     @property
     def environment(self) -> str:

@@ -14,15 +14,15 @@ __all__ = ["judging", "said"]
 
 def judging(task: Task) -> dict[str, str]:
     """Return what differs between episodes, what counts and what does not, each in a sentence or two."""
-    kind = type(task)
+    differ, success, against = task.terms()
     facts = {
-        "Episodes differ": said(kind.draw),
-        "Success": f"{said(kind.succeeded)} Held for {task.hold_s:g} s.",
-        "Counts against it": said(kind.violation),
+        "Episodes differ": differ,
+        "Success": f"{success} Held for {task.hold_s:g} s.",
+        "Counts against it": against,
         "Time": f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second.",
     }
     if task.can_be_lost:
-        facts["Lost at once"] = said(kind.failed)
+        facts["Lost at once"] = said(type(task).failed)
     if task.base == "moving":
         driven = task.policy_actuators
         by = f"the policy drives {', '.join(driven)} beside the robot's own actuators" if driven else "a timetable does"

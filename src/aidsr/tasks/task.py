@@ -18,7 +18,7 @@ from lxml import etree
 
 from aidsr.artifacts import Base, Brief
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.judging import judging
+from aidsr.tasks.judging import judging, said
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
@@ -107,6 +107,11 @@ class Task(ABC):
         """MJCF of the environment, without a robot."""
         path = Path(str(sys.modules[type(self).__module__].__file__)).with_suffix(".xml")
         return _edited(path.read_text(encoding="utf-8"), self.edits)
+
+    def terms(self) -> tuple[str, str, str]:
+        """Return what differs between episodes, what success is and what counts against it, as the docstrings say."""
+        kind = type(self)
+        return said(kind.draw), said(kind.succeeded), said(kind.violation)
 
     def brief(self) -> Brief:
         """Return the job as a team of designers gets it."""

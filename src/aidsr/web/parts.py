@@ -14,6 +14,7 @@ from aidsr.artifacts import Fault
 from aidsr.calls import Usage
 from aidsr.runs.stages import Attempt
 from aidsr.runs.summary import cost_in_words
+from aidsr.wording import finding
 
 __all__ = [
     "badge",
@@ -82,9 +83,7 @@ def fault_found(fault: Fault) -> None:
                 text(name, "chip")
             if len(fault.names) > 6:
                 text(f"and {len(fault.names) - 6} more", "small soft")
-        measured = "" if fault.measured is None else f": {fault.measured:.3g} {fault.unit}".rstrip()
-        limit = "" if fault.limit is None or fault.measured is None else f" (limit {fault.limit:.3g})"
-        text(f"{fault.message}{measured}{limit}" + (f", line {fault.line}" if fault.line else ""), "", "p")
+        text(finding(fault) + (f", line {fault.line}" if fault.line else ""), "", "p")
         if fault.likely_cause or fault.cure:
             said = (said.rstrip(".") for said in (fault.likely_cause, fault.cure) if said)
             text(" ".join(f"{one[0].upper()}{one[1:]}." for one in said), "small soft", "p")

@@ -16,6 +16,7 @@ from aidsr.validation.page.asking import Traced
 from aidsr.validation.page.cards import cards, number
 from aidsr.validation.page.plots import spark
 from aidsr.validation.page.traces import ActuatorTrace
+from aidsr.wording import absolute, allowed
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -152,4 +153,6 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters["number"] = number
+    environment.filters["absolute"] = lambda fault: absolute(fault, fault.measured)
+    environment.filters["allowed"] = allowed
     return environment.get_template("page.html.j2")

@@ -28,13 +28,13 @@ def tendon_through_body(case: Case) -> Iterator[Fault]:
     MuJoCo pulls a tendon straight from site to site, whatever is between them.
     """
     lines = _Lines.of(case)
-    worst: dict[int, tuple[float, str]] = {}
+    worst: dict[int, tuple[float, float, str]] = {}
     for data in _poses(case) if lines.tendons else ():
-        for tendon, share, body in lines.buried(case, data):
-            worst[tendon] = max(worst.get(tendon, (0.0, "")), (share, body))
+        for tendon, share, half_m, body in lines.buried(case, data):
+            worst[tendon] = max(worst.get(tendon, (0.0, 0.0, "")), (share, half_m, body))
     deep = {tendon: found for tendon, found in worst.items() if found[0] > case.limits.through_body}
     if deep:
-        share, body = max(deep.values())
+        share, half_m, body = max(deep.values())
         yield Fault(
             code="tendon_through_body",
             layer="realizability",
@@ -43,6 +43,8 @@ def tendon_through_body(case: Case) -> Iterator[Fault]:
             measured=share,
             limit=case.limits.through_body,
             unit="of the half width of the part",
+            whole=half_m,
+            whole_unit="m",
             message=f"runs through {body} between its guides",
             cure="Add a routing site in every segment, at its surface, so that the cable follows the limb.",
         )
@@ -98,8 +100,8 @@ class _Lines:
         sites = np.array([span for _, span in found], dtype=int).reshape(-1, 2)
         return cls(tuple(tendon for tendon, _ in found), sites, np.array([own[pair] for pair in ends]))
 
-    def buried(self, case: Case, data: mujoco.MjData) -> Iterator[tuple[int, float, str]]:
-        """Tendon, depth / half width, and name of every part that a line passes through."""
+    def buried(self, case: Case, data: mujoco.MjData) -> Iterator[tuple[int, float, float, str]]:
+        """Tendon, depth / half width, half width [m] and name of every part that a line passes through."""
         begin, end = data.site_xpos[self.sites[:, 0]], data.site_xpos[self.sites[:, 1]]
         apart = data.geom_xpos - ((begin + end) / 2)[:, None]
         reach = np.linalg.norm(end - begin, axis=1)[:, None] / 2 + case.model.geom_rbound
@@ -108,8 +110,8 @@ class _Lines:
             points = begin[line] + _ALONG * (end[line] - begin[line])
             depth = float(depth_m(case.model, data, geom, points).max())
             if depth > 0:
-                share = depth / half_width_m(case.model, geom)
-                yield self.tendons[line], share, case.body(int(case.model.geom_bodyid[geom]))
+                half_m = half_width_m(case.model, geom)
+                yield self.tendons[line], depth / half_m, half_m, case.body(int(case.model.geom_bodyid[geom]))
 
 
 def _own_parts(case: Case, one: int, other: int) -> NDArray[np.bool_]:
@@ -200,16 +202,16 @@ def tendon_pushes(case: Case) -> Iterator[Fault]:
     evidence = case.driven
     if evidence.battery is None:
         return
-    pushing: dict[str, float] = {}
+    pushing: dict[str, tuple[float, float]] = {}
     spatial = {tendon.id for tendon in case.structure.tendons if tendon.spatial}
     for drive in evidence.drives:
         if drive.on_tendon and int(case.model.actuator_trnid[drive.actuator, 0]) in spatial:
             force = case.force_n(drive)
             pull, push = max(0.0, -float(force.min())), max(0.0, float(force.max()))
             if push > case.limits.push_share * pull and push > 0:
-                pushing[case.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf")
+                pushing[case.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf"), pull
     if pushing:
-        worst = max(pushing.values())
+        worst, pull = max(pushing.values())
         yield Fault(
             code="tendon_pushes",
             layer="realizability",
@@ -218,6 +220,8 @@ def tendon_pushes(case: Case) -> Iterator[Fault]:
             measured=worst if np.isfinite(worst) else None,
             limit=case.limits.push_share,
             unit="of its greatest pull",
+            whole=pull if pull > 0 else None,
+            whole_unit="N",
             message="pushes on its tendon" if np.isfinite(worst) else "pushes on its tendon and never pulls",
             cure='Let commands only pull: motor gear="-1" with ctrlrange="0 F", or a servo with forcerange="-F 0".',
         )

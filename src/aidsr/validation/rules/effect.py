@@ -13,6 +13,7 @@ from aidsr.validation.case import Case
 from aidsr.validation.causes import is_explained
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.variants import mass_ratio, softer, without_limits, without_outlier_mass, without_self_contact
+from aidsr.wording import written
 
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock"]
 
@@ -44,6 +45,7 @@ def self_collision_lock(case: Case) -> Iterator[Fault]:
             instead="where its parts may pass through each other",
             cause="segments overlap or touch before they can bend",
             cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",
+            limit=case.limits.lock_share * _freed(case, locked, freed),
         )
 
 
@@ -58,16 +60,19 @@ def antagonist_lock(case: Case) -> Iterator[Fault]:
         test = evidence.tests[row]
         alone, together = case.effect_of(test.drive), case.effect_in(row)
         if test.kind == "released" and alone >= limits.effect and together < limits.lock_share * alone:
-            locked.append((row, test.drive, together / alone))
+            locked.append((together / alone, alone, evidence.drives[test.drive].actuator))
     if locked:
+        share, alone, _ = min(locked)
         yield Fault(
             code="antagonist_lock",
             layer="simulate",
             severity="error",
-            names=tuple(case.actuator(evidence.drives[drive].actuator) for _, drive, _ in locked),
-            measured=min(share for _, _, share in locked),
+            names=tuple(case.actuator(actuator) for _, _, actuator in locked),
+            measured=share,
             limit=limits.lock_share,
             unit="of the effect with the others slack",
+            whole=alone * case.length_m,
+            whole_unit="m",
             message="the other tendons hold the robot although they are told to let go",
             likely_cause="no command in their control ranges lets the opposite tendons grow long enough",
             cure="Let the upper end of each servo's ctrlrange exceed the tendon's rest length by its stroke, or allow "
@@ -102,6 +107,7 @@ def no_effect(case: Case) -> Iterator[Fault]:
             instead="without limits",
             cause="a limited joint or tendon is already at the end of its range",
             cure="Widen the ranges of joints and tendons in the direction the tendon pulls.",
+            limit=least,
             whole=whole,
         )
         return
@@ -111,11 +117,12 @@ def no_effect(case: Case) -> Iterator[Fault]:
         if heavy := _improved(case, weak, light, limits.limit_gain):
             yield _mass_fault(case, heavy, ratio, whole)
             return
-    yield _strength_fault(case, weak, tests, whole)
+    yield _strength_fault(case, weak, tests, whole, least)
 
 
 def _mass_fault(case: Case, drives: list[int], ratio: float, whole: bool) -> Fault:
     heaviest = max(case.structure.moving, key=lambda body: float(case.model.body_mass[body]))
+    heaviest_kg = float(case.model.body_mass[heaviest])
     return Fault(
         code="mass_ratio",
         layer="simulate",
@@ -124,13 +131,16 @@ def _mass_fault(case: Case, drives: list[int], ratio: float, whole: bool) -> Fau
         measured=ratio,
         limit=case.limits.mass_ratio,
         unit="times the median segment",
-        message=f"too heavy to be moved: {case.largest_effect(drives):.2g} L, and far more with the median's mass",
+        whole=heaviest_kg / ratio,
+        whole_unit="kg",
+        message="too heavy to be moved: the actuators move the robot by "
+        f"{written(1000 * case.largest_effect(drives) * case.length_m)} mm, and far more with the median's mass",
         likely_cause="its mass or density is far above that of the others",
         cure="Bring the mass of that body near the others'.",
     )
 
 
-def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) -> Fault:
+def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool, least: float) -> Fault:
     """Too weak, too stiff, or without a cause that another trial shows."""
     evidence, limits = case.driven, case.limits
     tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in evidence.drives)
@@ -144,9 +154,11 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
             measured=tension_n / weight_n,
             limit=limits.weak_share,
             unit="of the robot's weight",
-            message=f"greatest actuator force {tension_n:.3g} N, and no test moves the robot",
+            whole=weight_n,
+            whole_unit="N",
+            message="no test moves the robot; greatest actuator force",
             likely_cause="force limits, gain or control range are too small",
-            cure="Raise forcerange, kp or ctrlrange; bending a limb takes about its weight times L / tendon offset.",
+            cure="Raise forcerange, kp or ctrlrange; bending takes about the limb's weight x length / tendon offset.",
         )
     soft = case.effects_if("softer", softer(limits.softer), tests)
     # of a robot that is far too stiff the effect stays small, and still goes with 1 / stiffness
@@ -162,6 +174,7 @@ def _strength_fault(case: Case, weak: list[int], tests: list[int], whole: bool) 
         instead=f"with joints and tendons {1 / limits.softer:.0f} times softer",
         cause="joints or tendon springs are too stiff for the forces" if stiff else "",
         cure="Lower the joint stiffness, raise the tendon force, or move the tendons away from the backbone.",
+        limit=least,
         whole=whole,
     )
 
@@ -224,9 +237,13 @@ def _improved(
     return [
         index
         for index in drives
-        if (freed := max((effects[test] for test in case.single_tests([index])), default=0.0)) >= least
-        and freed > factor * case.effect_of(index)
+        if (freed := _freed(case, [index], effects)) >= least and freed > factor * case.effect_of(index)
     ]
+
+
+def _freed(case: Case, drives: Sequence[int], effects: dict[int, float]) -> float:
+    """Largest effect of some actuators, each alone, in a changed model."""
+    return max((effects[test] for test in case.single_tests(drives)), default=0.0)
 
 
 def _effect_fault(
@@ -239,19 +256,22 @@ def _effect_fault(
     instead: str,
     cause: str,
     cure: str,
+    limit: float,
     whole: bool = True,
 ) -> Fault:
     evidence = case.driven
-    freed = max((effects[test] for test in case.single_tests(drives)), default=0.0)
+    freed_mm = written(1000 * _freed(case, drives, effects) * case.length_m)
     return Fault(
         code=code,
         layer="simulate",
         severity="error" if whole else "warning",
         names=tuple(case.actuator(evidence.drives[index].actuator) for index in drives),
         measured=case.largest_effect(drives),
-        limit=case.limits.effect,
+        limit=limit,
         unit="of the robot's length",
-        message=f"{message}: largest displacement by these actuators ({freed:.2g} {instead})",
+        whole=case.length_m,
+        whole_unit="m",
+        message=f"{message}: largest displacement by these actuators ({freed_mm} mm {instead})",
         likely_cause=cause,
         cure=cure,
     )

@@ -14,6 +14,7 @@ from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
 from aidsr.validation.divergence import divergence, sound
 from aidsr.validation.points import last_quarter
+from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.stiffness import explain_divergence
 
 __all__ = ["chatter", "describe_test", "limit_overrun", "numerical_instability"]
@@ -95,6 +96,8 @@ def chatter(case: Case) -> Iterator[Fault]:
             measured=worst,
             limit=limits.chatter_error_g if severe else limits.chatter_warning_g,
             unit="g",
+            whole=STANDARD_GRAVITY_M_S2,
+            whole_unit="m/s2",
             message=f"keeps accelerating under constant commands, at the end of {what}",
             likely_cause=_why_chatter(case),
             cure="Raise joint damping, soften servos (kp) or give them kv, and separate parts that rub.",

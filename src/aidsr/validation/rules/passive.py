@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +17,7 @@ from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 __all__ = ["drop", "energy_growth", "gravity_collapse", "negative_damping", "passive_collapse", "underdamped"]
 
 _WITH_GRAVITY, _WEIGHTLESS = 0, 1
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 _WINDOW = 3 / 8
 """Share of the settling phase in each window: 4.5 sqrt(L / g), longer than half a swing of the slowest pendulum."""
 _CURE_SAG = "Raise the joint stiffness, make the limb lighter or shorter, or taper it towards the tip."
@@ -39,6 +41,8 @@ def gravity_collapse(case: Case) -> Iterator[Fault]:
         measured=sag,
         limit=limits.collapse_error if severe else limits.collapse_warning,
         unit="of the robot's length",
+        whole=case.length_m,
+        whole_unit="m",
         message="sag under its own weight with slack tendons",
         likely_cause="the backbone is too soft for its weight",
         cure=_CURE_SAG,
@@ -57,6 +61,8 @@ def passive_collapse(case: Case) -> Iterator[Fault]:
             measured=without,
             limit=case.limits.passive_collapse,
             unit="of the robot's length",
+            whole=case.length_m,
+            whole_unit="m",
             message="deforms by itself, without gravity and with slack tendons",
             likely_cause="springs are not at rest in the drawn pose (springref, springlength, equality constraints)",
             cure="Leave springref and springlength out, or draw the robot in the pose where its springs rest.",
@@ -116,6 +122,8 @@ def _drop_fault(case: Case, dropped: list[_Drop], landed: bool) -> Fault:
         measured=max(each.share for each in dropped),
         limit=case.limits.drop,
         unit="of the robot's length",
+        whole=case.length_m,
+        whole_unit="m",
         message="the root drops and lands" if landed else "the root falls and does not land",
         likely_cause="the root has a free or slide joint and starts above the ground"
         if landed
@@ -146,6 +154,8 @@ def energy_growth(case: Case) -> Iterator[Fault]:
             measured=float(gain.max()),
             limit=limit,
             unit="m g L",
+            whole=scale,
+            whole_unit="J",
             message="mechanical energy rises while nothing drives the robot",
             likely_cause="the time step is too large for the stiffness",
             cure="Raise joint damping, or reduce the time step.",
@@ -157,26 +167,27 @@ def negative_damping(case: Case) -> Iterator[Fault]:
     """No joint or tendon feeds energy in: MuJoCo accepts negative damping without a word."""
     model, structure = case.model, case.structure
     dofs = {int(model.dof_jntid[dof]): float(model.dof_damping[dof]) for dof in range(model.nv)}
-    names = [case.joint(joint) for joint in structure.joints if dofs[joint] < 0]
-    lowest = min((dofs[joint] for joint in structure.joints), default=0.0)
-    for tendon in structure.tendons:
-        damping = float(model.tendon_damping[tendon.id])
-        if damping < 0:
-            names.append(case.tendon(tendon.id))
-            lowest = min(lowest, damping)
-    if names:
+    found = {case.joint(joint): (dofs[joint], _damping_unit(case, joint)) for joint in structure.joints}
+    found |= {case.tendon(each.id): (float(model.tendon_damping[each.id]), "N s/m") for each in structure.tendons}
+    negative = {name: damping for name, damping in found.items() if damping[0] < 0}
+    if negative:
+        lowest, unit = min(negative.values())
         yield Fault(
             code="energy_growth",
             layer="simulate",
             severity="error",
-            names=tuple(names),
+            names=tuple(negative),
             measured=lowest,
             limit=0,
-            unit="damping",
+            unit=unit,
             message="negative damping feeds energy in",
             cure="Make damping positive.",
             first_time_s=0.0,
         )
+
+
+def _damping_unit(case: Case, joint: int) -> str:
+    return "N s/m" if int(case.model.jnt_type[joint]) == _SLIDE else "N m s/rad"
 
 
 def underdamped(case: Case) -> Iterator[Fault]:
@@ -213,8 +224,8 @@ def underdamped(case: Case) -> Iterator[Fault]:
             measured=max(ratio, 0.0),
             limit=limits.damping_ratio,
             unit="damping ratio",
-            message=f"still swings by {100 * float(amplitude_m[point]) / case.length_m:.2g} % of the robot's length "
-            "after settling",
+            message=f"still swings by {1000 * float(amplitude_m[point]):.2g} mm "
+            f"({100 * float(amplitude_m[point]) / case.length_m:.2g} % of the robot's length) after settling",
             likely_cause="joints have little or no damping",
             cure="Give each joint damping of about 0.02 to 0.1 s times its stiffness.",
         )

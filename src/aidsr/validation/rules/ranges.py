@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import mujoco
+
 from aidsr.artifacts import Fault
 from aidsr.sim.structure import Chain
 from aidsr.validation.case import Case
 
 __all__ = ["ctrlrange_missing", "joint_range_too_small", "range_inverted_ignored"]
+
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def ctrlrange_missing(case: Case) -> Iterator[Fault]:
@@ -54,6 +58,7 @@ def range_inverted_ignored(case: Case) -> Iterator[Fault]:
     ]
     if inverted:
         low, high = model.jnt_range[inverted[0]]
+        unit = "m" if int(model.jnt_type[inverted[0]]) == _SLIDE else "rad"
         yield Fault(
             code="range_inverted_ignored",
             layer="structure",
@@ -61,8 +66,9 @@ def range_inverted_ignored(case: Case) -> Iterator[Fault]:
             names=tuple(case.joint(joint) for joint in inverted),
             measured=float(low - high),
             limit=0,
-            unit="rad",
-            message=f"joint range from {low:.3g} down to {high:.3g}: MuJoCo drops it and the joint has no limit",
+            unit=f"{unit} by which the first number exceeds the second",
+            message=f"joint range from {low:.3g} {unit} down to {high:.3g} {unit}: MuJoCo drops it, and the joint has "
+            "no limit",
             cure='Write range="low high" with low < high.',
         )
 
@@ -85,7 +91,7 @@ def joint_range_too_small(case: Case) -> Iterator[Fault]:
                 measured=bend_deg,
                 limit=case.limits.chain_bend_deg,
                 unit="deg",
-                message="all joint limits of this chain together allow less bending than that",
+                message="all joint limits of this chain together allow too little bending",
                 likely_cause="ranges written in radians are read as degrees",
                 cure='Write ranges in degrees, or set <compiler angle="radian"/> for the whole document.',
             )

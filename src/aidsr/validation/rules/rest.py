@@ -46,15 +46,18 @@ def initial_penetration(case: Case) -> Iterator[Fault]:
         if not found:
             continue
         worst = max(found, key=lambda overlap: overlap.share)
+        measured, limit, unit, whole_m = worst.excess(case)
         others = len({overlap.names for overlap in found}) - 1
         yield Fault(
             code="initial_penetration",
             layer="simulate",
             severity="error" if severity == "error" else "warning",
             names=tuple(dict.fromkeys(name for overlap in found for name in overlap.names)),
-            measured=worst.share,
-            limit=case.limits.overlap_share,
-            unit="of the thinner part",
+            measured=measured,
+            limit=limit,
+            unit=unit,
+            whole=whole_m,
+            whole_unit="m",
             message=f"{worst.names[0]} overlaps {worst.names[1]} by {1000 * worst.depth_m:.3g} mm in the drawn pose"
             + (f", and {others} more pairs overlap" if others else ""),
             cure=_CURE_OUTSIDE if worst.outside else _CURE_WITHIN,
@@ -73,6 +76,13 @@ class Overlap:
     outside: bool
     acts: bool
 
+    def excess(self, case: Case) -> tuple[float, float, str, float]:
+        """Return what is exceeded: (measured, limit, unit, what 1 of the unit is [m])."""
+        limits, relative = case.limits, self.depth_m / case.length_m
+        if _is_too_thick(case, self.share, relative):
+            return self.share, limits.overlap_share, "of the thinner part", self.depth_m / self.share
+        return relative, limits.overlap_length, "of the robot's length", case.length_m
+
 
 def overlaps(case: Case) -> Iterator[Overlap]:
     """Yield the contacts of the robot in the drawn pose that are too deep."""
@@ -84,11 +94,16 @@ def overlaps(case: Case) -> Iterator[Overlap]:
             continue
         thickness_m = min(_thickness_m(case, geom) for geom in geoms)
         share, relative = depth_m / thickness_m, depth_m / case.length_m
-        if (share > limits.overlap_share and relative > limits.overlap_noticed) or relative > limits.overlap_length:
+        if _is_too_thick(case, share, relative) or relative > limits.overlap_length:
             outside = any(geom not in case.structure.geoms for geom in geoms)
             lever_m = max(_lever_m(case, data, geoms) for data in (case.driven.start, bent))
             acts = outside or lever_m > limits.overlap_lever * thickness_m
             yield Overlap(geoms, (case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, outside, acts)
+
+
+def _is_too_thick(case: Case, share: float, relative: float) -> bool:
+    """Whether an overlap is too much for the thinner part, and more than rounding."""
+    return share > case.limits.overlap_share and relative > case.limits.overlap_noticed
 
 
 def _lever_m(case: Case, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
@@ -136,7 +151,9 @@ def tendon_limit_violated(case: Case) -> Iterator[Fault]:
                 names=(case.tendon(tendon.id),),
                 measured=outside,
                 limit=case.limits.tendon_limit,
-                unit="of its length",
+                unit="of its length outside that range",
+                whole=abs(length_m),
+                whole_unit="m",
                 message=f"length {length_m:.4g} m in the drawn pose, range {low:.4g} to {high:.4g} m",
                 cure="Let the range of the tendon include its length in the drawn pose, or leave the range out.",
                 first_time_s=0.0,

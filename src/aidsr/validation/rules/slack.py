@@ -27,7 +27,7 @@ def tendon_slack(case: Case) -> Iterator[Fault]:
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * ctrl + bias, affine in the length.
     """
     limits = case.limits
-    loose: dict[str, float] = {}
+    loose: dict[str, tuple[float, float]] = {}
     for drive in case.driven.drives:
         ends = _paid_out_m(case, drive)
         if ends is None:
@@ -36,16 +36,19 @@ def tendon_slack(case: Case) -> Iterator[Fault]:
         taut = _longest_path_m(case, drive) * (1 + limits.slack_length)
         share = min(1.0, (longest - taut) / (longest - shortest))
         if share > limits.slack_share:
-            loose[case.actuator(drive.actuator)] = share
+            loose[case.actuator(drive.actuator)] = share, longest - shortest
     if loose:
+        share, range_m = max(loose.values())
         yield Fault(
             code="tendon_slack",
             layer="realizability",
             severity="warning",
             names=tuple(loose),
-            measured=max(loose.values()),
+            measured=share,
             limit=limits.slack_share,
             unit="of its commands",
+            whole=range_m,
+            whole_unit="m",
             message="pays out more cable than any pose takes up, so that it hangs loose",
             cure="End ctrlrange at the longest path of the tendon: its rest length and its stroke.",
         )

@@ -98,23 +98,25 @@ def segments_gap(case: Case) -> Iterator[Fault]:
     """
     wide = [gap for chain in case.structure.chains for gap in _gaps(case, case.drawn, chain)]
     if wide:
-        share, _ = worst = max(wide)
+        share, body, spacing_m = max(wide)
         yield Fault(
             code="segments_gap",
             layer="structure",
             severity="error",
-            names=tuple(case.body(body) for _, body in wide),
+            names=tuple(case.body(behind) for _, behind, _ in wide),
             measured=share,
             limit=case.limits.gap_share,
             unit="of the segment's length",
-            message=f"empty space before these bodies, widest before {case.body(worst[1])}",
+            whole=spacing_m,
+            whole_unit="m",
+            message=f"empty space before these bodies, widest before {case.body(body)}",
             likely_cause="a child's pos does not reach the end of its parent's geom",
             cure="Let each segment begin where the one before it ends.",
         )
 
 
-def _gaps(case: Case, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int]]:
-    """Gaps / segment length that are too wide, with the body behind them."""
+def _gaps(case: Case, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:
+    """Gaps / segment length that are too wide, with the body behind them and the segment's length [m]."""
     spacing_m = chain.spacing_m
     for before, body in zip(chain.bodies, chain.bodies[1:], strict=False):
         ours, theirs = _rigid_geoms(case, body), _rigid_geoms(case, before)
@@ -123,7 +125,7 @@ def _gaps(case: Case, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float
         reach_m = 10 * spacing_m
         gap_m = min(mujoco.mj_geomDistance(case.model, data, a, b, reach_m, None) for a in ours for b in theirs)
         if gap_m > case.limits.gap_share * spacing_m:
-            yield gap_m / spacing_m, body
+            yield gap_m / spacing_m, body, spacing_m
 
 
 def _rigid_geoms(case: Case, body: int) -> list[int]:

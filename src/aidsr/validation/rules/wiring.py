@@ -75,9 +75,9 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
     bent = bent_pose(case.model, case.structure, _LOOK_BENT_RAD)
     widths_m = _half_widths_m(case)
     shares = {tendon.id: _moment_share(case, bent, tendon, widths_m) for tendon in driven}
-    useless = [tendon for tendon in driven if shares[tendon.id] < case.limits.moment_share]
-    largest = max((shares[tendon.id] for tendon in useless), default=0.0)
+    useless = [tendon for tendon in driven if shares[tendon.id][0] < case.limits.moment_share]
     if useless:
+        largest, reach_m = max(shares[tendon.id] for tendon in useless)
         yield Fault(
             code="tendon_no_moment",
             layer="simulate",
@@ -85,8 +85,10 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
             names=tuple(case.tendon(tendon.id) for tendon in useless),
             measured=largest,
             limit=case.limits.moment_share,
-            unit="moment arm / distance from the joints",
-            message="pulling the tendon turns no joint",
+            unit="of its distance from the joints",
+            whole=reach_m,
+            whole_unit="m",
+            message="pulling the tendon turns no joint; its largest moment arm",
             likely_cause="it runs through the joint axes, or along the axis the joints turn about",
             cure="Offset its sites from the backbone, at right angles to the joint axes it shall turn.",
         )
@@ -102,8 +104,8 @@ def _half_widths_m(case: Case) -> dict[int, float]:
     return widths_m
 
 
-def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon, widths_m: dict[int, float]) -> float:
-    """Largest moment arm of a tendon / how far from that joint it could run; 1 where it moves a slide joint.
+def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon, widths_m: dict[int, float]) -> tuple[float, float]:
+    """Largest moment arm of a tendon / how far from that joint it could run, and that [m]; 1 where it moves a slide.
 
     That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
     """
@@ -112,10 +114,11 @@ def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon, widths_m: dic
     arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
     joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
     if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
-        return 1.0
+        return 1.0, 0.0
     turned = np.isin(joints, case.structure.joints) & (model.jnt_type[joints] != _FREE)
     arms, joints = arms[turned], joints[turned]
     apart = bent.xanchor[joints][:, None] - bent.site_xpos[list(tendon.sites)]
     widths = [widths_m.get(body, 0.0) for body in model.jnt_bodyid[joints].tolist()]
     reach_m = np.maximum(np.sqrt(np.einsum("jsi,jsi->js", apart, apart).min(axis=1)), widths)
-    return float((arms[reach_m > 0] / reach_m[reach_m > 0]).max(initial=0.0))
+    found = [(arm / reach, reach) for arm, reach in zip(arms.tolist(), reach_m.tolist(), strict=True) if reach > 0]
+    return max(found, default=(0.0, 0.0))
