@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
 
+from aidsr.errors import Limit
 from aidsr.wording import account_of
 
 __all__ = [
@@ -423,3 +424,5 @@ class Outcome(Artifact):
     reason: str
     iteration: int | None = None
     """Folder number of the iteration that was approved or given up."""
+    limits: tuple[Limit, ...] = ()
+    """Which limits a design that is out of budget came to."""

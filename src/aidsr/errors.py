@@ -21,7 +21,10 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from aidsr.artifacts import Fault
 
-__all__ = ["AidsrError", "BudgetError", "IsolationError", "MjcfError", "ModelError", "ReplyError", "UserError"]
+__all__ = ["AidsrError", "BudgetError", "IsolationError", "Limit", "MjcfError", "ModelError", "ReplyError", "UserError"]
+
+Limit = Literal["cost_usd", "tokens"]
+"""What of language models may be limited: money, and tokens in and out."""
 
 
 class AidsrError(Exception):
@@ -64,7 +67,16 @@ class ReplyError(AidsrError):
 
 
 class BudgetError(AidsrError):
-    """The next call to a language model could exceed the budget of the run or the design, so it was not made."""
+    """The next call to a language model could exceed the budget of the run or the design, so it was not made.
+
+    Args:
+        message: Which limit, what was used of it and what the call could take.
+        limits: All limits that refused it.
+    """
+
+    def __init__(self, message: str, *limits: Limit) -> None:
+        super().__init__(message)
+        self.limits = limits
 
 
 class ModelError(AidsrError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -65,9 +66,9 @@ def test_jobs_side_by_side_set_aside_what_each_may_spend(tmp_path: Path) -> None
     assert begun == [one, two], "what a job may spend is no part of which job it is"
     assert purse.begin(three, 1) is None
     pay(study, one.cell, 4.0)
-    purse.end(one, short=False)
+    purse.end(one, short=())
     assert purse.begin(three, 1).most_usd == pytest.approx(1.0)
-    purse.end(two, short=False)
+    purse.end(two, short=())
     pay(study, two.cell, 0.5)
     assert Purse(study, Budget(cost_usd=10)).paid_usd == pytest.approx(4.5)
     assert Purse(study, Budget(cost_usd=4.5)).begin(three, 2) is None, "the limit is reached"
@@ -89,14 +90,49 @@ def test_a_share_that_was_too_small_for_a_call_is_not_tried_again(tmp_path: Path
     one, two, _ = designing(study)
     purse = Purse(study, Budget(tokens=300_000))
     assert purse.begin(one, 2).most_tokens == 151_000
-    purse.end(one, short=True)
+    purse.end(one, short=["tokens"])
     assert purse.begin(one, 2).most_tokens == 300_000
     pay(study, one.cell, 0.1)
-    purse.end(one, short=True)
+    purse.end(one, short=["tokens"])
     assert purse.tokens == 1100
     assert purse.begin(two, 2).most_tokens == 298_900
-    purse.end(two, short=True)
+    purse.end(two, short=["tokens"])
     assert purse.begin(two, 2) is None
+
+
+def test_of_two_limits_only_the_one_that_refused_is_short(tmp_path: Path) -> None:
+    study = study_of(tmp_path)
+    one, two, three = designing(study)
+    purse = Purse(study, Budget(cost_usd=0.73, tokens=300_000))
+    assert purse.begin(one, 1).most_usd == pytest.approx(0.73)
+    purse.end(one, short=["tokens"])
+    assert purse.begin(two, 1) is None
+    assert purse.refusing == {"tokens"}
+    pay(study, one.cell, 0.1)
+    fresh = Purse(study, Budget(cost_usd=0.73, tokens=300_000))
+    assert fresh.begin(two, 2).most_usd == pytest.approx(0.365, abs=0.1)
+    fresh.end(two, short=["tokens"])
+    again = fresh.begin(three, 1)
+    assert again is not None, "money was never short"
+    assert again.most_tokens == 298_900
+    assert fresh.refusing == set()
+
+
+def test_a_refusal_names_each_limit_that_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "never-used")
+    study = study_of(tmp_path, runs=2)
+    one, two = designing(study)
+    for job, limits in (
+        (replace(one, most_tokens=10, most_usd=10.0), ("tokens",)),
+        (replace(two, most_tokens=10, most_usd=1e-6), ("tokens", "cost_usd")),
+    ):
+        with pytest.raises(BudgetError) as refused:
+            perform(study.path, job)
+        assert refused.value.limits == limits
+        assert ("may use 10 tokens" in str(refused.value), "may cost $" in str(refused.value)) == (
+            True,
+            "cost_usd" in limits,
+        )
 
 
 def test_only_what_asks_a_language_model_needs_money(tmp_path: Path) -> None:
@@ -151,7 +187,7 @@ class Here:
         try:
             perform(self.study.path, self.begun[-1])
         except BudgetError as error:
-            return Ended(self.begun[-1], str(error), 1.0, short=True)
+            return Ended(self.begun[-1], str(error), 1.0, short=error.limits)
         except AidsrError as error:
             return Ended(self.begun[-1], str(error), 1.0)
         return Ended(self.begun[-1], "", 1.0)
@@ -207,7 +243,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
         main(words)
     said = capsys.readouterr().out
     assert ended.value.code == 1
-    assert "$0.00 of $0.01 are paid, and too little is left for the next call" in said
+    assert "$0.00 of $0.01 are paid; of money too little is left for the next call" in said
     named = "openai-gpt-5/reaching.button_pushing/1, openai-gpt-5.no_groups/reaching.button_pushing/1"
     assert f"2 runs are not designed to the end ({named})" in said, "what waits for an unpaid run is unpaid too"
     assert "The run may cost" not in said, "a share that was too small is no failure"
@@ -216,7 +252,9 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     assert "given up 0" in said
     with pytest.raises(SystemExit):
         main(["benchmark", str(tmp_path / "s"), "--resume", "--jobs", "1", "--max-tokens", "1000000"])
-    assert "$0.00 of $0.01 are paid and 0 of 1,000,000 tokens are used" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "$0.00 of $0.01 are paid and 0 of 1,000,000 tokens are used; of money too little is left" in said
+    assert "--max-tokens" not in said.partition("By the estimate")[2], "only the limit that refused has to be raised"
     assert limit_of(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
 
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from aidsr.artifacts import ActuatorGroup, Critique, Decision, Keep, ValidationReport
+from aidsr.artifacts import ActuatorGroup, Critique, Decision, Keep, Outcome, ValidationReport
 from aidsr.errors import IsolationError, ModelError, ReplyError
 from aidsr.pipeline import work
 from aidsr.runs import read_events, read_status
@@ -312,7 +312,7 @@ def test_a_round_with_parts_to_keep_starts_from_the_robot_that_has_them(tmp_path
 
 def test_quitting_ends_the_design(tmp_path) -> None:
     run, _, status = grow(tmp_path, changes={"person": Answers(Decision(verdict="quit", text="enough"))})
-    assert status.designs[0].outcome.model_dump() == {"outcome": "quit", "reason": "enough", "iteration": 1}
+    assert status.designs[0].outcome == Outcome(outcome="quit", reason="enough", iteration=1)
     assert run.design(1).final_scene.read() is None
 
 

@@ -8,9 +8,10 @@ from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from made import made_run
 
+from aidsr.benchmark.spending import limit_study
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study
 from aidsr.errors import UserError
-from aidsr.runs import RunConfig
+from aidsr.runs import Budget, RunConfig
 from aidsr.web.routes import routes
 from aidsr.web.site import Site
 from aidsr.web.studies import Studies, StudyView
@@ -43,6 +44,18 @@ def test_a_study_is_counted_beside_the_runs_and_elsewhere(tmp_path: Path) -> Non
     assert first.jobs_left > 0
     assert first.core_hours_left > 0
     assert "is no plan of a study" in second.complaint
+
+
+def test_what_is_left_of_the_limits_of_a_study_is_shown(tmp_path: Path) -> None:
+    limited, free = made_study(tmp_path / "first"), made_study(tmp_path / "second")
+    limit_study(limited, Budget(cost_usd=20, tokens=1_000_000))
+    first, second = read(Studies(tmp_path))
+    paid, used = first.usage.cost_usd, first.usage.input_tokens + first.usage.output_tokens
+    assert paid > 0 < used
+    assert first.left == (f"${20 - paid:.2f} left of $20.00", f"{1_000_000 - used:,} tokens left of 1,000,000")
+    assert second.left == ()
+    limit_study(free, Budget(cost_usd=0.5))
+    assert next(view.left for view in read(Studies(tmp_path)) if view.name == "second") == ("$0.00 left of $0.50",)
 
 
 def test_a_report_is_shown_where_it_can_do_no_harm(tmp_path: Path) -> None:

@@ -14,13 +14,13 @@ from typing import Any
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.pool import Ended
 from aidsr.benchmark.study import Cell, open_study
-from aidsr.errors import UserError
+from aidsr.errors import Limit, UserError
 
 __all__ = ["RayPool", "pack", "perform_packed", "unpack"]
 
 
-def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, bool]:
-    """Do a job on what was sent; return the run's files afterwards, an error or nothing, and whether money ran short.
+def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
+    """Do a job on what was sent; return the run's files afterwards, an error or nothing, and which limits refused.
 
     Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there.
     """
@@ -30,11 +30,12 @@ def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, b
     found = Job.of(job)
     with tempfile.TemporaryDirectory() as folder:
         unpack(packed, Path(folder))
-        error, short = "", False
+        error = ""
+        short: tuple[Limit, ...] = ()
         try:
             perform(Path(folder), found)
         except AidsrError as failed:
-            error, short = str(failed), isinstance(failed, BudgetError)
+            error, short = str(failed), failed.limits if isinstance(failed, BudgetError) else ()
         return pack(Path(folder), found.cell), error, short
 
 
@@ -111,7 +112,7 @@ class RayPool:
         """Return the next job that ends, its files brought back."""
         (reference, *_), _ = self._ray.wait(list(self._began))
         job, began = self._began.pop(reference)
-        short = False
+        short: tuple[Limit, ...] = ()
         try:
             packed, error, short = self._ray.get(reference)
             unpack(packed, self._study)

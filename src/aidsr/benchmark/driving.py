@@ -12,6 +12,7 @@ from aidsr.benchmark.jobs import Job, pending_in
 from aidsr.benchmark.pool import Ended, Pool
 from aidsr.benchmark.spending import Purse, limit_of
 from aidsr.benchmark.study import Cell, Study
+from aidsr.errors import Limit
 
 __all__ = ["MOST_ATTEMPTS", "Progress", "drive", "failures_of"]
 
@@ -31,6 +32,8 @@ class Progress:
     last: Ended | None = None
     unpaid: tuple[Job, ...] = ()
     """At the end: what the study's limit left too little for."""
+    refused: tuple[Limit, ...] = ()
+    """Which of its limits did."""
 
 
 @dataclass
@@ -52,6 +55,7 @@ class _Drive:
         last = None
         try:
             while self.waiting or self.running:
+                self.purse.refusing.clear()
                 self._begin_what_can_be()
                 if not self.running:
                     break
@@ -60,7 +64,8 @@ class _Drive:
                 self._end(last)
         finally:
             self.pool.close()
-        end = replace(self._progress(last), unpaid=tuple(self.waiting))
+        refused = tuple(sorted(self.purse.refusing)) if self.waiting else ()
+        end = replace(self._progress(last), unpaid=tuple(self.waiting), refused=refused)
         self.listen(end)
         return end
 

@@ -7,21 +7,32 @@ written once, so doing a job again costs at most what was in flight, and where i
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Literal, Self
+from typing import Literal, Self, get_args
 
 from aidsr.artifacts import ValidationReport
 from aidsr.benchmark.study import Cell, Study, open_study
-from aidsr.errors import AidsrError, BudgetError
+from aidsr.errors import AidsrError, BudgetError, Limit
 from aidsr.pipeline import brief_for, give_budget, parts_of, start, work
 from aidsr.runs import Budget, DesignFolder, Run, RunConfig, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.tasks import load_task
 from aidsr.validation import validate
 
-__all__ = ["VERIFIED", "Job", "Stage", "finished", "pending", "pending_in", "perform", "ran_short", "trained_at"]
+__all__ = [
+    "VERIFIED",
+    "Job",
+    "Stage",
+    "finished",
+    "in_words",
+    "pending",
+    "pending_in",
+    "perform",
+    "ran_short",
+    "trained_at",
+]
 
 Stage = Literal["design", "verify", "train", "probe"]
 
@@ -95,12 +106,20 @@ def finished(run: Run | None) -> bool:
     return run is not None and read_status(run).state == "finished" and not ran_short(run)
 
 
-def ran_short(run: Run) -> bool:
-    """Return whether a design of a run ended because its share of the study's limit was used up; it can go on."""
+def in_words(limits: Iterable[Limit]) -> str:
+    """Return limits in words: "money and tokens"."""
+    return " and ".join("money" if limit == "cost_usd" else "tokens" for limit in limits)
+
+
+def ran_short(run: Run) -> tuple[Limit, ...]:
+    """Return of which limits of the study a run's share was used up when a design of it ended; it can go on."""
     if not run.larger_budget.exists():
-        return False
-    outcomes = (design.outcome.read() for design in run.designs)
-    return any(outcome is not None and outcome.outcome == "out_of_budget" for outcome in outcomes)
+        return ()
+    outcomes = [outcome for design in run.designs if (outcome := design.outcome.read()) is not None]
+    short = [outcome for outcome in outcomes if outcome.outcome == "out_of_budget"]
+    # outcomes of earlier versions do not say which
+    limits = {limit for outcome in short for limit in outcome.limits or get_args(Limit)}
+    return tuple(limit for limit in get_args(Limit) if limit in limits)
 
 
 VERIFIED = "verified.json"
@@ -154,8 +173,8 @@ def _design(study: Study, job: Job) -> None:
         if limit == Budget():  # the arm's own budget is too small, and no other try has more
             raise AidsrError(str(error)) from error
         raise
-    if ran_short(run):
-        raise BudgetError(f"{cell.name} used up its share of the study's limit")
+    if limits := ran_short(run):
+        raise BudgetError(f"{cell.name} used up its share of the study's limit on {in_words(limits)}", *limits)
     if status.state != "finished":
         reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
         raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")

@@ -10,18 +10,22 @@ import threading
 from pathlib import Path
 
 from aidsr.benchmark.jobs import Job, perform
-from aidsr.errors import AidsrError, BudgetError
+from aidsr.errors import AidsrError, BudgetError, Limit
 
 __all__ = ["SHORT", "main"]
 
-SHORT = 3
-"""Exit code of a job whose share of the study's limit was too small; with more it goes on."""
+SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
+"""Exit codes of a job whose share of these limits of the study was too small; with more it goes on."""
 
 
 def _end_with_the_driver() -> None:
     """End when nobody waits for this job any more: a driver that was killed begins it again when it is resumed."""
     os.read(0, 1)  # nothing is ever written; not sys.stdin, whose lock a thread would still hold at the end
     os.killpg(0, signal.SIGKILL)
+
+
+def _limits(error: AidsrError) -> tuple[Limit, ...]:
+    return error.limits if isinstance(error, BudgetError) else ()
 
 
 def main(arguments: list[str]) -> int:
@@ -37,7 +41,7 @@ def main(arguments: list[str]) -> int:
         perform(Path(folder), Job.of(json.loads(job)))
     except AidsrError as error:
         sys.stderr.write(f"{error}\n")
-        return SHORT if isinstance(error, BudgetError) else 1
+        return next((code for code, limits in SHORT.items() if set(limits) == set(_limits(error))), 1)
     except KeyboardInterrupt:
         return 130
     return 0

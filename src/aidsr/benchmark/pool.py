@@ -15,6 +15,7 @@ from typing import Protocol
 
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.performing import SHORT
+from aidsr.errors import Limit
 
 __all__ = ["Ended", "LocalPool", "Pool"]
 
@@ -31,8 +32,8 @@ class Ended:
     job: Job
     error: str
     wall_s: float
-    short: bool = False
-    """Whether what it may spend was too little; that is no failure."""
+    short: tuple[Limit, ...] = ()
+    """Of which limits its share was too little; that is no failure."""
 
 
 class Pool(Protocol):
@@ -98,7 +99,7 @@ class LocalPool:
                     _, said = child.communicate()
                     last = said.decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
-                    return Ended(job, error, time.monotonic() - began, short=child.returncode == SHORT)
+                    return Ended(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
             time.sleep(_LOOK_S)
 
     def close(self) -> None:

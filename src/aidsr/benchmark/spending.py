@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.study import Arm, Cell, Study
 from aidsr.benchmark.tables import PAPER
 from aidsr.calls import Usage
-from aidsr.errors import UserError
+from aidsr.errors import Limit, UserError
 from aidsr.pipeline.budgeting import check_prices, spent_by
 from aidsr.pipeline.teams import asks_nobody, price_of
 from aidsr.runs import Budget
@@ -95,7 +95,9 @@ class Purse:
 
     def __init__(self, study: Study, budget: Budget) -> None:
         self._study = study
-        self._accounts: dict[str, _Account] = {}
+        self._accounts: dict[Limit, _Account] = {}
+        self.refusing: set[Limit] = set()
+        """Of which limits too little was left for a job; whoever begins jobs clears it."""
         if budget.cost_usd is not None:
             self._accounts["cost_usd"] = _Account(budget.cost_usd, PAPER.cost_usd, _dollars)
         if budget.tokens is not None:
@@ -126,26 +128,27 @@ class Purse:
             return job
         shares = {name: each.share(job.cell, arm.config.concepts, free) for name, each in self._accounts.items()}
         if not all(shares.values()):
+            self.refusing.update(name for name, share in shares.items() if not share)
             return None
         self._look_at(job.cell)
         for name, share in shares.items():
             self._accounts[name].aside[job.cell] = share
-        most = {name: self._accounts[name].used[job.cell] + share for name, share in shares.items()}
+        most: dict[Limit, float] = {name: self._accounts[name].used[job.cell] + share for name, share in shares.items()}
         tokens = most.get("tokens")
         return replace(job, most_usd=most.get("cost_usd"), most_tokens=None if tokens is None else int(tokens))
 
-    def end(self, job: Job, *, short: bool) -> None:
+    def end(self, job: Job, *, short: Collection[Limit]) -> None:
         """Take back what a job did not use.
 
         Args:
             job: It ended, in whatever way.
-            short: Whether its share was too small for its next call.
+            short: Of which limits its share was too small for its next call.
         """
         before = {name: each.used.get(job.cell, 0.0) for name, each in self._accounts.items()}
         self._look_at(job.cell)
         for name, each in self._accounts.items():
             share = each.aside.pop(job.cell, 0.0)
-            if short and each.used[job.cell] <= before[name]:
+            if name in short and each.used[job.cell] <= before[name]:
                 each.too_little[job.cell.arm] = max(share, each.too_little.get(job.cell.arm, 0.0))
 
     def _look_at(self, cell: Cell) -> None:

@@ -88,7 +88,7 @@ def benchmark(
         return 130
     console.print(f"Report: {write_report(found)}", soft_wrap=True)
     if progress.unpaid:
-        say_unpaid(console, found)
+        say_unpaid(console, found, progress.refused)
     return 1 if progress.failed or progress.unpaid else 0
 
 

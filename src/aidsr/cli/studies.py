@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -16,12 +17,13 @@ from rich.text import Text
 
 from aidsr.baselines.generations import read_search, search_in_words
 from aidsr.benchmark.driving import Progress
-from aidsr.benchmark.jobs import Job, finished
+from aidsr.benchmark.jobs import Job, finished, in_words
 from aidsr.benchmark.outcomes import paid_usd, read_outcomes
 from aidsr.benchmark.planning import Forecast, forecast
 from aidsr.benchmark.spending import Purse, limit_of
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import differences
+from aidsr.errors import Limit
 from aidsr.pipeline.teams import SEARCH
 from aidsr.runs import Budget
 
@@ -68,21 +70,30 @@ def _above(study: Study, coming: Forecast, limit: Budget) -> str:
     return " and ".join(said)
 
 
-def say_unpaid(console: Console, study: Study) -> None:
-    """Say what a study left undone that ended at its limit, and how to go on."""
+def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> None:
+    """Say what a study left undone that ended at its limit, and how to go on.
+
+    Args:
+        console: Where to.
+        study: It ended.
+        refused: Which of its limits left too little.
+    """
     limit, coming = limit_of(study), forecast(study)
     undone = [cell for cell in study.cells if not finished(study.run(cell))]
     purse, said, options = Purse(study, limit), [], []
     if limit.cost_usd is not None:
         said.append(f"${purse.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
-        options.append(f"--max-cost {math.ceil(max(purse.paid_usd, limit.cost_usd) + coming.cost_usd)}")
+        if "cost_usd" in refused:
+            options.append(f"--max-cost {math.ceil(max(purse.paid_usd, limit.cost_usd) + coming.cost_usd)}")
     if limit.tokens is not None:
         said.append(f"{purse.tokens:,} of {limit.tokens:,} tokens are used")
-        options.append(f"--max-tokens {max(purse.tokens, limit.tokens) + coming.tokens}")
+        if "tokens" in refused:
+            options.append(f"--max-tokens {max(purse.tokens, limit.tokens) + coming.tokens}")
     names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
     runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
-        f"The study's limit is reached: {' and '.join(said)}, and too little is left for the next call. {runs} not "
+        f"The study's limit is reached: {' and '.join(said)}; of {in_words(refused)} too little is left for the next "
+        f"call. {runs} not "
         f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
         f"--resume {' '.join(options)}",
         soft_wrap=True,

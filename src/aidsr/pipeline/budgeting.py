@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from aidsr.calls import CallRecord, Question, Usage
-from aidsr.errors import BudgetError, UserError
+from aidsr.errors import BudgetError, Limit, UserError
 from aidsr.models import Model
 from aidsr.models.manual import estimated_input_tokens
 from aidsr.runs import Run
@@ -131,14 +131,17 @@ class Budgeted:
 
 def _refuse_beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usage, what: str) -> None:
     used, more = (each.input_tokens + each.output_tokens for each in (spent, bound))
+    refused: dict[Limit, str] = {}
     if tokens is not None and used + more > tokens:
-        raise BudgetError(
+        refused["tokens"] = (
             f"The {what} may use {tokens:,} tokens; {used:,} are used or set aside, and the next call could take "
             f"{more:,}."
         )
     paid, price = spent.cost_usd or 0.0, bound.cost_usd or 0.0
     if cost_usd is not None and paid + price > cost_usd:
-        raise BudgetError(
+        refused["cost_usd"] = (
             f"The {what} may cost ${cost_usd:.2f}; ${paid:.4f} are spent or set aside, and the next call could cost "
             f"${price:.4f}."
         )
+    if refused:
+        raise BudgetError(" ".join(refused.values()), *refused)

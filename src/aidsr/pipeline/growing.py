@@ -72,7 +72,7 @@ class Growth:
         except ReplyError as error:
             return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
         except BudgetError as error:
-            return Outcome(outcome="out_of_budget", reason=str(error), iteration=number)
+            return Outcome(outcome="out_of_budget", reason=str(error), iteration=number, limits=error.limits)
         at.left -= 1
         if isinstance(found, Decision):
             return found

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aidsr.calls import Usage
 from aidsr.errors import AidsrError, UserError
+
+if TYPE_CHECKING:
+    from aidsr.benchmark.spending import Purse
+    from aidsr.runs import Budget
 
 __all__ = ["Studies", "StudyView"]
 
@@ -38,6 +43,8 @@ class StudyView:
     core_hours_left: float = 0.0
     usage: Usage = field(default_factory=Usage)
     to_spend_usd: float = 0.0
+    left: tuple[str, ...] = ()
+    """What is left of each limit of the study, in words; empty for one without."""
     report: bool = False
 
 
@@ -89,6 +96,7 @@ def _view(key: str, path: Path) -> StudyView:
     from aidsr.benchmark.driving import MOST_ATTEMPTS, failures_of
     from aidsr.benchmark.outcomes import paid_usd, read_outcomes
     from aidsr.benchmark.planning import forecast
+    from aidsr.benchmark.spending import Purse, limit_of
     from aidsr.benchmark.study import open_study
     from aidsr.runs import read_status
     from aidsr.runs.trainings import trainings_of
@@ -113,7 +121,16 @@ def _view(key: str, path: Path) -> StudyView:
             core_hours_left=left.core_hours,
             usage=sum((row.usage for row in rows), Usage()).model_copy(update={"cost_usd": paid_usd(study, rows)}),
             to_spend_usd=left.cost_usd,
+            left=tuple(_left(Purse(study, limit_of(study)), limit_of(study))),
             report=(path / "report.html").is_file(),
         )
     except AidsrError as error:
         return StudyView(key, path.name, str(error))
+
+
+def _left(purse: Purse, limit: Budget) -> Iterator[str]:
+    """Yield what is left of each limit; what runs at work have not used counts as left."""
+    if limit.cost_usd is not None:
+        yield f"${max(0.0, limit.cost_usd - purse.paid_usd):.2f} left of ${limit.cost_usd:.2f}"
+    if limit.tokens is not None:
+        yield f"{max(0, limit.tokens - purse.tokens):,} tokens left of {limit.tokens:,}"

@@ -46,7 +46,10 @@ def _cells(view: StudyView) -> None:
         text(str(count), f"num {look if count else ''}", "td")
     text(f"{view.core_hours_left:.1f}" if view.jobs_left else "–", "num", "td")
     paid = cost_in_words(view.usage)
-    text(f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid, "num", "td")
+    with box("num", "td"):
+        text(f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid)
+        for left in view.left:
+            text(left, "small soft", "div")
     with box(tag="td"):
         if view.report:
             ui.link("Report", f"/studies/{view.key}/report", new_tab=True)
