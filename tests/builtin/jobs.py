@@ -16,7 +16,12 @@ from aidsr.sim.summary import summarize_environment
 from aidsr.tasks import load_task
 
 KINDS = {"button_pushing": "reach", "simple_grasping": "grasp", "flat_ground": "crawl", "drawer_opening": "pull"}
-OTHER_KINDS = {"surface_adapting": "conform", "pipe_inserting": "insert", "tunnel": "squeeze"}
+OTHER_KINDS = {
+    "surface_adapting": "conform",
+    "pipe_inserting": "insert",
+    "tunnel": "squeeze",
+    "force_controlled_brushing": "brush",
+}
 
 LAMP = """<mujoco model="lamp"><option timestep="0.002" integrator="implicitfast"/><worldbody>
 <site name="mount_wall" pos="0 0 0.5" euler="0 90 0"/><geom name="floor" type="plane" size="1 1 0.1"/>

@@ -76,6 +76,28 @@ def test_same_seed_same_bytes_and_other_seeds_other_robots(task: str) -> None:
     assert len(set(every)) == 15
 
 
+@pytest.mark.parametrize(
+    ("task", "family"),
+    {
+        "stairs": "crawler",
+        "obstacles": "crawler",
+        "gap": "ring",
+        "tunnel": "ring",
+        "drawer_opening": "arm",
+        "force_controlled_brushing": "tentacle",
+    }.items(),
+)
+def test_the_family_known_to_be_better_comes_first_and_says_why(task: str, family: str) -> None:
+    for seed in range(1, 6):
+        concepts = proposals(task, seed)
+        assert concepts[0].family == family
+        assert f"{family.capitalize()} first: " in concepts[0].interpretation
+
+
+def test_where_no_family_is_known_to_be_better_chance_decides() -> None:
+    assert {proposals("flat_ground", seed)[0].family for seed in range(1, 12)} == set(IDEAS["crawl"])
+
+
 def test_more_concepts_than_ideas_still_differ() -> None:
     concepts = proposals("drawer_opening", 1, 8)
     assert len({str(c.parameters) for c in concepts}) == 8

@@ -87,6 +87,41 @@ def test_an_arm_leans_away_from_what_stands_straight_in_front_of_it() -> None:
     assert further.rotation_deg[1] == pytest.approx(lean + 12)
 
 
+@pytest.mark.parametrize("turned_deg", [0, 90, 200])
+def test_a_sweep_curls_ahead_in_a_level_plane_whichever_way_the_mount_is_turned(turned_deg: int) -> None:
+    wall = LAMP.replace('euler="0 90 0"', f'euler="0 90 {turned_deg}"')
+    asked = free_brief("Brush it with 0.2 to 0.4 N.", wall)
+    idea = RULES.designer.propose(asked, 1)[0]
+    robot = RULES.coder.write(asked, idea)
+    placement = RULES.integrator.place(asked, idea, robot)
+    model = mujoco.MjModel.from_xml_string(assemble(robot, wall, placement, ()).mjcf)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    axes = [data.xaxis[j] for j in range(model.njnt) if "bend" in model.joint(j).name]
+    assert all(abs(axis[2]) > 0.999 for axis in axes)
+    before = data.site("robot/functional_part").xpos.copy()
+    data.ctrl[:] = [model.actuator_ctrlrange[i, 1] * ("uncurl" not in model.actuator(i).name) for i in range(model.nu)]
+    for _ in range(300):
+        mujoco.mj_step(model, data)
+    assert data.site("robot/functional_part").xpos[0] > before[0] + 0.02
+
+
+def test_a_sweep_presses_with_the_force_the_objective_names() -> None:
+    light, firm = (
+        RULES.designer.propose(free_brief(f"Brush it with {force} N.", LAMP), 1)[0].parameters["tension_n"]
+        for force in ("0.2 to 0.4", "0.4 to 0.8")
+    )
+    assert firm == pytest.approx(2.0 * light, rel=0.2)
+
+
+def test_a_sweep_that_overlaps_moves_back_and_does_not_lean() -> None:
+    idea, robot, placement = placed("force_controlled_brushing", "tentacle", "sweep")
+    overlap = report("initial_penetration", "wall", "robot/tip_pad")
+    back = RULES.integrator.adjust(brief("force_controlled_brushing"), idea, robot, placement, overlap)
+    assert back.position_m[2] < placement.position_m[2]
+    assert back.rotation_deg == placement.rotation_deg
+
+
 def test_a_fixed_gripper_is_put_over_its_object() -> None:
     asked = free_brief("Pick the marble up.", MARBLE)
     idea = next(c for c in RULES.designer.propose(asked, 3) if c.family == "gripper")

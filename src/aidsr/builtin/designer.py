@@ -22,6 +22,7 @@ Idea = tuple[str, str]
 
 IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
     "reach": {"arm": ("two sections", "three sections", "four cables"), "tentacle": ("space", "two stages")},
+    "brush": {"tentacle": ("sweep",), "arm": ("two sections", "three sections", "four cables")},
     "conform": {"arm": ("three sections", "three sections, four cables")},
     "grasp": {
         "gripper": ("three fingers", "four fingers", "five fingers", "facing pairs", "pincer"),
@@ -44,6 +45,7 @@ open-loop on the benchmark's tasks."""
 
 _DEMANDS: dict[Kind, str] = {
     "reach": "The functional part has to be brought to a place beside the mount and press there",
+    "brush": "The functional part has to be led over a surface and press on it, neither too little nor too much",
     "conform": "Half the body has to lie along the surface, so it has to bend towards it and back again on the way",
     "grasp": "An object has to be enclosed from several sides and kept while the mount moves",
     "crawl": "The body has to carry and move itself on the ground, with the same friction in every direction",
@@ -69,7 +71,7 @@ class RuleDesigner:
             return own_robot.concepts(brief, count)
         job = read_job(brief)
         rng = np.random.default_rng([self.seed, zlib.crc32(brief.objective.encode())])
-        ideas = _shuffled(IDEAS[job.kind], rng)
+        ideas = _shuffled(IDEAS[job.kind], rng, job.first[0] if job.first else None)
         return tuple(self._concept(job, next(ideas), rng) for _ in range(count))
 
     def _concept(self, job: Job, idea: Idea, rng: np.random.Generator) -> Concept:
@@ -112,9 +114,15 @@ def describe(label: str, parameters: Parameters, job: Job) -> Concept:
     )
 
 
-def _shuffled(table: dict[str, tuple[str, ...]], rng: np.random.Generator) -> Iterator[Idea]:
-    """Yield all ideas for ever, one family after the other, each in an order of its own."""
-    families = [str(name) for name in rng.permutation(list(table))]
+def _shuffled(table: dict[str, tuple[str, ...]], rng: np.random.Generator, first: str | None) -> Iterator[Idea]:
+    """Yield all ideas for ever, one family after the other, each in an order of its own.
+
+    Args:
+        table: Variants of each family.
+        rng: Decides on the orders.
+        first: Family that comes before the others.
+    """
+    families = sorted((str(name) for name in rng.permutation(list(table))), key=lambda name: name != first)
     variants = {name: [str(variant) for variant in rng.permutation(list(table[name]))] for name in families}
     turn = 0
     while True:
@@ -126,6 +134,8 @@ def _shuffled(table: dict[str, tuple[str, ...]], rng: np.random.Generator) -> It
 def _interpretation(job: Job) -> str:
     """Say what the job demands of a body, and what made the rules think so."""
     sentences = [f"{_DEMANDS[job.kind]}: {job.because}."]
+    if job.first:
+        sentences.append(f"{job.first[0].capitalize()} first: {job.first[1]}.")
     if job.pull < 1.0:
         sentences.append(f"What is held breaks easily: cables pull at most {job.pull:.0%} of what they else would.")
     if job.target is not None:

@@ -107,6 +107,9 @@ def _rotation(job: Job, concept: Concept) -> tuple[tuple[float, float, float], s
             0.0,
             angle,
         ), "Its bending plane is upright, its +x down, so that it reaches over the handle from above."
+    if concept.parameters.get("ahead"):
+        turn = _angle_to_down(job) - 90.0 if abs(job.down_in_mount) < 0.7 else 0.0
+        return (0.0, 0.0, turn), "It curls towards what is ahead, and sideways to its own weight where it can."
     if _must_lean(job) and concept.family in ("arm", "tentacle"):
         lean = _lean_deg(job, concept)
         why = f"It leans aside by {lean:g} deg, because its target stands straight in front of the mount."
@@ -116,7 +119,7 @@ def _rotation(job: Job, concept: Concept) -> tuple[tuple[float, float, float], s
 
 def _must_lean(job: Job) -> bool:
     """Whether a straight robot would grow into a target that the mount cannot drive up to."""
-    return job.kind == "reach" and stands_in_front(job) and job.approach_m == 0
+    return job.kind in ("reach", "brush") and stands_in_front(job) and job.approach_m == 0
 
 
 def _lean_deg(job: Job, concept: Concept) -> float:
@@ -199,7 +202,7 @@ def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, updat
         step = max(_FREE_STEP_M, abs(x))
         update["position_m"] = (round(x - step, 5), y, z)
         return f"set it back by {1000 * step:g} mm from {', '.join(fault.names[:2])}"
-    if _must_lean(job):
+    if _must_lean(job) and placement.rotation_deg[1]:
         turn = placement.rotation_deg
         update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
         return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.artifacts import Brief, EnvironmentSummary, GeomSummary, MountSummary
-from aidsr.builtin.kinds import Kind, kind_of
+from aidsr.builtin.kinds import Kind, first_family, kind_of
 from aidsr.builtin.targets import Target, find_target
 
 __all__ = ["Job", "read_job"]
@@ -23,6 +23,10 @@ _UPRIGHT = 0.7
 
 _GAP_M = 0.02
 """From how high a gap under something counts as one. Our choice: lower than any robot of the built-in families."""
+
+_FORCES = re.compile(rf"({_NUMBER}) to ({_NUMBER}) N\b")
+_PRESS_N = 0.65
+"""Force to press with where the objective names none. Our choice: a light brush."""
 
 _BREAKS = re.compile(r"\b(?:fragile|delicate|gentl|crush|bruis|break)")
 _GENTLE_PULL = 0.4
@@ -46,6 +50,8 @@ class Job:
         room_m: Free length along the mount's z at its nearest, up to the first thing that stands still.
         headroom_m: Height over the ground of the lowest thing that can be gone under; infinite where there is none.
         ground_m: Height of the ground over the mount; a mount to stand on is on the ground.
+        press_n: Force to press with [N]: the middle of the range the objective names.
+        first: The family to propose first and why, where one is known to be better.
         pull: How hard cables of a hand pull, as a share of what the family is used to; less for things that break.
     """
 
@@ -58,6 +64,8 @@ class Job:
     room_m: float
     headroom_m: float
     ground_m: float
+    press_n: float = _PRESS_N
+    first: tuple[str, str] | None = None
     pull: float = 1.0
 
     @property
@@ -105,6 +113,8 @@ def read_job(brief: Brief) -> Job:
         room_m=_room(summary, mount, target),
         headroom_m=_headroom(summary),
         ground_m=_ground(summary) if mount is None else 0.0,
+        press_n=_press(brief.objective),
+        first=first_family(kind, brief.objective),
         pull=_GENTLE_PULL if kind == "grasp" and _BREAKS.search(brief.objective.lower()) else 1.0,
     )
 
@@ -115,6 +125,12 @@ def _base(brief: Brief, kind: Kind, mount: MountSummary | None) -> Literal["fixe
     if kind in ("crawl", "squeeze"):
         return "free"
     return "moving" if mount and mount.moved_by else "fixed"
+
+
+def _press(objective: str) -> float:
+    """Return the middle of the range of forces that an objective names [N]."""
+    named = _FORCES.search(objective)
+    return (float(named[1]) + float(named[2])) / 2.0 if named else _PRESS_N
 
 
 def _approach(summary: EnvironmentSummary, mount: MountSummary | None) -> float:

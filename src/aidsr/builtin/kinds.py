@@ -7,9 +7,9 @@ from typing import Literal
 
 from aidsr.artifacts import BodySummary, Brief
 
-__all__ = ["Kind", "is_loose", "kind_of"]
+__all__ = ["Kind", "first_family", "is_loose", "kind_of"]
 
-Kind = Literal["reach", "conform", "insert", "grasp", "pull", "crawl", "squeeze"]
+Kind = Literal["reach", "brush", "conform", "insert", "grasp", "pull", "crawl", "squeeze"]
 
 _WORDS: dict[Kind, str] = {
     "conform": "(?:lie|lay|drape|rest) (?:along|over|against)|conform|adapt to|rounded|curved",
@@ -18,9 +18,21 @@ _WORDS: dict[Kind, str] = {
     "squeeze": "tunnel|squeeze|narrow|duct|through a pipe",
     "crawl": "crawl|walk|climb|locomot|forward|travel|cross|stair|roll|traverse|get past",
     "insert": "insert|pipe|tube|deep|borehole",
-    "reach": "reach|press|push|touch|point|brush|wipe|follow|surface|button",
+    "brush": "brush|wipe|sweep|scrub|polish",
+    "reach": "reach|press|push|touch|point|follow|surface|button",
 }
 """Beginnings of words that speak for a kind of job. Our choice, from the objectives of the 14 benchmark tasks."""
+
+_FIRST: tuple[tuple[Kind, str, str, str], ...] = (
+    ("crawl", "stair|steps?\\b|climb", "crawler", "legs are set down higher up, where a hoop rolls against a riser"),
+    ("crawl", "gap\\b|ditch|trench", "ring", "a hoop rolls over an opening narrower than itself, which legs step into"),
+    ("crawl", "obstacle|between|around|avoid", "crawler", "legs steer round what stands in the way, and a hoop cannot"),
+    ("brush", "", "tentacle", "one beside the surface presses as hard as its cable pulls, however far away that is"),
+    ("pull", "", "arm", "a short stiff hook holds a bar and comes off it again"),
+    ("squeeze", "", "ring", "a small hoop is several times as fast as a worm"),
+)
+"""Which family of a kind is proposed first where the objective has one of these words, and why. Our choice: what the
+families learned of the benchmark's tasks (benchmarks/builtin/results.md and docs/builtin.md)."""
 
 _GRASPABLE_M = 0.06
 """A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
@@ -42,6 +54,14 @@ def kind_of(brief: Brief) -> tuple[Kind, str]:
     if found[best]:
         return best, f"the objective speaks of {', '.join(found[best])}"
     return _default(brief)
+
+
+def first_family(kind: Kind, objective: str) -> tuple[str, str] | None:
+    """Return the family to propose first, and why; None where none of a kind's families is known to be better."""
+    for of_kind, words, family, because in _FIRST:
+        if of_kind == kind and (not words or _spoken(words, objective)):
+            return family, because
+    return None
 
 
 def _default(brief: Brief) -> tuple[Kind, str]:

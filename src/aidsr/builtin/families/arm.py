@@ -65,6 +65,11 @@ _LONG_TENSION = 1.7
 1.5 times the tension and stiffness arms of 0.44 m no longer collapse in the validator, with 1.7 those of 0.5 m."""
 
 
+_HOOK_RANGE_M = (0.018, 0.022)
+"""Length of a hook. Our choice: it holds a bar of 12 mm and still comes off it. With hooks of 28 to 34 mm policies
+stayed caught behind the first handle they had pushed shut."""
+
+
 def sample(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
     """Choose an arm that reaches the target with a third to spare."""
     sections, per_section, cables = _SHAPES[variant]
@@ -87,7 +92,7 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
         damping_time_s=round(damping_time(stiffness, density, radius, length, damping_ratio=0.3), 3),
         density_kg_m3=round(density),
         pad_radius_m=round(radius * 1.25, 4),
-        hook_m=round(rng.uniform(0.028, 0.034), 3) if variant == "hook" else 0.0,
+        hook_m=round(rng.uniform(*_HOOK_RANGE_M), 3) if variant == "hook" else 0.0,
     )
 
 

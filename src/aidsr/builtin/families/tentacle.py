@@ -42,13 +42,22 @@ class TentacleParameters(Parameters):
     """Length of a stiff post from which the tentacle leaves sideways; 0 to grow straight from the mount."""
     stalk_aside_m: Annotated[float, Field(ge=0.0, le=0.3)] = 0.0
     """Distance of that post from the mount's axis."""
+    ahead: Annotated[int, Field(ge=0, le=1)] = 0
+    """With a post, 1: curls to what is ahead of the mount; 0: around the mount's axis."""
 
 
-_FULL_CURL_RAD = {"curl": 4.6, "wrap": 11.0, "space": 4.2, "two stages": 3.8}
+_FULL_CURL_RAD = {"curl": 4.6, "wrap": 11.0, "space": 4.2, "two stages": 3.8, "sweep": 3.7}
 """Curl at full tension of each variant. Our choice: three quarters of a turn hooks a bar; a wrap that could
-curl to a third of its own size squeezes what stops it."""
+curl to a third of its own size squeezes what stops it; a sweep spends most of its cable's pull on what it presses, not
+on its own spring, so that the force hardly depends on how far away that is."""
 
 _TAPER = 0.45
+_SWEEP_SEGMENTS = 10
+_SWEEP_FORCE = 1.05
+"""Force of a sweep's tip at full tension, hardly bent, as a share of what is asked for. Our choice: in a trial with
+constant pulls on the benchmark's wall half the tension brushed all cells, and full tension pressed too hard."""
+_FREE_AHEAD_M = 0.3
+"""Where nothing stands ahead of the mount. Our choice."""
 _WRAP_CLEARANCE_M = 0.018
 """Gap between the stretched tentacle and the widest object. Our choice: the placement error of the grasping tasks."""
 
@@ -74,7 +83,9 @@ def _curl(shape: tuple[Segment, ...], tension_n: float) -> float:
 
 
 def sample(job: Job, rng: np.random.Generator, variant: str) -> TentacleParameters:
-    """Choose a tentacle that reaches past the target, or one turn around it from beside it."""
+    """Choose a tentacle that reaches past the target, one turn around it from beside it, or that sweeps over it."""
+    if variant == "sweep":
+        return _sample_sweep(job, rng)
     wrap = variant == "wrap"
     half = job.target.half_width_m if job.target else 0.03
     length = float(np.clip(7.4 * half, 0.15, 0.45)) * rng.uniform(1.0, 1.12) if wrap else reach_length(job, rng)
@@ -103,6 +114,31 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> TentacleParamete
     )
 
 
+def _sample_sweep(job: Job, rng: np.random.Generator) -> TentacleParameters:
+    """Choose a short tentacle beside what it sweeps: at full tension it presses with the force that is asked for."""
+    length = float(rng.uniform(0.12, 0.14))
+    base_radius = float(rng.uniform(0.0065, 0.0075))
+    shape = _shape(length, _SWEEP_SEGMENTS, base_radius, base_radius * _TAPER, 1.0)
+    tension = _SWEEP_FORCE * job.press_n * length / cable_offset_m(shape[len(shape) // 2])
+    stiffness = _curl(shape, tension) / _FULL_CURL_RAD["sweep"]
+    density = rng.uniform(700.0, 950.0)
+    ahead_m = job.room_m if math.isfinite(job.room_m) else _FREE_AHEAD_M
+    return TentacleParameters(
+        length_m=round(length, 3),
+        segments=_SWEEP_SEGMENTS,
+        base_radius_m=round(base_radius, 4),
+        tip_radius_m=round(base_radius * _TAPER, 4),
+        cables=2,
+        tension_n=round(tension, 1),
+        bending_stiffness_n_m2=round(stiffness, 5),
+        damping_time_s=round(damping_time(stiffness, density, base_radius, length, damping_ratio=0.4), 3),
+        density_kg_m3=round(density),
+        stalk_m=round(float(np.clip(ahead_m - base_radius - rng.uniform(0.032, 0.04), 0.03, 0.5)), 3),
+        stalk_aside_m=round(0.9 * length, 3),
+        ahead=1,
+    )
+
+
 def write(p: TentacleParameters) -> Robot:
     """Write a tentacle as MJCF."""
     about = f"Tapering tentacle, {p.length_m:g} m long, driven by cables. Built-in rules, SI units."
@@ -123,16 +159,21 @@ def write(p: TentacleParameters) -> Robot:
         )
     add_pad(backbone, "tip_pad", 1.3 * p.tip_radius_m)
     sense_tip(sheet, backbone, 1.6 * p.tip_radius_m)
-    if p.stalk_m > 0:
-        add(base, "site", name="grasp", pos=(0.0, 0.0, p.stalk_m), size=(0.003,), material="working")
-        add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname="grasp")
-    part = "grasp" if p.stalk_m > 0 else "tip"
+    part = "tip"
+    if p.stalk_m > 0 and not p.ahead:
+        part = "grasp"
+        add(base, "site", name=part, pos=(0.0, 0.0, p.stalk_m), size=(0.003,), material="working")
+        add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname=part)
     return Robot(mjcf=sheet.text(), functional_part=part, notes="Written by the built-in rules.")
 
 
 def _write_stalk(base: etree._Element, p: TentacleParameters) -> etree._Element:
-    """Write a beam to the side and a post along the mount's axis; the tentacle leaves it along +x and curls to +y."""
-    aside, before = -p.stalk_aside_m, -0.25 * p.stalk_aside_m
+    """Write a beam to the side and a post along the mount's axis; the tentacle leaves it along +x.
+
+    It curls to +y around the mount's axis, or to +z, ahead.
+    """
+    aside, before = (0.0, -p.stalk_aside_m) if p.ahead else (-p.stalk_aside_m, -0.25 * p.stalk_aside_m)
+    axes = (0.0, 0.0, 1.0, 0.0, -1.0, 0.0) if p.ahead else (0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     add(
         base,
         "geom",
@@ -153,7 +194,7 @@ def _write_stalk(base: etree._Element, p: TentacleParameters) -> etree._Element:
         mass=0.05,
         material="base",
     )
-    return add(base, "body", name="stalk", pos=(before, aside, p.stalk_m), xyaxes=(0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    return add(base, "body", name="stalk", pos=(before, aside, p.stalk_m), xyaxes=axes)
 
 
 def describe(p: TentacleParameters, job: Job) -> Texts:
@@ -161,12 +202,22 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
     del job
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
     planar = p.cables == 2
-    kind = "Wrapping" if p.stalk_m else "Curling" if planar else "Two-stage tapered" if p.short_cables else "Tapered"
+    kind = (
+        "Sweeping"
+        if p.ahead
+        else "Wrapping"
+        if p.stalk_m
+        else "Curling"
+        if planar
+        else "Two-stage tapered"
+        if p.short_cables
+        else "Tapered"
+    )
     where = f"It grows straight from the mount and {'curls in one plane' if planar else 'bends to every side'}."
     if p.stalk_m:
         where = (
             f"It leaves a post of {mm(p.stalk_m)} sideways, {mm(p.stalk_aside_m)} beside the mount's axis, and "
-            "curls in a level plane around what stands on that axis."
+            f"curls {'towards what is ahead' if p.ahead else 'in a level plane around what stands on that axis'}."
         )
     short = f", and {numeral(p.short_cables)} that end half way, so that base and tip bend apart"
     return Texts(
