@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.task import Memory
 
-__all__ = ["STEADY", "WALL_M", "brushed", "cell_center_m", "cell_of", "in_band", "steady"]
+__all__ = ["STEADY", "WALL_M", "brushed", "cell_center_m", "cell_of", "in_band", "in_order", "steady"]
 
 WALL_M = 0.30
 """Width and height of the wall."""
@@ -27,6 +27,11 @@ def in_band(force_n: FloatArray) -> BoolArray:
 def brushed(memory: Memory) -> BoolArray:
     """Return which cells are brushed, (n, cells)."""
     return memory["cells_s"] >= STROKE_S
+
+
+def in_order(memory: Memory) -> FloatArray:
+    """Return how many cells are brushed before the first one that is not, (n,)."""
+    return np.cumprod(brushed(memory), axis=1).sum(axis=1)
 
 
 def steady(memory: Memory) -> FloatArray:

@@ -19,6 +19,8 @@ SHUT_M = 0.01
 FULLY_OPEN_M = 0.10
 """Where the environment's joints end."""
 NEAR_M = 0.03
+NEAR_SHARE = 0.3
+"""Of pulling and pushing. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +98,14 @@ class DrawerOpening(Task):
         return {"stage": stage}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Stages done, and the share of the present one; after the last one its share is that of all being shut."""
+        """Stages done, and the share of the present one; after the last one its share is that of all being shut.
+
+        A part of pulling and pushing is to be near the handle, so that a robot that has lost it gains by going back.
+        """
         to_handle, opening_m, _ = wanted(readings, memory)
         near = approach(np.linalg.norm(to_handle, axis=1))
-        shares = (near, near, share(opening_m, OPEN_M), _shut(opening_m))
+        pulled, pushed = (_begun(near, way) for way in (share(opening_m, OPEN_M), _shut(opening_m)))
+        shares = (near, near, pulled, pushed)
         stage = memory["stage"]
         present = np.choose((stage % STAGES).astype(np.intp), shares)
         all_shut = _shut(openings_m(readings).max(axis=1))
@@ -113,6 +119,11 @@ class DrawerOpening(Task):
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """All twelve stages are done and all drawers are shut."""
         return (memory["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
+
+
+def _begun(near: FloatArray, way: FloatArray) -> FloatArray:
+    """Return how far a drawer is moved; being near its handle is worth `NEAR_SHARE`, until as much is done."""
+    return NEAR_SHARE * np.maximum(near, way) + (1.0 - NEAR_SHARE) * way
 
 
 def _shut(opening_m: FloatArray) -> FloatArray:

@@ -8,13 +8,15 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_center_m, cell_of, in_band, steady
+from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_center_m, cell_of, in_band, in_order, steady
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import approach, excess, share
+from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
 CENTER_M = (0.0, 0.25, 0.30)
+NEAR_M = 0.2
+"""Scale on which coming to the wanted cell is worth something: cells lie up to 0.24 m apart."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +98,15 @@ class ForceControlledBrushing(Task):
         return {"cells_s": cells_s, "band_s": memory["band_s"] + dt * band, "contact_s": contact_s}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Cells brushed, weighted by how steady the force was; a twentieth for coming to the wanted cell."""
-        covered = share(brushed(memory).mean(axis=1), self.coverage) * share(steady(memory), STEADY)
-        near = approach(np.linalg.norm(self._to_wanted_m(readings, memory), axis=1))
+        """Cells brushed in order, weighted by how steady the force was; a twentieth for coming to the wanted cell.
+
+        Cells brushed out of order count when their turn comes: otherwise policies brush what lies next to where they
+        begin and are left in a corner.
+        """
+        enough = brushed(memory).mean(axis=1) >= self.coverage
+        done = np.where(enough, 1.0, share(in_order(memory), self.coverage * self.cells_a_side**2))
+        covered = done * share(steady(memory), STEADY)
+        near = closeness(np.linalg.norm(self._to_wanted_m(readings, memory), axis=1), margin=NEAR_M)
         return 0.95 * covered + 0.05 * np.where(covered < 1.0, near, 1.0)
 
     def violation(self, readings: Readings) -> FloatArray:
@@ -116,5 +124,4 @@ class ForceControlledBrushing(Task):
 
     def _to_wanted_m(self, readings: Readings, memory: Memory) -> FloatArray:
         """Return the way from the functional part to the first cell that is not brushed, (n, 3) [m]."""
-        wanted = np.argmin(brushed(memory), axis=1)
-        return cell_center_m(readings, wanted, self.cells_a_side) - readings["tip_position"]
+        return cell_center_m(readings, np.argmin(brushed(memory), axis=1), self.cells_a_side) - readings["tip_position"]

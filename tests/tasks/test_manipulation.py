@@ -1,0 +1,63 @@
+"""Manipulation: what progress is made of while a drawer is moved or a wall is brushed."""
+
+import mujoco
+import numpy as np
+import pytest
+from stick import Episode
+
+from aidsr.tasks import load_task
+from aidsr.tasks.manipulation.cells import in_order
+
+CELLS = 25
+
+
+def memory(*brushed: int) -> dict[str, np.ndarray]:
+    cells_s = np.zeros((1, CELLS))
+    cells_s[0, list(brushed)] = 0.1
+    return {"cells_s": cells_s, "band_s": np.ones(1), "contact_s": np.ones(1)}
+
+
+@pytest.mark.parametrize(
+    ("brushed", "expected"), [((), 0), ((0, 1, 2), 3), ((1, 2, 3), 0), ((0, 1, 5), 2), (range(CELLS), CELLS)]
+)
+def test_cells_count_up_to_the_first_that_is_missing(brushed, expected):
+    assert in_order(memory(*brushed)).tolist() == [expected]
+
+
+def test_progress_waits_for_the_cell_whose_turn_it_is():
+    task = load_task("force_controlled_brushing")
+    seen = Episode(task).look()
+    first, elsewhere, both = (float(task.progress(seen, memory(*b))[0]) for b in ((0,), (8, 9), (0, 1)))
+    assert first > elsewhere + 0.02
+    assert both > first
+
+
+def test_enough_cells_in_any_order_are_success():
+    task = load_task("force_controlled_brushing")
+    seen, enough = Episode(task).look(), memory(*range(CELLS - 18, CELLS))
+    assert task.succeeded(seen, enough).tolist() == [True]
+    assert task.progress(seen, enough).tolist() == [1.0]
+
+
+@pytest.mark.parametrize(("stage", "opening_m"), [(2.0, 0.0), (3.0, 0.08)])
+def test_who_lost_the_handle_gains_by_going_back_to_it(stage, opening_m):
+    reached = [_drawer_progress(stage, opening_m, away_m) for away_m in (0.02, 0.06, 0.12)]
+    assert reached == sorted(reached, reverse=True)
+    assert reached[0] > reached[2] + 0.005
+
+
+def test_letting_go_of_a_drawer_that_is_moved_far_costs_nothing():
+    held, lost = (_drawer_progress(2.0, 0.059, away_m) for away_m in (0.02, 0.12))
+    assert held == pytest.approx(lost, abs=1e-4)
+    assert held == pytest.approx((2.0 + 0.059 / 0.06) / 12, abs=1e-3)
+
+
+def _drawer_progress(stage: float, opening_m: float, away_m: float) -> float:
+    """Progress with the first drawer this far open and the tip this far before its handle."""
+    task = load_task("drawer_opening")
+    episode = Episode(task, base="free")
+    drawer = f"drawer_{int(episode.variation.parameters['order'][0]) + 1}"
+    episode.data.joint(drawer).qpos[0] = opening_m
+    mujoco.mj_forward(episode.model, episode.data)
+    episode.place(episode.sensor(f"{drawer}_position") - np.array([away_m, 0.0, 0.0]), (1.0, 0.0, 0.0))
+    return float(task.progress(episode.look(), {"stage": np.array([stage])})[0])
