@@ -112,6 +112,8 @@ def test_a_sweep_presses_with_the_force_the_objective_names() -> None:
         for force in ("0.2 to 0.4", "0.4 to 0.8")
     )
     assert firm == pytest.approx(2.0 * light, rel=0.2)
+    heavy = RULES.designer.propose(free_brief("Brush it with 100 to 500 N.", LAMP), 1)[0].parameters["tension_n"]
+    assert heavy == pytest.approx(60.0)  # what a winch gives
 
 
 def test_a_sweep_that_overlaps_moves_back_and_does_not_lean() -> None:

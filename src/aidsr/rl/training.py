@@ -219,6 +219,7 @@ class _Training:
             gamma=recipe.gamma,
             gae_lambda=recipe.gae_lambda,
             clip_range=recipe.clip_range,
+            ent_coef=recipe.entropy_bonus,
             policy_kwargs=dict(network_options(recipe)),
             tensorboard_log=tensorboard,
             seed=int(self.rng.integers(2**31)),

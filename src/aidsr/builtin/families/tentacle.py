@@ -49,7 +49,7 @@ class TentacleParameters(Parameters):
 _FULL_CURL_RAD = {"curl": 4.6, "wrap": 11.0, "space": 4.2, "two stages": 3.8, "sweep": 3.7}
 """Curl at full tension of each variant. Our choice: three quarters of a turn hooks a bar; a wrap that could
 curl to a third of its own size squeezes what stops it; a sweep spends most of its cable's pull on what it presses, not
-on its own spring, so that the force hardly depends on how far away that is."""
+on its own spring, so that the force depends little on how far away that is."""
 
 _TAPER = 0.45
 _SWEEP_SEGMENTS = 10
@@ -119,7 +119,7 @@ def _sample_sweep(job: Job, rng: np.random.Generator) -> TentacleParameters:
     length = float(rng.uniform(0.12, 0.14))
     base_radius = float(rng.uniform(0.0065, 0.0075))
     shape = _shape(length, _SWEEP_SEGMENTS, base_radius, base_radius * _TAPER, 1.0)
-    tension = _SWEEP_FORCE * job.press_n * length / cable_offset_m(shape[len(shape) // 2])
+    tension = float(np.clip(_SWEEP_FORCE * job.press_n * length / cable_offset_m(shape[len(shape) // 2]), 2.0, 60.0))
     stiffness = _curl(shape, tension) / _FULL_CURL_RAD["sweep"]
     density = rng.uniform(700.0, 950.0)
     ahead_m = job.room_m if math.isfinite(job.room_m) else _FREE_AHEAD_M
@@ -197,22 +197,19 @@ def _write_stalk(base: etree._Element, p: TentacleParameters) -> etree._Element:
     return add(base, "body", name="stalk", pos=(before, aside, p.stalk_m), xyaxes=axes)
 
 
+def _kind(p: TentacleParameters) -> str:
+    if p.stalk_m:
+        return "Sweeping" if p.ahead else "Wrapping"
+    if p.cables == 2:
+        return "Curling"
+    return "Two-stage tapered" if p.short_cables else "Tapered"
+
+
 def describe(p: TentacleParameters, job: Job) -> Texts:
     """Say in words what the numbers mean."""
     del job
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
     planar = p.cables == 2
-    kind = (
-        "Sweeping"
-        if p.ahead
-        else "Wrapping"
-        if p.stalk_m
-        else "Curling"
-        if planar
-        else "Two-stage tapered"
-        if p.short_cables
-        else "Tapered"
-    )
     where = f"It grows straight from the mount and {'curls in one plane' if planar else 'bends to every side'}."
     if p.stalk_m:
         where = (
@@ -221,7 +218,7 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
         )
     short = f", and {numeral(p.short_cables)} that end half way, so that base and tip bend apart"
     return Texts(
-        name=f"{kind} tentacle, {mm(p.length_m)}",
+        name=f"{_kind(p)} tentacle, {mm(p.length_m)}",
         morphology=(
             f"A tentacle of {mm(p.length_m)} that tapers from {mm(2 * p.base_radius_m)} to "
             f"{mm(2 * p.tip_radius_m)}, in {p.segments} segments that get shorter with their thickness. {where} At "
