@@ -31,7 +31,7 @@ def brushed(memory: Memory) -> BoolArray:
 
 def in_order(memory: Memory) -> FloatArray:
     """Return how many cells are brushed before the first one that is not, (n,)."""
-    return np.cumprod(brushed(memory), axis=1).sum(axis=1)
+    return np.asarray(np.cumprod(brushed(memory), axis=1).sum(axis=1), dtype=np.float64)
 
 
 def steady(memory: Memory) -> FloatArray:
