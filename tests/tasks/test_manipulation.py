@@ -52,6 +52,13 @@ def test_letting_go_of_a_drawer_that_is_moved_far_costs_nothing():
     assert held == pytest.approx((2.0 + 0.059 / 0.06) / 12, abs=1e-3)
 
 
+@pytest.mark.parametrize(("stage", "said"), [(0, 1), (2, 1), (3, -1), (4, 1), (11, -1), (12, -1)])
+def test_a_policy_is_told_to_open_or_to_shut_and_to_keep_shut_at_the_end(stage, said):
+    task = load_task("drawer_opening")
+    features = task.features(Episode(task, base="free").look(), {"stage": np.array([float(stage)])})
+    assert features[0, 5] == said
+
+
 def _drawer_progress(stage: float, opening_m: float, away_m: float) -> float:
     """Progress with the first drawer this far open and the tip this far before its handle."""
     task = load_task("drawer_opening")

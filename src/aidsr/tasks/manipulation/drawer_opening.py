@@ -32,7 +32,7 @@ class DrawerOpening(Task):
     | 0-2   | functional part to the wanted drawer's handle | m  | -0.8 to 0.8 | drawer_*_position, tip_position  |
     | 3     | opening of the wanted drawer, 1 = 60 mm     |      | 0 to 1.7    | drawer_*_opening                 |
     | 4     | force on its handle, 1 = 5 N                |      | 0 to 8      | drawer_*_force                   |
-    | 5     | 1 while it has to be opened, -1 to be shut  |      | -1 or 1     | (memory), drawer_*_opening       |
+    | 5     | 1: to be opened, -1: to be shut, or kept so |      | -1 or 1     | (memory)                         |
     | 6     | base forwards and back                      | m    | -0.1 to 0.1 | base_x_position                  |
     | 7     | base up and down                            | m    | -0.2 to 0.15 | base_z_position                 |
     | 8-10  | openings of drawers 1 to 3, 1 = 60 mm       |      | 0 to 1.7    | drawer_*_opening                 |
@@ -80,7 +80,9 @@ class DrawerOpening(Task):
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
         to_handle, opening_m, force_n = wanted(readings, memory)
-        turn = [opening_m / OPEN_M, force_n / 5.0, np.where(memory["stage"] % STAGES == STAGES - 1, -1.0, 1.0)]
+        stage = memory["stage"]
+        to_shut = (stage % STAGES == STAGES - 1) | (stage >= ALL_STAGES)
+        turn = [opening_m / OPEN_M, force_n / 5.0, np.where(to_shut, -1.0, 1.0)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
         return np.column_stack([to_handle, *turn, *base_m, openings_m(readings) / OPEN_M])
 
