@@ -7,6 +7,7 @@ from stick import Episode
 
 from aidsr.tasks import load_task
 from aidsr.tasks.manipulation.cells import in_order
+from aidsr.tasks.manipulation.drawers import wanted
 
 CELLS = 25
 
@@ -57,6 +58,18 @@ def test_a_policy_is_told_to_open_or_to_shut_and_to_keep_shut_at_the_end(stage, 
     task = load_task("drawer_opening")
     features = task.features(Episode(task, base="free").look(), {"stage": np.array([float(stage)])})
     assert features[0, 5] == said
+
+
+@pytest.mark.parametrize("left_open", [0, 1, 2])
+def test_when_all_stages_are_done_the_drawer_left_open_is_wanted(left_open):
+    task = load_task("drawer_opening")
+    episode = Episode(task, base="free")
+    episode.data.joint(f"drawer_{left_open + 1}").qpos[0] = 0.03
+    mujoco.mj_forward(episode.model, episode.data)
+    seen = episode.look()
+    to_handle, opening_m, _ = wanted(seen, {"stage": np.array([12.0])})
+    assert opening_m == pytest.approx([0.03])
+    assert seen["tip_position"] + to_handle == pytest.approx(seen[f"drawer_{left_open + 1}_position"])
 
 
 def _drawer_progress(stage: float, opening_m: float, away_m: float) -> float:

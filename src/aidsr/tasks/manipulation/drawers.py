@@ -21,10 +21,14 @@ def openings_m(readings: Readings) -> FloatArray:
 
 
 def wanted(readings: Readings, memory: Memory) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return, of the drawer in turn, functional part to handle (n, 3), opening (n,) and force on the handle (n,)."""
-    row = np.arange(readings.n)
+    """Return, of the drawer in turn, functional part to handle (n, 3), opening (n,) and force on the handle (n,).
+
+    After the last stage it is the one that is farthest open, because all have to be shut.
+    """
+    row, opened_m = np.arange(readings.n), openings_m(readings)
     turn = np.minimum(memory["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
-    drawer = readings.parameters["order"][row, turn].astype(np.intp)
+    in_turn = readings.parameters["order"][row, turn].astype(np.intp)
+    drawer = np.where(memory["stage"] >= ALL_STAGES, opened_m.argmax(axis=1), in_turn)
     handles_m = np.stack([readings[f"{name}_position"] for name in DRAWERS], axis=1)
     forces_n = np.column_stack([readings.force_n(f"{name}_force") for name in DRAWERS])
-    return handles_m[row, drawer] - readings["tip_position"], openings_m(readings)[row, drawer], forces_n[row, drawer]
+    return handles_m[row, drawer] - readings["tip_position"], opened_m[row, drawer], forces_n[row, drawer]
