@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
+from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Memory
 
-__all__ = ["STEADY", "WALL_M", "brushed", "cell_center_m", "cell_of", "in_band", "in_order", "steady"]
+__all__ = ["STEADY", "WALL_M", "brushed", "cell_of", "done", "in_band", "in_order", "steady", "to_wanted_m"]
 
 WALL_M = 0.30
 """Width and height of the wall."""
@@ -34,6 +35,16 @@ def in_order(memory: Memory) -> FloatArray:
     return np.asarray(np.cumprod(brushed(memory), axis=1).sum(axis=1), dtype=np.float64)
 
 
+def done(memory: Memory, coverage: float) -> FloatArray:
+    """Return the share of the cells asked for that are brushed in order, 1 where enough are in any order, (n,).
+
+    Cells out of order count when their turn comes: otherwise policies brush what lies next to where they begin and are
+    left in a corner.
+    """
+    enough = brushed(memory).mean(axis=1) >= coverage
+    return np.where(enough, 1.0, share(in_order(memory), coverage * brushed(memory).shape[1]))
+
+
 def steady(memory: Memory) -> FloatArray:
     """Return the share of the contact time in which the force was in the band, 0 before any contact, (n,)."""
     return memory["band_s"] / np.maximum(memory["contact_s"], 1e-9)
@@ -48,13 +59,18 @@ def cell_of(readings: Readings, point_m: FloatArray, a_side: int) -> NDArray[np.
     return row * a_side + np.where(row % 2 == 0, column, a_side - 1 - column)
 
 
-def cell_center_m(readings: Readings, number: NDArray[np.intp], a_side: int) -> FloatArray:
+def _cell_center_m(readings: Readings, number: NDArray[np.intp], a_side: int) -> FloatArray:
     """Return the world positions of the middles of cells, (n, 3) [m]."""
     row, place = number // a_side, number % a_side
     column = np.where(row % 2 == 0, place, a_side - 1 - place)
     right_m, down_m = ((index + 0.5) * WALL_M / a_side - WALL_M / 2 for index in (column, row))
     across = right_m[:, None] * readings["wall_right"] - down_m[:, None] * readings["wall_up"]
     return np.asarray(readings["wall_position"] + across)
+
+
+def to_wanted_m(readings: Readings, memory: Memory, a_side: int) -> FloatArray:
+    """Return the way from the functional part to the first cell that is not brushed, (n, 3) [m]."""
+    return _cell_center_m(readings, np.argmin(brushed(memory), axis=1), a_side) - readings["tip_position"]
 
 
 def _index(way_m: FloatArray, a_side: int) -> NDArray[np.intp]:

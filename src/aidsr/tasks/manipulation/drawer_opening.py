@@ -8,19 +8,23 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.manipulation.drawers import ALL_STAGES, DRAWERS, STAGES, openings_m, wanted
+from aidsr.tasks.manipulation.drawers import (
+    ALL_STAGES,
+    DRAWERS,
+    OPEN_M,
+    SHUT_M,
+    STAGES,
+    openings_m,
+    staged,
+    to_be_shut,
+    wanted,
+)
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import approach, excess, share
+from aidsr.tasks.shaping import approach, excess
 from aidsr.tasks.task import Edits, Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
-OPEN_M = 0.06
-SHUT_M = 0.01
-FULLY_OPEN_M = 0.10
-"""Where the environment's joints end."""
 NEAR_M = 0.03
-NEAR_SHARE = 0.3
-"""Of pulling and pushing. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +84,7 @@ class DrawerOpening(Task):
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
         to_handle, opening_m, force_n = wanted(readings, memory)
-        stage = memory["stage"]
-        to_shut = (stage % STAGES == STAGES - 1) | (stage >= ALL_STAGES)
-        turn = [opening_m / OPEN_M, force_n / 5.0, np.where(to_shut, -1.0, 1.0)]
+        turn = [opening_m / OPEN_M, force_n / 5.0, np.where(to_be_shut(memory), -1.0, 1.0)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
         return np.column_stack([to_handle, *turn, *base_m, openings_m(readings) / OPEN_M])
 
@@ -106,13 +108,7 @@ class DrawerOpening(Task):
         """
         to_handle, opening_m, _ = wanted(readings, memory)
         near = approach(np.linalg.norm(to_handle, axis=1))
-        pulled, pushed = (_begun(near, way) for way in (share(opening_m, OPEN_M), _shut(opening_m)))
-        shares = (near, near, pulled, pushed)
-        stage = memory["stage"]
-        present = np.choose((stage % STAGES).astype(np.intp), shares)
-        all_shut = _shut(openings_m(readings).max(axis=1))
-        last = ALL_STAGES - 1
-        return np.where(stage > last, last + all_shut, stage + present) / ALL_STAGES
+        return staged(memory, near, opening_m, openings_m(readings).max(axis=1))
 
     def violation(self, readings: Readings) -> FloatArray:
         """More than 40 N on a handle."""
@@ -121,13 +117,3 @@ class DrawerOpening(Task):
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
         """All twelve stages are done and all drawers are shut."""
         return (memory["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
-
-
-def _begun(near: FloatArray, way: FloatArray) -> FloatArray:
-    """Return how far a drawer is moved; being near its handle is worth `NEAR_SHARE`, until as much is done."""
-    return NEAR_SHARE * np.maximum(near, way) + (1.0 - NEAR_SHARE) * way
-
-
-def _shut(opening_m: FloatArray) -> FloatArray:
-    """Return how far drawers are shut, counted from where they end: what was pulled too far earns from the first mm."""
-    return 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)

@@ -4,15 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from aidsr.tasks.readings import FloatArray, Readings
+from aidsr.tasks.readings import BoolArray, FloatArray, Readings
+from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Memory
 
-__all__ = ["ALL_STAGES", "DRAWERS", "STAGES", "openings_m", "wanted"]
+__all__ = [
+    "ALL_STAGES",
+    "DRAWERS",
+    "OPEN_M",
+    "SHUT_M",
+    "STAGES",
+    "openings_m",
+    "staged",
+    "to_be_shut",
+    "wanted",
+]
 
 DRAWERS = ("drawer_1", "drawer_2", "drawer_3")
 STAGES = 4
 """Of each drawer: approach, hold, pull, push back."""
 ALL_STAGES = STAGES * len(DRAWERS)
+OPEN_M = 0.06
+SHUT_M = 0.01
+FULLY_OPEN_M = 0.10
+"""Where the environment's joints end."""
+NEAR_SHARE = 0.3
+"""Of pulling and pushing. Our choice."""
 
 
 def openings_m(readings: Readings) -> FloatArray:
@@ -32,3 +49,33 @@ def wanted(readings: Readings, memory: Memory) -> tuple[FloatArray, FloatArray, 
     handles_m = np.stack([readings[f"{name}_position"] for name in DRAWERS], axis=1)
     forces_n = np.column_stack([readings.force_n(f"{name}_force") for name in DRAWERS])
     return handles_m[row, drawer] - readings["tip_position"], opened_m[row, drawer], forces_n[row, drawer]
+
+
+def to_be_shut(memory: Memory) -> BoolArray:
+    """Return whether the wanted drawer has to be shut, or kept shut, and not opened, (n,)."""
+    return np.asarray((memory["stage"] % STAGES == STAGES - 1) | (memory["stage"] >= ALL_STAGES))
+
+
+def staged(memory: Memory, near: FloatArray, opening_m: FloatArray, widest_m: FloatArray) -> FloatArray:
+    """Return the share of all stages that is done, the present one in part, 0 to 1, (n,).
+
+    Args:
+        memory: Holds the stage.
+        near: How near the functional part is to the wanted handle, 0 to 1, (n,).
+        opening_m: Opening of the wanted drawer, (n,).
+        widest_m: Opening of the drawer that is farthest open, (n,).
+    """
+    stage, last = memory["stage"], ALL_STAGES - 1
+    shares = (near, near, _begun(near, share(opening_m, OPEN_M)), _begun(near, _shut(opening_m)))
+    present = np.choose((stage % STAGES).astype(np.intp), shares)
+    return np.asarray(np.where(stage > last, last + _shut(widest_m), stage + present) / ALL_STAGES)
+
+
+def _begun(near: FloatArray, way: FloatArray) -> FloatArray:
+    """Return how far a drawer is moved; being near its handle is worth `NEAR_SHARE`, until as much is done."""
+    return np.asarray(NEAR_SHARE * np.maximum(near, way) + (1.0 - NEAR_SHARE) * way)
+
+
+def _shut(opening_m: FloatArray) -> FloatArray:
+    """Return how far drawers are shut, counted from where they end: what was pulled too far earns from the first mm."""
+    return 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)

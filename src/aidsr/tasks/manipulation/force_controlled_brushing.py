@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_center_m, cell_of, in_band, in_order, steady
+from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_of, done, in_band, steady, to_wanted_m
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Memory, Task
@@ -80,7 +80,9 @@ class ForceControlledBrushing(Task):
         force_n = self._force_n(readings)
         brushing = [force_n, in_band(force_n), brushed(memory).mean(axis=1), steady(memory)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
-        return np.column_stack([self._to_wanted_m(readings, memory), -readings["wall_back"], *brushing, *base_m])
+        return np.column_stack(
+            [to_wanted_m(readings, memory, self.cells_a_side), -readings["wall_back"], *brushing, *base_m]
+        )
 
     def begin(self, readings: Readings) -> Memory:
         """Nothing is brushed."""
@@ -98,15 +100,9 @@ class ForceControlledBrushing(Task):
         return {"cells_s": cells_s, "band_s": memory["band_s"] + dt * band, "contact_s": contact_s}
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Cells brushed in order, weighted by how steady the force was; a twentieth for coming to the wanted cell.
-
-        Cells brushed out of order count when their turn comes: otherwise policies brush what lies next to where they
-        begin and are left in a corner.
-        """
-        enough = brushed(memory).mean(axis=1) >= self.coverage
-        done = np.where(enough, 1.0, share(in_order(memory), self.coverage * self.cells_a_side**2))
-        covered = done * share(steady(memory), STEADY)
-        near = closeness(np.linalg.norm(self._to_wanted_m(readings, memory), axis=1), margin=NEAR_M)
+        """Cells brushed in order, weighted by how steady the force was; a twentieth for coming to the wanted cell."""
+        covered = done(memory, self.coverage) * share(steady(memory), STEADY)
+        near = closeness(np.linalg.norm(to_wanted_m(readings, memory, self.cells_a_side), axis=1), margin=NEAR_M)
         return 0.95 * covered + 0.05 * np.where(covered < 1.0, near, 1.0)
 
     def violation(self, readings: Readings) -> FloatArray:
@@ -121,7 +117,3 @@ class ForceControlledBrushing(Task):
     def _force_n(self, readings: Readings) -> FloatArray:
         """Return the mean force of the functional part on the wall over a control step, (n,) [N]."""
         return readings.peak_contact_n("brush_contacts", mean_over_s=self.control_dt_s, together=True)
-
-    def _to_wanted_m(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Return the way from the functional part to the first cell that is not brushed, (n, 3) [m]."""
-        return cell_center_m(readings, np.argmin(brushed(memory), axis=1), self.cells_a_side) - readings["tip_position"]
