@@ -55,7 +55,7 @@ _TAPER = 0.45
 _SWEEP_SEGMENTS = 10
 _SWEEP_FORCE = 1.05
 """Force of a sweep's tip at full tension, hardly bent, as a share of what is asked for. Our choice: in a trial with
-constant pulls on the benchmark's wall half the tension brushed all cells, and full tension pressed too hard."""
+constant pulls on the benchmark's wall half the tension brushed most cells, and full tension pressed too hard."""
 _FREE_AHEAD_M = 0.3
 """Where nothing stands ahead of the mount. Our choice."""
 _WRAP_CLEARANCE_M = 0.018
