@@ -1,6 +1,7 @@
 """The verdict on a policy: held-out episodes, and whether to believe them."""
 
 import json
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -129,6 +130,17 @@ def test_a_joint_pulled_far_beyond_its_range_is_noticed():
     assert mild.passed
     assert wild.measured > mild.measured
     assert not wild.passed
+
+
+@pytest.mark.parametrize(("episodes", "bad", "passes"), [(20, 1, True), (20, 2, False), (10, 1, False), (40, 2, True)])
+def test_one_episode_in_twenty_may_be_a_freak(episodes, bad, passes):
+    scene = small_learning()
+    watched = watch(scene, BENDING, range(2), threads=1)
+    over = np.where(np.arange(episodes) < bad, 9.0, 0.1)
+    evidence = replace(watched.evidence, over_limit=over, energy_gain_j=over * 1e6, work_j=np.full(episodes, 1e7))
+    checks = behaviour(replace(watched, evidence=evidence), scene)
+    assert checks["within_limits"].passed is passes
+    assert checks["energy_paid_for"].passed is passes
 
 
 def test_a_simulation_that_breaks_down_is_not_valid():

@@ -146,6 +146,15 @@ def test_training_ends_when_success_is_saturated(tmp_path):
     assert events(tmp_path / "001")[-1]["kind"] == "finished"
 
 
+def test_noise_grows_no_larger_than_at_the_start(tmp_path):
+    eager = {"learning_rate": 0.02, "final_learning_rate": 0.02, "entropy_bonus": 1.0}
+    recipe = SMALL.model_copy(update={"action_noise_std": 0.45} | eager)
+    trained(tmp_path / "001", recipe=recipe)
+    std = np.exp(TrainedPolicy.load(tmp_path / "001", recipe, 2).network.log_std.detach().numpy())
+    # held back it moves by a twelfth at most, in the last update; left alone it comes to more than 0.55
+    assert (std < 0.5).all()
+
+
 def test_learning_gets_better(tmp_path):
     points = []
     recipe = Recipe(simulations=32, epochs=5)

@@ -47,6 +47,12 @@ def test_who_lost_the_handle_gains_by_going_back_to_it(stage, opening_m):
     assert reached[0] > reached[2] + 0.005
 
 
+def test_a_handle_is_pulled_from_behind_and_pushed_from_before():
+    behind, before = -0.015, 0.015
+    assert _drawer_progress(2.0, 0.0, behind) > _drawer_progress(2.0, 0.0, before) + 0.005
+    assert _drawer_progress(3.0, 0.08, behind) == pytest.approx(_drawer_progress(3.0, 0.08, before), abs=1e-6)
+
+
 def test_letting_go_of_a_drawer_that_is_moved_far_costs_nothing():
     held, lost = (_drawer_progress(2.0, 0.059, away_m) for away_m in (0.02, 0.12))
     assert held == pytest.approx(lost, abs=1e-4)

@@ -29,15 +29,26 @@ Source: the first is the validator's energy_growth; the second is our choice. So
 balance does not see: five fingers that squeeze a body and let it pop out gave back 0.07 of their work at most, robots
 that squeeze nothing below 0.002."""
 
+FREAKS = 0.05
+"""Share of the episodes that may show implausible energy, joints or overlap. Our choice: a gripper
+that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an episode it lost."""
+
 DEEP = 1.0
 """Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
 of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
+
+_ASIDE = "one episode in twenty aside"
 
 SURVIVING = 0.5
 """Share of the successes that must remain. Source: our choice, the same half that makes a design successful."""
 FEWEST_SUCCESSES = 4
 """So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
 while one that brushed none was not."""
+
+
+def _all_but_freaks(values: FloatArray) -> float:
+    """Return the largest of the episodes' values when the worst ones, a share of `FREAKS`, are left aside."""
+    return float(np.sort(values)[len(values) - 1 - int(FREAKS * len(values) + 1e-9)])
 
 
 def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
@@ -58,8 +69,8 @@ def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -
     moved = float(np.median(evidence.moved))
     weight_j = structure.mass_kg * 9.81 * structure.characteristic_length_m
     allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * evidence.work_j
-    gain = float((evidence.energy_gain_j / allowed_j).max())
-    over = float(evidence.over_limit.max())
+    gain = _all_but_freaks(evidence.energy_gain_j / allowed_j)
+    over = _all_but_freaks(evidence.over_limit)
     return (
         PlausibilityCheck(
             name="evaluation_stable",
@@ -82,7 +93,7 @@ def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -
             measured=gain,
             limit=1.0,
             unit="of what is allowed",
-            message="largest rise of mechanical energy that no actuator paid for",
+            message=f"largest rise of mechanical energy that no actuator paid for, {_ASIDE}",
         ),
         PlausibilityCheck(
             name="within_limits",
@@ -90,7 +101,7 @@ def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -
             measured=over,
             limit=1.0,
             unit="of what is allowed",
-            message="farthest that a joint went beyond its range; 30 degrees are allowed",
+            message=f"farthest that a joint went beyond its range, {_ASIDE}; 30 degrees are allowed",
         ),
     )
 
@@ -107,22 +118,25 @@ def penetration_check(
         frames: Moments looked at in each episode, evenly spread.
     """
     ours = set(structure.geoms)
-    depth = 0.0
+    depths = []
     for model, qpos in zip(models, evidence.qpos, strict=True):
         data = mujoco.MjData(model)
         thin_m = model.geom_aabb[:, 3:].min(axis=1)
         half_m = np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
+        depth = 0.0
         for row in qpos[np.linspace(0, len(qpos) - 1, frames).astype(int)]:
             data.qpos[:] = row
             mujoco.mj_fwdPosition(model, data)
             depth = max(depth, _deepest(data, half_m, ours))
+        depths.append(depth)
+    depth = _all_but_freaks(np.array(depths))
     return PlausibilityCheck(
         name="no_deep_overlap",
         passed=depth <= DEEP,
         measured=depth,
         limit=DEEP,
         unit="of half the thinner body",
-        message="deepest overlap of the robot with itself or with anything else",
+        message=f"deepest overlap of the robot with itself or with anything else, {_ASIDE}",
     )
 
 

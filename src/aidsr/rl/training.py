@@ -238,6 +238,7 @@ class _Training:
 
     def run(self, listen: Callable[[CurvePoint], None]) -> TrainingResult:
         """Learn to the end of the budget or until there is nothing left to learn."""
+        from aidsr.rl.exploration import Exploration
         from aidsr.rl.watching import Watch
 
         watch = Watch(
@@ -252,7 +253,7 @@ class _Training:
         left = self.config.steps - self.history.steps
         try:
             if left > 0:
-                self.model.learn(left, callback=watch, reset_num_timesteps=False)
+                self.model.learn(left, callback=[Exploration(self.config.recipe), watch], reset_num_timesteps=False)
         except KeyboardInterrupt:
             self._checkpoint()
             raise

@@ -24,11 +24,13 @@ from aidsr.tasks.variation import Variation
 
 __all__ = ["BENCHMARK_VERSION", "Edits", "Level", "Memory", "Split", "Task"]
 
-BENCHMARK_VERSION = 2
+BENCHMARK_VERSION = 3
 """Changes whenever a dimension, a threshold, a variation or an end of a task does; every result carries it.
 
 Version 2 ends an episode that cannot be made good any more: a robot 0.1 m outside its lane, an object off the table, on
 the floor or out of reach. Before, policies paid for it to the time limit, which drowned what they could have learned.
+
+Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out.
 """
 
 Level = Literal["standard", "hard"]

@@ -14,13 +14,14 @@ from aidsr.tasks.manipulation.drawers import (
     OPEN_M,
     SHUT_M,
     STAGES,
+    near,
     openings_m,
     staged,
     to_be_shut,
     wanted,
 )
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import approach, excess
+from aidsr.tasks.shaping import excess
 from aidsr.tasks.task import Edits, Memory, Task
 from aidsr.tasks.variation import Change, Variation
 
@@ -95,9 +96,9 @@ class DrawerOpening(Task):
     def remember(self, readings: Readings, memory: Memory) -> Memory:
         """Pass, in order, every stage of the wanted drawer whose goal is reached."""
         to_handle, opening_m, force_n = wanted(readings, memory)
-        near, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
+        arrived, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
         stage, first = memory["stage"], memory["stage"] // STAGES * STAGES
-        for done, reached in enumerate((near | touched, touched, opening_m >= OPEN_M, opening_m <= SHUT_M)):
+        for done, reached in enumerate((arrived | touched, touched, opening_m >= OPEN_M, opening_m <= SHUT_M)):
             stage = np.where((stage == first + done) & reached & (stage < ALL_STAGES), stage + 1, stage)
         return {"stage": stage}
 
@@ -107,8 +108,7 @@ class DrawerOpening(Task):
         A part of pulling and pushing is to be near the handle, so that a robot that has lost it gains by going back.
         """
         to_handle, opening_m, _ = wanted(readings, memory)
-        near = approach(np.linalg.norm(to_handle, axis=1))
-        return staged(memory, near, opening_m, openings_m(readings).max(axis=1))
+        return staged(memory, near(memory, to_handle), opening_m, openings_m(readings).max(axis=1))
 
     def violation(self, readings: Readings) -> FloatArray:
         """More than 40 N on a handle."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import share
+from aidsr.tasks.shaping import approach, share
 from aidsr.tasks.task import Memory
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "OPEN_M",
     "SHUT_M",
     "STAGES",
+    "near",
     "openings_m",
     "staged",
     "to_be_shut",
@@ -30,6 +31,8 @@ FULLY_OPEN_M = 0.10
 """Where the environment's joints end."""
 NEAR_SHARE = 0.3
 """Of pulling and pushing. Our choice."""
+BEHIND_M = np.array([0.012, 0.0, 0.0])
+"""From a handle to where it is pulled from: half the bar and half of what lies behind it."""
 
 
 def openings_m(readings: Readings) -> FloatArray:
@@ -54,6 +57,17 @@ def wanted(readings: Readings, memory: Memory) -> tuple[FloatArray, FloatArray, 
 def to_be_shut(memory: Memory) -> BoolArray:
     """Return whether the wanted drawer has to be shut, or kept shut, and not opened, (n,)."""
     return np.asarray((memory["stage"] % STAGES == STAGES - 1) | (memory["stage"] >= ALL_STAGES))
+
+
+def near(memory: Memory, to_handle: FloatArray) -> FloatArray:
+    """Return how near the functional part is to where it is wanted, 0 to 1, (n,): at the handle, to pull it behind it.
+
+    Args:
+        memory: Holds the stage.
+        to_handle: From the functional part to the wanted handle, (n, 3) [m].
+    """
+    to_be_pulled = (memory["stage"] % STAGES == STAGES - 2) & (memory["stage"] < ALL_STAGES)
+    return approach(np.linalg.norm(to_handle + to_be_pulled[:, None] * BEHIND_M, axis=1))
 
 
 def staged(memory: Memory, near: FloatArray, opening_m: FloatArray, widest_m: FloatArray) -> FloatArray:

@@ -15,8 +15,10 @@ LENGTH_M = 0.30
 """Length of the centre line from the mouth."""
 BEND_RADIUS_M = 0.13
 INNER_M = 0.035
-"""Inner radius, to the middles of the walls."""
-_THICKNESS_M = 0.003
+"""Inner radius, to the middles of the walls' inner faces."""
+_THICKNESS_M = 0.008
+"""Our choice: a tip that is pressed hard sinks up to 3 mm into a wall, as soft contacts let it, and would come out of
+a thinner one on the wrong side."""
 _SIDES = 8
 _BENT_RINGS = 5
 
