@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from aidsr.artifacts import Fault
+    from aidsr.artifacts import Fault, PlausibilityCheck
 
-__all__ = ["absolute", "account_of", "allowed", "bound", "finding", "written"]
+__all__ = ["absolute", "account_of", "allowed", "bound", "compared", "finding", "written"]
 
 
 def written(value: float) -> str:
@@ -43,6 +43,17 @@ def allowed(fault: Fault) -> str:
 def bound(measured: float, limit: float) -> str:
     """Return whether a limit that a value violates is the most or the least that is allowed."""
     return "at least" if measured < limit else "at most"
+
+
+def compared(check: PlausibilityCheck) -> str:
+    """Return what was measured and what is asked for: "0.82 (at least 0.5)"; "not measured" where nothing was."""
+    if check.measured is None:
+        return "not measured"
+    amount, limit = f"{written(check.measured)} {check.unit}".rstrip(), written(check.limit)
+    if check.measured == check.limit:
+        return f"{amount} (limit {limit})"
+    above = check.measured > check.limit
+    return f"{amount} ({'at least' if above is check.passed else 'at most'} {limit})"
 
 
 def absolute(fault: Fault, relative: float) -> str:

@@ -6,8 +6,8 @@ from typing import Literal
 
 import pytest
 
-from aidsr.artifacts import Fault, ValidationReport
-from aidsr.wording import written
+from aidsr.artifacts import Fault, PlausibilityCheck, ValidationReport
+from aidsr.wording import compared, written
 
 
 def fault(
@@ -91,3 +91,19 @@ def test_a_single_long_line_is_cut_whole_characters_only() -> None:
 )
 def test_numbers_are_written_as_engineers_do(value: float, text: str) -> None:
     assert written(value) == text
+
+
+@pytest.mark.parametrize(
+    ("measured", "passed", "told"),
+    [
+        (0.82, True, "0.82 of it (at least 0.5)"),
+        (0.2, False, "0.2 of it (at least 0.5)"),
+        (0.2, True, "0.2 of it (at most 0.5)"),
+        (0.82, False, "0.82 of it (at most 0.5)"),
+        (0.5, True, "0.5 of it (limit 0.5)"),
+        (None, True, "not measured"),
+    ],
+)
+def test_a_check_tells_on_which_side_its_limit_lies(measured, passed, told):
+    check = PlausibilityCheck(name="x", passed=passed, measured=measured, limit=0.5, unit="of it", message="")
+    assert compared(check) == told

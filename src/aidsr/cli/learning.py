@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aidsr.artifacts import Evaluation
+from aidsr.wording import compared
 
 if TYPE_CHECKING:
     from aidsr.rl.watching import CurvePoint
@@ -60,8 +61,7 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
     print_evaluations(console, {folder: evaluation})
     for check in evaluation.checks:
         if not check.passed:
-            measured = "" if check.measured is None else f" ({check.measured:.3g} {check.unit}, limit {check.limit:g})"
-            console.print(f"[red]{check.name}[/]: {escape(check.message)}{measured}", soft_wrap=True)
+            console.print(f"[red]{check.name}[/]: {escape(check.message)}: {compared(check)}", soft_wrap=True)
 
 
 def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:

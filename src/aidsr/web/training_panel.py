@@ -20,6 +20,7 @@ from aidsr.web.live import acting, live
 from aidsr.web.parts import badge, box, button, fact, file_address, notice, text
 from aidsr.web.replaying import Stage, replay_name
 from aidsr.web.site import Site
+from aidsr.wording import compared
 
 __all__ = ["training_panel"]
 
@@ -196,10 +197,9 @@ def _verdict(verdict: Evaluation) -> None:
         for check in verdict.checks:
             with box("check"):
                 text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
-                measured = "not measured" if check.measured is None else f"{check.measured:.3g} {check.unit}".rstrip()
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
-                    text(f"{check.name.replace('_', ' ')}: {measured}, limit {check.limit:g}", "small soft numbers")
+                    text(f"{check.name.replace('_', ' ')}: {compared(check)}", "small soft numbers")
     with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
         _episodes(episodes)
 
