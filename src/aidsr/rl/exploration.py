@@ -14,21 +14,27 @@ __all__ = ["Exploration"]
 
 
 class Exploration(BaseCallback):
-    """Lets the bonus for entropy fall evenly to nothing over the budget, and noise grow no larger than at the start.
+    """Lets a policy explore freely with a bonus for entropy, and takes both from it in the last part of the budget.
 
-    Actions are clipped to their range, so noise beyond it costs nothing more. With a bonus it then grows without end,
-    and what was learned holds only with the noise.
+    Actions are clipped to their range, so noise beyond it costs nothing more, and with a bonus it grows to several
+    times the range. That finds motions which smaller noise does not, but they hold only with the noise. In the last
+    part there is no bonus, and the largest noise that is left to the policy falls evenly, in its logarithm, to
+    `Recipe.final_noise_std`.
     """
 
     def __init__(self, recipe: Recipe) -> None:
         super().__init__()
-        self._bonus, self._most_log_std = recipe.entropy_bonus, math.log(recipe.action_noise_std)
+        self._recipe = recipe
 
     def _on_rollout_start(self) -> None:
         assert isinstance(self.model, PPO)
-        self.model.ent_coef = self._bonus * (1.0 - self.num_timesteps / self.locals["total_timesteps"])
-        with torch.no_grad():
-            self.model.policy.log_std.clamp_(max=self._most_log_std)
+        recipe, left = self._recipe, 1.0 - self.num_timesteps / self.locals["total_timesteps"]
+        settling = max(0.0, 1.0 - left / recipe.settling)
+        self.model.ent_coef = 0.0 if settling > 0.0 else recipe.entropy_bonus
+        if settling > 0.0:
+            most = (1.0 - settling) * math.log(recipe.most_noise_std) + settling * math.log(recipe.final_noise_std)
+            with torch.no_grad():
+                self.model.policy.log_std.clamp_(max=most)
 
     def _on_step(self) -> bool:
         return True

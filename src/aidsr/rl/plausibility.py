@@ -40,7 +40,8 @@ of one body lies beyond the middle of the other, and contact may push it out on 
 _ASIDE = "one episode in twenty aside"
 
 SURVIVING = 0.5
-"""Share of the successes that must remain. Source: our choice, the same half that makes a design successful."""
+"""Successes there must be in other physics, as a share of those in the scene's own. Source: our choice, the same half
+that makes a design successful."""
 FEWEST_SUCCESSES = 4
 """So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
 while one that brushed none was not."""
@@ -169,22 +170,21 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
-    """Whether success remains when the same physics is computed in another way; few successes are no evidence.
+    """Whether success is as good as before when the same physics is computed in another way; few are no evidence.
 
     Args:
         name: Of the check.
         how: What was changed, in words.
-        survived: Episodes that succeeded again.
+        survived: Episodes that succeed then, of the same variations.
         successes: Episodes that had succeeded.
     """
     share = survived / successes if successes >= FEWEST_SUCCESSES else None
-    told = (
-        "fewer than half would exploit the simulator" if share is not None else "too few to tell luck from an exploit"
-    )
+    enough, few = "fewer than half as many would exploit the simulator", "too few to tell luck from an exploit"
+    told = few if share is None else enough
     return PlausibilityCheck(
         name=name,
         passed=share is None or share >= SURVIVING,
         measured=share,
         limit=SURVIVING,
-        message=f"{survived} of {successes} successes remain {how}; {told}",
+        message=f"{survived} episodes succeed {how}, {successes} before; {told}",
     )

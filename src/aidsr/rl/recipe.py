@@ -35,10 +35,16 @@ class Recipe(Artifact):
     gae_lambda: Share = 0.95
     clip_range: Annotated[float, Field(gt=0)] = 0.2
     action_noise_std: Annotated[float, Field(gt=0)] = 0.6
-    """Standard deviation of actions at the start; learned from there, and never larger: see `aidsr.rl.exploration`."""
+    """Standard deviation of actions at the start; learned from there."""
+    most_noise_std: Annotated[float, Field(gt=0)] = 3.0
+    """Largest when settling begins."""
+    final_noise_std: Annotated[float, Field(gt=0)] = 0.2
+    """Largest at the end of the budget, see `aidsr.rl.exploration`."""
+    settling: Annotated[float, Field(gt=0, le=1)] = 0.3
+    """Part of the budget, at its end, in which noise is taken from the policy."""
     entropy_bonus: Annotated[float, Field(ge=0)] = 0.01
-    """Weight of the policy's entropy in what is maximised, at the start; it falls evenly to nothing over the budget.
-    Without it noise dies where it costs progress, and the policy stays where it has come to (docs/learning.md)."""
+    """Weight of the policy's entropy in what is maximised, until the policy settles. Without it noise dies where it
+    costs progress, and the policy stays where it has come to (docs/learning.md)."""
     hidden_sizes: tuple[int, ...] = (64, 64)
     """Of policy and of value, which share nothing."""
     smoothing: Annotated[float, Field(ge=0, lt=1)] = 0.0
