@@ -29,12 +29,13 @@ class Exploration(BaseCallback):
     def _on_rollout_start(self) -> None:
         assert isinstance(self.model, PPO)
         recipe, left = self._recipe, 1.0 - self.num_timesteps / self.locals["total_timesteps"]
-        settling = max(0.0, 1.0 - left / recipe.settling)
-        self.model.ent_coef = 0.0 if settling > 0.0 else recipe.entropy_bonus
-        if settling > 0.0:
-            most = (1.0 - settling) * math.log(recipe.most_noise_std) + settling * math.log(recipe.final_noise_std)
-            with torch.no_grad():
-                self.model.policy.log_std.clamp_(max=most)
+        if left >= recipe.settling:
+            self.model.ent_coef = recipe.entropy_bonus
+            return
+        self.model.ent_coef = 0.0
+        first, last = math.log(recipe.most_noise_std), math.log(recipe.final_noise_std)
+        with torch.no_grad():
+            self.model.policy.log_std.clamp_(max=last + (first - last) * left / recipe.settling)
 
     def _on_step(self) -> bool:
         return True

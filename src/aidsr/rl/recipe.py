@@ -40,8 +40,8 @@ class Recipe(Artifact):
     """Largest when settling begins."""
     final_noise_std: Annotated[float, Field(gt=0)] = 0.2
     """Largest at the end of the budget, see `aidsr.rl.exploration`."""
-    settling: Annotated[float, Field(gt=0, le=1)] = 0.3
-    """Part of the budget, at its end, in which noise is taken from the policy."""
+    settling: Share = 0.3
+    """Part of the budget, at its end, in which noise is taken from the policy; 0 leaves it."""
     entropy_bonus: Annotated[float, Field(ge=0)] = 0.01
     """Weight of the policy's entropy in what is maximised, until the policy settles. Without it noise dies where it
     costs progress, and the policy stays where it has come to (docs/learning.md)."""
