@@ -52,9 +52,8 @@ def main() -> None:
         versions=versions_now(),
     )
     study = begin_study(folder, plan)
-    for number in range(1, 1 if asked.write_only else asked.designs + 1):
-        so_far = Study(folder, plan.model_copy(update={"runs": number}))
-        drive(so_far, LocalPool(folder, asked.jobs), partial(_note, study, asked.out))
+    if not asked.write_only:
+        drive(study, LocalPool(folder, asked.jobs), partial(_note, study, asked.out))
     _write(study, asked.out)
 
 

@@ -56,10 +56,21 @@ class Here:
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, list[Job]]:
     study = begin_study(tmp_path_factory.mktemp("studies") / "first", plan())
-    drive(study, Here(study))
-    return study
+    pool = Here(study)
+    drive(study, pool)
+    return study, pool.begun
+
+
+@pytest.fixture(scope="module")
+def finished(driven: tuple[Study, list[Job]]) -> Study:
+    return driven[0]
+
+
+def test_a_run_comes_to_its_end_before_the_next_begins(driven: tuple[Study, list[Job]]) -> None:
+    begun = [(job.cell.arm, job.stage) for job in driven[1]]
+    assert begun == [(arm, stage) for arm in ("rules", "bare") for stage in ("design", "verify")]
 
 
 def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
@@ -156,6 +167,7 @@ def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_
     assert [row.outcome for row in read_outcomes(study)] == ["approved", "unfinished"]
     assert [job.cell.arm for job in progress.failed] == ["bare"]
     assert sum(job.cell.arm == "bare" for job in pool.begun) == MOST_ATTEMPTS
+    assert [job.cell.arm for job in pool.begun[:2]] == ["rules", "bare"], "what failed waits for what was not tried"
     assert {str(note["error"]) for note in failures_of(study)} == {"the machine went away"}
 
 

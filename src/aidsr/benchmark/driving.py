@@ -43,11 +43,13 @@ class _Drive:
     listen: Callable[[Progress], None]
     purse: Purse
     waiting: dict[Job, None] = field(default_factory=dict)
-    """In the order in which they are to be done."""
     running: dict[Job, None] = field(default_factory=dict)
     attempts: Counter[Job] = field(default_factory=Counter)
     failed: list[Job] = field(default_factory=list)
     done: int = 0
+
+    def __post_init__(self) -> None:
+        self._order = {cell: number for number, cell in enumerate(self.study.cells)}
 
     def to_the_end(self) -> Progress:
         for cell in self.study.cells:
@@ -70,7 +72,7 @@ class _Drive:
         return end
 
     def _begin_what_can_be(self) -> None:
-        for job in tuple(self.waiting):
+        for job in sorted(self.waiting, key=self._turn):
             if self.pool.free <= 0:
                 return
             paid_for = self.purse.begin(job, self.pool.free)
@@ -78,6 +80,10 @@ class _Drive:
                 del self.waiting[job]
                 self.running[job] = None
                 self.pool.begin(paid_for)
+
+    def _turn(self, job: Job) -> tuple[int, int]:
+        """Early cells come to their end before late ones begin; what failed waits until all else was tried."""
+        return self.attempts[job], self._order[job.cell]
 
     def _end(self, ended: Ended) -> None:
         job = ended.job
