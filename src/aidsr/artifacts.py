@@ -369,6 +369,8 @@ class PlausibilityCheck(Artifact):
     passed: bool
     measured: float | None
     limit: float
+    bound: Literal["at most", "at least", "limit"] = "limit"
+    """On which side of the limit to be; results of before this was written do not say."""
     unit: str = ""
     message: str
 

@@ -49,11 +49,7 @@ def compared(check: PlausibilityCheck) -> str:
     """Return what was measured and what is asked for: "0.82 (at least 0.5)"; "not measured" where nothing was."""
     if check.measured is None:
         return "not measured"
-    amount, limit = f"{written(check.measured)} {check.unit}".rstrip(), written(check.limit)
-    if check.measured == check.limit:
-        return f"{amount} (limit {limit})"
-    above = check.measured > check.limit
-    return f"{amount} ({'at least' if above is check.passed else 'at most'} {limit})"
+    return f"{f'{written(check.measured)} {check.unit}'.rstrip()} ({check.bound} {written(check.limit)})"
 
 
 def absolute(fault: Fault, relative: float) -> str:

@@ -67,6 +67,18 @@ def test_a_policy_that_does_the_job_is_valid_and_successful():
     assert Evaluation.model_validate_json(evaluation.model_dump_json()) == evaluation
 
 
+def test_in_other_physics_lost_variations_are_played_again_too(monkeypatch):
+    def unlucky(*args, **options):
+        watched = watch(*args, **options)
+        watched.course.succeeded[5:] = False
+        return watched
+
+    monkeypatch.setattr("aidsr.rl.evaluation.watch", unlucky)
+    evaluation, _ = evaluate(small_learning(), BENDING, threads=1)
+    assert named(evaluation)["survives_half_time_step"].measured == 20 / 5
+    assert named(evaluation)["survives_other_integrator"].measured == 20 / 5
+
+
 def test_a_robot_that_stays_still_is_neither():
     evaluation, _ = evaluate(small_learning(), STILL, threads=1)
     assert [check.name for check in evaluation.checks if not check.passed] == ["moves"]
@@ -164,6 +176,12 @@ def test_deep_overlap_is_noticed():
     check = penetration_check([model], watched.evidence, structure)
     assert not check.passed
     assert check.measured > 1.0
+    # one episode of twenty is left aside, two are not
+    fine, positions = watch(scene, STILL, range(1), threads=1).models[0], watched.evidence.qpos[0]
+    for deep, passes in ((1, True), (2, False)):
+        models = [model] * deep + [fine] * (20 - deep)
+        many = replace(watched.evidence, qpos=(positions,) * 20)
+        assert penetration_check(models, many, structure).passed is passes
 
 
 def test_training_that_breaks_down_in_more_than_one_of_a_hundred_episodes_is_not_valid():

@@ -3,13 +3,17 @@
 import csv
 import json
 import zipfile
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
+import torch
+
 from aidsr.errors import UserError
+from aidsr.rl.exploration import Exploration
 from aidsr.rl.files import TrainingFolder
 from aidsr.rl.policy import Normalisation, TrainedPolicy
 from aidsr.rl.recipe import Recipe
@@ -146,8 +150,22 @@ def test_training_ends_when_success_is_saturated(tmp_path):
     assert events(tmp_path / "001")[-1]["kind"] == "finished"
 
 
-def test_noise_is_free_until_the_policy_settles(tmp_path):
-    eager = {"learning_rate": 0.02, "final_learning_rate": 0.02, "entropy_bonus": 1.0, "most_noise_std": 3.0}
+@pytest.mark.parametrize(
+    ("steps_done", "bonus", "largest"),
+    [(0, 0.01, 9.0), (700, 0.01, 9.0), (850, 0.0, np.sqrt(3.0 * 0.2)), (1000, 0.0, 0.2)],
+)
+def test_a_policy_explores_freely_and_settles_at_the_end(steps_done, bonus, largest):
+    exploration = Exploration(Recipe(settling=0.3, settling_noise_std=3.0, final_noise_std=0.2, entropy_bonus=0.01))
+    log_std = torch.log(torch.tensor([9.0, 0.1]))
+    exploration.model = SimpleNamespace(ent_coef=None, policy=SimpleNamespace(log_std=log_std))
+    exploration.num_timesteps, exploration.locals = steps_done, {"total_timesteps": 1000}
+    exploration.on_rollout_start()
+    assert exploration.model.ent_coef == bonus
+    assert log_std.exp().numpy() == pytest.approx([largest, 0.1], rel=1e-5)
+
+
+def test_noise_is_taken_from_a_policy_that_is_trained(tmp_path):
+    eager = {"learning_rate": 0.02, "final_learning_rate": 0.02, "entropy_bonus": 1.0}
     for settling, settled in ((0.5, True), (0.0, False)):
         recipe = SMALL.model_copy(update=eager | {"settling": settling})
         trained(tmp_path / str(settling), steps=1024, recipe=recipe)

@@ -94,16 +94,17 @@ def test_numbers_are_written_as_engineers_do(value: float, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("measured", "passed", "told"),
+    ("measured", "bound", "told"),
     [
-        (0.82, True, "0.82 of it (at least 0.5)"),
-        (0.2, False, "0.2 of it (at least 0.5)"),
-        (0.2, True, "0.2 of it (at most 0.5)"),
-        (0.82, False, "0.82 of it (at most 0.5)"),
-        (0.5, True, "0.5 of it (limit 0.5)"),
-        (None, True, "not measured"),
+        (0.82, "at least", "0.82 of it (at least 0.5)"),
+        (5.0, "at least", "5 of it (at least 0.5)"),
+        (0.2, "at most", "0.2 of it (at most 0.5)"),
+        (0.2, "limit", "0.2 of it (limit 0.5)"),
+        (None, "at most", "not measured"),
     ],
 )
-def test_a_check_tells_on_which_side_its_limit_lies(measured, passed, told):
-    check = PlausibilityCheck(name="x", passed=passed, measured=measured, limit=0.5, unit="of it", message="")
+def test_a_check_tells_on_which_side_its_limit_lies(measured, bound, told):
+    check = PlausibilityCheck(
+        name="x", passed=False, measured=measured, limit=0.5, bound=bound, unit="of it", message=""
+    )
     assert compared(check) == told

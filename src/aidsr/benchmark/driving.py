@@ -47,9 +47,11 @@ class _Drive:
     attempts: Counter[Job] = field(default_factory=Counter)
     failed: list[Job] = field(default_factory=list)
     done: int = 0
+    order: dict[Cell, int] = field(init=False)
+    """Place of each cell in the study."""
 
     def __post_init__(self) -> None:
-        self._order = {cell: number for number, cell in enumerate(self.study.cells)}
+        self.order = {cell: place for place, cell in enumerate(self.study.cells)}
 
     def to_the_end(self) -> Progress:
         for cell in self.study.cells:
@@ -81,9 +83,9 @@ class _Drive:
                 self.running[job] = None
                 self.pool.begin(paid_for)
 
-    def _turn(self, job: Job) -> tuple[int, int]:
-        """Early cells come to their end before late ones begin; what failed waits until all else was tried."""
-        return self.attempts[job], self._order[job.cell]
+    def _turn(self, job: Job) -> tuple[int, int, int]:
+        """First runs before second ones, early cells before late ones; what failed waits for the rest of its runs."""
+        return job.cell.number, self.attempts[job], self.order[job.cell]
 
     def _end(self, ended: Ended) -> None:
         job = ended.job

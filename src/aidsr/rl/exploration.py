@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, cast
 
 import torch
-from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 
 from aidsr.rl.recipe import Recipe
+
+if TYPE_CHECKING:
+    from stable_baselines3 import PPO
 
 __all__ = ["Exploration"]
 
@@ -27,15 +30,15 @@ class Exploration(BaseCallback):
         self._recipe = recipe
 
     def _on_rollout_start(self) -> None:
-        assert isinstance(self.model, PPO)
-        recipe, left = self._recipe, 1.0 - self.num_timesteps / self.locals["total_timesteps"]
+        model, recipe = cast("PPO", self.model), self._recipe
+        left = 1.0 - self.num_timesteps / self.locals["total_timesteps"]
         if left >= recipe.settling:
-            self.model.ent_coef = recipe.entropy_bonus
+            model.ent_coef = recipe.entropy_bonus
             return
-        self.model.ent_coef = 0.0
-        first, last = math.log(recipe.most_noise_std), math.log(recipe.final_noise_std)
+        model.ent_coef = 0.0
+        first, last = math.log(recipe.settling_noise_std), math.log(recipe.final_noise_std)
         with torch.no_grad():
-            self.model.policy.log_std.clamp_(max=last + (first - last) * left / recipe.settling)
+            model.policy.log_std.clamp_(max=last + (first - last) * left / recipe.settling)
 
     def _on_step(self) -> bool:
         return True

@@ -30,8 +30,9 @@ balance does not see: five fingers that squeeze a body and let it pop out gave b
 that squeeze nothing below 0.002."""
 
 FREAKS = 0.05
-"""Share of the episodes that may show implausible energy, joints or overlap. Our choice: a gripper
-that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an episode it lost."""
+"""Of energy, joints and overlap each check leaves its own worst episodes aside, this share of them, won or lost. Our
+choice: a gripper that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an
+episode it lost."""
 
 DEEP = 1.0
 """Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
@@ -44,7 +45,8 @@ SURVIVING = 0.5
 that makes a design successful."""
 FEWEST_SUCCESSES = 4
 """So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
-while one that brushed none was not."""
+while one that brushed none was not. Luck remains: who wins a fifth of twenty episodes by chance alone, in any physics,
+fails here about one time in ten; who wins half of them hardly ever."""
 
 
 def _all_but_freaks(values: FloatArray) -> float:
@@ -52,58 +54,40 @@ def _all_but_freaks(values: FloatArray) -> float:
     return float(np.sort(values)[len(values) - 1 - int(FREAKS * len(values) + 1e-9)])
 
 
+def _at_most(limit: float, name: str, measured: float, message: str, unit: str = "") -> PlausibilityCheck:
+    facts = {"measured": measured, "limit": limit, "unit": unit, "message": message}
+    return PlausibilityCheck(name=name, passed=measured <= limit, bound="at most", **facts)
+
+
 def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
     """Whether the simulation held while the policy learned."""
-    share = diverged / max(episodes, 1)
-    return PlausibilityCheck(
-        name="training_stable",
-        passed=share <= TRAINING_DIVERGED,
-        measured=share,
-        limit=TRAINING_DIVERGED,
-        message=f"the simulation broke down in {diverged} of {episodes} training episodes",
-    )
+    told = f"the simulation broke down in {diverged} of {episodes} training episodes"
+    return _at_most(TRAINING_DIVERGED, "training_stable", diverged / max(episodes, 1), told)
 
 
 def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -> tuple[PlausibilityCheck, ...]:
     """Whether the simulation held, the robot moved, gained no energy from nothing and kept to its joints' ranges."""
-    broken = float(course.diverged.mean())
     moved = float(np.median(evidence.moved))
     weight_j = structure.mass_kg * 9.81 * structure.characteristic_length_m
     allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * evidence.work_j
     gain = _all_but_freaks(evidence.energy_gain_j / allowed_j)
     over = _all_but_freaks(evidence.over_limit)
+    broken = f"the simulation broke down in {int(course.diverged.sum())} of {course.diverged.size} episodes"
+    gained = f"largest rise of mechanical energy that no actuator paid for, {_ASIDE}"
+    turned = f"farthest that a joint went beyond its range, {_ASIDE}; 30 degrees are allowed"
     return (
-        PlausibilityCheck(
-            name="evaluation_stable",
-            passed=broken == 0.0,
-            measured=broken,
-            limit=0.0,
-            message=f"the simulation broke down in {int(course.diverged.sum())} of {course.diverged.size} episodes",
-        ),
+        _at_most(0.0, "evaluation_stable", float(course.diverged.mean()), broken),
         PlausibilityCheck(
             name="moves",
             passed=moved > MOVED_LENGTHS,
             measured=moved,
             limit=MOVED_LENGTHS,
+            bound="at least",
             unit="lengths",
             message="farthest that a part of the robot came from where it began, median over the episodes",
         ),
-        PlausibilityCheck(
-            name="energy_paid_for",
-            passed=gain <= 1.0,
-            measured=gain,
-            limit=1.0,
-            unit="of what is allowed",
-            message=f"largest rise of mechanical energy that no actuator paid for, {_ASIDE}",
-        ),
-        PlausibilityCheck(
-            name="within_limits",
-            passed=over <= 1.0,
-            measured=over,
-            limit=1.0,
-            unit="of what is allowed",
-            message=f"farthest that a joint went beyond its range, {_ASIDE}; 30 degrees are allowed",
-        ),
+        _at_most(1.0, "energy_paid_for", gain, gained, "of what is allowed"),
+        _at_most(1.0, "within_limits", over, turned, "of what is allowed"),
     )
 
 
@@ -131,14 +115,8 @@ def penetration_check(
             depth = max(depth, _deepest(data, half_m, ours))
         depths.append(depth)
     depth = _all_but_freaks(np.array(depths))
-    return PlausibilityCheck(
-        name="no_deep_overlap",
-        passed=depth <= DEEP,
-        measured=depth,
-        limit=DEEP,
-        unit="of half the thinner body",
-        message=f"deepest overlap of the robot with itself or with anything else, {_ASIDE}",
-    )
+    told = f"deepest overlap of the robot with itself or with anything else, {_ASIDE}"
+    return _at_most(DEEP, "no_deep_overlap", depth, told, "of half the thinner body")
 
 
 def _deepest(data: mujoco.MjData, half_m: FloatArray, ours: set[int]) -> float:
@@ -163,6 +141,7 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
         passed=whole and joints >= 3,
         measured=float(joints),
         limit=3.0,
+        bound="at least",
         unit="turning points in series",
         message=f"{len(structure.tendons)} tendons, {len(structure.tendon_actuators)} of its actuators pull on one, "
         f"in {len(structure.roots)} piece(s)",
@@ -170,21 +149,21 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
-    """Whether success is as good as before when the same physics is computed in another way; few are no evidence.
+    """Whether at least half as many episodes succeed when the same physics is computed in another way.
 
     Args:
         name: Of the check.
         how: What was changed, in words.
         survived: Episodes that succeed then, of the same variations.
-        successes: Episodes that had succeeded.
+        successes: Episodes that had succeeded; few are no evidence.
     """
     share = survived / successes if successes >= FEWEST_SUCCESSES else None
-    enough, few = "fewer than half as many would exploit the simulator", "too few to tell luck from an exploit"
-    told = few if share is None else enough
+    too_few = "; too few to tell luck from an exploit" if share is None else ""
     return PlausibilityCheck(
         name=name,
         passed=share is None or share >= SURVIVING,
         measured=share,
         limit=SURVIVING,
-        message=f"{survived} episodes succeed {how}, {successes} before; {told}",
+        bound="at least",
+        message=f"{survived} episodes succeed {how}, {successes} without that{too_few}",
     )

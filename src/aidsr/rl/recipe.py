@@ -36,10 +36,10 @@ class Recipe(Artifact):
     clip_range: Annotated[float, Field(gt=0)] = 0.2
     action_noise_std: Annotated[float, Field(gt=0)] = 0.6
     """Standard deviation of actions at the start; learned from there."""
-    most_noise_std: Annotated[float, Field(gt=0)] = 3.0
-    """Largest when settling begins."""
+    settling_noise_std: Annotated[float, Field(gt=0)] = 3.0
+    """Largest standard deviation that is left to actions when settling begins. Our choice, see docs/learning.md."""
     final_noise_std: Annotated[float, Field(gt=0)] = 0.2
-    """Largest at the end of the budget, see `aidsr.rl.exploration`."""
+    """The same at the end of the budget, see `aidsr.rl.exploration`."""
     settling: Share = 0.3
     """Part of the budget, at its end, in which noise is taken from the policy; 0 leaves it."""
     entropy_bonus: Annotated[float, Field(ge=0)] = 0.01

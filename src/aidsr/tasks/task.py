@@ -30,7 +30,8 @@ BENCHMARK_VERSION = 3
 Version 2 ends an episode that cannot be made good any more: a robot 0.1 m outside its lane, an object off the table, on
 the floor or out of reach. Before, policies paid for it to the time limit, which drowned what they could have learned.
 
-Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out.
+Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out. With it
+came another progress on the drawers, and in all tasks checks of policies that forgive a freak in twenty.
 """
 
 Level = Literal["standard", "hard"]

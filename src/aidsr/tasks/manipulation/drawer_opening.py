@@ -14,7 +14,7 @@ from aidsr.tasks.manipulation.drawers import (
     OPEN_M,
     SHUT_M,
     STAGES,
-    near,
+    nearness,
     openings_m,
     staged,
     to_be_shut,
@@ -105,10 +105,11 @@ class DrawerOpening(Task):
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
         """Stages done, and the share of the present one; after the last one its share is that of all being shut.
 
-        A part of pulling and pushing is to be near the handle, so that a robot that has lost it gains by going back.
+        A part of pulling and pushing is to be near the handle, in pulling behind its bar, so that a robot that has lost
+        it gains by going back.
         """
         to_handle, opening_m, _ = wanted(readings, memory)
-        return staged(memory, near(memory, to_handle), opening_m, openings_m(readings).max(axis=1))
+        return staged(memory, nearness(memory, to_handle), opening_m, openings_m(readings).max(axis=1))
 
     def violation(self, readings: Readings) -> FloatArray:
         """More than 40 N on a handle."""
