@@ -28,7 +28,7 @@ _HEAD = """# What the best policies do
 
 Moments of the best held-out episode of the best design of each task, the first on the left and the last on the right:
 robots of the built-in team. The camera goes along with a robot that travels; the time and the way from its start stand
-in the picture. Made by `python benchmarks/builtin/films.py STUDY …` from the studies whose tables are in
+in the picture. Made by `python benchmarks/builtin/films.py STUDY …` from studies whose tables are, or were, in
 `benchmarks/builtin`; the films themselves (`best.mp4`) are in their folders.
 Tasks of which no design has been trained yet are missing.
 """
