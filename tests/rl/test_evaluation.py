@@ -14,6 +14,7 @@ from test_training import SMALL
 from aidsr.artifacts import Evaluation
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
+from aidsr.rl import evaluation
 from aidsr.rl.evaluation import evaluate, watch
 from aidsr.rl.evidence import Evidence
 from aidsr.rl.pictures import curve_picture, varied_mjcf
@@ -73,10 +74,10 @@ def test_in_other_physics_lost_variations_are_played_again_too(monkeypatch):
         watched.course.succeeded[5:] = False
         return watched
 
-    monkeypatch.setattr("aidsr.rl.evaluation.watch", unlucky)
-    evaluation, _ = evaluate(small_learning(), BENDING, threads=1)
-    assert named(evaluation)["survives_half_time_step"].measured == 20 / 5
-    assert named(evaluation)["survives_other_integrator"].measured == 20 / 5
+    monkeypatch.setattr(evaluation, "watch", unlucky)
+    verdict, _ = evaluate(small_learning(), BENDING, threads=1)
+    assert named(verdict)["survives_half_time_step"].measured == 20 / 5
+    assert named(verdict)["survives_other_integrator"].measured == 20 / 5
 
 
 def test_a_robot_that_stays_still_is_neither():
