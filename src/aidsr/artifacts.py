@@ -370,7 +370,7 @@ class PlausibilityCheck(Artifact):
     measured: float | None
     limit: float
     bound: Literal["at most", "at least", "limit"] = "limit"
-    """On which side of the limit to be; results of before this was written do not say."""
+    """On which side of the limit to be; older results do not say."""
     unit: str = ""
     message: str
 
