@@ -39,8 +39,8 @@ demo: $(VENV)/core  ## design three robots for button_pushing with the built-in 
 bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable scenes (minutes)
 	$(BIN)/python benchmarks/stability/run.py
 
-bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2
-	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2)
+bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task that OUT.jsonl lacks (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2 OUT=results
+	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2) --out $(or $(OUT),results)
 
 bench-rl: $(VENV)/dev  ## stepping and learning, beside plain Gymnasium environments in SubprocVecEnv (hours): RUNS=5 LEARN=5
 	$(BIN)/python benchmarks/rl/speed.py --runs $(or $(RUNS),5) --learn $(or $(LEARN),5)

@@ -3,9 +3,10 @@
     python benchmarks/builtin/table.py --designs 5 --steps 300000 --jobs 2
 
 A study (aidsr.benchmark) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
-task gets its first design before any gets its second, so the table means something whenever it is stopped. The same
-command goes on with what is left. The table goes to results.md and the raw outcomes to results.jsonl beside it, or to
-files of another name (`--out longer`).
+task gets its first design before any gets its second, so the table means something whenever it is stopped. Raw outcomes
+go to results.jsonl beside this file and the table made of them to results.md, or to files of another name
+(`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome is in
+the .jsonl is not trained again. To train all yourself, name files that are not there yet.
 """
 
 from __future__ import annotations
@@ -14,21 +15,53 @@ import argparse
 import json
 import sys
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from statistics import fmean
 
+from pydantic import Field
+
+from aidsr.artifacts import Artifact
 from aidsr.benchmark.driving import Progress, drive
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.pool import LocalPool
 from aidsr.benchmark.statistics import Rate
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, versions_now
-from aidsr.benchmark.tables import PAPER, line_of
+from aidsr.benchmark.tables import PAPER
+from aidsr.errors import UserError
 from aidsr.rl.training import BUDGET_STEPS
 from aidsr.runs import RunConfig
 from aidsr.tasks import load_task, task_names
 
 HOME = Path(__file__).parent
+
+
+class Outcome(Artifact):
+    """What came of one design: a policy that was judged, or no policy because the design was not approved."""
+
+    task: str
+    level: str
+    design: int
+    family: str
+    outcome: str
+    """As in outcome.json of the design."""
+    valid: bool
+    successful: bool
+    success_share: float
+    """Of the held-out episodes; 0 where the policy is not valid."""
+    steps: int
+    training_s: float
+    benchmark_version: int
+    most_steps: int
+    """Control steps a policy, at most."""
+    mujoco: str
+    episodes: dict[str, int] = Field(default_factory=dict)
+    """How many held-out episodes ended in which way."""
+    best_progress: float | None = None
+    """Mean of the furthest that each held-out episode came."""
+    failed_checks: dict[str, str] = Field(default_factory=dict)
+    """Checks of plausibility that failed, with what they say."""
 
 
 def main() -> None:
@@ -52,74 +85,112 @@ def main() -> None:
         versions=versions_now(),
     )
     study = begin_study(folder, plan)
+    published = kept(HOME / f"{asked.out}.jsonl", plan)
     if not asked.write_only:
-        drive(study, LocalPool(folder, asked.jobs), partial(_note, study, asked.out))
-    _write(study, asked.out)
+        there = {(row.task, row.design) for row in published}
+        elsewhere = frozenset(cell for cell in study.cells if (cell.task, cell.number) in there)
+        sys.stdout.write(f"{len(elsewhere)} of {_planned(plan)} designs are in {asked.out}.jsonl already\n")
+        drive(study, LocalPool(folder, asked.jobs), partial(_note, study, published, asked.out), without=elsewhere)
+    _write(study, published, asked.out)
 
 
-def _note(study: Study, out: str, progress: Progress) -> None:
-    _write(study, out)
+def _note(study: Study, published: Sequence[Outcome], out: str, progress: Progress) -> None:
+    _write(study, published, out)
     if progress.last:
         said = progress.last.error or "done"
         sys.stdout.write(f"{progress.last.job.name}: {said} ({progress.last.wall_s:.0f} s)\n")
         sys.stdout.flush()
 
 
-def _write(study: Study, out: str) -> None:
-    raw = "".join(json.dumps(_raw(row, study.plan)) + "\n" for row in ended(study))
+def _write(study: Study, published: Sequence[Outcome], out: str) -> None:
+    rows = merged(study, published)
+    raw = "".join(json.dumps(row.model_dump(exclude_defaults=True)) + "\n" for row in rows)
     (HOME / f"{out}.jsonl").write_text(raw, encoding="utf-8")
-    (HOME / f"{out}.md").write_text(table(study, out), encoding="utf-8")
+    (HOME / f"{out}.md").write_text(table(study.plan, rows, out), encoding="utf-8")
 
 
-def ended(study: Study) -> list[DesignRow]:
-    """Return the designs whose policy was judged, and those that were not approved and so have none."""
-    return [row for row in read_outcomes(study) if row.evaluations or row.outcome not in ("unfinished", "approved")]
+def kept(path: Path, plan: StudyPlan) -> tuple[Outcome, ...]:
+    """Return the outcomes in a file, none where there is no file.
+
+    Raises:
+        UserError: One is of other conditions than the plan's, or of a design that it does not ask for.
+    """
+    if not path.exists():
+        return ()
+    found = [Outcome.model_validate_json(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    for row in found:
+        conditions = (row.benchmark_version, row.level, row.most_steps)
+        asked = conditions == (plan.benchmark_version, plan.level, plan.steps)
+        if not asked or row.task not in plan.tasks or row.design > plan.runs:
+            raise UserError(
+                f"{path} holds design {row.design} of {row.task} with version {row.benchmark_version} of the "
+                f"benchmark, level {row.level} and {row.most_steps:,} steps; the table asked for has no place for it: "
+                f"version {plan.benchmark_version}, level {plan.level}, {plan.steps:,} steps, "
+                f"{plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out"
+            )
+    return tuple(found)
 
 
-def _raw(row: DesignRow, plan: StudyPlan) -> dict[str, object]:
-    facts: dict[str, object] = {
-        "task": row.task,
-        "level": plan.level,
-        "design": row.run,
-        "family": row.family,
-        "outcome": row.outcome,
-        "valid": row.valid,
-        "successful": row.successful,
-        "success_share": fmean(row.episodes) if row.episodes else 0.0,
-        "steps": row.steps,
-        "training_s": row.training_s,
-    }
-    for evaluation in row.evaluations:
-        facts["episodes"] = Counter(episode.ended for episode in evaluation.episodes)
-        facts["best_progress"] = round(fmean(episode.best_progress for episode in evaluation.episodes), 3)
-        facts["failed_checks"] = {each.name: each.message for each in evaluation.checks if not each.passed}
-    return facts
+def merged(study: Study, published: Sequence[Outcome]) -> list[Outcome]:
+    """Return every outcome there is, in the order of the tasks; those of the study before published ones."""
+    found = {(row.task, row.design): row for row in published}
+    for row in read_outcomes(study):
+        if row.evaluations or row.outcome not in ("unfinished", "approved"):
+            found[row.task, row.run] = outcome_of(row, study.plan)
+    places = {task: place for place, task in enumerate(study.plan.tasks)}
+    return sorted(found.values(), key=lambda row: (row.design, places[row.task]))
 
 
-def table(study: Study, out: str = "results") -> str:
-    """Return the study's table as Markdown; its rates are of the designs that ended, and it says how many did."""
-    plan, rows = study.plan, ended(study)
-    planned = len(plan.tasks) * plan.runs
+def outcome_of(row: DesignRow, plan: StudyPlan) -> Outcome:
+    """Return what is kept of a design that came to its end."""
+    (evaluation,) = row.evaluations or (None,)
+    return Outcome(
+        task=row.task,
+        level=plan.level,
+        design=row.run,
+        family=row.family,
+        outcome=row.outcome,
+        valid=row.valid,
+        successful=row.successful,
+        success_share=fmean(row.episodes) if row.episodes else 0.0,
+        steps=row.steps,
+        training_s=row.training_s,
+        benchmark_version=plan.benchmark_version,
+        most_steps=plan.steps,
+        mujoco=plan.versions["mujoco"],
+        episodes=Counter(each.ended for each in evaluation.episodes) if evaluation else {},
+        best_progress=fmean(each.best_progress for each in evaluation.episodes) if evaluation else None,
+        failed_checks={each.name: each.message for each in evaluation.checks if not each.passed} if evaluation else {},
+    )
+
+
+def table(plan: StudyPlan, rows: Sequence[Outcome], out: str = "results") -> str:
+    """Return outcomes as a Markdown table; its rates are of the designs that ended, and it says how many did."""
+    mujoco = " and ".join(sorted({row.mujoco for row in rows})) or plan.versions["mujoco"]
     lines = [
         "# What the built-in team's robots learn",
         "",
-        f"Made by `{_command(plan, out)}` with MuJoCo "
-        f"{plan.versions['mujoco']}, version {plan.benchmark_version} of the benchmark, level {plan.level}, one seed, "
+        f"Made by `{_command(plan, out)}` with MuJoCo {mujoco}, version {plan.benchmark_version} of the benchmark, "
+        f"level {plan.level}, one seed, "
         f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}.",
         "",
-        f"**{len(rows)} of {planned} planned designs came to an end**; the others are in no figure. A design ends "
-        "when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "
+        f"**{len(rows)} of {_planned(plan)} planned designs came to an end**; the others are in no figure. A design "
+        "ends when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "
         "Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; *progress* is the mean of "
         "the furthest that each held-out episode came, of valid and invalid policies alike.",
         "",
         "| task | ended | valid | successful | episodes won | progress | control steps | training, wall s | families |",
         "|---|---|---|---|---|---|---|---|---|",
         *(_line(task, [row for row in rows if row.task == task], plan.runs) for task in plan.tasks),
-        _line("**all**", rows, planned),
+        _line("**all**", rows, _planned(plan)),
         "",
         _comparison(rows, plan),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _planned(plan: StudyPlan) -> int:
+    return len(plan.tasks) * plan.runs
 
 
 def _command(plan: StudyPlan, out: str) -> str:
@@ -128,25 +199,25 @@ def _command(plan: StudyPlan, out: str) -> str:
     return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{tasks}{named}"
 
 
-def _line(name: str, rows: list[DesignRow], planned: int) -> str:
-    found = line_of(name, rows)
+def _line(name: str, rows: Sequence[Outcome], planned: int) -> str:
     measured = [""] * 7
     if rows:
+        trained = [row for row in rows if row.best_progress is not None]
         measured = [
-            _rate(found.valid, len(rows)),
-            _rate(found.successful, len(rows)),
-            f"{found.episodes_share:.0%}",
-            _progress(rows),
-            f"{found.steps:,.0f}",
-            f"{found.training_s:.0f}",
+            _rate(sum(row.valid for row in rows), len(rows)),
+            _rate(sum(row.successful for row in rows), len(rows)),
+            f"{fmean(row.success_share for row in rows):.0%}",
+            f"{_mean(row.best_progress for row in trained):.2f}",
+            f"{_mean(row.steps for row in trained):,.0f}",
+            f"{_mean(row.training_s for row in trained):.0f}",
             ", ".join(dict.fromkeys(row.family for row in rows)),
         ]
     return "| " + " | ".join([name, f"{len(rows)} of {planned}", *measured]) + " |"
 
 
-def _progress(rows: list[DesignRow]) -> str:
-    found = [each.best_progress for row in rows for evaluation in row.evaluations for each in evaluation.episodes]
-    return f"{fmean(found):.2f}" if found else ""
+def _mean(of: Iterable[float | None]) -> float:
+    found = [each for each in of if each is not None]
+    return fmean(found) if found else 0.0
 
 
 def _rate(hits: int, of: int) -> str:
@@ -154,11 +225,9 @@ def _rate(hits: int, of: int) -> str:
     return f"{hits} of {of} ({interval.low:.0%} to {interval.high:.0%})"
 
 
-def _comparison(rows: list[DesignRow], plan: StudyPlan) -> str:
+def _comparison(rows: Sequence[Outcome], plan: StudyPlan) -> str:
     tried, won = {row.task for row in rows}, {row.task for row in rows if row.successful}
-    checks = Counter(
-        check.name for row in rows for each in row.evaluations for check in each.checks if not check.passed
-    )
+    checks = Counter(name for row in rows for name in row.failed_checks)
     failed = ", ".join(f"{name} {count}" for name, count in checks.most_common()) or "none"
     return (
         f"{len(tried)} of {len(plan.tasks)} tasks have a design that ended, {len(won)} of them a successful one. "
@@ -168,4 +237,7 @@ def _comparison(rows: list[DesignRow], plan: StudyPlan) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except UserError as error:
+        sys.exit(str(error))

@@ -194,8 +194,8 @@ def trained(task: str, level: str) -> str:
     """Return the success share of the best policy of benchmarks/builtin, where it stands in its results."""
     results = HERE.parent / "builtin" / "results.jsonl"
     lines = results.read_text(encoding="utf-8").splitlines() if results.exists() else []
-    rows = [row for line in lines if (row := json.loads(line)).get("task") == task and row.get("level") == level]
-    shares = [row["success_share"] for row in rows if row.get("success_share") is not None]
+    rows = [row for line in lines if (row := json.loads(line))["task"] == task and row["level"] == level]
+    shares = [row["success_share"] for row in rows if row["benchmark_version"] == BENCHMARK_VERSION]
     return f"{max(shares):.0%}" if shares else ""
 
 

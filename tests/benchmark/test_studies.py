@@ -73,6 +73,15 @@ def test_a_run_comes_to_its_end_before_the_next_begins(driven: tuple[Study, list
     assert begun == [(arm, stage) for arm in ("rules", "bare") for stage in ("design", "verify")]
 
 
+def test_runs_whose_results_are_elsewhere_are_left_alone(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan())
+    rules, bare = study.cells
+    pool = Here(study)
+    drive(study, pool, without=frozenset({rules}))
+    assert {job.cell for job in pool.begun} == {bare}
+    assert study.run(rules) is None
+
+
 def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
     begin_study(tmp_path / "s", plan())
     assert open_study(tmp_path / "s").plan == plan()

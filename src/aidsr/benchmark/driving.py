@@ -42,6 +42,7 @@ class _Drive:
     pool: Pool
     listen: Callable[[Progress], None]
     purse: Purse
+    without: frozenset[Cell]
     waiting: dict[Job, None] = field(default_factory=dict)
     running: dict[Job, None] = field(default_factory=dict)
     attempts: Counter[Job] = field(default_factory=Counter)
@@ -107,6 +108,8 @@ class _Drive:
             self._look_at(cell)
 
     def _look_at(self, cell: Cell) -> None:
+        if cell in self.without:
+            return
         for job in pending_in(self.study, cell):
             if job not in self.running and job not in self.failed:
                 self.waiting.setdefault(job)
@@ -115,15 +118,21 @@ class _Drive:
         return Progress(self.done, tuple(self.running), len(self.waiting), tuple(self.failed), last)
 
 
-def drive(study: Study, pool: Pool, listen: Callable[[Progress], None] = lambda _progress: None) -> Progress:
+def drive(
+    study: Study,
+    pool: Pool,
+    listen: Callable[[Progress], None] = lambda _progress: None,
+    without: frozenset[Cell] = frozenset(),
+) -> Progress:
     """Do everything a study still needs, within its limit; call it again on one that was stopped.
 
     Args:
         study: The study.
         pool: Does the jobs; closed at the end.
         listen: Told whenever a job begins or ends.
+        without: Runs to leave as they are, such as those whose results are kept elsewhere.
     """
-    return _Drive(study, pool, listen, Purse(study, limit_of(study))).to_the_end()
+    return _Drive(study, pool, listen, Purse(study, limit_of(study)), without).to_the_end()
 
 
 def failures_of(study: Study) -> list[dict[str, object]]:

@@ -32,7 +32,7 @@ _FIRST: tuple[tuple[Kind, str, str, str], ...] = (
     ("squeeze", "", "ring", "a small hoop is several times as fast as a worm"),
 )
 """Which family of a kind is proposed first where the objective has one of these words, and why. Our choice: what the
-families learned of the benchmark's tasks (benchmarks/builtin/results.md and docs/builtin.md)."""
+families learned of the benchmark's tasks (benchmarks/builtin/results-60000.md and docs/builtin.md)."""
 
 _GRASPABLE_M = 0.06
 """A free body no wider than twice this is taken for something to grasp. Our choice: what a hand of 0.2 m closes on."""
