@@ -42,8 +42,8 @@ bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable
 bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task that OUT.jsonl lacks (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2 OUT=results
 	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2) --out $(or $(OUT),results)
 
-bench-rl: $(VENV)/dev  ## stepping and learning, beside plain Gymnasium environments in SubprocVecEnv (hours): RUNS=5 LEARN=5
-	$(BIN)/python benchmarks/rl/speed.py --runs $(or $(RUNS),5) --learn $(or $(LEARN),5)
+bench-rl: $(VENV)/dev  ## stepping and learning, beside plain Gymnasium environments in SubprocVecEnv (hours; a stopped one goes on): RUNS=5 OUT=results
+	$(BIN)/python benchmarks/rl/speed.py --runs $(or $(RUNS),5) --out $(or $(OUT),results)
 
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour; a stopped run goes on): JOBS=2
 	$(BIN)/python -m benchmarks.validator.report --processes $(or $(JOBS),2)

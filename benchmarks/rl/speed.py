@@ -1,259 +1,199 @@
-"""How fast environments step and bodies learn, side by side in one run.
+"""How fast environments step and bodies learn, side by side.
 
-    python benchmarks/rl/speed.py --runs 5 --learn 3
+    python benchmarks/rl/speed.py --runs 5
 
 The arm and the crawler are the built-in team's, made on the spot with the first seed that proposes one. Compared are
 the batched environment of this package, the plain Gymnasium environments of `plain.py` in Stable-Baselines3's
 SubprocVecEnv with 8 processes, and the raw physics of the same scenes on the same threads, with no number looked at:
 the limit. Then wall time until a share of the last 100 episodes succeed: our recipe on the batched environment against
 Stable-Baselines3's default PPO on SubprocVecEnv, which gives up after a multiple of the time that ours took with the
-same seed. The kinds take turns, so that a machine that gets slower meanwhile slows all of them. Writes results.md.
+same seed. The kinds take turns, so that a machine that gets slower meanwhile slows all of them.
+
+What was measured is kept in results.jsonl beside this file and not measured again, so a stopped run goes on; results.md
+and curves.png are made of it. Nothing else should run meanwhile. To measure all yourself, name another file (`--out`).
 """
 
 from __future__ import annotations
 
 import argparse
-import itertools
 import os
 import statistics
+import sys
 import tempfile
-import time
-from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Sequence
+from math import inf
 from pathlib import Path
 
 import mujoco
-import numpy as np
-from mujoco.batch import Batch
-from plain import PlainButton, PlainEnv, PlainGround
-from stable_baselines3 import PPO
-from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv, VecMonitor
+from bodies import BODIES, Body, made
+from learning import Way, ours, theirs
+from matplotlib.figure import Figure
+from stepping import PROCESSES, SIMULATIONS, speeds
 
-import aidsr
-from aidsr import builtin
-from aidsr.episodes.batch import Episodes
-from aidsr.episodes.scene import TaskScene
-from aidsr.rl.policy import one_torch_thread
-from aidsr.rl.training import train
-from aidsr.rl.vector_env import BatchedVecEnv
-from aidsr.rl.watching import CurvePoint
+from aidsr.artifacts import Artifact
+from aidsr.rl.recipe import Recipe
+from aidsr.tasks import BENCHMARK_VERSION
 
-RESULTS = Path(__file__).with_name("results.md")
-_SIMULATIONS, _PROCESSES, _STEPS = 64, 8, 3_000
-
-
-@dataclass(frozen=True)
-class Body:
-    """What is measured, and the success up to which it learns."""
-
-    name: str
-    """Family of the built-in team."""
-    task: str
-    plain: type[PlainEnv]
-    success: float
+HOME = Path(__file__).parent
+KINDS = {
+    "physics": "raw physics, the limit",
+    "batched": f"batched, {SIMULATIONS} simulations",
+    "subproc": f"SubprocVecEnv({PROCESSES}), plain environment",
+}
+_OURS, _THEIRS = "our recipe, batched", f"PPO defaults, SubprocVecEnv({PROCESSES})"
+_COLORS = {_OURS: "#2563a8", _THEIRS: "#b4601d"}
 
 
-BODIES = (
-    Body("arm", "reaching/button_pushing", PlainButton, 0.8),
-    Body("crawler", "locomotion/flat_ground", PlainGround, 0.5),
-)
+class Conditions(Artifact):
+    """What may not change between the runs that are compared."""
+
+    benchmark_version: int = BENCHMARK_VERSION
+    mujoco: str = mujoco.__version__
+    cores: int = os.cpu_count() or 0
+    recipe: Recipe = Recipe()
+    most_steps: int
+    """Budget of our recipe."""
+    patience: float
+    """How many times our wall time the defaults may take."""
+
+
+class Run(Artifact):
+    """Everything that is measured of a body, once."""
+
+    body: str
+    seed: int
+    conditions: Conditions
+    speeds: dict[str, float]
+    """Env-steps per second of each kind."""
+    ours: Way
+    theirs: Way
 
 
 def main() -> None:
-    """Measure and write down."""
+    """Measure what is missing, and write down."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=5, help="speed measurements of each kind; medians are told")
-    parser.add_argument("--learn", type=int, default=5, help="trainings of each kind, each with its own seed")
+    parser.add_argument("--runs", type=int, default=5, help="of each body, each with its own seed; medians are told")
     parser.add_argument("--most-steps", type=int, default=300_000, help="budget of our recipe")
-    parser.add_argument(
-        "--patience", type=float, default=12.0, help="how many times our wall time the defaults may take"
-    )
+    parser.add_argument("--patience", type=float, default=8.5, help="times our wall time that the defaults may take")
+    parser.add_argument("--out", default="results", help="name of the table, without its ending")
     asked = parser.parse_args()
-    lines = [f"# Speed of environments and of learning\n\nMade by `{' '.join(_command(asked))}`, {_machine()}.\n"]
-    for body in BODIES:
-        with tempfile.TemporaryDirectory() as folder:
-            scene = _made(body, Path(folder))
-            lines += [f"## {body.name}: {body.task}\n", *_stepping(body, scene, asked.runs)]
-            lines += _learning(body, scene, asked)
-        RESULTS.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _command(asked: argparse.Namespace) -> list[str]:
-    return [
-        "python",
-        "benchmarks/rl/speed.py",
-        *(f"--{name.replace('_', '-')} {value:g}" for name, value in vars(asked).items()),
-    ]
-
-
-def _machine() -> str:
-    return f"on {os.cpu_count()} cores (load {os.getloadavg()[0]:.1f} before), MuJoCo {mujoco.__version__}"
-
-
-def _made(body: Body, folder: Path) -> Path:
-    """Let the built-in team design the body; return its scene."""
-    brief = aidsr.load_task(body.task).brief()
-    seeds = (seed for seed in itertools.count() if builtin.team(seed).designer.propose(brief, 1)[0].family == body.name)
-    run = aidsr.design(task=body.task, concepts=1, seed=next(seeds), runs=folder)
-    return run.design(1).final_scene.path
-
-
-# --- stepping ---
-
-
-def _stepping(body: Body, scene: Path, runs: int) -> list[str]:
-    kinds: dict[str, Callable[[], float]] = {
-        "raw physics, the limit": partial(_physics_speed, body, scene),
-        f"batched, {_SIMULATIONS} simulations": partial(_batched_speed, body, scene),
-        f"SubprocVecEnv({_PROCESSES}), plain environment": partial(_subproc_speed, body, scene),
-    }
-    seen: dict[str, list[float]] = {name: [] for name in kinds}
-    for _ in range(runs):
-        for name, measure in kinds.items():
-            seen[name].append(measure())
-    medians = {name: statistics.median(values) for name, values in seen.items()}
-    limit, ours, theirs = medians.values()
-    rows = [
-        f"| {name} | {medians[name]:,.0f} ({min(values):,.0f} to {max(values):,.0f}) | {medians[name] / limit:.0%} |"
-        for name, values in seen.items()
-    ]
-    head = ["| env-steps per second | median (range) | of the limit |", "|---|---|---|"]
-    return [*head, *rows, f"\nBatched against SubprocVecEnv: **{ours / theirs:.1f} x**.\n"]
-
-
-def _physics_speed(body: Body, scene: Path) -> float:
-    found = TaskScene.of(scene, body.task)
-    batch = Batch(found.model, nsim=_SIMULATIONS, nthread=0)
-    substeps = round(found.task.control_dt_s / found.model.opt.timestep)
-    rng, actions = np.random.default_rng(0), found.actions
-    ctrl = batch.bind("ctrl")
-
-    def step() -> None:
-        ctrl[:, list(actions.actuators)] = actions.ctrl(rng.uniform(-1.0, 1.0, (_SIMULATIONS, actions.size)))
-        batch.rollout(substeps)
-
-    return _rate(step, _SIMULATIONS)
-
-
-def _batched_speed(body: Body, scene: Path) -> float:
-    return _vec_speed(_batched(TaskScene.of(scene, body.task)))
-
-
-def _batched(found: TaskScene) -> BatchedVecEnv:
-    rng = np.random.default_rng(0)
-
-    def fresh() -> object:
-        return found.task.variation("development", int(rng.integers(2**31)))
-
-    first = [fresh() for _ in range(_SIMULATIONS)]
-    return BatchedVecEnv(Episodes(found.model, found.task, found.actions, first), fresh)
-
-
-def _subproc_speed(body: Body, scene: Path) -> float:
-    return _vec_speed(_subproc(body, scene))
-
-
-def _subproc(body: Body, scene: Path) -> VecEnv:
-    return SubprocVecEnv([partial(body.plain, scene, body.task, seed) for seed in range(_PROCESSES)])
-
-
-def _vec_speed(env: VecEnv) -> float:
-    rng = np.random.default_rng(0)
-    env.reset()
-    speed = _rate(
-        lambda: env.step(rng.uniform(-1.0, 1.0, (env.num_envs, *env.action_space.shape)).astype(np.float32)),
-        env.num_envs,
-    )
-    env.close()
-    return speed
-
-
-def _rate(step: Callable[[], object], simulations: int) -> float:
-    """Return simulations' steps per second, after a warm-up."""
-    for _ in range(5):
-        step()
-    count = max(5, _STEPS // simulations)
-    began = time.perf_counter()
-    for _ in range(count):
-        step()
-    return count * simulations / (time.perf_counter() - began)
-
-
-# --- learning ---
-
-
-def _learning(body: Body, scene: Path, asked: argparse.Namespace) -> list[str]:
-    if not asked.learn:
-        return []
-    ours, theirs = [], []
-    for seed in range(asked.learn):
-        ours.append(_ours(body, scene, seed, asked.most_steps))
-        theirs.append(_theirs(body, scene, seed, asked.patience * ours[-1][0]))
-    head = [
-        f"Until {body.success:.0%} of the last 100 episodes succeed:\n",
-        "| seed | our recipe, batched | PPO defaults, SubprocVecEnv |",
-        "|---|---|---|",
-    ]
-    rows = [f"| {seed} | {_told(a)} | {_told(b)} |" for seed, (a, b) in enumerate(zip(ours, theirs, strict=True))]
-    ratio = statistics.median(b[0] for b in theirs) / statistics.median(a[0] for a in ours)
-    at_least = "at least " if not all(b[2] for b in theirs) else ""
-    return [*head, *rows, f"\nMedian wall time, theirs by ours: **{at_least}{ratio:.1f} x**.\n"]
-
-
-_Way = tuple[float, int, bool]
-"""Wall time [s], control steps, and whether it got there."""
-
-
-def _told(way: _Way) -> str:
-    return f"{way[0]:.0f} s, {way[1]:,} steps, {way[1] / way[0]:,.0f}/s{'' if way[2] else ', not there'}"
-
-
-class _There(Exception):  # noqa: N818 - nothing went wrong
-    """The success asked for is reached."""
-
-
-def _ours(body: Body, scene: Path, seed: int, most: int) -> _Way:
-    found = TaskScene.of(scene, body.task)
-    last: list[CurvePoint] = []
-
-    def listen(point: CurvePoint) -> None:
-        last.append(point)
-        if point.episodes >= 100 and point.success_share >= body.success:
-            raise _There
-
+    conditions = Conditions(most_steps=asked.most_steps, patience=asked.patience)
+    raw = HOME / f"{asked.out}.jsonl"
+    runs = kept(raw, conditions)
     with tempfile.TemporaryDirectory() as folder:
-        began = time.perf_counter()
-        try:
-            train(found, Path(folder) / "training", steps=most, seed=seed, listen=listen)
-        except _There:
-            return time.perf_counter() - began, last[-1].steps, True
-        return time.perf_counter() - began, most, False
+        scenes = {body.name: made(body, Path(folder) / body.name) for body in BODIES}
+        for seed in range(asked.runs):
+            for body in BODIES:
+                if any((run.body, run.seed) == (body.name, seed) for run in runs):
+                    continue
+                runs.append(_measured(body, scenes[body.name], seed, conditions))
+                raw.write_text("".join(run.model_dump_json() + "\n" for run in runs), encoding="utf-8")
+                _publish(runs, asked)
+    _publish(runs, asked)
 
 
-class _Until(BaseCallback):
-    def __init__(self, success: float, most_s: float) -> None:
-        super().__init__()
-        self.success, self.recent, self.there = success, deque(maxlen=100), False
-        self._end_s = time.perf_counter() + most_s
+def kept(raw: Path, conditions: Conditions) -> list[Run]:
+    """Return the runs in a file, none where there is no file; end where one was made under other conditions."""
+    lines = raw.read_text(encoding="utf-8").splitlines() if raw.exists() else []
+    runs = [Run.model_validate_json(line) for line in lines]
+    for run in runs:
+        if run.conditions != conditions:
+            sys.exit(
+                f"{raw} was measured under other conditions: {run.conditions}; expected were {conditions}. Name "
+                "another file with --out"
+            )
+    return runs
 
-    def _on_step(self) -> bool:
-        self.recent.extend(float(info["is_success"]) for info in self.locals["infos"] if "episode" in info)
-        self.there = len(self.recent) == 100 and sum(self.recent) >= 100 * self.success
-        return not self.there and time.perf_counter() < self._end_s
+
+def _measured(body: Body, scene: Path, seed: int, conditions: Conditions) -> Run:
+    found = speeds(body, scene)
+    first = ours(body, scene, seed, conditions.most_steps)
+    second = theirs(body, scene, seed, conditions.patience * first.wall_s)
+    sys.stdout.write(f"{body.name}, seed {seed}: {_told(first)}; {_told(second)}\n")
+    sys.stdout.flush()
+    return Run(body=body.name, seed=seed, conditions=conditions, speeds=found, ours=first, theirs=second)
 
 
-def _theirs(body: Body, scene: Path, seed: int, most_s: float) -> _Way:
-    with one_torch_thread():
-        env = VecMonitor(_subproc(body, scene))
-        began = time.perf_counter()
-        watch = _Until(body.success, most_s)
-        model = PPO("MlpPolicy", env, seed=seed, device="cpu").learn(10**9, callback=watch)
-        wall_s = time.perf_counter() - began
-        env.close()
-    return wall_s, model.num_timesteps, watch.there
+# --- the table ---
+
+
+def _publish(runs: Sequence[Run], asked: argparse.Namespace) -> None:
+    named = f" --out {asked.out}" if asked.out != "results" else ""
+    command = (
+        f"python benchmarks/rl/speed.py --runs {asked.runs} --most-steps {asked.most_steps} "
+        f"--patience {asked.patience:g}{named}"
+    )
+    curves = "curves.png" if asked.out == "results" else f"{asked.out}-curves.png"
+    lines = [
+        f"# Speed of environments and of learning\n\nMade by `{command}`, on {os.cpu_count()} cores, MuJoCo "
+        f"{mujoco.__version__}, version {BENCHMARK_VERSION} of the benchmark.\n",
+        f"![success over wall time]({curves})\n",
+    ]
+    for body in BODIES:
+        own = [run for run in runs if run.body == body.name]
+        if own:
+            lines += [f"## {body.name}: {body.task}\n", *_stepping(own), *_learning(body, own)]
+    (HOME / f"{asked.out}.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    _draw(runs, HOME / curves)
+
+
+def _stepping(runs: Sequence[Run]) -> list[str]:
+    seen = {kind: [run.speeds[kind] for run in runs] for kind in KINDS}
+    medians = {kind: statistics.median(values) for kind, values in seen.items()}
+    rows = [
+        f"| {KINDS[kind]} | {medians[kind]:,.0f} ({min(values):,.0f} to {max(values):,.0f}) "
+        f"| {medians[kind] / medians['physics']:.0%} |"
+        for kind, values in seen.items()
+    ]
+    ratio = medians["batched"] / medians["subproc"]
+    return [
+        f"| env-steps per second | median of {len(runs)} (range) | of the limit |",
+        "|---|---|---|",
+        *rows,
+        f"\nBatched against SubprocVecEnv: **{ratio:.1f} x**.\n",
+    ]
+
+
+def _learning(body: Body, runs: Sequence[Run]) -> list[str]:
+    return [
+        f"Until {body.success:.0%} of the last 100 episodes succeed:\n",
+        f"| seed | {_OURS} | {_THEIRS} |",
+        "|---|---|---|",
+        *(f"| {run.seed} | {_told(run.ours)} | {_told(run.theirs)} |" for run in runs),
+        f"\nMedian wall time, theirs by ours: **{ratio_of(runs)}**.\n",
+    ]
+
+
+def ratio_of(runs: Sequence[Run]) -> str:
+    """Return how much longer the defaults take in the median, in words; a lower bound where they were stopped."""
+    mine = statistics.median(run.ours.wall_s if run.ours.there else inf for run in runs)
+    if mine == inf:
+        return "none: in half of the runs or more our recipe does not get there"
+    ratio = statistics.median(run.theirs.wall_s for run in runs) / mine
+    return f"{'' if all(run.theirs.there for run in runs) else 'at least '}{ratio:.1f} x"
+
+
+def _told(way: Way) -> str:
+    end = "" if way.there else ", not there"
+    return f"{way.wall_s:.0f} s, {way.steps:,} steps, {way.steps / way.wall_s:,.0f}/s{end}"
+
+
+def _draw(runs: Sequence[Run], path: Path) -> None:
+    """Draw success over wall time: a panel for each body, a line for each training."""
+    figure = Figure(figsize=(4.6 * len(BODIES), 3.5), layout="constrained")
+    for axes, body in zip(figure.subplots(1, len(BODIES), squeeze=False)[0], BODIES, strict=True):
+        axes.axhline(body.success, color="0.6", linestyle=":", label="asked for")
+        for run in (run for run in runs if run.body == body.name):
+            for name, way in ((_OURS, run.ours), (_THEIRS, run.theirs)):
+                times, shares = zip((0.0, 0.0), *way.curve, strict=True)
+                axes.plot(times, shares, color=_COLORS[name], linewidth=1.5, label=name)
+        axes.set(title=f"{body.name}: {body.task}", xlabel="wall time [s]", ylim=(0, 1), xlim=(0, None))
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.axes[0].set_ylabel("success of the last 100 episodes")
+    drawn, names = figure.axes[0].get_legend_handles_labels()
+    once = dict(zip(names, drawn, strict=True))
+    figure.legend(once.values(), once.keys(), frameon=False, loc="outside lower center", ncols=3)
+    figure.savefig(path, dpi=130)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,37 @@
+"""The bodies that are measured: the built-in team's, made on the spot with the first seed that proposes one."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+
+from plain import PlainButton, PlainEnv, PlainGround
+
+import aidsr
+from aidsr import builtin
+
+
+@dataclass(frozen=True)
+class Body:
+    """What is measured, and the success up to which it learns."""
+
+    name: str
+    """Family of the built-in team."""
+    task: str
+    plain: type[PlainEnv]
+    success: float
+
+
+BODIES = (
+    Body("arm", "reaching/button_pushing", PlainButton, 0.8),
+    Body("crawler", "locomotion/flat_ground", PlainGround, 0.5),
+)
+
+
+def made(body: Body, folder: Path) -> Path:
+    """Let the built-in team design the body; return its scene."""
+    brief = aidsr.load_task(body.task).brief()
+    seeds = (seed for seed in itertools.count() if builtin.team(seed).designer.propose(brief, 1)[0].family == body.name)
+    run = aidsr.design(task=body.task, concepts=1, seed=next(seeds), runs=folder)
+    return run.design(1).final_scene.path

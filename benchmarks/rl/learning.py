@@ -1,0 +1,96 @@
+"""Wall time until a share of the last 100 episodes succeed: our recipe, and PPO as it comes."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections import deque
+from pathlib import Path
+
+from bodies import Body
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecMonitor
+from stepping import subproc
+
+from aidsr.artifacts import Artifact
+from aidsr.episodes.scene import TaskScene
+from aidsr.rl.policy import one_torch_thread
+from aidsr.rl.training import train
+from aidsr.rl.watching import CurvePoint
+
+_RECENT = 100
+"""Episodes over which success is told, as in `aidsr.rl.watching`."""
+_POINTS = 100
+"""Points of a curve, at most."""
+
+
+class Way(Artifact):
+    """How a training went."""
+
+    wall_s: float
+    steps: int
+    """Control steps."""
+    there: bool
+    """Whether the success asked for was reached."""
+    curve: tuple[tuple[float, float], ...]
+    """Wall time [s] and success of the last 100 episodes."""
+
+
+class _There(Exception):  # noqa: N818 - nothing went wrong
+    """The success asked for is reached."""
+
+
+def ours(body: Body, scene: Path, seed: int, most_steps: int) -> Way:
+    """Train with the package's recipe until the success asked for, or to the end of its budget."""
+    found = TaskScene.of(scene, body.task)
+    points: list[CurvePoint] = []
+
+    def listen(point: CurvePoint) -> None:
+        points.append(point)
+        if point.episodes >= _RECENT and point.success_share >= body.success:
+            raise _There
+
+    there = False
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        try:
+            train(found, Path(folder) / "training", steps=most_steps, seed=seed, listen=listen)
+        except _There:
+            there = True
+        wall_s = time.perf_counter() - began
+    curve = tuple((point.wall_s, point.success_share) for point in points if point.episodes >= _RECENT)
+    return Way(wall_s=wall_s, steps=points[-1].steps, there=there, curve=curve)
+
+
+def theirs(body: Body, scene: Path, seed: int, most_s: float) -> Way:
+    """Train with Stable-Baselines3's defaults on SubprocVecEnv until the success asked for, or for so long."""
+    with one_torch_thread():
+        env = VecMonitor(subproc(body, scene))
+        watch = _Until(body.success, most_s)
+        model = PPO("MlpPolicy", env, seed=seed, device="cpu").learn(10**9, callback=watch)
+        wall_s = watch.wall_s
+        env.close()
+    return Way(wall_s=wall_s, steps=model.num_timesteps, there=watch.there, curve=tuple(watch.curve))
+
+
+class _Until(BaseCallback):
+    def __init__(self, success: float, most_s: float) -> None:
+        super().__init__()
+        self.success, self.most_s, self.there = success, most_s, False
+        self.recent: deque[float] = deque(maxlen=_RECENT)
+        self.curve: list[tuple[float, float]] = []
+        self._began_s = time.perf_counter()
+
+    @property
+    def wall_s(self) -> float:
+        return time.perf_counter() - self._began_s
+
+    def _on_step(self) -> bool:
+        self.recent.extend(float(info["is_success"]) for info in self.locals["infos"] if "episode" in info)
+        share = sum(self.recent) / _RECENT
+        full = len(self.recent) == _RECENT
+        self.there = full and share >= self.success
+        if full and self.wall_s >= len(self.curve) * self.most_s / _POINTS:
+            self.curve.append((self.wall_s, share))
+        return not self.there and self.wall_s < self.most_s
