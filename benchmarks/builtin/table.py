@@ -30,6 +30,7 @@ from aidsr.benchmark.statistics import Rate
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, versions_now
 from aidsr.benchmark.tables import PAPER
 from aidsr.errors import UserError
+from aidsr.rl.recipe import Recipe
 from aidsr.rl.training import BUDGET_STEPS
 from aidsr.runs import RunConfig
 from aidsr.tasks import load_task, task_names
@@ -55,6 +56,8 @@ class Outcome(Artifact):
     benchmark_version: int
     most_steps: int
     """Control steps a policy, at most."""
+    recipe: Recipe | None = None
+    """None where it was not written down."""
     mujoco: str
     episodes: dict[str, int] = Field(default_factory=dict)
     """How many held-out episodes ended in which way."""
@@ -104,7 +107,7 @@ def _note(study: Study, published: Sequence[Outcome], out: str, progress: Progre
 
 def _write(study: Study, published: Sequence[Outcome], out: str) -> None:
     rows = merged(study, published)
-    raw = "".join(json.dumps(row.model_dump(exclude_defaults=True)) + "\n" for row in rows)
+    raw = "".join(json.dumps(row.model_dump(mode="json", exclude_none=True)) + "\n" for row in rows)
     (HOME / f"{out}.jsonl").write_text(raw, encoding="utf-8")
     (HOME / f"{out}.md").write_text(table(study.plan, rows, out), encoding="utf-8")
 
@@ -119,14 +122,14 @@ def kept(path: Path, plan: StudyPlan) -> tuple[Outcome, ...]:
         return ()
     found = [Outcome.model_validate_json(line) for line in path.read_text(encoding="utf-8").splitlines()]
     for row in found:
-        conditions = (row.benchmark_version, row.level, row.most_steps)
-        asked = conditions == (plan.benchmark_version, plan.level, plan.steps)
+        conditions = (row.benchmark_version, row.level, row.most_steps, row.recipe)
+        asked = conditions == (plan.benchmark_version, plan.level, plan.steps, Recipe())
         if not asked or row.task not in plan.tasks or row.design > plan.runs:
             raise UserError(
                 f"{path} holds design {row.design} of {row.task} with version {row.benchmark_version} of the "
-                f"benchmark, level {row.level} and {row.most_steps:,} steps; the table asked for has no place for it: "
-                f"version {plan.benchmark_version}, level {plan.level}, {plan.steps:,} steps, "
-                f"{plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out"
+                f"benchmark, level {row.level}, {row.most_steps:,} steps, recipe ({row.recipe}); the table asked for "
+                f"has no place for it: version {plan.benchmark_version}, level {plan.level}, {plan.steps:,} steps, "
+                f"recipe ({Recipe()}), {plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out"
             )
     return tuple(found)
 
@@ -157,6 +160,7 @@ def outcome_of(row: DesignRow, plan: StudyPlan) -> Outcome:
         training_s=row.training_s,
         benchmark_version=plan.benchmark_version,
         most_steps=plan.steps,
+        recipe=Recipe(),
         mujoco=plan.versions["mujoco"],
         episodes=Counter(each.ended for each in evaluation.episodes) if evaluation else {},
         best_progress=fmean(each.best_progress for each in evaluation.episodes) if evaluation else None,

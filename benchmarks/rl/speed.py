@@ -180,8 +180,11 @@ def _told(way: Way) -> str:
 
 def _draw(runs: Sequence[Run], path: Path) -> None:
     """Draw success over wall time: a panel for each body, a line for each training."""
-    figure = Figure(figsize=(4.6 * len(BODIES), 3.5), layout="constrained")
-    for axes, body in zip(figure.subplots(1, len(BODIES), squeeze=False)[0], BODIES, strict=True):
+    bodies = [body for body in BODIES if any(run.body == body.name for run in runs)]
+    if not bodies:
+        return
+    figure = Figure(figsize=(4.6 * max(2, len(bodies)), 3.5), layout="constrained")
+    for axes, body in zip(figure.subplots(1, len(bodies), squeeze=False)[0], bodies, strict=True):
         axes.axhline(body.success, color="0.6", linestyle=":", label="asked for")
         for run in (run for run in runs if run.body == body.name):
             for name, way in ((_OURS, run.ours), (_THEIRS, run.theirs)):
