@@ -12,33 +12,38 @@ the .jsonl is not trained again. To train all yourself, name files that are not 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from statistics import fmean
+from typing import Any
 
 from pydantic import Field
 
 from aidsr.artifacts import Artifact
 from aidsr.benchmark.driving import Progress, drive
+from aidsr.benchmark.jobs import trained_at
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.pool import LocalPool
 from aidsr.benchmark.statistics import Rate
-from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, versions_now
+from aidsr.benchmark.study import Arm, Cell, Study, StudyPlan, begin_study, versions_now
 from aidsr.benchmark.tables import PAPER
 from aidsr.errors import UserError
+from aidsr.rl.files import TrainingFolder
 from aidsr.rl.recipe import Recipe
 from aidsr.rl.training import BUDGET_STEPS
 from aidsr.runs import RunConfig
+from aidsr.runs.files import replace_file
 from aidsr.tasks import load_task, task_names
 
 HOME = Path(__file__).parent
+_RECIPE = Recipe().model_dump(mode="json")
+"""What policies are trained with today."""
 
 
-class Outcome(Artifact):
+class Row(Artifact):
     """What came of one design: a policy that was judged, or no policy because the design was not approved."""
 
     task: str
@@ -56,9 +61,11 @@ class Outcome(Artifact):
     benchmark_version: int
     most_steps: int
     """Control steps a policy, at most."""
-    recipe: Recipe | None = None
-    """None where it was not written down."""
+    recipe: dict[str, Any] | None = None
+    """As it was then, with the fields it had then; None where it was not written down."""
     mujoco: str
+    scene_sha256: str = ""
+    """Of the scene it was trained in, by which it can be told whether today's team would make the same."""
     episodes: dict[str, int] = Field(default_factory=dict)
     """How many held-out episodes ended in which way."""
     best_progress: float | None = None
@@ -87,8 +94,8 @@ def main() -> None:
         probe=False,
         versions=versions_now(),
     )
-    study = begin_study(folder, plan)
     published = kept(HOME / f"{asked.out}.jsonl", plan)
+    study = begin_study(folder, plan)
     if not asked.write_only:
         there = {(row.task, row.design) for row in published}
         elsewhere = frozenset(cell for cell in study.cells if (cell.task, cell.number) in there)
@@ -97,7 +104,7 @@ def main() -> None:
     _write(study, published, asked.out)
 
 
-def _note(study: Study, published: Sequence[Outcome], out: str, progress: Progress) -> None:
+def _note(study: Study, published: Sequence[Row], out: str, progress: Progress) -> None:
     _write(study, published, out)
     if progress.last:
         said = progress.last.error or "done"
@@ -105,49 +112,75 @@ def _note(study: Study, published: Sequence[Outcome], out: str, progress: Progre
         sys.stdout.flush()
 
 
-def _write(study: Study, published: Sequence[Outcome], out: str) -> None:
+def _write(study: Study, published: Sequence[Row], out: str) -> None:
     rows = merged(study, published)
-    raw = "".join(json.dumps(row.model_dump(mode="json", exclude_none=True)) + "\n" for row in rows)
-    (HOME / f"{out}.jsonl").write_text(raw, encoding="utf-8")
-    (HOME / f"{out}.md").write_text(table(study.plan, rows, out), encoding="utf-8")
+    raw = "".join(row.model_dump_json(exclude_none=True) + "\n" for row in rows)
+    replace_file(HOME / f"{out}.jsonl", raw.encode())
+    replace_file(HOME / f"{out}.md", table(study.plan, rows, out).encode())
 
 
-def kept(path: Path, plan: StudyPlan) -> tuple[Outcome, ...]:
+def kept(path: Path, plan: StudyPlan) -> tuple[Row, ...]:
     """Return the outcomes in a file, none where there is no file.
 
     Raises:
-        UserError: One is of other conditions than the plan's, or of a design that it does not ask for.
+        UserError: One is of other conditions than today's, or of a design that the plan does not ask for.
     """
-    if not path.exists():
-        return ()
-    found = [Outcome.model_validate_json(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    for row in found:
-        conditions = (row.benchmark_version, row.level, row.most_steps, row.recipe)
-        asked = conditions == (plan.benchmark_version, plan.level, plan.steps, Recipe())
-        if not asked or row.task not in plan.tasks or row.design > plan.runs:
-            raise UserError(
-                f"{path} holds design {row.design} of {row.task} with version {row.benchmark_version} of the "
-                f"benchmark, level {row.level}, {row.most_steps:,} steps, recipe ({row.recipe}); the table asked for "
-                f"has no place for it: version {plan.benchmark_version}, level {plan.level}, {plan.steps:,} steps, "
-                f"recipe ({Recipe()}), {plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out"
-            )
-    return tuple(found)
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return tuple(_fitting(Row.model_validate_json(line), plan, path) for line in lines)
 
 
-def merged(study: Study, published: Sequence[Outcome]) -> list[Outcome]:
-    """Return every outcome there is, in the order of the tasks; those of the study before published ones."""
+def merged(study: Study, published: Sequence[Row]) -> list[Row]:
+    """Return every outcome there is, in the order of the tasks; what is published stays as it is.
+
+    Raises:
+        UserError: One of the study is of other conditions than today's.
+    """
     found = {(row.task, row.design): row for row in published}
     for row in read_outcomes(study):
-        if row.evaluations or row.outcome not in ("unfinished", "approved"):
-            found[row.task, row.run] = outcome_of(row, study.plan)
+        if (row.evaluations or row.outcome not in ("unfinished", "approved")) and (row.task, row.run) not in found:
+            found[row.task, row.run] = _fitting(row_of(row, study), study.plan, study.path)
     places = {task: place for place, task in enumerate(study.plan.tasks)}
     return sorted(found.values(), key=lambda row: (row.design, places[row.task]))
 
 
-def outcome_of(row: DesignRow, plan: StudyPlan) -> Outcome:
+def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
+    conditions = (row.benchmark_version, row.level, row.most_steps, row.recipe)
+    asked = conditions == (plan.benchmark_version, plan.level, plan.steps, _RECIPE)
+    if not asked or row.task not in plan.tasks or row.design > plan.runs:
+        raise UserError(
+            f"{where} holds design {row.design} of {row.task} with version {row.benchmark_version} of the "
+            f"benchmark, level {row.level}, {row.most_steps:,} steps, recipe {row.recipe}; the table asked for has no "
+            f"place for it: version {plan.benchmark_version}, level {plan.level}, {plan.steps:,} steps, recipe "
+            f"{_RECIPE}, {plan.runs} designs of {len(plan.tasks)} tasks. Name another file with --out, another folder "
+            "with --folder"
+        )
+    return row
+
+
+def row_of(row: DesignRow, study: Study) -> Row:
     """Return what is kept of a design that came to its end."""
     (evaluation,) = row.evaluations or (None,)
-    return Outcome(
+    plan, run = study.plan, study.run(Cell(row.arm, row.task, row.run))
+    assert run is not None, "it came to its end"
+    facts: dict[str, Any] = {
+        "benchmark_version": plan.benchmark_version,
+        "most_steps": plan.steps,
+        "recipe": _RECIPE,
+        "mujoco": plan.versions["mujoco"],
+    }
+    if evaluation:
+        config = TrainingFolder(trained_at(run.design(row.design), 0)).read_json("config.json")
+        facts = {
+            "benchmark_version": config["benchmark_version"],
+            "most_steps": config["steps"],
+            "recipe": config["recipe"],
+            "mujoco": config["versions"]["mujoco"],
+            "scene_sha256": config["scene_sha256"],
+            "episodes": Counter(each.ended for each in evaluation.episodes),
+            "best_progress": fmean(each.best_progress for each in evaluation.episodes),
+            "failed_checks": {each.name: each.message for each in evaluation.checks if not each.passed},
+        }
+    return Row(
         task=row.task,
         level=plan.level,
         design=row.run,
@@ -158,17 +191,11 @@ def outcome_of(row: DesignRow, plan: StudyPlan) -> Outcome:
         success_share=fmean(row.episodes) if row.episodes else 0.0,
         steps=row.steps,
         training_s=row.training_s,
-        benchmark_version=plan.benchmark_version,
-        most_steps=plan.steps,
-        recipe=Recipe(),
-        mujoco=plan.versions["mujoco"],
-        episodes=Counter(each.ended for each in evaluation.episodes) if evaluation else {},
-        best_progress=fmean(each.best_progress for each in evaluation.episodes) if evaluation else None,
-        failed_checks={each.name: each.message for each in evaluation.checks if not each.passed} if evaluation else {},
+        **facts,
     )
 
 
-def table(plan: StudyPlan, rows: Sequence[Outcome], out: str = "results") -> str:
+def table(plan: StudyPlan, rows: Sequence[Row], out: str = "results") -> str:
     """Return outcomes as a Markdown table; its rates are of the designs that ended, and it says how many did."""
     mujoco = " and ".join(sorted({row.mujoco for row in rows})) or plan.versions["mujoco"]
     lines = [
@@ -181,7 +208,8 @@ def table(plan: StudyPlan, rows: Sequence[Outcome], out: str = "results") -> str
         f"**{len(rows)} of {_planned(plan)} planned designs came to an end**; the others are in no figure. A design "
         "ends when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "
         "Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; *progress* is the mean of "
-        "the furthest that each held-out episode came, of valid and invalid policies alike.",
+        "the furthest that each held-out episode came, of valid and invalid policies alike. Progress, steps and time "
+        "are means over the designs that were trained.",
         "",
         "| task | ended | valid | successful | episodes won | progress | control steps | training, wall s | families |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -203,7 +231,7 @@ def _command(plan: StudyPlan, out: str) -> str:
     return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{tasks}{named}"
 
 
-def _line(name: str, rows: Sequence[Outcome], planned: int) -> str:
+def _line(name: str, rows: Sequence[Row], planned: int) -> str:
     measured = [""] * 7
     if rows:
         trained = [row for row in rows if row.best_progress is not None]
@@ -211,17 +239,12 @@ def _line(name: str, rows: Sequence[Outcome], planned: int) -> str:
             _rate(sum(row.valid for row in rows), len(rows)),
             _rate(sum(row.successful for row in rows), len(rows)),
             f"{fmean(row.success_share for row in rows):.0%}",
-            f"{_mean(row.best_progress for row in trained):.2f}",
-            f"{_mean(row.steps for row in trained):,.0f}",
-            f"{_mean(row.training_s for row in trained):.0f}",
+            f"{fmean(row.best_progress or 0.0 for row in trained):.2f}" if trained else "",
+            f"{fmean(row.steps for row in trained):,.0f}" if trained else "",
+            f"{fmean(row.training_s for row in trained):.0f}" if trained else "",
             ", ".join(dict.fromkeys(row.family for row in rows)),
         ]
     return "| " + " | ".join([name, f"{len(rows)} of {planned}", *measured]) + " |"
-
-
-def _mean(of: Iterable[float | None]) -> float:
-    found = [each for each in of if each is not None]
-    return fmean(found) if found else 0.0
 
 
 def _rate(hits: int, of: int) -> str:
@@ -229,7 +252,7 @@ def _rate(hits: int, of: int) -> str:
     return f"{hits} of {of} ({interval.low:.0%} to {interval.high:.0%})"
 
 
-def _comparison(rows: Sequence[Outcome], plan: StudyPlan) -> str:
+def _comparison(rows: Sequence[Row], plan: StudyPlan) -> str:
     tried, won = {row.task for row in rows}, {row.task for row in rows if row.successful}
     checks = Counter(name for row in rows for name in row.failed_checks)
     failed = ", ".join(f"{name} {count}" for name, count in checks.most_common()) or "none"

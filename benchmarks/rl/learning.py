@@ -64,9 +64,12 @@ def ours(body: Body, scene: Path, seed: int, most_steps: int) -> Way:
 
 
 def theirs(body: Body, scene: Path, seed: int, most_s: float) -> Way:
-    """Train with Stable-Baselines3's defaults on SubprocVecEnv until the success asked for, or for so long."""
+    """Train with Stable-Baselines3's defaults on SubprocVecEnv until the success asked for, or for so long.
+
+    The time begins when its processes are there; ours begins before the scene is compiled.
+    """
     with one_torch_thread():
-        env = VecMonitor(subproc(body, scene))
+        env = VecMonitor(subproc(body, scene, seed))
         watch = _Until(body.success, most_s)
         model = PPO("MlpPolicy", env, seed=seed, device="cpu").learn(10**9, callback=watch)
         wall_s = watch.wall_s
@@ -80,7 +83,7 @@ class _Until(BaseCallback):
         self.success, self.most_s, self.there = success, most_s, False
         self.recent: deque[float] = deque(maxlen=_RECENT)
         self.curve: list[tuple[float, float]] = []
-        self._began_s = time.perf_counter()
+        self._began_s, self._next_point_s = time.perf_counter(), 0.0
 
     @property
     def wall_s(self) -> float:
@@ -91,6 +94,7 @@ class _Until(BaseCallback):
         share = sum(self.recent) / _RECENT
         full = len(self.recent) == _RECENT
         self.there = full and share >= self.success
-        if full and self.wall_s >= len(self.curve) * self.most_s / _POINTS:
+        if self.there or (full and self.wall_s >= self._next_point_s):
             self.curve.append((self.wall_s, share))
+            self._next_point_s = self.wall_s + self.most_s / _POINTS
         return not self.there and self.wall_s < self.most_s

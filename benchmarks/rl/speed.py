@@ -21,10 +21,10 @@ import statistics
 import sys
 import tempfile
 from collections.abc import Sequence
-from math import inf
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-import mujoco
 from bodies import BODIES, Body, made
 from learning import Way, ours, theirs
 from matplotlib.figure import Figure
@@ -32,6 +32,7 @@ from stepping import PROCESSES, SIMULATIONS, speeds
 
 from aidsr.artifacts import Artifact
 from aidsr.rl.recipe import Recipe
+from aidsr.runs.files import replace_file
 from aidsr.tasks import BENCHMARK_VERSION
 
 HOME = Path(__file__).parent
@@ -47,10 +48,11 @@ _COLORS = {_OURS: "#2563a8", _THEIRS: "#b4601d"}
 class Conditions(Artifact):
     """What may not change between the runs that are compared."""
 
-    benchmark_version: int = BENCHMARK_VERSION
-    mujoco: str = mujoco.__version__
-    cores: int = os.cpu_count() or 0
-    recipe: Recipe = Recipe()
+    benchmark_version: int
+    packages: dict[str, str]
+    cores: int
+    recipe: dict[str, Any]
+    """With the fields it had then."""
     most_steps: int
     """Budget of our recipe."""
     patience: float
@@ -63,6 +65,8 @@ class Run(Artifact):
     body: str
     seed: int
     conditions: Conditions
+    load: float
+    """Of the machine, the minute before."""
     speeds: dict[str, float]
     """Env-steps per second of each kind."""
     ours: Way
@@ -77,7 +81,7 @@ def main() -> None:
     parser.add_argument("--patience", type=float, default=8.5, help="times our wall time that the defaults may take")
     parser.add_argument("--out", default="results", help="name of the table, without its ending")
     asked = parser.parse_args()
-    conditions = Conditions(most_steps=asked.most_steps, patience=asked.patience)
+    conditions = conditions_now(asked.most_steps, asked.patience)
     raw = HOME / f"{asked.out}.jsonl"
     runs = kept(raw, conditions)
     with tempfile.TemporaryDirectory() as folder:
@@ -87,9 +91,21 @@ def main() -> None:
                 if any((run.body, run.seed) == (body.name, seed) for run in runs):
                     continue
                 runs.append(_measured(body, scenes[body.name], seed, conditions))
-                raw.write_text("".join(run.model_dump_json() + "\n" for run in runs), encoding="utf-8")
+                replace_file(raw, "".join(run.model_dump_json() + "\n" for run in runs).encode())
                 _publish(runs, asked)
     _publish(runs, asked)
+
+
+def conditions_now(most_steps: int, patience: float) -> Conditions:
+    """Return the conditions of today's runs."""
+    return Conditions(
+        benchmark_version=BENCHMARK_VERSION,
+        packages={name: version(name) for name in ("mujoco", "stable-baselines3", "torch")},
+        cores=os.cpu_count() or 0,
+        recipe=Recipe().model_dump(mode="json"),
+        most_steps=most_steps,
+        patience=patience,
+    )
 
 
 def kept(raw: Path, conditions: Conditions) -> list[Run]:
@@ -106,12 +122,13 @@ def kept(raw: Path, conditions: Conditions) -> list[Run]:
 
 
 def _measured(body: Body, scene: Path, seed: int, conditions: Conditions) -> Run:
+    load = os.getloadavg()[0]
     found = speeds(body, scene)
     first = ours(body, scene, seed, conditions.most_steps)
     second = theirs(body, scene, seed, conditions.patience * first.wall_s)
     sys.stdout.write(f"{body.name}, seed {seed}: {_told(first)}; {_told(second)}\n")
     sys.stdout.flush()
-    return Run(body=body.name, seed=seed, conditions=conditions, speeds=found, ours=first, theirs=second)
+    return Run(body=body.name, seed=seed, conditions=conditions, load=load, speeds=found, ours=first, theirs=second)
 
 
 # --- the table ---
@@ -126,15 +143,21 @@ def _publish(runs: Sequence[Run], asked: argparse.Namespace) -> None:
     curves = "curves.png" if asked.out == "results" else f"{asked.out}-curves.png"
     lines = [
         f"# Speed of environments and of learning\n\nMade by `{command}`, on {os.cpu_count()} cores, MuJoCo "
-        f"{mujoco.__version__}, version {BENCHMARK_VERSION} of the benchmark.\n",
+        f"{version('mujoco')}, version {BENCHMARK_VERSION} of the benchmark. Each run has its own seed; ratios are "
+        "taken within a run, and medians of them are told.\n",
         f"![success over wall time]({curves})\n",
     ]
     for body in BODIES:
         own = [run for run in runs if run.body == body.name]
+        lines.append(f"## {body.name}: {body.task}\n\n{len(own)} of {asked.runs} runs are done{_load(own)}.\n")
         if own:
-            lines += [f"## {body.name}: {body.task}\n", *_stepping(own), *_learning(body, own)]
+            lines += [*_stepping(own), *_learning(body, own)]
     (HOME / f"{asked.out}.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
     _draw(runs, HOME / curves)
+
+
+def _load(runs: Sequence[Run]) -> str:
+    return f"; load of the machine before: {', '.join(f'{run.load:.1f}' for run in runs)}" if runs else ""
 
 
 def _stepping(runs: Sequence[Run]) -> list[str]:
@@ -142,16 +165,19 @@ def _stepping(runs: Sequence[Run]) -> list[str]:
     medians = {kind: statistics.median(values) for kind, values in seen.items()}
     rows = [
         f"| {KINDS[kind]} | {medians[kind]:,.0f} ({min(values):,.0f} to {max(values):,.0f}) "
-        f"| {medians[kind] / medians['physics']:.0%} |"
+        f"| {_ratio(runs, kind, 'physics'):.0%} |"
         for kind, values in seen.items()
     ]
-    ratio = medians["batched"] / medians["subproc"]
     return [
         f"| env-steps per second | median of {len(runs)} (range) | of the limit |",
         "|---|---|---|",
         *rows,
-        f"\nBatched against SubprocVecEnv: **{ratio:.1f} x**.\n",
+        f"\nBatched against SubprocVecEnv: **{_ratio(runs, 'batched', 'subproc'):.1f} x**.\n",
     ]
+
+
+def _ratio(runs: Sequence[Run], kind: str, by: str) -> float:
+    return statistics.median(run.speeds[kind] / run.speeds[by] for run in runs)
 
 
 def _learning(body: Body, runs: Sequence[Run]) -> list[str]:
@@ -160,16 +186,15 @@ def _learning(body: Body, runs: Sequence[Run]) -> list[str]:
         f"| seed | {_OURS} | {_THEIRS} |",
         "|---|---|---|",
         *(f"| {run.seed} | {_told(run.ours)} | {_told(run.theirs)} |" for run in runs),
-        f"\nMedian wall time, theirs by ours: **{ratio_of(runs)}**.\n",
+        f"\nWall time, theirs by ours, median: **{ratio_of(runs)}**.\n",
     ]
 
 
 def ratio_of(runs: Sequence[Run]) -> str:
     """Return how much longer the defaults take in the median, in words; a lower bound where they were stopped."""
-    mine = statistics.median(run.ours.wall_s if run.ours.there else inf for run in runs)
-    if mine == inf:
-        return "none: in half of the runs or more our recipe does not get there"
-    ratio = statistics.median(run.theirs.wall_s for run in runs) / mine
+    ratio = statistics.median(run.theirs.wall_s / run.ours.wall_s if run.ours.there else 0.0 for run in runs)
+    if not ratio:
+        return "none: in most runs our recipe does not get there"
     return f"{'' if all(run.theirs.there for run in runs) else 'at least '}{ratio:.1f} x"
 
 

@@ -25,7 +25,7 @@ def speeds(body: Body, scene: Path) -> dict[str, float]:
     return {
         "physics": _physics_speed(body, scene),
         "batched": _vec_speed(_batched(TaskScene.of(scene, body.task))),
-        "subproc": _vec_speed(subproc(body, scene)),
+        "subproc": _vec_speed(subproc(body, scene, seed=0)),
     }
 
 
@@ -53,9 +53,10 @@ def _batched(found: TaskScene) -> BatchedVecEnv:
     return BatchedVecEnv(Episodes(found.model, found.task, found.actions, first), fresh)
 
 
-def subproc(body: Body, scene: Path) -> VecEnv:
-    """Return the environments a user would write, each in a process of its own."""
-    return SubprocVecEnv([partial(body.plain, scene, body.task, seed) for seed in range(PROCESSES)])
+def subproc(body: Body, scene: Path, seed: int) -> VecEnv:
+    """Return the environments a user would write, each in a process of its own and with its own variations."""
+    seeds = range(seed * PROCESSES, (seed + 1) * PROCESSES)
+    return SubprocVecEnv([partial(body.plain, scene, body.task, each) for each in seeds])
 
 
 def _vec_speed(env: VecEnv) -> float:
