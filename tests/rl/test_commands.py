@@ -48,6 +48,14 @@ def test_a_design_knows_its_task_its_level_and_its_groups(design, capsys):
     assert [group.name for group in config.groups] == ["both"]
 
 
+def test_smoothing_of_actions_is_asked_for_and_kept(design, capsys):
+    assert run_main("train", design, *QUICK, "--no-evaluate", "--smoothing", "0.7") == 0
+    config = TrainingConfig.model_validate_json((design / "training" / "001" / "config.json").read_text())
+    assert config.recipe.smoothing == 0.7
+    assert run_main("train", design, *QUICK, "--smoothing", "1") == 2
+    assert "Must be < 1" in capsys.readouterr().err
+
+
 def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys):
     scene = tmp_path / "scene.xml"
     scene.write_text(small_scene("dynamic_catching"))

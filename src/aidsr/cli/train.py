@@ -31,6 +31,7 @@ def train(
     out: Path | None = None,
     grouping: Literal["auto", "off"] = "auto",
     from_probe: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    smoothing: Annotated[float, Parameter(validator=Number(gte=0, lt=1))] = 0.0,
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     evaluate: bool = True,
@@ -69,6 +70,9 @@ def train(
         "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
     from_probe
         Look for an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
+    smoothing
+        Share of the previous action that is kept in the next, 0 to below 1. 0.7 calms arms that tremble at their goal;
+        crawlers need their quick strokes.
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard
@@ -87,7 +91,7 @@ def train(
     from aidsr.rl.recipe import Recipe
 
     subject = subject_of(scene, task, level, goal)
-    learning, recipe = subject.to_learn_in(grouping), Recipe(from_probe=from_probe)
+    learning, recipe = subject.to_learn_in(grouping), Recipe(from_probe=from_probe, smoothing=smoothing)
     console = Console(highlight=False)
     told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"
     console.print(told, style="bold", markup=False, soft_wrap=True)
