@@ -11,10 +11,10 @@ meanwhile.
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import statistics
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -76,8 +76,6 @@ def main() -> None:
         scene = TaskScene.of(_made(case, home), case.task)
         for smoothing, seed in case.trainings():
             learned.append(_learned(case, scene, home / f"{case.steps}-{smoothing:g}-{seed}", smoothing, seed))
-            sys.stdout.write(_row(learned[-1]) + "\n")
-            sys.stdout.flush()
             (HOME / "smoothing.md").write_text(page(learned), encoding="utf-8")
 
 
@@ -100,40 +98,31 @@ def _learned(case: Case, scene: TaskScene, folder: Path, smoothing: float, seed:
 # --- the table ---
 
 
-def page(learned: list[Learned]) -> str:
-    """Return the table of policies, and medians where a design was trained more than twice with a smoothing."""
-    told = [
-        f"# Smoothing of actions\n\nMade by `python benchmarks/rl/smoothing.py` on {os.cpu_count()} cores, MuJoCo "
-        f"{version('mujoco')}, version {BENCHMARK_VERSION} of the benchmark. Each number is of one policy: control "
-        "steps and wall time of its training, and the share of 20 held-out episodes that it won.\n",
-        "| task | built-in seed | smoothing | training seed | steps | wall | won | valid |",
-        "|---|---|---|---|---|---|---|---|",
-        *map(_row, learned),
-        "",
-    ]
-    for case in CASES:
-        for smoothing in SMOOTHINGS:
-            own = [one for one in learned if (one.case, one.smoothing) == (case, smoothing)]
-            if len(own) > 2:
-                won = statistics.median(one.evaluation.success_share for one in own)
-                wall_s = statistics.median(one.result.wall_s for one in own)
-                told.append(
-                    f"{case.task}, built-in seed {case.design}, {case.steps:,} steps, smoothing {smoothing:g}, median of {len(own)}: "
-                    f"**{won:.0%} won after {wall_s:.0f} s**.\n"
-                )
-    return "\n".join(told).rstrip() + "\n"
+def page(learned: Sequence[Learned]) -> str:
+    """Return a table with a row for each case and smoothing."""
+    ways = itertools.product(CASES, SMOOTHINGS)
+    groups = ([one for one in learned if (one.case, one.smoothing) == way] for way in ways)
+    made = (
+        f"Made by `python benchmarks/rl/smoothing.py` on {os.cpu_count()} cores, MuJoCo {version('mujoco')}, version "
+        f"{BENCHMARK_VERSION} of the benchmark. Robots are designed by the built-in team; *won* is the share of 20 "
+        "held-out episodes of each policy, by training seed from 0 on."
+    )
+    head = "| task | seed of design | budget, control steps | smoothing | valid | won | median | median wall s |"
+    rows = [_row(group) for group in groups if group]
+    return "\n".join(["# Smoothing of actions\n", made + "\n", head, "|---" * 8 + "|", *rows]) + "\n"
 
 
-def _row(one: Learned) -> str:
+def _row(group: Sequence[Learned]) -> str:
+    case, won = group[0].case, [one.evaluation.success_share for one in group]
     cells = (
-        one.case.task,
-        one.case.design,
-        f"{one.smoothing:g}",
-        one.seed,
-        f"{one.result.steps:,}",
-        f"{one.result.wall_s:.0f} s",
-        f"{one.evaluation.success_share:.0%}",
-        "yes" if one.evaluation.valid else "no",
+        case.task,
+        case.design,
+        f"{case.steps:,}",
+        f"{group[0].smoothing:g}",
+        f"{sum(one.evaluation.valid for one in group)} of {len(group)}",
+        ", ".join(f"{share:.0%}" for share in won),
+        f"{statistics.median(won):.0%}",
+        f"{statistics.median(one.result.wall_s for one in group):.0f}",
     )
     return f"| {' | '.join(map(str, cells))} |"
 
