@@ -1,15 +1,17 @@
 """Write docs/policies.md: moments of the best policy of each task of a study.
 
-    python benchmarks/builtin/films.py build/builtin-60000 build/builtin-150000
+    python benchmarks/builtin/films.py build/builtin-60000 build/builtin-300000
+    python benchmarks/builtin/films.py build/builtin-300000 --tasks reaching/pipe_inserting
 
 Best is the design that wins most held-out episodes; what is shown is its best episode, so a task at which nobody
-succeeds shows how far the best one came.
+succeeds shows how far the best one came. What the page says of other tasks stays as it is.
 """
 
 from __future__ import annotations
 
 import argparse
 import io
+import re
 from pathlib import Path
 from statistics import fmean
 
@@ -20,10 +22,12 @@ from aidsr.benchmark.gallery import Card, gallery
 from aidsr.benchmark.outcomes import read_outcomes
 from aidsr.benchmark.study import Study, open_study
 from aidsr.sim.rendering import filmstrip
+from aidsr.tasks import task_names
 
 DOCS = Path(__file__).parents[2] / "docs"
 _MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
 """Of a strip; drawn finer first, so that edges are smooth [px]."""
+_SECTION = re.compile(r"^## (\S+)\n(.*?\n)(?=\n## |\Z)", re.DOTALL | re.MULTILINE)
 _HEAD = """# What the best policies do
 
 Moments of the best held-out episode of the best design of each task, the first on the left and the last on the right:
@@ -38,27 +42,26 @@ def main() -> None:
     """Write the page and its pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("studies", type=Path, nargs="+")
-    studies = [open_study(path) for path in parser.parse_args().studies]
-    folder = DOCS / "images" / "policies"
-    folder.mkdir(parents=True, exist_ok=True)
-    lines = [_HEAD]
-    for task in dict.fromkeys(task for study in studies for task in study.plan.tasks):
-        found = [_best(study, task) for study in studies]
+    parser.add_argument("--tasks", nargs="+", choices=task_names(), default=task_names(), help="whose films to renew")
+    asked = parser.parse_args()
+    studies = [open_study(path) for path in asked.studies]
+    page = DOCS / "policies.md"
+    said = dict(_SECTION.findall(page.read_text(encoding="utf-8")))
+    for task in asked.tasks:
+        found = [_best(study, task) for study in studies if task in study.plan.tasks]
         shown = max(filter(None, found), key=lambda one: one[0], default=None)
-        if shown is None:
-            continue
-        _, card, steps = shown
-        picture = folder / f"{task.rpartition('/')[2]}.jpg"
-        _draw(card, picture)
-        lines += [
-            f"## {task}",
-            "",
-            f"{card.what}, trained for at most {steps:,} control steps: {card.how_well}.",
-            "",
-            f"![{task}](images/policies/{picture.name})",
-            "",
-        ]
-    (DOCS / "policies.md").write_text("\n".join(lines), encoding="utf-8")
+        if shown is not None:
+            said[task] = _section(task, *shown[1:])
+    page.write_text(_HEAD + "".join(f"\n## {task}\n{said[task]}" for task in task_names() if task in said), "utf-8")
+
+
+def _section(task: str, card: Card, steps: int) -> str:
+    """Draw a design's motion; return what stands below the task's name."""
+    picture = DOCS / "images" / "policies" / f"{task.rpartition('/')[2]}.jpg"
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    _draw(card, picture)
+    told = f"{card.what}, trained for at most {steps:,} control steps: {card.how_well}."
+    return f"\n{told}\n\n![{task}](images/policies/{picture.name})\n"
 
 
 def _draw(card: Card, picture: Path) -> None:
