@@ -77,6 +77,7 @@ def main() -> None:
     """Measure what is missing, and write down."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5, help="of each body, each with its own seed; medians are told")
+    parser.add_argument("--body", choices=[body.name for body in BODIES], help="measure this one alone")
     parser.add_argument("--most-steps", type=int, default=300_000, help="budget of our recipe")
     parser.add_argument("--patience", type=float, default=8.5, help="times our wall time that the defaults may take")
     parser.add_argument("--out", default="results", help="name of the table, without its ending")
@@ -85,9 +86,10 @@ def main() -> None:
     raw = HOME / f"{asked.out}.jsonl"
     runs = kept(raw, conditions)
     with tempfile.TemporaryDirectory() as folder:
-        scenes = {body.name: made(body, Path(folder) / body.name) for body in BODIES}
+        bodies = [body for body in BODIES if asked.body in (None, body.name)]
+        scenes = {body.name: made(body, Path(folder) / body.name) for body in bodies}
         for seed in range(asked.runs):
-            for body in BODIES:
+            for body in bodies:
                 if any((run.body, run.seed) == (body.name, seed) for run in runs):
                     continue
                 runs.append(_measured(body, scenes[body.name], seed, conditions))
