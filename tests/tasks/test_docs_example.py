@@ -54,6 +54,27 @@ def test_the_example_is_a_task_like_any_other(kitchen, level, raised_m):
     assert episode.won
 
 
+@pytest.mark.parametrize("level", ["standard", "hard"])
+def test_the_team_reads_the_docstrings_of_the_example(kitchen, level):
+    task = load_task("lid_lifting", level)
+    assert "a lid of 80 to 150 g" in task.objective
+    assert task.brief().judging == {
+        "Episodes differ": "Mass of the lid, 80 to 150 g.",
+        "Success": "The lid is as high as the objective says. Held for 1 s.",
+        "Counts against it": "More than 20 N on the lid.",
+        "Time": "10 s, 25 actions a second.",
+    }
+    masses_kg = [task.variation("development", index).changes[0].value[0] for index in range(50)]
+    assert min(masses_kg) >= 0.08
+    assert max(masses_kg) <= 0.15
+
+
+def test_the_page_says_who_reads_the_docstrings():
+    (sentence,) = re.findall(r"^The docstrings of (.*?)\.", PAGE, re.MULTILINE | re.DOTALL)
+    assert all(f"`{method}`" in sentence for method in ("draw", "succeeded", "violation", "failed"))
+    assert "the team of agents reads" in sentence
+
+
 def test_the_page_names_every_task_in_every_table_and_shows_it():
     for name in TASKS:
         short = name.rpartition("/")[2]

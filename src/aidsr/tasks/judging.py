@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
 from typing import TYPE_CHECKING
+
+from aidsr.errors import UserError
 
 if TYPE_CHECKING:
     from aidsr.tasks.task import Task
@@ -22,7 +23,7 @@ def judging(task: Task) -> dict[str, str]:
         "Time": f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second.",
     }
     if task.can_be_lost:
-        facts["Lost at once"] = said(type(task).failed)
+        facts["Lost at once"] = said(type(task), "failed")
     if task.base == "moving":
         driven = task.policy_actuators
         by = f"the policy drives {', '.join(driven)} beside the robot's own actuators" if driven else "a timetable does"
@@ -30,6 +31,16 @@ def judging(task: Task) -> dict[str, str]:
     return facts
 
 
-def said(method: Callable[..., object]) -> str:
-    """Return what a method's docstring says, in one line."""
-    return " ".join(inspect.cleandoc(method.__doc__ or "").split()).rstrip(".") + "."
+def said(kind: type[Task], method: str) -> str:
+    """Return what the docstring of a task's method says, in one line.
+
+    Raises:
+        UserError: It says nothing. What stands at the method of a base class is no answer: it tells of other code.
+    """
+    words = " ".join(inspect.cleandoc(getattr(kind, method).__doc__ or "").split()).rstrip(".")
+    if not words:
+        raise UserError(
+            f'The task "{kind.name}" must have a docstring on its method `{method}`, because designers are told how '
+            "they are judged in its words; found none. Write a sentence there, as docs/tasks.md shows."
+        )
+    return f"{words}."

@@ -43,7 +43,7 @@ def _section(kind: type[Task]) -> str:
     rows = (
         ("varies", judged["Episodes differ"]),
         ("base", _base(task)),
-        ("progress", said(kind.progress) + (f" Stages: {stages}." if stages else "")),
+        ("progress", said(kind, "progress") + (f" Stages: {stages}." if stages else "")),
         ("success", judged["Success"]),
         ("violation", judged["Counts against it"]),
         ("ends early", judged.get("Lost at once", "Only by success or divergence.")),

@@ -112,9 +112,13 @@ class Task(ABC):
         return _edited(path.read_text(encoding="utf-8"), self.edits)
 
     def terms(self) -> tuple[str, str, str]:
-        """Return what differs between episodes, what success is and what counts against it, as the docstrings say."""
+        """Return what differs between episodes, what success is and what counts against it, as the docstrings say.
+
+        Raises:
+            UserError: One of them is missing.
+        """
         kind = type(self)
-        return said(kind.draw), said(kind.succeeded), said(kind.violation)
+        return said(kind, "draw"), said(kind, "succeeded"), said(kind, "violation")
 
     def brief(self) -> Brief:
         """Return the job as a team of designers gets it."""
