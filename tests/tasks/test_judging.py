@@ -1,11 +1,12 @@
 """Designers are told what the code judges by, from the docstrings of the code that judges."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
 from aidsr.errors import UserError
-from aidsr.tasks import load_task, task_names
+from aidsr.tasks import TASKS, load_task, task_names
 from aidsr.tasks.judging import judging
 from aidsr.tasks.locomotion.flat_ground import FlatGround
 
@@ -74,3 +75,71 @@ def test_a_method_that_is_inherited_says_what_its_own_docstring_says():
         name = "test/same"
 
     assert judging(Same.at("standard")) == judging(FlatGround.at("standard"))
+
+
+# --- the words hold at both levels ---
+
+QUANTITY = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))? (mm|m/s|m|N|%|times|x)(?!\w)")
+OF_BOTH_LEVELS = {("height_m", "The centre of mass is 0.1 m outside the lane.")}
+"""A number that a level happens to share with a rule of both."""
+COUNTS = {"goal_lengths": "times", "cells_a_side": "x"}
+
+
+def quantities(text: str) -> set[tuple[float, str]]:
+    """The numbers of a text with their units; both ends of a range."""
+    return {(float(number), unit) for low, high, unit in QUANTITY.findall(text) for number in (low, high) if number}
+
+
+def as_said(field: str, value: float) -> set[tuple[float, str]]:
+    """The ways in which a text may say the value of a task's field."""
+    if field in COUNTS:
+        return {(value, COUNTS[field])}
+    if field.endswith("_m_s"):
+        return {(value, "m/s")}
+    if field.endswith("_m"):
+        return {(value, "m"), (round(1000 * value, 6), "mm")}
+    return {(value, "N")} if field.endswith("_n") else {(round(100 * value, 6), "%")}
+
+
+@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("level", ["standard", "hard"])
+def test_an_objective_has_the_numbers_of_its_level(name, level):
+    task = load_task(name, level)
+    for field in task.hard:
+        value = getattr(task, field)
+        assert not value or as_said(field, value) & quantities(task.objective), field
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_no_number_of_the_standard_level_is_told_at_the_hard_one(name):
+    standard, hard = load_task(name), load_task(name, "hard")
+    for field in hard.hard:
+        for sentence in judging(hard).values():
+            found = as_said(field, getattr(standard, field)) & quantities(sentence)
+            assert not found or (field, sentence) in OF_BOTH_LEVELS, (field, sentence)
+    assert all(callable(getattr(hard, method)) for method in hard.hard_words)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high", "word"),
+    [("gap", "narrowest_m", "widest_m", "Width"), ("dynamic_catching", "slowest_m_s", "fastest_m_s", "Speed")],
+)
+def test_what_differs_at_the_standard_level_only_is_told_there_only(name, low, high, word):
+    for level in ("standard", "hard"):
+        task = load_task(name, level)
+        assert (word in judging(task)["Episodes differ"]) == (getattr(task, low) < getattr(task, high))
+
+
+@pytest.mark.parametrize("level", ["standard", "hard"])
+def test_the_gaps_that_are_told_are_those_that_are_drawn(level):
+    task = load_task("gap", level)
+    drawn_mm = [1000 * task.variation("development", i).parameters["width_m"][0] for i in range(100)]
+    told = f"{task.objective} {judging(task)['Episodes differ']}"
+    (ends,) = set(re.findall(r"(?:gap|Width) (\d+(?: to \d+)?) mm", told))
+    low, high = ends.split(" to ")[0], ends.split(" to ")[-1]
+    assert (min(drawn_mm), max(drawn_mm)) == pytest.approx((float(low), float(high)), abs=2.0)
+
+
+def test_a_level_of_another_speed_says_its_own():
+    fast = replace(load_task("dynamic_catching", "hard"), slowest_m_s=3.0, fastest_m_s=3.0)
+    assert "arrives at 3 m/s" in fast.objective

@@ -23,7 +23,7 @@ def judging(task: Task) -> dict[str, str]:
         "Time": f"{task.time_limit_s:g} s, {1 / task.control_dt_s:g} actions a second.",
     }
     if task.can_be_lost:
-        facts["Lost at once"] = said(type(task), "failed")
+        facts["Lost at once"] = said(task, "failed")
     if task.base == "moving":
         driven = task.policy_actuators
         by = f"the policy drives {', '.join(driven)} beside the robot's own actuators" if driven else "a timetable does"
@@ -31,16 +31,18 @@ def judging(task: Task) -> dict[str, str]:
     return facts
 
 
-def said(kind: type[Task], method: str) -> str:
-    """Return what the docstring of a task's method says, in one line.
+def said(task: Task, method: str) -> str:
+    """Return in one line what a task's method does, as its docstring or, at the hard level, `Task.hard_words` says.
 
     Raises:
         UserError: It says nothing. What stands at the method of a base class is no answer: it tells of other code.
     """
-    words = " ".join(inspect.cleandoc(getattr(kind, method).__doc__ or "").split()).rstrip(".")
+    docstring = getattr(type(task), method).__doc__ or ""
+    text = task.hard_words.get(method, docstring) if task.level == "hard" else docstring
+    words = " ".join(inspect.cleandoc(text).split()).rstrip(".")
     if not words:
         raise UserError(
-            f'The task "{kind.name}" must have a docstring on its method `{method}`, because designers are told how '
+            f'The task "{task.name}" must have a docstring on its method `{method}`, because designers are told how '
             "they are judged in its words; found none. Write a sentence there, as docs/tasks.md shows."
         )
     return f"{words}."

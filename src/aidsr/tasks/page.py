@@ -39,11 +39,11 @@ def _section(kind: type[Task]) -> str:
     summary, table, reasons = _parts(kind)
     levels = f"\n\nLevel hard: {kind.at('hard').objective}" if kind.hard else ""
     stages = " → ".join(f"{words} ({start:.2g})" for start, words in kind.stages)
-    judged = judging(task)
+    judged = _at_both_levels(kind)
     rows = (
         ("varies", judged["Episodes differ"]),
         ("base", _base(task)),
-        ("progress", said(kind, "progress") + (f" Stages: {stages}." if stages else "")),
+        ("progress", said(task, "progress") + (f" Stages: {stages}." if stages else "")),
         ("success", judged["Success"]),
         ("violation", judged["Counts against it"]),
         ("ends early", judged.get("Lost at once", "Only by success or divergence.")),
@@ -66,6 +66,15 @@ def _parts(kind: type[Task]) -> tuple[str, str, str]:
         re.sub(r"-{4,}", "---", table),
         "\n\n".join(map(_line, paragraphs[at + 1 :])),
     )
+
+
+def _at_both_levels(kind: type[Task]) -> dict[str, str]:
+    """Return how a task is judged, and how at the hard level where that is told in other words."""
+    hard = judging(kind.at("hard")) if kind.hard else {}
+    return {
+        title: text if hard.get(title, text) == text else f"{text} Level hard: {hard[title]}"
+        for title, text in judging(kind.at("standard")).items()
+    }
 
 
 def _base(task: Task) -> str:

@@ -73,6 +73,8 @@ class Task(ABC):
     """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}
     """Fields that differ at the hard level, empty for a task that has none."""
+    hard_words: ClassVar[Mapping[str, str]] = {}
+    """What designers are told at the hard level where a method's docstring is not so there, by the method's name."""
 
     level: Level = "standard"
 
@@ -117,8 +119,7 @@ class Task(ABC):
         Raises:
             UserError: One of them is missing.
         """
-        kind = type(self)
-        return said(kind, "draw"), said(kind, "succeeded"), said(kind, "violation")
+        return said(self, "draw"), said(self, "succeeded"), said(self, "violation")
 
     def brief(self) -> Brief:
         """Return the job as a team of designers gets it."""

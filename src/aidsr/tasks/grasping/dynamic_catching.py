@@ -15,8 +15,7 @@ from aidsr.tasks.variation import Change, Variation
 
 CAPTURE_M = np.array([0.12 * np.sqrt(0.5), 0.0, 0.4 + 0.12 * np.sqrt(0.5)])
 """The capture point, 0.12 m in front of the mount, which looks up and forward at 45 degrees."""
-CAUGHT_M = 0.06
-FLOOR_M, GRAVITY_M_S2 = 0.05, 9.81
+CAUGHT_M, FLOOR_M, GRAVITY_M_S2 = 0.06, 0.05, 9.81
 
 
 @dataclass(frozen=True)
@@ -47,6 +46,7 @@ class DynamicCatching(Task):
         TaskSensor(name="grip", quantity="contacts", target="ball", slots=8),
     )
     hard: ClassVar = {"slowest_m_s": 2.5, "fastest_m_s": 2.5}
+    hard_words: ClassVar = {"draw": "Time of flight, +-25 mm sideways and across, +-15 deg in elevation and azimuth."}
 
     slowest_m_s: float = 1.0
     fastest_m_s: float = 1.8
@@ -54,7 +54,7 @@ class DynamicCatching(Task):
     @property
     def objective(self) -> str:
         """See `Task`."""
-        speed = f"{self.slowest_m_s:g} to {self.fastest_m_s:g}" if self.slowest_m_s < self.fastest_m_s else "2.5"
+        speed = f"{self.slowest_m_s:g}" + f" to {self.fastest_m_s:g}" * (self.slowest_m_s < self.fastest_m_s)
         return (
             f"Catch a ball of 30 mm radius and 40 g that arrives at {speed} m/s after 0.2 to 0.4 s of flight, and "
             "keep it within 60 mm of the capture point for 1 s. The capture point is 0.12 m in front of the fixed "

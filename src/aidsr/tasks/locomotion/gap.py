@@ -50,6 +50,7 @@ class Gap(LaneTask):
     required_names: ClassVar = ("mount", "lane", "near_platform", "far_platform", "pit")
     sensors: ClassVar = (*LaneTask.sensors, TaskSensor(name="pit_force", quantity="contact_force", target="pit"))
     hard: ClassVar = {"narrowest_m": 0.15, "widest_m": 0.15}
+    hard_words: ClassVar = {"draw": "Direction of approach +-15 deg."}
 
     narrowest_m: float = 0.06
     widest_m: float = 0.10
