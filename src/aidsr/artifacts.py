@@ -91,6 +91,8 @@ class BodySummary(Artifact):
     mass_kg: float
     joints: tuple[str, ...]
     """Each joint in words, for example "button_slide: slide along 0 0 1, 0 to 0.008 m"."""
+    free: bool = False
+    """Whether it has a free joint, and so can move in every direction."""
     geoms: tuple[GeomSummary, ...]
 
 

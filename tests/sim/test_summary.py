@@ -68,6 +68,7 @@ def test_bodies_come_with_joints_in_words_and_shapes_in_the_world(summary: Envir
     assert bodies["wrist"].joints == ("turn: hinge about 0 0 1, -45 to 90 deg",)
     assert bodies["ball"].joints == ("joint: free",)
     assert bodies["eye"].joints == ("joint: ball, 0 to 30 deg",)
+    assert [name for name, body in bodies.items() if body.free] == ["ball"]
     assert (bodies["wrist"].parent, bodies["wrist"].mass_kg) == ("rail", 0.25)
     floor, capsule = bodies["world"].geoms[0], bodies["wrist"].geoms[0]
     assert (floor.shape, floor.size_m) == ("plane", (2.0, 2.0))

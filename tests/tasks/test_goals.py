@@ -119,7 +119,7 @@ def test_too_hard_a_touch_is_a_violation_and_no_success(tmp_path):
     [
         ("hook", "site_pos", "hook", (0.2, 0.1, 0.3)),
         ("flag", "body_pos", "cart", (0.3, 0.0, 0.1)),
-        ("ball", "qpos", "ball_free", (-0.3, 0.0, 0.03)),
+        ("ball", "qpos", "ball", (-0.3, 0.0, 0.03)),
     ],
 )
 def test_the_target_is_put_elsewhere_with_what_carries_it(tmp_path, target, field, name, middle):
@@ -132,6 +132,35 @@ def test_the_target_is_put_elsewhere_with_what_carries_it(tmp_path, target, fiel
     before = made(tmp_path, f'kind = "reach"\ntarget = "{target}"')
     shift = Episode(task).look()["goal_offset"] - Episode(before).look()["goal_offset"]
     assert np.abs(shift).sum() > 0.01
+
+
+@pytest.mark.parametrize("joint", ["<freejoint/>", '<joint type="free"/>', '<freejoint name="x: free"/>'])
+def test_a_body_on_a_free_joint_is_put_elsewhere_whatever_the_joint_is_called(tmp_path, joint):
+    # other joints have the names that it could be taken for
+    mjcf = TABLE.replace('<freejoint name="ball_free"/>', joint).replace(
+        '<body name="post" pos="0 0.3 0.1">',
+        '<body pos="0.6 0.6 0.6"><joint name="joint"/><joint name="ball" axis="0 1 0"/><geom size="0.01"/></body>'
+        '<body name="post" pos="0 0.3 0.1">',
+    )
+    task = made(tmp_path, 'kind = "lift"\ntarget = "ball"\nvary_m = [0.02, 0.02, 0]', mjcf)
+    for index in range(3):
+        episode = Episode(task, index=index)
+        (change,) = episode.variation.changes
+        assert episode.data.body("ball").xpos == pytest.approx(change.value)
+        assert 0.001 < np.abs(np.subtract(change.value, (-0.3, 0.0, 0.03))).max() <= 0.02
+        others = [episode.data.joint(name).qpos[0] for name in ("joint", "ball", "rail")]
+        assert others == [0.0, 0.0, 0.0]
+
+
+def test_bodies_without_a_name_that_carry_the_target_are_no_riddle(tmp_path):
+    mjcf = TABLE.replace(
+        '<body name="post"',
+        '<body><joint type="slide"/><geom size="0.01"/><body><geom size="0.01"/>'
+        '<body name="lid"><geom size="0.01"/></body></body></body><body name="post"',
+    )
+    assert made(tmp_path, 'kind = "lift"\ntarget = "lid"', mjcf).goal.target == "lid"
+    with pytest.raises(UserError, match="on a body that has a name"):
+        made(tmp_path, 'kind = "lift"\ntarget = "lid"\nvary_m = [0.1, 0, 0]', mjcf)
 
 
 def test_a_scene_made_for_no_goal_is_measured_for_it(tmp_path):

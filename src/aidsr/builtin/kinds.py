@@ -7,7 +7,7 @@ from typing import Literal
 
 from aidsr.artifacts import BodySummary, Brief
 
-__all__ = ["Kind", "first_family", "is_loose", "kind_of"]
+__all__ = ["Kind", "first_family", "kind_of"]
 
 Kind = Literal["reach", "brush", "conform", "insert", "grasp", "pull", "crawl", "squeeze"]
 
@@ -66,7 +66,7 @@ def first_family(kind: Kind, objective: str) -> tuple[str, str] | None:
 
 def _default(brief: Brief) -> tuple[Kind, str]:
     unknown = "the objective names no action known to the rules"
-    loose = [body for body in brief.summary.bodies if is_loose(body) and _widest(body) <= _GRASPABLE_M]
+    loose = [body for body in brief.summary.bodies if body.free and _widest(body) <= _GRASPABLE_M]
     if loose:
         return "grasp", f"{unknown}; {loose[0].name} lies free and fits a hand"
     if brief.summary.mounts:
@@ -77,11 +77,6 @@ def _default(brief: Brief) -> tuple[Kind, str]:
 def _spoken(words: str, objective: str) -> list[str]:
     """Return the words of a kind that an objective uses, each once."""
     return list(dict.fromkeys(re.findall(rf"\b({words})", objective.lower())))
-
-
-def is_loose(body: BodySummary) -> bool:
-    """Whether a body can move in every direction."""
-    return any(joint.endswith(": free") for joint in body.joints)
 
 
 def _widest(body: BodySummary) -> float:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary
-from aidsr.builtin.kinds import Kind, is_loose
+from aidsr.builtin.kinds import Kind
 
 __all__ = ["Target", "find_target", "in_mount"]
 
@@ -64,7 +64,7 @@ def find_target(objective: str, kind: Kind, summary: EnvironmentSummary, mount: 
     named = [body for body in movable if any(word in objective.lower() for word in _words(body.name))] or movable
     target = _nearest(_seen(body, body.geoms, body.name, mount) for body in named)
     meeting = _meeting_point(objective, summary)
-    if meeting and any(body.name == target.body and is_loose(body) for body in named):
+    if meeting and any(body.name == target.body and body.free for body in named):
         return _moved(target, meeting, mount)
     return target
 

@@ -94,6 +94,7 @@ def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
         position_m=_vector(data.xpos[body]),
         mass_kg=round(float(model.body_mass[body]), _DECIMALS),
         joints=tuple(_joint(model, data, joint) for joint in joints),
+        free=any(model.jnt_type[joint] == _JOINT.mjJNT_FREE for joint in joints),
         geoms=tuple(_geom(model, data, geom) for geom in geoms),
     )
 

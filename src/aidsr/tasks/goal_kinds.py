@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -68,7 +68,7 @@ class GoalTask(Task, ABC):
         if self.place is None:
             return Variation()
         shifted = np.array(self.place.value) + rng.uniform(-1.0, 1.0, 3) * self.goal.vary_m
-        return Variation((Change(self.place.field, self.place.name, tuple(shifted)),))
+        return Variation((replace(self.place, value=tuple(shifted)),))
 
     def violation(self, readings: Readings) -> FloatArray:
         """None."""

@@ -56,7 +56,9 @@ def _check_target(goal: AnyGoal, summary: EnvironmentSummary) -> None:
         raise UserError(
             f'the target of a {goal.kind} goal is {what} of the environment, which has no "{goal.target}"{hint}'
         )
-    if goal.kind in ("lift", "travel") and not any(body.joints for body in _carriers(goal.target, summary)):
+    carriers = _carriers(goal.target, summary) if goal.kind in ("lift", "travel") else ()
+    # of a body without a name it is not known which one it is, so it may be one that moves
+    if carriers and not any(body.joints or not body.name for body in carriers):
         raise UserError(f'the body "{goal.target}" cannot move, as no joint carries it; name one that can')
 
 
@@ -77,8 +79,9 @@ def _place(target: str, summary: EnvironmentSummary) -> Change:
         (site,) = (site for site in summary.sites if site.name == target)
         return Change("site_pos", target, site.position_m)
     outermost = carriers[-1]
-    free = next((joint.partition(":")[0] for joint in outermost.joints if ": free" in joint), "")
-    return Change("qpos" if free else "body_pos", free or outermost.name, outermost.position_m)
+    if outermost.free:
+        return Change("qpos", outermost.name, outermost.position_m, of_body=True)
+    return Change("body_pos", outermost.name, outermost.position_m)
 
 
 def _carriers(target: str, summary: EnvironmentSummary) -> Sequence[BodySummary]:
@@ -88,5 +91,6 @@ def _carriers(target: str, summary: EnvironmentSummary) -> Sequence[BodySummary]
     found = []
     while name in bodies and name != "world":
         found.append(bodies[name])
-        name = bodies[name].parent
+        # several bodies without a name cannot be told apart: what carries them is not looked for
+        name = bodies[name].parent if name else "world"
     return found

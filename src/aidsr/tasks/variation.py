@@ -32,6 +32,8 @@ class Change:
     name: str
     """The body, geom, site, actuator, or for jnt_, dof_, qpos and qvel the joint, it belongs to."""
     value: tuple[float, ...]
+    of_body: bool = False
+    """Whether `name` is that of the body which the joint belongs to: free joints mostly have no name of their own."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "value", tuple(float(number) for number in self.value))
@@ -104,7 +106,7 @@ def _rows(model: mujoco.MjModel, change: Change) -> int | slice:
     kind = change.field.partition("_")[0]
     if kind not in {"qpos", "qvel", "dof", "jnt"}:
         return int(getattr(model, kind)(change.name).id)
-    joint = model.joint(change.name)
+    joint = model.joint(int(model.body(change.name).jntadr[0]) if change.of_body else change.name)
     if kind == "jnt":
         return int(joint.id)
     first = int((joint.qposadr if kind == "qpos" else joint.dofadr)[0])
