@@ -1,9 +1,14 @@
 """What differs between episodes stays in the ranges that docs/tasks.md states, and fills them."""
 
+import mujoco
 import numpy as np
 import pytest
+from mujoco.batch import Batch
+from stick import Episode
 
-from aidsr.tasks import TASKS, Change, Variation, load_task
+from aidsr.errors import UserError
+from aidsr.tasks import TASKS, Change, Variation, apply_to_batch, load_task
+from aidsr.tasks.variation import solid
 
 COUNT = 200
 
@@ -173,3 +178,47 @@ def test_a_change_holds_plain_numbers():
 def test_an_episode_counts_from_zero():
     with pytest.raises(ValueError, match="counts from 0, found -1"):
         load_task("button_pushing").variation("development", -1)
+
+
+PLACED = Change("qpos", "object_free", (0.0, 0.0, 0.45, 1.0, 0.0, 0.0, 0.0))
+FULL = Variation((*solid("object", "box", 0.035, 0.15), Change("geom_friction", "table_top", (0.2, 0.0, 0.0)), PLACED))
+
+
+@pytest.mark.parametrize(
+    "sparse",
+    [Variation(), Variation((PLACED, Change("body_mass", "object", (0.12,)))), Variation(FULL.changes[1:2])],
+    ids=["nothing", "mass", "size"],
+)
+def test_what_a_variation_leaves_out_is_not_inherited_from_the_episode_before(sparse):
+    model = mujoco.MjModel.from_xml_string(load_task("simple_grasping").environment)
+    used, fresh = Batch(model, 3, 1), Batch(model, 3, 1)
+    apply_to_batch([FULL] * 3, used, [0, 1, 2])
+    apply_to_batch([sparse], used, [1])
+    apply_to_batch([FULL, sparse, FULL], fresh, [0, 1, 2])
+    for batch in (used, fresh):
+        batch.step(nstep=20)
+    # those that went on have kept theirs
+    for simulation in range(3):
+        ours, theirs = used.get_model(simulation), fresh.get_model(simulation)
+        fields = ("geom_type", "geom_size", "geom_rbound", "geom_aabb", "geom_friction", "body_mass", "body_inertia")
+        for field in (*fields, "dof_M0", "dof_invweight0", "body_subtreemass"):
+            assert np.array_equal(getattr(ours, field), getattr(theirs, field)), field
+    assert np.array_equal(used.bind("qpos"), fresh.bind("qpos"))
+
+
+def test_fields_that_others_have_given_each_simulation_are_left_alone():
+    batch = Batch(mujoco.MjModel.from_xml_string(load_task("simple_grasping").environment), 2, 1)
+    batch.expand("geom_friction")[:, :, 0] = 0.3
+    for _ in range(2):
+        apply_to_batch([Variation((PLACED,))] * 2, batch, [0, 1])
+    assert (batch.expand("geom_friction")[:, :, 0] == 0.3).all()
+
+
+@pytest.mark.parametrize(("first", "other"), [("width_m", "bend_rad, width_m"), ("bend_rad, width_m", "none")])
+def test_episodes_of_other_parameters_are_refused_in_a_sentence(first, other):
+    episode = Episode(load_task("flat_ground"))
+    drawn = [Variation((), {name: (1.0,) for name in said.split(", ") if name != "none"}) for said in (first, other)]
+    samples = np.zeros((2, 1, episode.model.nsensordata))
+    with pytest.raises(UserError, match=f"found one with {first} and one with {other}. Give every variation"):
+        episode.reader.read(samples, np.zeros(2), drawn)
+    assert episode.reader.read(samples, np.zeros(2), drawn[:1] * 2).parameters["width_m"].tolist() == [[1.0], [1.0]]

@@ -9,6 +9,7 @@ from typing import Self
 import mujoco
 import numpy as np
 
+from aidsr.errors import UserError
 from aidsr.sim.structure import read_structure
 from aidsr.tasks.readings import FloatArray, Outline, Readings
 from aidsr.tasks.task import Task
@@ -76,14 +77,16 @@ class Reader:
             variations: What each episode was started with, n of them.
             geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only looked at where the task needs the outline.
             geom_xmat: MuJoCo's field, (n, ngeom, 9) or (n, ngeom, 3, 3).
+
+        Raises:
+            UserError: Not all variations have the same parameters.
         """
-        names = variations[0].parameters if variations else {}
         return Readings(
             sensors={name: sensordata[:, :, columns] for name, columns in self.columns.items()},
             time_s=time_s,
             length_m=self.length_m,
             sample_dt_s=self.timestep_s,
-            parameters={name: np.array([variation.parameters[name] for variation in variations]) for name in names},
+            parameters=_parameters(variations),
             outline=self._outline(geom_xpos, geom_xmat),
         )
 
@@ -96,3 +99,20 @@ class Reader:
         turn = geom_xmat.reshape(n, -1, 3, 3)[:, geoms]
         center_m = geom_xpos[:, geoms, None] + np.einsum("ngij,gbj->ngbi", turn, self.offset_m)
         return Outline(center_m.reshape(n, -1, 3), self.radius_m, self.length_share)
+
+
+def _parameters(variations: Sequence[Variation]) -> dict[str, FloatArray]:
+    """Return the parameters of n episodes, (n, k) each.
+
+    Raises:
+        UserError: Not all episodes have the same ones.
+    """
+    names = variations[0].parameters.keys() if variations else ()
+    for variation in variations:
+        if variation.parameters.keys() != names:
+            first, other = (", ".join(sorted(each)) or "none" for each in (names, variation.parameters))
+            raise UserError(
+                f"all episodes of a task must have the same parameters; found one with {first} and one with {other}. "
+                "Give every variation that `draw` returns all of them."
+            )
+    return {name: np.array([variation.parameters[name] for variation in variations]) for name in names}

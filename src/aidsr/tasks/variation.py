@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
+from weakref import WeakKeyDictionary
 
 import mujoco
 import numpy as np
@@ -21,6 +22,8 @@ __all__ = ["Change", "Shape", "Variation", "apply_to_batch", "apply_to_simulatio
 Shape = Literal["sphere", "cylinder", "box"]
 
 _STATE = frozenset({"qpos", "qvel"})
+_WRITTEN: WeakKeyDictionary[Batch, set[str]] = WeakKeyDictionary()
+"""Fields of the model that variations have written in a batch, for as long as there is the batch."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,11 @@ def solid(name: str, shape: Shape, half_m: float, mass_kg: float) -> tuple[Chang
 
 
 def apply_to_simulation(variation: Variation, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Start an episode: write the variation into a model, reset its data and compute the first readings."""
+    """Start an episode: write the variation into a model, reset its data and compute the first readings.
+
+    The model keeps what is written. Where the variations of a task do not all change the same, begin each episode with
+    a copy of the compiled model (`copy.copy`), or it inherits from the one before.
+    """
     for change in variation.changes:
         if change.field not in _STATE:
             getattr(model, change.field)[_rows(model, change)] = _shaped(change)
@@ -84,7 +91,7 @@ def apply_to_simulation(variation: Variation, model: mujoco.MjModel, data: mujoc
 
 
 def apply_to_batch(variations: Sequence[Variation], batch: Batch, ids: Sequence[int]) -> None:
-    """Start an episode in some simulations of a batch.
+    """Start an episode in some simulations of a batch; what a variation leaves out is as in the batch's model.
 
     Args:
         variations: One for each simulation.
@@ -93,6 +100,11 @@ def apply_to_batch(variations: Sequence[Variation], batch: Batch, ids: Sequence[
     """
     rows = np.asarray(ids, dtype=np.int32)
     batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+    written = _WRITTEN.setdefault(batch, set())
+    for name in written:
+        # a reset is one of the state: the fields of the model would be inherited from the episode before
+        batch.expand(name)[rows] = getattr(batch.model, name)
+    written |= {change.field for variation in variations for change in variation.changes} - _STATE
     for row, variation in zip(rows, variations, strict=True):
         for change in variation.changes:
             array = batch.bind(change.field) if change.field in _STATE else batch.expand(change.field)
