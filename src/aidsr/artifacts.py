@@ -354,7 +354,7 @@ class EpisodeResult(Artifact):
     """How one episode of a trained policy went."""
 
     variation: int
-    """Index among the held-out variations."""
+    """Index among the variations of its split."""
     ended: Literal["succeeded", "failed", "out_of_time", "diverged"]
     progress: float
     best_progress: float
@@ -391,6 +391,8 @@ class Evaluation(Artifact):
     episodes: Annotated[tuple[EpisodeResult, ...], Field(min_length=1)]
     checks: tuple[PlausibilityCheck, ...]
     versions: dict[str, str] = Field(default_factory=dict)
+    split: Literal["held_out", "development"] = "held_out"
+    """Only held-out variations score a design; a verdict on others is advice to its designers."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property

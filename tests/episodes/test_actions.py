@@ -1,14 +1,18 @@
 """How an action of a policy becomes controls."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from aidsr.artifacts import ActuatorGroup
-from aidsr.episodes.actions import map_actions
+from aidsr.builtin import team
+from aidsr.episodes.actions import map_actions, recorded_actions
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
+from aidsr.sim.assembly import assemble
 from aidsr.sim.compiling import compile_mjcf
-from aidsr.tasks import load_task
+from aidsr.tasks import TASKS, Level, load_task
 from scenes import builtin_scene, small_arm, small_learning, small_scene
 
 
@@ -62,6 +66,31 @@ def test_declared_groups_are_taken_with_or_without_the_prefix():
     assert small_learning(groups=[group], grouping="off").actions.size == 2
 
 
+def alone(model) -> list[ActuatorGroup]:
+    """Each actuator of a robot as a group of its own."""
+    names = [model.actuator(i).name for i in range(model.nu)]
+    return [ActuatorGroup(name=f"only {name}", actuators=(name,)) for name in names if name.startswith("robot/")]
+
+
+@pytest.mark.parametrize("way", ["symmetry", "alone", "off"])
+def test_actions_are_made_again_from_their_record_whoever_grouped_them(way):
+    task = load_task("simple_grasping")
+    model = compile_mjcf(builtin_scene(task.name, 1))
+    groups = alone(model) if way == "alone" else []
+    actions = map_actions(model, task, groups, "off" if way == "off" else "auto")
+    again = recorded_actions(model, actions.groups, actions.groups_from)
+    assert (again.groups, again.groups_from) == (actions.groups, actions.groups_from)
+    assert (again.actuators, again.follows) == (actions.actuators, actions.follows)
+    assert np.array_equal(again.low, actions.low)
+    assert np.array_equal(again.high, actions.high)
+
+
+def test_a_record_of_another_robot_is_refused():
+    record = map_actions(compile_mjcf(builtin_scene("simple_grasping", 1)), load_task("simple_grasping")).groups
+    with pytest.raises(UserError, match="and this scene has only robot/pull_left, robot/pull_right"):
+        small_learning().driven_as(record, "design")
+
+
 @pytest.mark.parametrize(
     ("members", "said"),
     [(("pull_left", "pull_up"), "pull_up"), (("pull_left", "pull_left"), "in a group already")],
@@ -82,3 +111,23 @@ def test_an_actuator_without_a_range_cannot_be_driven():
 def test_a_scene_of_another_task_is_refused_with_what_it_lacks():
     with pytest.raises(UserError, match="object_push"):
         TaskScene.of(small_scene(), "simple_grasping")
+
+
+def test_a_scene_of_another_level_is_refused_with_what_differs():
+    assert TaskScene.of(small_scene(), "button_pushing").task.level == "standard"
+    with pytest.raises(
+        UserError, match=r"level hard has springref -0\.0833333 in its joint button_slide.* has -0\.0025"
+    ):
+        TaskScene.of(small_scene(), "button_pushing", level="hard")
+
+
+@pytest.mark.parametrize("level", get_args(Level))
+@pytest.mark.parametrize("name", [name for name in TASKS if load_task(name).edits])
+def test_a_scene_of_its_own_level_is_taken(name, level):
+    """Assembly writes the environment anew; its measures are read from that."""
+    task = load_task(name, level)
+    brief, roles = task.brief(), team(1)
+    concept = roles.designer.propose(brief, 1)[0]
+    robot = roles.coder.write(brief, concept)
+    scene = assemble(robot, brief.environment, roles.integrator.place(brief, concept, robot), task.sensors)
+    assert TaskScene.of(scene.mjcf, name, level=level).task == task

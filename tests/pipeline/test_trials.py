@@ -37,7 +37,7 @@ def test_a_policy_that_falls_short_too_is_told_beside_the_probe() -> None:
     assert (report.phase, report.progress, report.critique.issues) == ("no_force", 0.4, (ISSUE,))
     assert report.critique.summary == (
         "Comes to 0.40. After 20,000 steps of training a policy comes to progress 0.55 on average and succeeds in 20% "
-        "of 20 held-out episodes."
+        "of 20 episodes it never saw."
     )
     assert report.policy == learned(4, 0.55)
     assert TaskReport.model_validate_json(report.model_dump_json()) == report

@@ -1,6 +1,7 @@
 """The verdict on a policy: held-out episodes, and whether to believe them."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import mujoco
@@ -11,7 +12,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from test_training import SMALL
 
-from aidsr.artifacts import Evaluation
+from aidsr.artifacts import ActuatorGroup, Evaluation
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.rl import evaluation
@@ -29,7 +30,7 @@ from aidsr.rl.trained import FinishedTraining, evaluate_training
 from aidsr.rl.training import TrainingResult, train
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Change, Variation, apply_to_simulation, load_task
-from scenes import Always, QuickPushing, small_learning, small_scene
+from scenes import Always, QuickPushing, builtin_scene, small_learning, small_scene
 
 BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
 
@@ -145,6 +146,23 @@ def test_a_joint_pulled_far_beyond_its_range_is_noticed():
     assert not wild.passed
 
 
+def test_a_ball_joint_pulled_far_beyond_its_range_is_noticed():
+    """The lowest joint lets the arm turn in every direction, by 0.01 rad."""
+    hinge = '<joint name="robot/bend1" '
+    text = small_scene()
+    start = text.index(hinge)
+    ball = f'{hinge}type="ball" limited="true" range="0 0.01" stiffness="0.2" damping="0.02"/>'
+    text = text[:start] + ball + text[text.index("/>", start) + 2 :]
+    for tension, passes in ((8, True), (800, False)):
+        scene = TaskScene.of(text.replace('ctrlrange="0 8"', f'ctrlrange="0 {tension}"'), QuickPushing())
+        joint = scene.model.joint("robot/bend1")
+        assert joint.type[0] == int(mujoco.mjtJoint.mjJNT_BALL)
+        assert scene.model.actuator_ctrlrange[0, 1] == tension
+        within = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
+        assert within.measured > 0.0
+        assert within.passed is passes
+
+
 @pytest.mark.parametrize(("episodes", "bad", "passes"), [(20, 1, True), (20, 2, False), (10, 1, False), (40, 2, True)])
 def test_one_episode_in_twenty_may_be_a_freak(episodes, bad, passes):
     scene = small_learning()
@@ -237,6 +255,39 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
 def test_an_unfinished_training_cannot_be_judged(tmp_path):
     with pytest.raises(UserError, match=r"config\.json"):
         FinishedTraining.load(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def barely_trained(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("barely") / "001"
+    scene = TaskScene.of(builtin_scene("dynamic_catching"), "dynamic_catching", groups=[])
+    names = [name for group in scene.actions.groups for name in group.actuators]
+    assert scene.actions.size < len(names)
+    apart = [ActuatorGroup(name=name, actuators=(name,)) for name in names if name.startswith("robot/")]
+    train(TaskScene.of(scene.mjcf, scene.task, groups=apart), folder, steps=64, recipe=SMALL, threads=1)
+    return folder
+
+
+def test_actuators_that_act_alone_as_the_design_says_do_so_when_judged(barely_trained):
+    finished = FinishedTraining.load(barely_trained)
+    assert finished.config.groups_from == finished.scene.actions.groups_from == "design"
+    assert finished.scene.actions.groups == finished.config.groups
+
+
+def test_a_policy_of_another_version_of_the_benchmark_is_not_judged(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "old")
+    config = json.loads((tmp_path / "old" / "config.json").read_text())
+    (tmp_path / "old" / "config.json").write_text(json.dumps(config | {"benchmark_version": 1}))
+    with pytest.raises(UserError, match="holds one of version 1, whose tasks differ; train it again"):
+        FinishedTraining.load(tmp_path / "old")
+
+
+def test_a_policy_is_not_judged_in_a_scene_that_was_changed(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "changed")
+    scene = tmp_path / "changed" / "scene.xml"
+    scene.write_text(scene.read_text().replace("</mujoco>", "<!-- --></mujoco>"))
+    with pytest.raises(UserError, match="that file has changed since"):
+        FinishedTraining.load(tmp_path / "changed")
 
 
 def test_a_curve_without_points_is_drawn_empty(tmp_path):

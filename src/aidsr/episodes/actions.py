@@ -15,7 +15,7 @@ from aidsr.sim.structure import ROBOT_PREFIX, Structure, name_of, names_of, read
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.task import Task
 
-__all__ = ["ActionMap", "Grouping", "GroupsFrom", "map_actions"]
+__all__ = ["ActionMap", "Grouping", "GroupsFrom", "map_actions", "recorded_actions"]
 
 Grouping = Literal["auto", "off"]
 """Whether actuators that belong together share one action."""
@@ -81,6 +81,34 @@ def map_actions(
         raise UserError("a robot with actuators was expected, and this scene has none; nothing could be learned")
     groups, groups_from = _robot_groups(model, structure, declared, grouping)
     groups += [(name, (int(model.actuator(name).id),)) for name in task.policy_actuators]
+    return _action_map(model, groups, groups_from)
+
+
+def recorded_actions(model: mujoco.MjModel, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> ActionMap:
+    """Return how an action drove a scene before, as an `ActionMap` of it has recorded.
+
+    Args:
+        model: The compiled scene, the same or one with the same actuators.
+        groups: All of them, one for each number of an action, as recorded.
+        groups_from: As recorded.
+
+    Raises:
+        UserError: The scene lacks an actuator, or one has no control range.
+    """
+    ids = {name_of(model, _ACTUATOR, i): i for i in range(model.nactuator)}
+    lacking = [name for group in groups for name in group.actuators if name not in ids]
+    if lacking:
+        raise UserError(
+            f"the policy drives {', '.join(lacking)}, and this scene has only {', '.join(ids)}; train a policy for it"
+        )
+    found = [(group.name, tuple(ids[name] for name in group.actuators)) for group in groups]
+    return _action_map(model, found, groups_from)
+
+
+_Groups = list[tuple[str, tuple[int, ...]]]
+
+
+def _action_map(model: mujoco.MjModel, groups: _Groups, groups_from: GroupsFrom) -> ActionMap:
     actuators = [member for _, members in groups for member in members]
     unlimited = [i for i in actuators if not model.actuator_ctrllimited[i]]
     if unlimited:
@@ -94,9 +122,6 @@ def map_actions(
         low=model.actuator_ctrlrange[actuators, 0].copy(),
         high=model.actuator_ctrlrange[actuators, 1].copy(),
     )
-
-
-_Groups = list[tuple[str, tuple[int, ...]]]
 
 
 def _robot_groups(

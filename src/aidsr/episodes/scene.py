@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
 import mujoco
+import numpy as np
 from lxml import etree
 
 from aidsr.artifacts import ActuatorGroup
-from aidsr.episodes.actions import ActionMap, Grouping, map_actions
+from aidsr.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions, recorded_actions
 from aidsr.errors import UserError
 from aidsr.sim.assembly import add_sensors
 from aidsr.sim.compiling import compile_mjcf
 from aidsr.tasks import Level, Task, load_task
+from aidsr.tasks.readings import FloatArray
 
 __all__ = ["TaskScene", "read_mjcf_text"]
 
@@ -54,13 +56,21 @@ class TaskScene:
             grouping: See `map_actions`.
 
         Raises:
-            UserError: There is no such file or task, or the scene is not one of this task.
+            UserError: There is no such file or task, or the scene is not one of this task at this level.
             MjcfError: The scene cannot be loaded.
         """
         task = load_task(task, level) if isinstance(task, str) else task
         mjcf = _measured(read_mjcf_text(scene), task)
         model = compile_mjcf(mjcf)
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
+
+    def driven_as(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
+        """Return the scene with actions as a training has recorded them, however they would be found today.
+
+        Raises:
+            UserError: The scene lacks an actuator.
+        """
+        return replace(self, actions=recorded_actions(self.model, groups, groups_from))
 
     @property
     def fingerprint(self) -> str:
@@ -86,7 +96,7 @@ def _measured(mjcf: str, task: Task) -> str:
     """Return the MJCF of a scene, with those sensors of a task that it does not have yet.
 
     Raises:
-        UserError: The scene is not one of this task.
+        UserError: The scene is not one of this task at this level.
         MjcfError: The scene cannot be loaded.
     """
     try:
@@ -100,4 +110,29 @@ def _measured(mjcf: str, task: Task) -> str:
             f"a scene of the task {task.name} was expected, and this one lacks {', '.join(missing)}; "
             "use the final.xml of a design for this task, or assemble the robot into the task's environment"
         )
+    _check_measures(root, task)
     return mjcf if all(sensor.name in names for sensor in task.sensors) else add_sensors(mjcf, task.sensors)
+
+
+def _check_measures(root: etree._Element, task: Task) -> None:
+    """Refuse a scene whose environment has other measures than the task at its level: it would be another job.
+
+    Raises:
+        UserError: It has.
+    """
+    for place, attributes in task.edits.items():
+        element, _, name = place.partition("/")
+        for node in (node for node in root.iter(element) if node.get("name") == name):
+            for attribute, value in attributes.items():
+                written = node.get(attribute)  # MuJoCo leaves out what is as by default
+                if written is not None and not _alike(written, np.atleast_1d(value)):
+                    raise UserError(
+                        f"a scene of {task.name} at level {task.level} has {attribute} "
+                        f"{' '.join(f'{number:g}' for number in np.atleast_1d(value))} in its {element} {name}, and "
+                        f"this one has {written}; name the level it was made for with --level, or design for this one"
+                    )
+
+
+def _alike(written: str, wanted: FloatArray) -> bool:
+    present = np.array([float(number) for number in written.split()])
+    return present.shape == wanted.shape and np.allclose(present, wanted, rtol=1e-4, atol=1e-6)

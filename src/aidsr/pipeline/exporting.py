@@ -154,9 +154,8 @@ def _with_policy(retest: Retest, given: _Subject, built: str) -> Retest:
     changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
     placement = _last(design, "placement").model_copy(update={"scale": 1.0})
     scene = assemble(changed, given.environment, placement, trained.scene.task.sensors)
-    grouping: Literal["auto", "off"] = "auto" if trained.config.groups_from != "none" else "off"
-    groups = [group for group in trained.config.groups if len(group.actuators) > 1]
-    there = TaskScene.of(scene.mjcf, trained.scene.task, groups=groups, grouping=grouping)
+    there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
+    there = there.driven_as(trained.config.groups, trained.config.groups_from)
     with one_torch_thread():
         verdict, _ = evaluate(there, trained.policy, threads=1, smoothing=trained.config.recipe.smoothing)
     before = finished[-1].evaluation.read()

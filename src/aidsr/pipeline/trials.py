@@ -79,7 +79,7 @@ def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskR
     progress = sum(one.best_progress for one in episodes) / len(episodes)
     told = (
         f"After {steps:,} steps of training a policy comes to progress {progress:.2f} on average and succeeds in "
-        f"{evaluation.success_share:.0%} of {len(episodes)} held-out episodes."
+        f"{evaluation.success_share:.0%} of {len(episodes)} episodes it never saw."
     )
     both = _told(report, told).model_copy(update={"policy": evaluation})
     if report.critique.passed or evaluation.success_share < 0.5:

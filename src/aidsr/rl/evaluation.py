@@ -20,8 +20,8 @@ from aidsr.rl.plausibility import (
     structure_check,
     training_check,
 )
-from aidsr.rl.training import TrainingResult
-from aidsr.tasks import BENCHMARK_VERSION, Variation
+from aidsr.rl.training import DEVELOPMENT, TrainingResult
+from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
 
 __all__ = ["LEAST_EPISODES", "Watched", "evaluate", "watch"]
 
@@ -31,7 +31,7 @@ LEAST_EPISODES = 20
 
 @dataclass(frozen=True)
 class Watched:
-    """Held-out episodes as they were played."""
+    """Episodes as they were played."""
 
     variations: tuple[Variation, ...]
     course: Course
@@ -48,8 +48,9 @@ def evaluate(
     threads: int = 0,
     smoothing: float = 0.0,
     training: TrainingResult | None = None,
+    split: Split = "held_out",
 ) -> tuple[Evaluation, Watched]:
-    """Judge a policy on held-out variations.
+    """Judge a policy on variations it has never seen.
 
     Args:
         scene: What it acts in.
@@ -58,13 +59,17 @@ def evaluate(
         threads: Native threads; 0 takes all processors.
         smoothing: What the policy was trained with.
         training: How it was trained, for the check that the simulation held meanwhile.
+        split: "held_out" for a score. "development" for a verdict that designers are told, so that no design is made
+            for the variations that score it; training draws none of these.
 
     Returns:
         The verdict, and the episodes behind it.
     """
     if episodes < LEAST_EPISODES:
         raise UserError(f"an evaluation needs at least {LEAST_EPISODES} episodes to mean something, found {episodes}")
-    watched = watch(scene, actor, range(episodes), threads=threads, smoothing=smoothing)
+    first = 0 if split == "held_out" else DEVELOPMENT
+    indices = range(first, first + episodes)
+    watched = watch(scene, actor, indices, threads=threads, smoothing=smoothing, split=split)
     structure = Episodes(scene.model, scene.task, scene.actions, watched.variations[:1], threads=1).structure
     checks = [structure_check(structure)]
     if training is not None:
@@ -72,17 +77,25 @@ def evaluate(
     checks += behaviour_checks(watched.course, watched.evidence, structure)
     checks.append(penetration_check(watched.models, watched.evidence, structure))
     checks += _exploit_checks(scene, actor, watched, threads, smoothing)
-    results = tuple(watched.course.result(index, index) for index in range(episodes))
+    results = tuple(watched.course.result(row, index) for row, index in enumerate(indices))
     facts = {"task": scene.task.name, "level": scene.task.level, "benchmark_version": BENCHMARK_VERSION}
     versions = {"mujoco": mujoco.__version__}
-    return Evaluation(episodes=results, checks=tuple(checks), versions=versions, **facts), watched
+    return Evaluation(episodes=results, checks=tuple(checks), versions=versions, split=split, **facts), watched
 
 
-def watch(scene: TaskScene, actor: Actor, indices: range, *, threads: int = 0, smoothing: float = 0.0) -> Watched:
-    """Play held-out variations and look closely."""
+def watch(
+    scene: TaskScene,
+    actor: Actor,
+    indices: range,
+    *,
+    threads: int = 0,
+    smoothing: float = 0.0,
+    split: Split = "held_out",
+) -> Watched:
+    """Play variations and look closely."""
     model = copy.copy(scene.model)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-    variations = tuple(scene.task.variation("held_out", index) for index in indices)
+    variations = tuple(scene.task.variation(split, index) for index in indices)
     episodes = Episodes(
         model, scene.task, scene.actions, variations, threads=threads, smoothing=smoothing, record=RECORDED
     )

@@ -20,8 +20,9 @@ Ids = NDArray[np.intp]
 
 OVER_RAD = float(np.deg2rad(30.0))
 OVER_LENGTHS = 0.05
-"""How far a hinge, and a slide in characteristic lengths, may go beyond its range. Source: docs/validation.md,
-limit_overrun, for hinges; for slides our choice: as far as a part of that length moves when it turns by 3 degrees."""
+"""How far a hinge or a ball joint, and a slide in characteristic lengths, may go beyond its range. Source:
+docs/validation.md, limit_overrun, for what turns; for slides our choice: as far as a part of that length moves when it
+turns by 3 degrees."""
 
 
 @dataclass(frozen=True)
@@ -150,18 +151,22 @@ class _Limits:
     def __init__(self, episodes: Episodes) -> None:
         model, structure = episodes.model, episodes.structure
         self._qpos = episodes.batch.bind("qpos")
-        hinge, slide = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+        hinge, slide, ball = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "SLIDE", "BALL"))
         allowed = {hinge: OVER_RAD, slide: OVER_LENGTHS * structure.characteristic_length_m}
-        kinds = {joint: int(model.jnt_type[joint]) for joint in structure.joints if model.jnt_limited[joint]}
-        joints = [joint for joint, kind in kinds.items() if kind in allowed]
-        self._columns = [int(model.jnt_qposadr[joint]) for joint in joints]
-        self._range = model.jnt_range[joints].reshape(-1, 2)
-        self._allowed = np.array([allowed[kinds[joint]] for joint in joints])
+        limited = [joint for joint in structure.joints if model.jnt_limited[joint]]
+        straight = [joint for joint in limited if int(model.jnt_type[joint]) in allowed]
+        balls = [joint for joint in limited if int(model.jnt_type[joint]) == ball]
+        self._columns = [int(model.jnt_qposadr[joint]) for joint in straight]
+        self._range = model.jnt_range[straight].reshape(-1, 2)
+        self._allowed = np.array([allowed[int(model.jnt_type[joint])] for joint in straight])
+        self._quats = model.jnt_qposadr[balls].reshape(-1, 1) + np.arange(4)
+        self._widest = model.jnt_range[balls].reshape(-1, 2)[:, 1]
         self.over = np.zeros(episodes.n)
 
     def look(self, ids: Ids) -> None:
-        if not self._columns:
-            return
         where = self._qpos[ids][:, self._columns]
         beyond = np.maximum(self._range[:, 0] - where, where - self._range[:, 1]) / self._allowed
-        self.over[ids] = np.maximum(self.over[ids], beyond.max(axis=1))
+        quats = self._qpos[ids][:, self._quats]
+        turned = 2.0 * np.arctan2(np.linalg.norm(quats[..., 1:], axis=2), np.abs(quats[..., 0]))
+        both = np.concatenate([beyond, (turned - self._widest) / OVER_RAD], axis=1)
+        self.over[ids] = np.maximum(self.over[ids], both.max(axis=1, initial=0.0))

@@ -91,16 +91,13 @@ def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -
     )
 
 
-def penetration_check(
-    models: Sequence[mujoco.MjModel], evidence: Evidence, structure: Structure, *, frames: int = 100
-) -> PlausibilityCheck:
-    """Whether bodies stayed out of each other.
+def penetration_check(models: Sequence[mujoco.MjModel], evidence: Evidence, structure: Structure) -> PlausibilityCheck:
+    """Whether bodies stayed out of each other, looked at after every control step.
 
     Args:
         models: The scene as varied for each episode.
         evidence: What was seen of them.
         structure: The robot.
-        frames: Moments looked at in each episode, evenly spread.
     """
     ours = set(structure.geoms)
     depths = []
@@ -109,9 +106,10 @@ def penetration_check(
         thin_m = model.geom_aabb[:, 3:].min(axis=1)
         half_m = np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
         depth = 0.0
-        for row in qpos[np.linspace(0, len(qpos) - 1, frames).astype(int)]:
+        for row in qpos:
             data.qpos[:] = row
-            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
             depth = max(depth, _deepest(data, half_m, ours))
         depths.append(depth)
     depth = _all_but_freaks(np.array(depths))

@@ -18,7 +18,9 @@ __all__ = ["learn_in_worker"]
 
 
 def learn_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Train a policy for some steps and return its evaluation on held-out variations, as plain values.
+    """Train a policy for some steps and return its evaluation on development variations it never saw, as plain values.
+
+    Held-out ones are kept for the score: what is found here goes to those who design.
 
     Args:
         argument: `mjcf` of a scene, `groups` of actuators, `task` and `level` or the file of a `goal`, and `steps`.
@@ -41,5 +43,6 @@ def learn_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
                 threads=1,
                 smoothing=trained.config.recipe.smoothing,
                 training=trained.result,
+                split="development",
             )
     return evaluation.model_dump(mode="json")

@@ -13,7 +13,7 @@ from aidsr.rl.evaluation import LEAST_EPISODES, evaluate
 from aidsr.rl.files import TrainingFolder
 from aidsr.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.rl.training import TrainingConfig, TrainingResult
-from aidsr.tasks import goal_task
+from aidsr.tasks import BENCHMARK_VERSION, goal_task
 
 __all__ = ["FinishedTraining", "evaluate_training"]
 
@@ -33,7 +33,7 @@ class FinishedTraining:
         """Return the training in a folder.
 
         Raises:
-            UserError: There is none, or it is not finished.
+            UserError: There is none, it is not finished, or its task or scene is another one by now.
         """
         home = TrainingFolder(folder)
         try:
@@ -49,11 +49,29 @@ class FinishedTraining:
             folder / "scene.xml",
             goal_task(config.goal, read_mjcf_text(folder / "scene.xml")) if config.goal else config.task,
             level=config.level,
-            groups=[group for group in config.groups if len(group.actuators) > 1],
-            grouping="auto" if config.groups_from != "none" else "off",
-        )
+            grouping="off",
+        ).driven_as(config.groups, config.groups_from)
+        _check_same(folder, config, scene)
         policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
         return cls(home, config, result, scene, policy)
+
+
+def _check_same(folder: Path, config: TrainingConfig, scene: TaskScene) -> None:
+    """Refuse to judge a policy at another job than it was trained for.
+
+    Raises:
+        UserError: The benchmark or the scene has changed since.
+    """
+    if config.goal is None and config.benchmark_version != BENCHMARK_VERSION:
+        raise UserError(
+            f"a policy of version {BENCHMARK_VERSION} of the benchmark was expected, and {folder} holds one of version "
+            f"{config.benchmark_version}, whose tasks differ; train it again"
+        )
+    if scene.fingerprint != config.scene_sha256:
+        raise UserError(
+            f"the scene of the training was expected in {folder / 'scene.xml'}, and that file has changed since; put "
+            "it back, or train again"
+        )
 
 
 def evaluate_training(

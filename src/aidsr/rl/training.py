@@ -30,13 +30,14 @@ if TYPE_CHECKING:
 
     from aidsr.rl.watching import CurvePoint
 
-__all__ = ["BUDGET_STEPS", "TrainingConfig", "TrainingResult", "folder_for", "train"]
+__all__ = ["BUDGET_STEPS", "DEVELOPMENT", "TrainingConfig", "TrainingResult", "folder_for", "train"]
 
 BUDGET_STEPS = 300_000
 """Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
 
-_DEVELOPMENT = 2**31
-"""Development variations to draw from: practically all of them, so that a policy learns the task, not a few scenes."""
+DEVELOPMENT = 2**31
+"""Development variations to draw from: so many that a policy learns the task, not a few scenes. Those from this index
+on are never drawn."""
 
 _TESTED = 20
 """Development episodes that say whether training is saturated."""
@@ -199,7 +200,7 @@ class _Training:
             self._begin_with_the_probe()
 
     def _development(self) -> Variation:
-        return self.scene.task.variation("development", int(self.rng.integers(_DEVELOPMENT)))
+        return self.scene.task.variation("development", int(self.rng.integers(DEVELOPMENT)))
 
     def _episodes(self, variations: list[Variation]) -> Episodes:
         scene, smoothing = self.scene, self.config.recipe.smoothing

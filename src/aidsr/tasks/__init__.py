@@ -35,7 +35,7 @@ from aidsr.tasks.reaching.pipe_inserting import PipeInserting
 from aidsr.tasks.reaching.surface_adapting import SurfaceAdapting
 from aidsr.tasks.reader import Reader
 from aidsr.tasks.readings import Contacts, Outline, Readings
-from aidsr.tasks.task import BENCHMARK_VERSION, Level, Task
+from aidsr.tasks.task import BENCHMARK_VERSION, Level, Split, Task
 from aidsr.tasks.variation import Change, Variation, apply_to_batch, apply_to_simulation
 
 __all__ = [
@@ -50,6 +50,7 @@ __all__ = [
     "Outline",
     "Reader",
     "Readings",
+    "Split",
     "Task",
     "Variation",
     "apply_to_batch",
