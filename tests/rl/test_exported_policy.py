@@ -1,0 +1,26 @@
+"""A trained policy acts in the scene once more, with the robot as it would be built."""
+
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+pytest.importorskip("manifold3d", reason="needs the extra fabrication")
+
+import aidsr
+from aidsr.episodes.scene import TaskScene
+from aidsr.errors import UserError
+from aidsr.pipeline.exporting import export
+from aidsr.rl.trained import evaluate_training
+from aidsr.rl.training import train
+from test_training import SMALL
+
+
+def test_a_policy_is_tried_with_the_robot_as_built(tmp_path):
+    design = aidsr.design(task="dynamic_catching", concepts=1, seed=1, runs=tmp_path).design(1)
+    with pytest.raises(UserError, match="train the design first"):
+        export(design.path, policy=True)
+    scene = TaskScene.of(design.final_scene.path, "dynamic_catching")
+    train(scene, design.path / "training" / "001", steps=64, recipe=SMALL, threads=1)
+    designed = evaluate_training(design.path / "training" / "001", threads=1, videos=False)
+    retest = export(design.path, policy=True).verdict.retest
+    assert retest.designed_success_share == designed.success_share
+    assert 0.0 <= retest.success_share <= 1.0
