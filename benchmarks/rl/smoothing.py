@@ -22,9 +22,10 @@ from pathlib import Path
 import aidsr
 from aidsr.artifacts import Evaluation
 from aidsr.episodes.scene import TaskScene
+from aidsr.rl.files import TrainingResult
 from aidsr.rl.recipe import Recipe
 from aidsr.rl.trained import evaluate_training
-from aidsr.rl.training import TrainingResult, train
+from aidsr.rl.training import train
 from aidsr.tasks import BENCHMARK_VERSION
 
 HOME = Path(__file__).parent

@@ -9,7 +9,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.artifacts import ActuatorGroup, Evaluation, Robot
 from aidsr.cli import main
-from aidsr.rl.training import TrainingConfig
+from aidsr.rl.files import TrainingConfig
 from aidsr.runs import RunConfig
 from aidsr.runs.folders import Run
 from aidsr.runs.record import RunRecord

@@ -18,6 +18,7 @@ from aidsr.errors import UserError
 from aidsr.rl import evaluation
 from aidsr.rl.evaluation import evaluate, watch
 from aidsr.rl.evidence import Evidence
+from aidsr.rl.files import TrainingResult
 from aidsr.rl.pictures import curve_picture, varied_mjcf
 from aidsr.rl.plausibility import (
     behaviour_checks,
@@ -27,7 +28,7 @@ from aidsr.rl.plausibility import (
     training_check,
 )
 from aidsr.rl.trained import FinishedTraining, evaluate_training
-from aidsr.rl.training import TrainingResult, train
+from aidsr.rl.training import train
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Change, Variation, apply_to_simulation, load_task
 from scenes import Always, QuickPushing, builtin_scene, small_learning, small_scene

@@ -14,10 +14,10 @@ import torch
 
 from aidsr.errors import UserError
 from aidsr.rl.exploration import Exploration
-from aidsr.rl.files import TrainingFolder
+from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.policy import Normalisation, TrainedPolicy
 from aidsr.rl.recipe import Recipe
-from aidsr.rl.training import TrainingConfig, TrainingResult, folder_for, train
+from aidsr.rl.training import folder_for, train
 from scenes import QuickPushing, small_learning
 
 SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16))

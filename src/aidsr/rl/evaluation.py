@@ -13,6 +13,7 @@ from aidsr.episodes.playing import Actor, Course, play
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.rl.evidence import RECORDED, Evidence, Witness
+from aidsr.rl.files import TrainingResult
 from aidsr.rl.plausibility import (
     behaviour_checks,
     exploit_check,
@@ -20,7 +21,7 @@ from aidsr.rl.plausibility import (
     structure_check,
     training_check,
 )
-from aidsr.rl.training import DEVELOPMENT, TrainingResult
+from aidsr.rl.training import DEVELOPMENT
 from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
 
 __all__ = ["LEAST_EPISODES", "Watched", "evaluate", "watch"]

@@ -9,9 +9,46 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-__all__ = ["TrainingFolder"]
+from aidsr.artifacts import ActuatorGroup, Artifact
+from aidsr.episodes.actions import GroupsFrom
+from aidsr.rl.recipe import Recipe
+from aidsr.tasks import Level
+from aidsr.tasks.goal import AnyGoal
+
+__all__ = ["TrainingConfig", "TrainingFolder", "TrainingResult"]
+
+
+class TrainingConfig(Artifact):
+    """What was asked of a training, enough to repeat it."""
+
+    task: str
+    goal: AnyGoal | None = None
+    """Where the task is one that a goal makes of an environment."""
+    level: Level
+    benchmark_version: int
+    steps: int
+    seed: int
+    recipe: Recipe
+    groups: tuple[ActuatorGroup, ...]
+    """What each number of an action drives."""
+    groups_from: GroupsFrom
+    scene_sha256: str
+    versions: dict[str, str]
+
+
+class TrainingResult(Artifact):
+    """How a training ended."""
+
+    steps: int
+    wall_s: float
+    episodes: int
+    diverged_episodes: int
+    """Episodes in which the simulation broke down."""
+    success_share: float | None
+    """Of the last 100 episodes, with the noise of learning; None without any."""
+    stopped: Literal["budget", "saturated"]
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ from aidsr.artifacts import Evaluation
 from aidsr.episodes.scene import TaskScene, read_mjcf_text
 from aidsr.errors import UserError
 from aidsr.rl.evaluation import LEAST_EPISODES, evaluate
-from aidsr.rl.files import TrainingFolder
+from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.policy import TrainedPolicy, one_torch_thread
-from aidsr.rl.training import TrainingConfig, TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, goal_task
 
 __all__ = ["FinishedTraining", "evaluate_training"]

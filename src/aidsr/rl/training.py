@@ -11,18 +11,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from aidsr.artifacts import ActuatorGroup, Artifact
-from aidsr.episodes.actions import GroupsFrom
 from aidsr.episodes.batch import Episodes
 from aidsr.episodes.playing import play
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
-from aidsr.rl.files import TrainingFolder
+from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.head_start import start_from_probe
 from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.rl.recipe import Recipe
-from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Level, Variation
-from aidsr.tasks.goal import AnyGoal
+from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -30,7 +27,7 @@ if TYPE_CHECKING:
 
     from aidsr.rl.watching import CurvePoint
 
-__all__ = ["BUDGET_STEPS", "DEVELOPMENT", "TrainingConfig", "TrainingResult", "folder_for", "train"]
+__all__ = ["BUDGET_STEPS", "DEVELOPMENT", "folder_for", "train"]
 
 BUDGET_STEPS = 300_000
 """Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
@@ -43,37 +40,6 @@ _TESTED = 20
 """Development episodes that say whether training is saturated."""
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
-
-
-class TrainingConfig(Artifact):
-    """What was asked of a training, enough to repeat it."""
-
-    task: str
-    goal: AnyGoal | None = None
-    """Where the task is one that a goal makes of an environment."""
-    level: Level
-    benchmark_version: int
-    steps: int
-    seed: int
-    recipe: Recipe
-    groups: tuple[ActuatorGroup, ...]
-    """What each number of an action drives."""
-    groups_from: GroupsFrom
-    scene_sha256: str
-    versions: dict[str, str]
-
-
-class TrainingResult(Artifact):
-    """How a training ended."""
-
-    steps: int
-    wall_s: float
-    episodes: int
-    diverged_episodes: int
-    """Episodes in which the simulation broke down."""
-    success_share: float | None
-    """Of the last 100 episodes, with the noise of learning; None without any."""
-    stopped: Literal["budget", "saturated"]
 
 
 def train(
