@@ -40,6 +40,36 @@ def finished(tmp_path_factory):
     return folder
 
 
+class Given(QuickPushing):
+    """Won by being there."""
+
+    def succeeded(self, readings, memory):
+        return readings.time_s > 0.0
+
+
+class Killed(Exception):  # noqa: N818 - nothing went wrong
+    """Ends a training as a kill does: nothing more is saved."""
+
+
+def at(steps, ending):
+    """Return a listener that ends a training with the first point of its curve from so many steps on."""
+
+    def listen(point):
+        if point.steps >= steps:
+            raise ending
+
+    return listen
+
+
+def same_policy(one: TrainedPolicy, other: TrainedPolicy) -> bool:
+    seen = np.random.default_rng(0).normal(size=(5, 24))
+    return np.array_equal(one.act(seen), other.act(seen))
+
+
+def rows_of(folder) -> list[int]:
+    return [int(row["steps"]) for row in csv.DictReader((folder / "curve.csv").read_text().splitlines())]
+
+
 def events(folder) -> list[dict]:
     return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
 
@@ -66,7 +96,7 @@ def test_a_training_leaves_what_its_folder_promises(finished):
 
 def test_the_curve_tells_how_it_went(finished):
     rows = list(csv.DictReader((finished / "curve.csv").read_text().splitlines()))
-    steps = [int(row["steps"]) for row in rows]
+    steps = rows_of(finished)
     assert steps == sorted(set(steps))
     assert steps[-1] == STEPS
     result = TrainingResult.model_validate_json((finished / "training.json").read_text())
@@ -78,10 +108,8 @@ def test_the_curve_tells_how_it_went(finished):
 def test_the_same_seed_gives_the_same_policy_whatever_the_threads(finished, tmp_path):
     trained(tmp_path / "again", threads=3)
     trained(tmp_path / "other", seed=1)
-    seen = np.random.default_rng(0).normal(size=(5, 24))
-    first, again, other = (policy_of(folder).act(seen) for folder in (finished, tmp_path / "again", tmp_path / "other"))
-    assert np.array_equal(first, again)
-    assert not np.allclose(first, other)
+    assert same_policy(policy_of(finished), policy_of(tmp_path / "again"))
+    assert not same_policy(policy_of(finished), policy_of(tmp_path / "other"))
 
 
 def test_a_finished_training_is_not_trained_again(finished):
@@ -98,15 +126,11 @@ def test_another_training_in_the_same_folder_is_refused(finished):
 
 
 def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
-    def interrupt(point):
-        if point.steps >= STEPS // 2:
-            raise KeyboardInterrupt
-
     home, scene = tmp_path / "training", small_learning()
     folder = folder_for(home, scene, steps=STEPS, recipe=SMALL)
     assert folder == home / "001"
     with pytest.raises(KeyboardInterrupt):
-        trained(folder, listen=interrupt)
+        trained(folder, listen=at(STEPS // 2, KeyboardInterrupt))
     assert (folder / "checkpoint" / "policy.zip").exists()
     assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == folder
     assert folder_for(home, scene, steps=STEPS, recipe=SMALL, seed=1) == home / "002"
@@ -123,13 +147,8 @@ def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
 
 def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
     """The policy, its optimizer's steps and the statistics of what it saw go on; they do not begin anew."""
-
-    def interrupt(point):
-        if point.steps >= STEPS // 2:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        trained(tmp_path / "one", listen=interrupt)
+        trained(tmp_path / "one", listen=at(STEPS // 2, KeyboardInterrupt))
     half = Normalisation.from_json((tmp_path / "one" / "checkpoint" / "normalisation.json").read_text())
     trained(tmp_path / "one")
     whole = policy_of(tmp_path / "one").normalisation
@@ -139,15 +158,33 @@ def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
 
 
 def test_training_ends_when_success_is_saturated(tmp_path):
-    class Given(QuickPushing):
-        def succeeded(self, readings, memory):
-            return readings.time_s > 0.0
-
     result = trained(tmp_path / "001", task=Given(), steps=20_000)
     assert result.stopped == "saturated"
     assert result.steps < 5_000
     assert result.success_share > 0.9
     assert events(tmp_path / "001")[-1]["kind"] == "finished"
+
+
+def test_the_policy_that_is_kept_is_the_one_that_was_tested(tmp_path):
+    ended, stopped = tmp_path / "ended", tmp_path / "stopped"
+    result = trained(ended, task=Given(), steps=6_400)
+    tests = [event for event in events(ended) if event["kind"] == "tested"]
+    assert [event["steps"] for event in tests] == [result.steps]
+    assert rows_of(ended)[-1] == result.steps
+    with pytest.raises(KeyboardInterrupt):
+        trained(stopped, task=Given(), steps=6_400, listen=at(result.steps, KeyboardInterrupt))
+    assert same_policy(policy_of(ended), policy_of(stopped / "checkpoint"))
+    assert policy_of(ended).normalisation.count == policy_of(stopped / "checkpoint").normalisation.count
+
+
+def test_a_checkpoint_has_learned_from_all_steps_that_it_counts(tmp_path):
+    even = SMALL.model_copy(update={"final_learning_rate": SMALL.learning_rate, "settling": 0.0})
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    trained(whole, steps=256, recipe=even)
+    with pytest.raises(Killed):
+        trained(killed, steps=1280, recipe=even, listen=at(320, Killed))
+    assert json.loads((killed / "checkpoint" / "history.json").read_text())["steps"] == 256
+    assert same_policy(policy_of(whole), policy_of(killed / "checkpoint"))
 
 
 @pytest.mark.parametrize(

@@ -233,7 +233,10 @@ class _Training:
         course = play(self._episodes([self._development() for _ in range(_TESTED)]), policy)
         share = float(course.succeeded.mean())
         self.home.note("tested", steps=self.history.steps, success_share=share)
-        return share >= self.config.recipe.saturation
+        is_saturated = share >= self.config.recipe.saturation
+        # the one step that PPO still takes must not change what was tested
+        self.normalised.training = not is_saturated
+        return is_saturated
 
     def _checkpoint(self) -> None:
         with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:

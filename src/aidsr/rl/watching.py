@@ -124,17 +124,11 @@ class Watch(BaseCallback):
         self._begin()
         self._clock = time.perf_counter()
 
-    def _on_step(self) -> bool:
-        for info in self.locals["infos"]:
-            if "episode" in info:
-                self.history.count(info)
-        return not self.is_saturated
-
-    def _on_rollout_end(self) -> None:
-        now = time.perf_counter()
-        self.history.wall_s += now - self._clock
-        self._clock = now
-        self.history.steps = self.num_timesteps
+    def _on_rollout_start(self) -> None:
+        """Look at the policy here, after an update; what is tested or saved before one is not what goes on."""
+        if self.num_timesteps == self.history.steps:
+            return  # no update yet
+        self._count(self.num_timesteps)
         if self.history.steps >= self._next_point:
             self._next_point = self.history.steps + self._budget // _POINTS
             self._tell()
@@ -146,9 +140,25 @@ class Watch(BaseCallback):
             self._next_test = self.history.steps + self._budget // _POINTS
             self.is_saturated = self._saturated()
 
+    def _on_step(self) -> bool:
+        if self.is_saturated:
+            return False  # PPO can be ended only after a step, from which nothing is learned; so it does not count
+        for info in self.locals["infos"]:
+            if "episode" in info:
+                self.history.count(info)
+        return True
+
     def _on_training_end(self) -> None:
+        self._count(self.history.steps if self.is_saturated else self.num_timesteps)
         if self._told[0] != self.history.steps:
             self._tell()
+
+    def _count(self, steps: int) -> None:
+        """Count the steps that were learned from, and the time until now."""
+        now = time.perf_counter()
+        self.history.wall_s += now - self._clock
+        self._clock = now
+        self.history.steps = steps
 
     def _tell(self) -> None:
         steps, wall_s = self._told
