@@ -157,6 +157,42 @@ def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
     assert Normalisation.from_json(whole.to_json()).count == whole.count
 
 
+@pytest.mark.parametrize(("killed_at", "resumed"), [(128, 0), (512, 1)])  # before and after the first checkpoint
+def test_the_curve_of_a_killed_training_does_not_run_backwards(tmp_path, killed_at, resumed):
+    """Rows are written more often than checkpoints, so a kill leaves some that come again."""
+    with pytest.raises(Killed):
+        trained(tmp_path, steps=6_400, listen=at(killed_at, Killed))
+    assert rows_of(tmp_path)[-1] == killed_at
+    with (tmp_path / "curve.csv").open("a") as file:
+        file.write("13")  # and perhaps the beginning of one
+    with pytest.raises(Killed):
+        trained(tmp_path, steps=6_400, listen=at(704, Killed))
+    assert rows_of(tmp_path) == list(range(64, 705, 64))
+    history = json.loads((tmp_path / "checkpoint" / "history.json").read_text())
+    assert (history["steps"], history["resumed"]) == (640, resumed)
+
+
+def test_a_training_says_how_often_it_was_taken_up_again(finished, tmp_path):
+    assert TrainingResult.model_validate_json((finished / "training.json").read_text()).resumed == 0
+    for ending_at in (128, 256):
+        with pytest.raises(KeyboardInterrupt):
+            trained(tmp_path, listen=at(ending_at, KeyboardInterrupt))
+    assert trained(tmp_path).resumed == 2
+    before = json.loads((finished / "training.json").read_text())
+    del before["resumed"]
+    assert TrainingResult.model_validate(before).resumed == 0
+
+
+def test_a_kill_while_a_checkpoint_is_replaced_costs_no_checkpoint(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, listen=at(STEPS // 2, KeyboardInterrupt))
+    (tmp_path / "checkpoint").rename(tmp_path / ".checkpoint.old")
+    heard = []
+    trained(tmp_path, listen=heard.append)
+    assert heard[0].steps > STEPS // 2
+    assert not (tmp_path / ".checkpoint.old").exists()
+
+
 def test_training_ends_when_success_is_saturated(tmp_path):
     result = trained(tmp_path / "001", task=Given(), steps=20_000)
     assert result.stopped == "saturated"

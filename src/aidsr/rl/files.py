@@ -49,6 +49,8 @@ class TrainingResult(Artifact):
     success_share: float | None
     """Of the last 100 episodes, with the noise of learning; None without any."""
     stopped: Literal["budget", "saturated"]
+    resumed: int = 0
+    """How often it went on from a checkpoint, with other episodes than it would have drawn in one sitting."""
 
 
 @dataclass(frozen=True)
@@ -102,14 +104,20 @@ class TrainingFolder:
             file.write(json.dumps(event) + "\n")
 
     def replace_folder(self, name: str, made: Path) -> None:
-        """Put a folder made elsewhere in the place of one of this training's."""
-        target = self.path / name
-        old = target.with_name(f".{name}.old")
+        """Put a folder made elsewhere in the place of one of this training's; see `recover_folder`."""
+        target, old = self.path / name, self.path / f".{name}.old"
         shutil.rmtree(old, ignore_errors=True)
         if target.exists():
             target.replace(old)
         made.replace(target)
         shutil.rmtree(old, ignore_errors=True)
+
+    def recover_folder(self, name: str) -> bool:
+        """Return whether there is such a folder; one that a kill left aside, while it was replaced, is put back."""
+        target, old = self.path / name, self.path / f".{name}.old"
+        if old.exists() and not target.exists():
+            old.replace(target)
+        return target.exists()
 
     def remove_folder(self, name: str) -> None:
         """Remove a folder of this training's."""

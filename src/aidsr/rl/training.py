@@ -149,7 +149,7 @@ class _Training:
 
         self.scene, self.home, self.config, self.threads = scene, home, config, threads
         saved = home / "checkpoint"
-        resumed = saved.exists()
+        resumed = home.recover_folder("checkpoint")
         self.history = History.from_json(home.read_json("checkpoint/history.json")) if resumed else History()
         # a training taken up again must not draw the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
@@ -159,6 +159,7 @@ class _Training:
         self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
         self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
         if resumed:
+            self.history.resumed += 1
             Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
             self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
             self.model.num_timesteps = self.history.steps
@@ -259,6 +260,7 @@ class _Training:
             diverged_episodes=history.diverged,
             success_share=history.success_share if history.recent else None,
             stopped=stopped,
+            resumed=history.resumed,
         )
         self._checkpoint()
         for name in ("normalisation.json", "policy.zip"):

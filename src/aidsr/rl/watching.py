@@ -56,6 +56,8 @@ class History:
     wall_s: float = 0.0
     episodes: int = 0
     diverged: int = 0
+    resumed: int = 0
+    """Sittings after the first; one that was killed before its first checkpoint left nothing and is none."""
     recent: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
     """Success, progress and return of the last episodes."""
 
@@ -122,6 +124,7 @@ class Watch(BaseCallback):
 
     def _on_training_start(self) -> None:
         self._begin()
+        self._cut_curve()
         self._clock = time.perf_counter()
 
     def _on_rollout_start(self) -> None:
@@ -160,16 +163,23 @@ class Watch(BaseCallback):
         self._clock = now
         self.history.steps = steps
 
+    def _cut_curve(self) -> None:
+        """Take out what a killed sitting told after its last checkpoint; those steps are learned and told again."""
+        path = self._folder / "curve.csv"
+        if path.exists():
+            whole = [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
+            kept = [line for line in whole[1:] if int(line.partition(b",")[0]) <= self.history.steps]
+            self._folder.write("curve.csv", b"".join([*whole[:1], *kept]))
+
     def _tell(self) -> None:
         steps, wall_s = self._told
         speed = (self.history.steps - steps) / max(self.history.wall_s - wall_s, 1e-9)
         self._told = (self.history.steps, self.history.wall_s)
         point = self.history.point(speed)
         path = self._folder / "curve.csv"
-        is_new = not path.exists()
         with path.open("a", newline="", encoding="utf-8") as file:
             rows = csv.writer(file)
-            if is_new:
+            if file.tell() == 0:
                 rows.writerow([one.name for one in fields(CurvePoint)])
             rows.writerow(asdict(point).values())
         self._listen(point)
