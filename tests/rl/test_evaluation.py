@@ -242,6 +242,8 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
     assert Evaluation.model_validate_json((tmp_path / "evaluation.json").read_text()) == evaluation
     assert named(evaluation)["training_stable"].passed
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+    written = {name: (tmp_path / name).stat().st_mtime_ns for name in ("evaluation.json", "curve.png", "median.npz")}
+    assert written["evaluation.json"] == max(written.values()), "a verdict means that the rest is there"
     assert json.loads((tmp_path / "events.jsonl").read_text().splitlines()[-1])["kind"] == "evaluated"
     rewards = {episode.variation: episode.reward for episode in evaluation.episodes}
     for name, reward in (("best", max(rewards.values())), ("median", sorted(rewards.values())[9])):

@@ -100,13 +100,14 @@ def evaluate_training(
             training=training.result,
         )
     home = training.folder
-    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
-    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
     if (home / "curve.csv").exists():  # a head start may have used up the budget
         home.write("curve.png", curve_picture(home / "curve.csv"))
     scene, frame_s = training.scene.mjcf, training.scene.task.control_dt_s
     for name, motion in episode_recordings(scene, watched, frame_s).items():
         home.write(f"{name}.npz", motion)
+    # a verdict means that all is there but films, which may take minutes and fail
+    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
+    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
     if videos:
         for name, film in episode_videos(scene, watched, frame_s).items():
             home.write(f"{name}.mp4", film)
