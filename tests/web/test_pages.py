@@ -220,6 +220,10 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n2000,9,4,0.5,0.7,2.0,0,222\n"
     replace_file(folder / "curve.csv", rows.encode())
     np.savez(folder / "best.npz", qpos=np.zeros((3, 1)), frame_s=0.02, variation=3, mjcf=MJCF)
+    said, noted = (site.processes.folder / f"{site.training_name(run, 1)}.{kind}" for kind in ("log", "json"))
+    replace_file(said, b"trained already")
+    replace_file(noted, b'{"pid": 0}')
+    os.utime(noted, (1, 1))
     await user.open(f"/run/{run.path.name}/1")
     user.find("Training").click()
     for said in ("3 of 4", "2 000 of 4 000", "energy kept", "There is no film", "Replay best"):
@@ -229,6 +233,11 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     user.find("Not plausible").click()
     await user.should_see("You rejected it.")
     assert trainings_of(run.design(1))[0].inspection.read() == Inspection(plausible=False)
+    assert "trained already" not in shown(user), "the verdict says it all"
+    os.utime(noted)
+    await user.open(f"/run/{run.path.name}/1")
+    user.find("Training").click()
+    await user.should_see("trained already")
     await user.open("/")
     await user.should_see("1 of 1 approved")
 

@@ -76,9 +76,14 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     name, trainings = site.training_name(run, design.number), trainings_of(design)
     alive = site.processes.is_alive(name)
     learning = not trainings or any(training.result.read() is None for training in trainings)
-    unjudged = not trainings or trainings[-1].evaluation.read() is None
-    last_words = site.processes.last_words(name) if unjudged and not alive else ""
+    last_words = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.last_words(name)
     return _State(design.final_scene.path.exists(), alive, learning, last_words)
+
+
+def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> bool:
+    """Whether the last process shows in what it made; one that failed, or found all trained already, only says so."""
+    verdict = trainings[-1].evaluation.path if trainings else None
+    return verdict is not None and verdict.exists() and verdict.stat().st_mtime >= site.processes.begun_s(name)
 
 
 def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
