@@ -1,21 +1,30 @@
 """`aidsr train` and `aidsr evaluate`, as a person types them."""
 
+import io
 import json
+import shlex
+from collections.abc import Callable
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-from aidsr.artifacts import ActuatorGroup, Evaluation, Robot
+from aidsr.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.cli import main
+from aidsr.cli.teaching import train_designs
 from aidsr.rl.files import TrainingConfig
 from aidsr.runs import RunConfig
-from aidsr.runs.folders import Run
+from aidsr.runs.folders import Run, new_run
 from aidsr.runs.record import RunRecord
+from aidsr.tasks import load_task
 from scenes import small_arm, small_scene
 
-QUICK = ("--steps", "64", "--threads", "1", "--no-videos")
+EASY = ("--threads", "1", "--no-videos")
+QUICK = ("--steps", "64", *EASY)
+TWICE = "1024"
+"""Control steps of a training with two updates, so that it is told of before it is over."""
 
 
 def run_main(*words: str) -> int:
@@ -24,14 +33,44 @@ def run_main(*words: str) -> int:
     return ended.value.code
 
 
+class Impatient(io.StringIO):
+    """The terminal of somebody who presses Control-C when a text has come so often."""
+
+    def __init__(self, text: str, times: int) -> None:
+        super().__init__()
+        self.text, self.times, self.pressed = text, times, False
+
+    def write(self, said: str) -> int:
+        written = super().write(said)
+        if not self.pressed and self.getvalue().count(self.text) >= self.times:
+            self.pressed = True
+            raise KeyboardInterrupt
+        return written
+
+
+def interrupted(command: Callable[[], int], text: str, times: int = 1) -> str:
+    """Interrupt a command at a text, and return all that it said."""
+    with redirect_stdout(Impatient(text, times)) as terminal:
+        assert command() == 130
+    return terminal.getvalue()
+
+
+def kinds_of(folder: Path) -> list[str]:
+    return [json.loads(line)["kind"] for line in (folder / "events.jsonl").read_text().splitlines()]
+
+
 @pytest.fixture
 def design(tmp_path) -> Path:
     """The folder of an approved design for the catching task, as far as training looks at it."""
-    run = Run(tmp_path / "run")
     record = RunRecord(
-        objective="catch", task="grasping/dynamic_catching", level="hard", config=RunConfig(), started="", versions={}
+        objective="catch",
+        task="grasping/dynamic_catching",
+        level="hard",
+        config=RunConfig(),
+        started="2026-01-31T10:02:00+00:00",
+        versions={},
     )
-    run.record.write(record)
+    run = new_run(tmp_path / "runs", record, load_task("dynamic_catching").brief())
     design = run.design(1)
     group = ActuatorGroup(name="both", actuators=("pull_left", "pull_right"))
     design.iteration(1).robot.write(Robot(mjcf=small_arm(), functional_part="tip", actuator_groups=(group,)))
@@ -71,6 +110,47 @@ def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys):
     assert "0% (0 of 20)" in told
     assert run_main("evaluate", out / "002", "--no-videos", "--json", "--threads", "1") == 1
     assert Evaluation.model_validate_json(capsys.readouterr().out).task == "grasping/dynamic_catching"
+
+
+def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
+    """While the second policy learned, before it was judged, while its verdict was told."""
+    scene, out = tmp_path / "scene.xml", tmp_path / "learned"
+    scene.write_text(small_scene("dynamic_catching"))
+    words = ("train", scene, "--task", "dynamic_catching", "--out", out, *EASY, "--seeds", "2", "--steps", TWICE)
+    for text, times in (("seed 1: ", 1), (f"{out / '002'}: ", 1), ("(0 of 20)", 2)):
+        assert "What was learned is kept; the same command goes on" in interrupted(
+            lambda: run_main(*words), text, times
+        )
+    assert run_main(*words) == 1
+    told = capsys.readouterr().out
+    assert told.count("trained already") == told.count("(0 of 20)") == 2
+    assert [path.name for path in sorted(out.iterdir())] == ["001", "002"]
+    for folder in out.iterdir():
+        assert [kinds_of(folder).count(kind) for kind in ("started", "finished", "evaluated")] == [1, 1, 1]
+
+
+def test_what_was_trained_already_is_trained_again_only_when_asked_for(design, capsys):
+    words, home = ("train", design, *EASY, "--steps", TWICE, "--no-evaluate"), design / "training"
+    assert run_main(*words) == 0
+    assert "the same command without --again goes on" in interrupted(lambda: run_main(*words, "--again"), "seed 0: ")
+    assert kinds_of(home / "002") == ["started", "checkpoint"]
+    assert run_main(*words) == 0
+    assert kinds_of(home / "002")[-1] == "finished"
+    assert [path.name for path in sorted(home.iterdir())] == ["001", "002"]
+
+
+def test_an_interrupted_training_of_a_run_names_the_commands_that_go_on(design):
+    run = Run(design.parent.parent)
+    run.design(2).final_scene.write(small_scene("dynamic_catching").encode())
+    for one in run.designs:
+        one.outcome.write(Outcome(outcome="approved", reason="good", iteration=1))
+    told = interrupted(lambda: train_designs(run, steps=int(TWICE), seeds=1), "seed 0: ")
+    commands = [line.strip() for line in told.splitlines() if line.startswith("  aidsr")]
+    assert commands == [f"aidsr train {one.path} --steps {TWICE} --seeds 1" for one in run.designs]
+    assert "same command" not in told
+    assert run_main(*shlex.split(commands[0])[1:], "--no-evaluate") == 0
+    assert [path.name for path in (design / "training").iterdir()] == ["001"]
+    assert kinds_of(design / "training" / "001")[-1] == "finished"
 
 
 @pytest.mark.parametrize(

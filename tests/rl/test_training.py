@@ -142,7 +142,15 @@ def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
     kinds = [event["kind"] for event in events(folder)]
     assert kinds[0] == "started"
     assert "resumed" in kinds
-    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == home / "002"
+    assert folder_for(home, scene, steps=STEPS, recipe=SMALL) == folder
+    assert folder_for(home, scene, steps=STEPS, recipe=SMALL, again=True) == home / "002"
+
+
+def test_a_training_of_an_earlier_version_is_none_of_the_same(finished, tmp_path):
+    asked = json.loads((finished / "config.json").read_text())
+    del asked["groups_from"]
+    TrainingFolder(tmp_path / "001").write_json("config.json", asked)
+    assert folder_for(tmp_path, small_learning(), steps=STEPS, recipe=SMALL) == tmp_path / "002"
 
 
 def test_what_was_learned_before_an_interruption_is_kept(tmp_path):

@@ -108,7 +108,7 @@ def design(
         Folder in which the folder of the run is made.
     """
     from aidsr.cli.following import follow
-    from aidsr.cli.learning import train_designs
+    from aidsr.cli.teaching import train_designs
     from aidsr.extras import require_extra
     from aidsr.pipeline import BUILTIN, brief_for, parts_of, start
     from aidsr.pipeline.teams import check_model

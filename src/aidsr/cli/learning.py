@@ -16,9 +16,8 @@ from aidsr.wording import compared
 
 if TYPE_CHECKING:
     from aidsr.rl.watching import CurvePoint
-    from aidsr.runs import Run
 
-__all__ = ["TrainingBar", "print_evaluation", "print_evaluations", "train_designs"]
+__all__ = ["TrainingBar", "print_evaluation", "print_evaluations"]
 
 
 class TrainingBar:
@@ -76,23 +75,3 @@ def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> 
         share = f"{evaluation.success_share:.0%} ({won} of {len(evaluation.episodes)})"
         table.add_row(escape(str(folder)), share, f"{progress:.2f}", *verdict)
     console.print(table)
-
-
-def train_designs(run: Run, *, steps: int, seeds: int) -> int:
-    """Train and judge every approved design of a run; return 0 if one is successful, 1 if none, 130 if interrupted."""
-    from aidsr.cli.reporting import print_status
-    from aidsr.cli.train import train
-    from aidsr.runs import read_status, write_summary
-
-    codes = []
-    for design in run.designs:
-        outcome = design.outcome.read()
-        if outcome is not None and outcome.outcome == "approved":
-            codes.append(train(design.path, steps=steps, seeds=seeds))
-            write_summary(run)
-            if codes[-1] == 130:
-                return 130
-    console = Console(highlight=False)
-    console.print()
-    print_status(console, run, read_status(run))
-    return min(codes, default=1)

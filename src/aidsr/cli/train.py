@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from aidsr.episodes.scene import TaskScene
-    from aidsr.rl.recipe import Recipe
 
 __all__ = ["train"]
 
@@ -36,11 +29,13 @@ def train(
     tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     evaluate: bool = True,
     videos: bool = True,
+    again: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
     """Teach a robot its task by reinforcement learning, and judge the policy.
 
     Exit code 0 means that at least one policy is successful (or that none was to be judged), 1 that none is, 2 a
-    mistake in the command, 130 an interruption; the same command then goes on where it stopped.
+    mistake in the command, 130 an interruption. The same command goes on where an earlier one stopped; what that one
+    finished is not trained again, and its verdict is told once more.
 
         aidsr train runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -81,6 +76,8 @@ def train(
         Judge each policy on held-out variations.
     videos
         Draw the best and the median of those episodes.
+    again
+        Train anew, into the next folders, whatever earlier commands have left.
     """
     from rich.console import Console
 
@@ -88,65 +85,26 @@ def train(
     from aidsr.extras import require_extra
 
     require_extra("rl", "training")
+    from aidsr.cli.teaching import Teacher
     from aidsr.rl.recipe import Recipe
 
     subject = subject_of(scene, task, level, goal)
-    learning, recipe = subject.to_learn_in(grouping), Recipe(from_probe=from_probe, smoothing=smoothing)
     console = Console(highlight=False)
-    told = f"{learning.task.name}: {len(learning.actions.actuators)} actuators in {learning.actions.size} actions"
-    console.print(told, style="bold", markup=False, soft_wrap=True)
-    home = out if out is not None else subject.home / "training"
-    learn = partial(_learn, console, learning, home, recipe=recipe, threads=threads, tensorboard=tensorboard)
-    verdicts = []
-    for seed in range(first_seed, first_seed + seeds):
-        try:
-            folder = learn(steps=steps, seed=seed)
-        except KeyboardInterrupt:
-            console.print("\nInterrupted. What was learned is kept; the same command goes on", soft_wrap=True)
-            return 130
-        if evaluate:
-            verdicts.append(_judge(console, folder, threads=threads, videos=videos))
-    return 0 if any(verdicts) or not evaluate else 1
-
-
-def _learn(
-    console: Console,
-    learning: TaskScene,
-    home: Path,
-    *,
-    steps: int,
-    seed: int,
-    recipe: Recipe,
-    threads: int,
-    tensorboard: bool,
-) -> Path:
-    """Train one policy while a person watches; return its folder."""
-    from aidsr.cli.learning import TrainingBar
-    from aidsr.rl.training import folder_for
-    from aidsr.rl.training import train as learn
-
-    folder = folder_for(home, learning, steps=steps, seed=seed, recipe=recipe)
-    with TrainingBar(console, f"seed {seed}", steps) as bar:
-        result = learn(
-            learning,
-            folder,
-            steps=steps,
-            seed=seed,
-            recipe=recipe,
-            threads=threads,
-            tensorboard=tensorboard,
-            listen=bar.listen,
-        )
-    ended = f"{folder}: {result.steps} steps in {result.wall_s:.0f} s, ended by {result.stopped}"
-    console.print(ended, markup=False, soft_wrap=True)
-    return folder
-
-
-def _judge(console: Console, folder: Path, *, threads: int, videos: bool) -> bool:
-    """Evaluate one policy, say how it did, and return whether it is successful."""
-    from aidsr.cli.learning import print_evaluation
-    from aidsr.rl.trained import evaluate_training
-
-    verdict = evaluate_training(folder, threads=threads, videos=videos)
-    print_evaluation(console, folder, verdict)
-    return verdict.successful
+    teacher = Teacher(
+        console,
+        steps,
+        range(first_seed, first_seed + seeds),
+        Recipe(from_probe=from_probe, smoothing=smoothing),
+        threads=threads,
+        tensorboard=tensorboard,
+        evaluate=evaluate,
+        videos=videos,
+        again=again,
+    )
+    try:
+        successful = teacher.teach(subject.to_learn_in(grouping), out if out is not None else subject.home / "training")
+    except KeyboardInterrupt:
+        same = "the same command without --again" if again else "the same command"
+        console.print(f"\nInterrupted. What was learned is kept; {same} goes on", soft_wrap=True)
+        return 130
+    return 0 if successful else 1

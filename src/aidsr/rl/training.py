@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from pydantic import ValidationError
 
 from aidsr.episodes.batch import Episodes
 from aidsr.episodes.playing import play
@@ -83,18 +84,30 @@ def train(
 
 
 def folder_for(
-    home: Path, scene: TaskScene, *, steps: int = BUDGET_STEPS, seed: int = 0, recipe: Recipe | None = None
+    home: Path,
+    scene: TaskScene,
+    *,
+    steps: int = BUDGET_STEPS,
+    seed: int = 0,
+    recipe: Recipe | None = None,
+    again: bool = False,
 ) -> Path:
-    """Return where to train: an unfinished training of the very same under `home`, else the next of 001, 002."""
+    """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
+
+    It may be begun or finished; `again` asks for the next one in any case.
+    """
     config = _config(scene, steps, seed, recipe or Recipe())
-    numbered = sorted(path for path in home.glob("[0-9]*") if path.name.isdigit())
-    for path in numbered:
-        folder = TrainingFolder(path)
-        if (folder / "config.json").exists() and not (folder / "training.json").exists():
-            begun = TrainingConfig.model_validate(folder.read_json("config.json"))
-            if not _differences(begun, config):
-                return path
-    return home / f"{max((int(path.name) for path in numbered), default=0) + 1:03d}"
+    numbered = sorted((path for path in home.glob("[0-9]*") if path.name.isdigit()), key=lambda path: int(path.name))
+    same = [] if again else [path for path in numbered if _holds(path, config)]
+    return same[-1] if same else home / f"{int(numbered[-1].name) + 1 if numbered else 1:03d}"
+
+
+def _holds(path: Path, config: TrainingConfig) -> bool:
+    try:
+        begun = TrainingConfig.model_validate(TrainingFolder(path).read_json("config.json"))
+    except (FileNotFoundError, ValidationError):  # nothing was begun, or by a version that asked for other things
+        return False
+    return not _differences(begun, config)
 
 
 def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
