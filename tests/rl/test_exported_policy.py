@@ -5,13 +5,14 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 pytest.importorskip("manifold3d", reason="needs the extra fabrication")
 
+from test_training import SMALL
+
 import aidsr
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.pipeline.exporting import export
 from aidsr.rl.trained import evaluate_training
 from aidsr.rl.training import train
-from test_training import SMALL
 
 
 def test_a_policy_is_tried_with_the_robot_as_built(tmp_path):
