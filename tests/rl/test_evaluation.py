@@ -129,6 +129,28 @@ def test_energy_from_nothing_is_noticed():
     assert watched.evidence.energy_gain_j.max() > 0.0
 
 
+class Carried:
+    """Swings the stage that the environment lends, and leaves the robot at rest."""
+
+    def __init__(self, scene: TaskScene) -> None:
+        self.rest, self.steps = scene.actions.rest, 0
+        self.stage = [k for k, group in enumerate(scene.actions.groups) if group.actuators[0].startswith("base")]
+
+    def act(self, observation):
+        self.steps += 1
+        action = np.tile(self.rest, (len(observation), 1))
+        action[:, self.stage] = np.sin(self.steps / 5.0)
+        return action
+
+
+def test_only_the_robots_own_work_allows_for_what_contacts_give_back():
+    scene = TaskScene.of(small_scene("force_controlled_brushing"), "force_controlled_brushing")
+    evidence = watch(scene, Carried(scene), range(2), threads=1).evidence
+    column = scene.model.joint("base_x").qposadr[0]
+    assert np.ptp(evidence.qpos[0][:, column]) > 0.02
+    assert evidence.work_j == pytest.approx(0.0)
+
+
 def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
     floating = small_scene().replace('<body name="robot/seg1"', '<body name="robot/seg1" gravcomp="1"')
     assert "gravcomp" in floating

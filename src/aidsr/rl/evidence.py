@@ -35,7 +35,7 @@ class Evidence:
     energy_gain_j: FloatArray
     """Largest rise of mechanical energy that no actuator paid for [J]."""
     work_j: FloatArray
-    """Work that went through the actuators, both ways added up [J]."""
+    """Work that went through the robot's own actuators, both ways added up [J]."""
     over_limit: FloatArray
     """Farthest that a joint of the robot went beyond its range, as a share of what is allowed."""
     qpos: tuple[FloatArray, ...]
@@ -113,7 +113,8 @@ class _Energy:
     Between two physics steps an actuator does the work of its force over the change of its length, and gravity
     compensation that of its forces over the change of the joints; damping, friction and contacts only take energy away.
     Springs are part of MuJoCo's potential energy. Soft contacts and limits give back what was stored in them, which is
-    why a rise within a share of the work is allowed for (see `plausibility`).
+    why a rise within a share of the robot's own work is allowed for (see `plausibility`). A heavy stage that the
+    environment moves does many times as much: it pays, and allows for nothing.
 
     Source: MuJoCo documentation, Computation, "Energy"; the balance is the first law of mechanics.
     """
@@ -121,6 +122,7 @@ class _Energy:
     def __init__(self, episodes: Episodes) -> None:
         n, model = episodes.n, episodes.model
         self._timestep_s = float(model.opt.timestep)
+        self._own = list(episodes.structure.actuators)
         self.gain_j, self.work_j = np.zeros(n), np.zeros(n)
         self._paid_j, self._lowest_j = np.zeros(n), np.full(n, np.inf)
         self._force, self._length = np.zeros((n, model.nactuator)), np.full((n, model.nactuator), np.nan)
@@ -130,17 +132,16 @@ class _Energy:
         before = np.where(np.isnan(self._length[ids]), length[:, 0], self._length[ids])
         stretched = np.diff(length, axis=1, prepend=before[:, None])
         pulled = np.concatenate([self._force[ids][:, None], force[:, :-1]], axis=1)
-        work_j = (pulled * stretched).sum(axis=2)
+        work_j = pulled * stretched
         lifted_j = (recorded["qfrc_gravcomp"] * recorded["qvel"]).sum(axis=2) * self._timestep_s
         # a recorded energy is that before its physics step, a recorded velocity that after it
         lifted_before_j = np.cumsum(lifted_j, axis=1) - lifted_j
-        unpaid_j = (
-            recorded["energy"].sum(axis=2) - self._paid_j[ids, None] - np.cumsum(work_j, axis=1) - lifted_before_j
-        )
+        paid_j = self._paid_j[ids, None] + work_j.sum(axis=2).cumsum(axis=1) + lifted_before_j
+        unpaid_j = recorded["energy"].sum(axis=2) - paid_j
         lowest_j = np.minimum(np.minimum.accumulate(unpaid_j, axis=1), self._lowest_j[ids, None])
         self.gain_j[ids] = np.maximum(self.gain_j[ids], (unpaid_j - lowest_j).max(axis=1))
-        self.work_j[ids] += np.abs(work_j).sum(axis=1)
-        self._paid_j[ids] += work_j.sum(axis=1) + lifted_j.sum(axis=1)
+        self.work_j[ids] += np.abs(work_j[..., self._own].sum(axis=2)).sum(axis=1)
+        self._paid_j[ids] += work_j.sum(axis=(1, 2)) + lifted_j.sum(axis=1)
         self._lowest_j[ids] = lowest_j[:, -1]
         self._force[ids], self._length[ids] = force[:, -1], length[:, -1]
 

@@ -23,7 +23,7 @@ TRAINING_DIVERGED = 0.01
 
 ENERGY_OF_WEIGHT = 0.05
 ENERGY_OF_WORK = 0.1
-"""Rise of energy that nobody paid for, of weight x length and of the work done, that is allowed together.
+"""Rise of energy that nobody paid for, of weight x length and of the robot's work, that is allowed together.
 
 Source: the first is the validator's energy_growth; the second is our choice. Soft contacts store energy that the
 balance does not see: five fingers that squeeze a body and let it pop out gave back 0.07 of their work at most, robots
