@@ -44,28 +44,37 @@ class FinishedTraining:
                 f"the folder of a finished training was expected, and {folder} has no {missing}; train first, with "
                 "aidsr train"
             ) from None
+        _check_version(folder, config)
         scene = TaskScene.of(
             folder / "scene.xml",
             goal_task(config.goal, read_mjcf_text(folder / "scene.xml")) if config.goal else config.task,
             level=config.level,
             grouping="off",
         ).driven_as(config.groups, config.groups_from)
-        _check_same(folder, config, scene)
+        _check_scene(folder, config, scene)
         policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
         return cls(home, config, result, scene, policy)
 
 
-def _check_same(folder: Path, config: TrainingConfig, scene: TaskScene) -> None:
-    """Refuse to judge a policy at another job than it was trained for.
+def _check_version(folder: Path, config: TrainingConfig) -> None:
+    """Refuse to judge a policy at another task than it was trained for, before anything is asked of its scene.
 
     Raises:
-        UserError: The benchmark or the scene has changed since.
+        UserError: The benchmark has changed since; a goal of one's own is none of it.
     """
     if config.goal is None and config.benchmark_version != BENCHMARK_VERSION:
         raise UserError(
             f"a policy of version {BENCHMARK_VERSION} of the benchmark was expected, and {folder} holds one of version "
             f"{config.benchmark_version}, whose tasks differ; train it again"
         )
+
+
+def _check_scene(folder: Path, config: TrainingConfig, scene: TaskScene) -> None:
+    """Refuse to judge a policy in another scene than it was trained in.
+
+    Raises:
+        UserError: The file has changed since.
+    """
     if scene.fingerprint != config.scene_sha256:
         raise UserError(
             f"the scene of the training was expected in {folder / 'scene.xml'}, and that file has changed since; put "
