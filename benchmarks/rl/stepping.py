@@ -16,21 +16,36 @@ from aidsr.episodes.batch import Episodes
 from aidsr.episodes.scene import TaskScene
 from aidsr.rl.vector_env import BatchedVecEnv
 
-SIMULATIONS, PROCESSES = 64, 8
-_STEPS = 3_000
+SIMULATIONS, PROCESSES, ROUNDS = 64, 8, 15
+KINDS = {
+    "physics": "raw physics, the limit",
+    "batched": f"batched, {SIMULATIONS} simulations",
+    "subproc": f"SubprocVecEnv({PROCESSES}), plain environment",
+}
+_STEPS = 512
+"""Env-steps of a kind in a round: about a second, so that a machine whose speed changes changes it for all kinds."""
 
 
-def speeds(body: Body, scene: Path) -> dict[str, float]:
-    """Return env-steps per second of each kind, measured one after the other."""
-    return {
-        "physics": _physics_speed(body, scene),
-        "batched": _vec_speed(_batched(TaskScene.of(scene, body.task))),
-        "subproc": _vec_speed(subproc(body, scene, seed=0)),
-    }
-
-
-def _physics_speed(body: Body, scene: Path) -> float:
+def speeds(body: Body, scene: Path) -> tuple[dict[str, float], ...]:
+    """Return env-steps per second of each kind, which take turns, in each round."""
     found = TaskScene.of(scene, body.task)
+    batched, apart = _batched(found), subproc(body, scene, seed=0)
+    kinds = {
+        "physics": (_physics(found), SIMULATIONS),
+        "batched": (_acting(batched), batched.num_envs),
+        "subproc": (_acting(apart), apart.num_envs),
+    }
+    for step, _ in kinds.values():
+        for _ in range(5):
+            step()
+    rounds = tuple({name: _rate(*kind) for name, kind in kinds.items()} for _ in range(ROUNDS))
+    batched.close()
+    apart.close()
+    return rounds
+
+
+def _physics(found: TaskScene) -> Callable[[], object]:
+    """Return what advances all simulations with random controls."""
     batch = Batch(found.model, nsim=SIMULATIONS, nthread=0)
     substeps = round(found.task.control_dt_s / found.model.opt.timestep)
     rng, actions = np.random.default_rng(0), found.actions
@@ -40,7 +55,7 @@ def _physics_speed(body: Body, scene: Path) -> float:
         ctrl[:, list(actions.actuators)] = actions.ctrl(rng.uniform(-1.0, 1.0, (SIMULATIONS, actions.size)))
         batch.rollout(substeps)
 
-    return _rate(step, SIMULATIONS)
+    return step
 
 
 def _batched(found: TaskScene) -> BatchedVecEnv:
@@ -59,22 +74,17 @@ def subproc(body: Body, scene: Path, seed: int) -> VecEnv:
     return SubprocVecEnv([partial(body.plain, scene, body.task, each) for each in seeds])
 
 
-def _vec_speed(env: VecEnv) -> float:
+def _acting(env: VecEnv) -> Callable[[], object]:
+    """Return what advances all environments with random actions."""
     rng = np.random.default_rng(0)
     env.reset()
-    speed = _rate(
-        lambda: env.step(rng.uniform(-1.0, 1.0, (env.num_envs, *env.action_space.shape)).astype(np.float32)),
-        env.num_envs,
-    )
-    env.close()
-    return speed
+    shape = (env.num_envs, *env.action_space.shape)
+    return lambda: env.step(rng.uniform(-1.0, 1.0, shape).astype(np.float32))
 
 
 def _rate(step: Callable[[], object], simulations: int) -> float:
-    """Return simulations' steps per second, after a warm-up."""
-    for _ in range(5):
-        step()
-    count = max(5, _STEPS // simulations)
+    """Return simulations' steps per second in one turn."""
+    count = _STEPS // simulations
     began = time.perf_counter()
     for _ in range(count):
         step()
