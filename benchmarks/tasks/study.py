@@ -141,12 +141,14 @@ def _head(bodies: list[Fact]) -> str:
     versions = sorted({fact["mujoco"] for fact in bodies})
     motions = sorted(fact["probe"]["motions"] for fact in bodies)
     most = max(fact["probe"]["max_steps"] for fact in bodies)
+    designs = max(fact["design"] for fact in bodies)
     return f"""# Are the tasks good tasks?
 
-Made by `make tasks-study` with MuJoCo {", ".join(versions)}, version {BENCHMARK_VERSION} of the benchmark. Bodies are
-those of the built-in team as first written, seed 1, {len(bodies)} in all; motions are open-loop
-([probe](../../docs/probe.md)): at most {most:,} physics steps a body, which was room for {motions[0]} to
-{motions[-1]} motions. So few say what is possible, not what is impossible. results.jsonl has all that was measured.
+Made by `python benchmarks/tasks/study.py --designs {designs} --max-steps {most}` with MuJoCo
+{", ".join(versions)}, version {BENCHMARK_VERSION} of the benchmark. Bodies are those of the built-in team as first
+written, seed 1, {len(bodies)} in all; motions are open-loop ([probe](../../docs/probe.md)): at most {most:,} physics
+steps a body, which was room for {motions[0]} to {motions[-1]} motions. So few say what is possible, not what is
+impossible. results.jsonl has all that was measured.
 
 - *goal*: a stick or the object is pulled to the goal by hand, and that succeeds.
 - *idle*: successes among held-out episodes in which the bodies do nothing, and their largest progress.
