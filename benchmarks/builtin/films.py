@@ -1,4 +1,4 @@
-"""Write docs/policies.md: moments of the best policy of each task of a study.
+"""Write docs/policies.md: moments of the best policy of each task in studies.
 
     python benchmarks/builtin/films.py build/builtin-60000 build/builtin-300000
     python benchmarks/builtin/films.py build/builtin-300000 --tasks reaching/pipe_inserting
@@ -20,7 +20,7 @@ from PIL import Image
 
 from aidsr.benchmark.gallery import Card, gallery
 from aidsr.benchmark.outcomes import read_outcomes
-from aidsr.benchmark.study import Study, open_study
+from aidsr.benchmark.study import Study, StudyPlan, open_study
 from aidsr.sim.rendering import filmstrip
 from aidsr.tasks import task_names
 
@@ -28,13 +28,12 @@ DOCS = Path(__file__).parents[2] / "docs"
 _MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
 """Of a strip; drawn finer first, so that edges are smooth [px]."""
 _SECTION = re.compile(r"^## (\S+)\n(.*?\n)(?=\n## |\Z)", re.DOTALL | re.MULTILINE)
-_HEAD = """# What the best policies do
+_HEAD = """# What good policies do
 
-Moments of the best held-out episode of the best design of each task, the first on the left and the last on the right:
-robots of the built-in team. The camera goes along with a robot that travels; the time and the way from its start stand
-in the picture. Made by `python benchmarks/builtin/films.py STUDY …` from studies whose tables are, or were, in
-`benchmarks/builtin`; the films themselves (`best.mp4`) are in their folders.
-Tasks of which no design has been trained yet are missing.
+Moments of a design's best held-out episode, the first on the left and the last on the right: robots of the built-in
+team. The camera goes along with a robot that travels; the time and the way from its start stand in the picture. Made by
+`python benchmarks/builtin/films.py STUDY …`, each from the design that won most episodes in the study at hand, so the
+tables in `benchmarks/builtin` may know of better ones; the films themselves (`best.mp4`) are in the studies' folders.
 """
 
 
@@ -55,12 +54,13 @@ def main() -> None:
     page.write_text(_HEAD + "".join(f"\n## {task}\n{said[task]}" for task in task_names() if task in said), "utf-8")
 
 
-def _section(task: str, card: Card, steps: int) -> str:
+def _section(task: str, card: Card, plan: StudyPlan) -> str:
     """Draw a design's motion; return what stands below the task's name."""
     picture = DOCS / "images" / "policies" / f"{task.rpartition('/')[2]}.jpg"
     picture.parent.mkdir(parents=True, exist_ok=True)
     _draw(card, picture)
-    told = f"{card.what}, trained for at most {steps:,} control steps: {card.how_well}."
+    told = f"{card.what}, trained for at most {plan.steps:,} control steps"
+    told += f" in version {plan.benchmark_version} of the benchmark: {card.how_well}."
     return f"\n{told}\n\n![{task}](images/policies/{picture.name})\n"
 
 
@@ -78,11 +78,11 @@ def _draw(card: Card, picture: Path) -> None:
     Image.open(io.BytesIO(drawn)).resize((_MOMENTS * _WIDTH, _HEIGHT)).save(picture, quality=85)
 
 
-def _best(study: Study, task: str) -> tuple[float, Card, int] | None:
-    """Return the share of episodes that the best design wins, its strip, and the budget of its policy."""
+def _best(study: Study, task: str) -> tuple[float, Card, StudyPlan] | None:
+    """Return the share of episodes that the best design wins, its strip, and what it was trained by."""
     rows = [row for row in read_outcomes(study) if row.task == task and row.evaluations]
     cards = [card for card in gallery(study, rows) if card.motion]
-    return (max(fmean(row.episodes) for row in rows), cards[0], study.plan.steps) if cards else None
+    return (max(fmean(row.episodes) for row in rows), cards[0], study.plan) if cards else None
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How many approved designs could be built, and what keeps the rest from it.
 
-    python benchmarks/fabrication/run.py build/studies/builtin --jobs 2 --report benchmarks/fabrication/results.md
+    python benchmarks/fabrication/run.py build/builtin-300000 --jobs 2 --report benchmarks/fabrication/results.md
 
 Exports every approved design under a folder of runs or studies. What is there is kept, so that a stopped command goes
 on.

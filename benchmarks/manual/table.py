@@ -97,7 +97,7 @@ def table(rows: list[Row]) -> str:
         "",
         "Made by `python benchmarks/manual/table.py`. A language model was given the text of each prompt, and wrote",
         "each reply as a file; README.md says how far it was alone with it. Tokens are estimated from visible bytes",
-        "by 3; calls and tokens of the Designer are shared evenly.",
+        "by 3; calls and tokens of the Designer are shared evenly. What was trained later stands in trained.md.",
         "",
         "| task | concept | first reply loads | after mechanical repairs | first robot stable | iterations | judged |"
         " outcome | after training | calls | tokens in | tokens out |",

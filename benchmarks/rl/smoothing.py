@@ -1,9 +1,9 @@
-"""What smoothing of actions does for arms and for a crawler, and how well an arm presses a button after a minute.
+"""What smoothing of actions does for tentacles and a crawler, and how well a button is pressed after a minute.
 
     python benchmarks/rl/smoothing.py
 
 Built-in designs are trained on all cores, one after the other, with and without smoothing, and judged on held-out
-variations. Budgets are so small that a policy of the arms takes about a minute on two cores. Policies are kept under
+variations. Budgets are so small that a policy of a tentacle takes about a minute on two cores. Policies are kept under
 build/smoothing, so a stopped run goes on; smoothing.md beside this file is made of them. Nothing else should run
 meanwhile.
 """

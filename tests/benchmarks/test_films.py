@@ -20,7 +20,8 @@ def films(tmp_path, monkeypatch):
     spec.loader.exec_module(module)
     (tmp_path / "policies.md").write_bytes((DOCS / "policies.md").read_bytes())
     card = SimpleNamespace(what="arm, new", how_well="failed")
-    best = {"manipulation/drawer_opening": (0.0, card, 7_000)}
+    plan = SimpleNamespace(steps=7_000, benchmark_version=1)
+    best = {"manipulation/drawer_opening": (0.0, card, plan)}
     monkeypatch.setattr(module, "DOCS", tmp_path)
     monkeypatch.setattr(module, "open_study", lambda _path: SimpleNamespace(plan=SimpleNamespace(tasks=task_names())))
     monkeypatch.setattr(module, "_best", lambda _study, task: best.get(task))
@@ -38,7 +39,7 @@ def renewed(films, monkeypatch, *words: str) -> list[str]:
 
 
 def test_only_the_film_that_is_asked_for_is_renewed(films, monkeypatch):
-    told = "arm, new, trained for at most 7,000 control steps: failed."
+    told = "arm, new, trained for at most 7,000 control steps in version 1 of the benchmark: failed."
     assert renewed(films, monkeypatch, "--tasks", "manipulation/drawer_opening") == [told]
     assert [path.name for path in films.DOCS.rglob("*.jpg")] == ["drawer_opening.jpg"]
 

@@ -19,7 +19,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
         "what the robots of each generation were worth, for the baseline that searches; rewritten with each",
     ),
     ("concepts.json", "the concepts as the Designer proposed them"),
-    ("summary.html", "the page to open first; computed from the other files, the only one ever rewritten"),
+    ("summary.html", "the page to open first; computed from the other files and rewritten as they come"),
     ("designs/N/events.jsonl", "what happened to design N"),
     ("designs/N/II/concept.json", "the concept; in iteration 01 and wherever it changed"),
     ("designs/N/II/robot.xml", "the robot's MJCF, after mechanical repairs; wherever it changed"),
@@ -46,8 +46,10 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/final_robot.xml", "the approved robot alone"),
     ("designs/N/export/", "parts, sheet and verdict for the workshop, where that design was exported; may be replaced"),
     ("designs/N/probe.json", "how far that design gets without learning, where it was probed"),
+    ("designs/N/training/NNN/", "a policy of that design, its curve and its verdict, where one was trained"),
+    ("designs/N/verified.json", "the validator's report on the final scene, anew, in a study"),
 )
-"""Path pattern and content. N counts from 1, II from 01, NNNN from 0001; ROLE is one of the four roles."""
+"""Path pattern and content. N counts from 1, II, NNN and NNNN do too, with zeros; ROLE is one of the four roles."""
 
 
 def layout_text() -> str:
