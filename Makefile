@@ -54,8 +54,8 @@ bench-validator: $(VENV)/core  ## how long a validation takes, beside a plain lo
 fuzz: $(VENV)/core  ## feed CASES=1000 broken documents to the validator, BATTERY=50 of them driven
 	$(BIN)/python -m benchmarks.validator.fuzz --cases $(or $(CASES),1000) --battery $(or $(BATTERY),50)
 
-bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=build/builtin-300000 can be built, JOBS=2 at once, and what keeps the rest from it
-	$(BIN)/python benchmarks/fabrication/run.py $(or $(RUNS),build/builtin-300000) --jobs $(or $(JOBS),2)
+bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=runs can be built, JOBS=2 at once, and what keeps the rest from it
+	$(BIN)/python benchmarks/fabrication/run.py $(or $(RUNS),runs) --jobs $(or $(JOBS),2)
 
 tasks-study: $(VENV)/dev  ## idle bodies, goals by hand and open-loop motions at every task (hours; what is measured is kept)
 	$(BIN)/python benchmarks/tasks/study.py

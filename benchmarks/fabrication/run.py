@@ -1,6 +1,6 @@
 """How many approved designs could be built, and what keeps the rest from it.
 
-    python benchmarks/fabrication/run.py build/builtin-300000 --jobs 2 --report benchmarks/fabrication/results.md
+    python benchmarks/fabrication/run.py runs --jobs 2
 
 Exports every approved design under a folder of runs or studies. What is there is kept, so that a stopped command goes
 on.
@@ -44,11 +44,15 @@ def main() -> None:
     parser.add_argument("--printer", default="fdm")
     parser.add_argument("--material", default=None)
     asked = parser.parse_args()
+    tasks = [(design, asked.out, asked.printer, asked.material, asked.policy) for design in approved(asked.runs)]
+    if not tasks:
+        sys.exit(
+            f"approved designs were expected below {asked.runs}, and there are none; design some first, or name RUNS"
+        )
     asked.out.mkdir(parents=True, exist_ok=True)
     rows = []
     with ProcessPoolExecutor(asked.jobs) as workers:
-        tasks = [(design, asked.out, asked.printer, asked.material, asked.policy) for design in approved(asked.runs)]
-        for row in workers.map(_row, *zip(*tasks, strict=True)) if tasks else ():
+        for row in workers.map(_row, *zip(*tasks, strict=True)):
             rows.append(row)
             print(json.dumps(row), flush=True)  # noqa: T201
     (asked.out / "table.json").write_text(json.dumps(rows, indent=2) + "\n")

@@ -140,15 +140,16 @@ def table() -> str:
 def _head(bodies: list[Fact]) -> str:
     versions = sorted({fact["mujoco"] for fact in bodies})
     motions = sorted(fact["probe"]["motions"] for fact in bodies)
-    most = max(fact["probe"]["max_steps"] for fact in bodies)
-    designs = max(fact["design"] for fact in bodies)
+    steps = " or ".join(f"{most:,}" for most in sorted({fact["probe"]["max_steps"] for fact in bodies}))
     return f"""# Are the tasks good tasks?
 
-Made by `python benchmarks/tasks/study.py --designs {designs} --max-steps {most}` with MuJoCo
-{", ".join(versions)}, version {BENCHMARK_VERSION} of the benchmark. Bodies are those of the built-in team as first
-written, seed 1, {len(bodies)} in all; motions are open-loop ([probe](../../docs/probe.md)): at most {most:,} physics
-steps a body, which was room for {motions[0]} to {motions[-1]} motions. So few say what is possible, not what is
-impossible. results.jsonl has all that was measured.
+Made with MuJoCo {", ".join(versions)}, version {BENCHMARK_VERSION} of the benchmark, by
+
+{_commands(bodies)}
+
+Bodies are those of the built-in team as first written, seed 1, {len(bodies)} in all; motions are open-loop
+([probe](../../docs/probe.md)): at most {steps} physics steps a body, which was room for {motions[0]} to {motions[-1]}
+motions. So few say what is possible, not what is impossible. results.jsonl has all that was measured.
 
 - *goal*: a stick or the object is pulled to the goal by hand, and that succeeds.
 - *idle*: successes among held-out episodes in which the bodies do nothing, and their largest progress.
@@ -161,6 +162,20 @@ impossible. results.jsonl has all that was measured.
 | task | level | goal | idle | differ | best body | solved | alike | progress | it came so far | PPO |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
+
+
+def _commands(bodies: list[Fact]) -> str:
+    """Return the commands by which bodies were probed, one for each way."""
+    keys = ("max_steps", "candidates")
+    ways: dict[tuple[Any, ...], int] = {}
+    for one in bodies:
+        way = (one["level"], *(one["probe"][key] for key in keys))
+        ways[way] = max(ways.get(way, 0), one["design"])
+    return "\n".join(
+        f"    python benchmarks/tasks/study.py --levels {level} --designs {designs} --max-steps {steps} "
+        f"--candidates {count}"
+        for (level, steps, count), designs in ways.items()
+    )
 
 
 def _rows(known: list[Fact]) -> Iterator[str]:

@@ -7,6 +7,7 @@ import pytest
 
 from aidsr import runs
 from aidsr.artifacts import Decision
+from aidsr.benchmark.jobs import VERIFIED, trained_at
 from aidsr.pipeline import work
 from aidsr.pipeline.person import DecisionFile
 from aidsr.runs import LAYOUT, Run, RunConfig, RunRecord, write_summary
@@ -36,7 +37,8 @@ def run(tmp_path_factory) -> Run:
 
 def pattern(text: str) -> re.Pattern[str]:
     expression = re.escape(text).replace("NNNN", r"\d{4}").replace("ROLE", "(designer|coder|integrator|judge)")
-    return re.compile(expression.replace("/II/", r"/\d\d/").replace("/N/", r"/\d+/"))
+    expression = expression.replace("/II/", r"/\d\d/").replace("/N/", r"/\d+/").replace("/NNN/", r"/\d{3}/")
+    return re.compile(expression + ".+" if text.endswith("/") else expression)
 
 
 def test_every_file_is_in_the_layout(run) -> None:
@@ -55,6 +57,12 @@ def test_every_file_is_in_the_layout(run) -> None:
     later = {"search.json", "designs/N/probe.json", "designs/N/II/task_report.json", "designs/N/export/"}
     learned = {"designs/N/training/NNN/", "designs/N/verified.json"}
     assert set(missing) == {*asked_for, *calls, *later, *learned}
+
+
+def test_what_a_study_adds_is_in_the_layout(run) -> None:
+    patterns, design = [pattern(text) for text, _ in LAYOUT], run.design(1)
+    for added in (design.path / VERIFIED, trained_at(design, 0) / "config.json"):
+        assert any(each.fullmatch(added.relative_to(run.path).as_posix()) for each in patterns)
 
 
 class Page(HTMLParser):

@@ -66,8 +66,8 @@ def train(
     from_probe
         Look for an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
     smoothing
-        Share of the previous action that is kept in the next, 0 to below 1. Try 0.7 for an arm that trembles at its
-        goal; a crawler may need quick strokes.
+        Share of the previous action that is kept in the next, 0 to below 1. Try 0.7 for a soft body that trembles
+        at its goal; a crawler may need quick strokes.
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     tensorboard

@@ -49,7 +49,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/training/NNN/", "a policy of that design, its curve and its verdict, where one was trained"),
     ("designs/N/verified.json", "the validator's report on the final scene, anew, in a study"),
 )
-"""Path pattern and content. N counts from 1, II, NNN and NNNN do too, with zeros; ROLE is one of the four roles."""
+"""Path pattern and content. N and M count from 1, II from 01, NNN from 001, NNNN from 0001; ROLE is a role's name."""
 
 
 def layout_text() -> str:

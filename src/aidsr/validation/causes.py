@@ -54,10 +54,10 @@ EXPLAINS: dict[str, tuple[str, ...]] = {
     "tendon_pushes": ("tendon_slack",),
 }
 """Codes that an error explains. Where two could explain each other, the first is the cause.
-Source: our choice; missing blocks before wiring and ranges, then topology, lock and overlap, drop, collapse, growth of
-energy, no effect, sensors. Divergence explains nothing: other rules look at tests that do not diverge. Chatter spoils
-forces, not obstacles: rules about effects look at what a robot shakes about. Force, power, speed and stroke are told
-side by side: a motor has a limit for each, and one cured leaves the others."""
+Source: our choice; missing blocks before wiring and ranges, then topology, overlap, drop, collapse, growth of energy,
+chatter, locks, no effect, sensors. Divergence explains nothing: other rules look at tests that do not diverge. Chatter
+spoils forces, not obstacles: rules about effects look at what a robot shakes about. Force, power, speed and stroke are
+told side by side: a motor has a limit for each, and one cured leaves the others."""
 
 
 def is_explained(code: str, faults: Sequence[Fault]) -> bool:
