@@ -50,6 +50,10 @@ class Stepping(Artifact):
     conditions: Conditions
     load: float
     """Of the machine, the minute before."""
+    simulations: int
+    """Of the batched environment and of the raw physics."""
+    processes: int
+    """Of SubprocVecEnv, one environment each."""
     rounds: tuple[dict[str, float], ...]
     """Env-steps per second of each kind, in each round."""
 

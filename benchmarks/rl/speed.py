@@ -26,7 +26,7 @@ from bodies import BODIES, Body, made
 from learning import ours, theirs
 from records import Run, Stepping, keep, kept, learning_conditions_now
 from speed_page import draw, page, told
-from stepping import speeds
+from stepping import PROCESSES, SIMULATIONS, speeds
 
 HOME = Path(__file__).parent
 
@@ -36,22 +36,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5, help="trainings of each body, each with its own seed")
     parser.add_argument("--body", choices=[body.name for body in BODIES], help="measure this one alone")
+    parser.add_argument("--stepping", action="store_true", help="measure how fast they step alone, train nothing")
     parser.add_argument("--most-steps", type=int, default=300_000, help="budget of our recipe")
     parser.add_argument("--patience", type=float, default=8.5, help="times our wall time that the defaults may take")
     parser.add_argument("--out", default="results", help="how the names of all files begin")
-    parser.add_argument("--write-only", action="store_true", help="measure nothing, write what is there")
     asked = parser.parse_args()
     measured = _Measured(asked)
-    if asked.write_only:
-        measured.publish()
-        return
     with tempfile.TemporaryDirectory() as folder:
         scenes = {body: made(body, Path(folder) / body.name) for body in BODIES if asked.body in (None, body.name)}
         for body, scene in scenes.items():
             measured.step(body, scene)
-        for seed in range(asked.runs):
+        for seed in range(0 if asked.stepping else asked.runs):
             for body, scene in scenes.items():
                 measured.learn(body, scene, seed)
+    measured.publish()
 
 
 class _Measured:
@@ -69,8 +67,16 @@ class _Measured:
         if any(one.body == body.name for one in self._steppings):
             return
         load = os.getloadavg()[0]
-        found = Stepping(body=body.name, conditions=self._conditions.machine, load=load, rounds=speeds(body, scene))
-        self._steppings.append(found)
+        self._steppings.append(
+            Stepping(
+                body=body.name,
+                conditions=self._conditions.machine,
+                load=load,
+                simulations=SIMULATIONS,
+                processes=PROCESSES,
+                rounds=speeds(body, scene),
+            )
+        )
         keep(self._raw_stepping, self._steppings)
         self.publish()
 

@@ -10,7 +10,7 @@ from bodies import BODIES, Body
 from learning import Way
 from matplotlib.figure import Figure
 from records import LearningConditions, Run, Stepping
-from stepping import KINDS, PROCESSES
+from stepping import PROCESSES
 
 __all__ = ["draw", "page", "ratio_of", "told"]
 
@@ -53,9 +53,14 @@ def _load(runs: Sequence[Run]) -> str:
 
 
 def _stepping(found: Stepping) -> list[str]:
-    seen = {kind: [speeds[kind] for speeds in found.rounds] for kind in KINDS}
+    kinds = {
+        "physics": "raw physics, the limit",
+        "batched": f"batched, {found.simulations} simulations",
+        "subproc": f"SubprocVecEnv({found.processes}), plain environment",
+    }
+    seen = {kind: [speeds[kind] for speeds in found.rounds] for kind in kinds}
     rows = [
-        f"| {KINDS[kind]} | {statistics.median(values):,.0f} ({min(values):,.0f} to {max(values):,.0f}) "
+        f"| {kinds[kind]} | {statistics.median(values):,.0f} ({min(values):,.0f} to {max(values):,.0f}) "
         f"| {_ratio(found, kind, 'physics'):.0%} |"
         for kind, values in seen.items()
     ]

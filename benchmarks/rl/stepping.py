@@ -17,11 +17,6 @@ from aidsr.episodes.scene import TaskScene
 from aidsr.rl.vector_env import BatchedVecEnv
 
 SIMULATIONS, PROCESSES, ROUNDS = 64, 8, 15
-KINDS = {
-    "physics": "raw physics, the limit",
-    "batched": f"batched, {SIMULATIONS} simulations",
-    "subproc": f"SubprocVecEnv({PROCESSES}), plain environment",
-}
 _STEPS = 512
 """Env-steps of a kind in a round: about a second, so that a machine whose speed changes changes it for all kinds."""
 
@@ -30,18 +25,20 @@ def speeds(body: Body, scene: Path) -> tuple[dict[str, float], ...]:
     """Return env-steps per second of each kind, which take turns, in each round."""
     found = TaskScene.of(scene, body.task)
     batched, apart = _batched(found), subproc(body, scene, seed=0)
-    kinds = {
-        "physics": (_physics(found), SIMULATIONS),
-        "batched": (_acting(batched), batched.num_envs),
-        "subproc": (_acting(apart), apart.num_envs),
-    }
-    for step, _ in kinds.values():
-        for _ in range(5):
-            step()
-    rounds = tuple({name: _rate(*kind) for name, kind in kinds.items()} for _ in range(ROUNDS))
-    batched.close()
-    apart.close()
-    return rounds
+    try:
+        kinds = {
+            "physics": (_physics(found), SIMULATIONS),
+            "batched": (_acting(batched), batched.num_envs),
+            "subproc": (_acting(apart), apart.num_envs),
+        }
+        # as in training: else all its episodes would end long after the measurement, and none begin in it
+        batched.desynchronize(np.random.default_rng(0))
+        for step, _ in kinds.values():
+            for _ in range(5):
+                step()
+        return tuple({name: _rate(*kind) for name, kind in kinds.items()} for _ in range(ROUNDS))
+    finally:
+        apart.close()
 
 
 def _physics(found: TaskScene) -> Callable[[], object]:

@@ -51,11 +51,41 @@ def test_stepping_is_compared_within_each_round(program, records):
         {"physics": 1100.0, "batched": 1100.0, "subproc": 500.0},
     )
     conditions = records.learning_conditions_now(300_000, 8.5)
-    stepping = records.Stepping(body="arm", conditions=conditions.machine, load=0.5, rounds=rounds)
+    counts = {"simulations": 32, "processes": 8}
+    stepping = records.Stepping(body="arm", conditions=conditions.machine, load=0.5, **counts, rounds=rounds)
     text = program.page([], [stepping], 5, conditions, "mine")
-    assert "| batched, 64 simulations | 900 (190 to 1,100) | 95% |" in text
+    assert "| batched, 32 simulations | 900 (190 to 1,100) | 95% |" in text
     assert "Batched against SubprocVecEnv: **2.2 x**" in text
     assert "--patience 8.5 --out mine`" in text
+
+
+def test_a_stopped_measurement_goes_on_and_the_page_is_always_written(records, tmp_path, monkeypatch):
+    speed, done = importlib.import_module("speed"), []
+
+    def measured(kind, result):
+        return lambda body, *_rest: done.append((kind, body.name)) or result
+
+    way = run(records, 100.0, 800.0).ours
+    monkeypatch.setattr(speed, "HOME", tmp_path)
+    for name, result in {"made": "scene.xml", "speeds": ({"physics": 3.0, "batched": 2.0, "subproc": 1.0},)}.items():
+        monkeypatch.setattr(speed, name, measured(name, result))
+    for name in ("ours", "theirs"):
+        monkeypatch.setattr(speed, name, measured(name, way))
+
+    def asked(*words: str) -> list[str]:
+        done.clear()
+        monkeypatch.setattr("sys.argv", ["speed.py", "--out", "mine", *words])
+        speed.main()
+        return [f"{kind} {name}" for kind, name in done if kind != "made"]
+
+    assert asked("--runs", "1", "--body", "arm", "--stepping") == ["speeds arm"]
+    assert asked("--runs", "1", "--body", "arm") == ["ours arm", "theirs arm"]
+    assert asked("--runs", "1") == ["speeds crawler", "ours crawler", "theirs crawler"]
+    names = {"mine.md", "mine.jsonl", "mine-stepping.jsonl", "mine-curves.png"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    (tmp_path / "mine.md").unlink()
+    assert asked("--runs", "1") == []
+    assert "1 of 1 trainings are done" in (tmp_path / "mine.md").read_text()
 
 
 def test_what_was_measured_is_kept_under_the_same_conditions_only(records, tmp_path):
