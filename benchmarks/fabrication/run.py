@@ -46,9 +46,7 @@ def main() -> None:
     asked = parser.parse_args()
     tasks = [(design, asked.out, asked.printer, asked.material, asked.policy) for design in approved(asked.runs)]
     if not tasks:
-        sys.exit(
-            f"approved designs were expected below {asked.runs}, and there are none; design some first, or name RUNS"
-        )
+        sys.exit(f"approved designs were expected below {asked.runs}, and there are none; name another folder")
     asked.out.mkdir(parents=True, exist_ok=True)
     rows = []
     with ProcessPoolExecutor(asked.jobs) as workers:

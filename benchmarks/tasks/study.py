@@ -166,10 +166,9 @@ motions. So few say what is possible, not what is impossible. results.jsonl has 
 
 def _commands(bodies: list[Fact]) -> str:
     """Return the commands by which bodies were probed, one for each way."""
-    keys = ("max_steps", "candidates")
-    ways: dict[tuple[Any, ...], int] = {}
+    ways: dict[tuple[str, int, int], int] = {}
     for one in bodies:
-        way = (one["level"], *(one["probe"][key] for key in keys))
+        way = (one["level"], one["probe"]["max_steps"], one["probe"]["candidates"])
         ways[way] = max(ways.get(way, 0), one["design"])
     return "\n".join(
         f"    python benchmarks/tasks/study.py --levels {level} --designs {designs} --max-steps {steps} "

@@ -1,6 +1,10 @@
 """The report of exports counts what can be built, and says of the rest why not."""
 
-from benchmarks.fabrication.run import account
+from pathlib import Path
+
+import pytest
+
+from benchmarks.fabrication.run import account, main
 
 
 def row(name: str, verdict: str, errors: list[str], success: tuple[float | None, float | None]) -> dict[str, object]:
@@ -21,3 +25,10 @@ def test_the_share_has_an_interval_and_the_rest_its_reasons() -> None:
     assert "hinge_strain 1" in text
     assert "90% → 85%" in text
     assert text.count("\n| ") == 5
+
+
+def test_a_folder_without_designs_is_no_table_of_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.argv", ["run.py", str(tmp_path), "--out", str(tmp_path / "out")])
+    with pytest.raises(SystemExit, match="approved designs were expected"):
+        main()
+    assert not (tmp_path / "out").exists()
