@@ -81,6 +81,15 @@ def test_a_wall_between_camera_and_robot_makes_the_camera_go_elsewhere() -> None
     assert camera_of(scene(FLOOR + wall)).azimuth != open_view.azimuth
 
 
+def test_what_stands_beside_a_robot_is_in_the_picture_but_not_before_it() -> None:
+    """A block near enough to be wanted in the picture, on the side from which the camera would rather look."""
+    block = '<geom name="block" type="box" size="0.02 0.15 0.2" pos="{} {} 0.65" euler="0 0 {}"/>'
+    azimuth = np.deg2rad(camera_of(scene()).azimuth)
+    at = -0.1 * np.array([np.cos(azimuth), np.sin(azimuth)])
+    picture = rendering.picture(scene(FLOOR + block.format(*at, np.rad2deg(azimuth))), width=160, height=120)
+    assert reddish(pixels(picture)).mean() > 0.01
+
+
 def test_a_place_can_be_seen_from_where_its_author_looks() -> None:
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><visual><global azimuth="70" elevation="-28"/></visual><statistic center="1 2 3" extent="0.5"/>

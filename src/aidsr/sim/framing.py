@@ -83,7 +83,7 @@ def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float
     camera.lookat[:] = centre
     camera.distance = _MARGIN * radius / np.sin(np.deg2rad(_FOVY_DEG / 2)) / view.closeness
     near = [geom for geom in _surrounding_geoms(model) if np.linalg.norm(data.geom_xpos[geom] - centre) < radius]
-    camera.azimuth, camera.elevation = _direction(model, data, camera, [*_robot_geoms(model), *near], view)
+    camera.azimuth, camera.elevation = _direction(model, data, camera, near, view)
     extent = model.stat.extent
     model.vis.map.znear = min(model.vis.map.znear, 0.1 * camera.distance / extent)
     model.vis.map.zfar = max(model.vis.map.zfar, 4 * camera.distance / extent)
@@ -151,15 +151,15 @@ def _region(robot: Array, others: Array) -> tuple[Array, float]:
 
 
 def _direction(
-    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, geoms: list[int], view: View
+    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, near: list[int], view: View
 ) -> tuple[float, float]:
     """Return azimuth and elevation [deg] from which most is in sight; between equals, the preferred."""
     azimuths = _AZIMUTHS_DEG if view.azimuth_deg is None else (view.azimuth_deg,)
     elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
     directions = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
-    sample = geoms[:: 1 + len(geoms) // _LOOKED_AT]
+    robot = _robot_geoms(model)
     merits = [
-        _in_sight(model, data, _eye(camera, *direction), sample) - rank * _RELUCTANCE
+        _in_sight(model, data, _eye(camera, *direction), robot, near) - rank * _RELUCTANCE
         for rank, direction in enumerate(directions)
     ]
     return directions[int(np.argmax(merits))]
@@ -173,11 +173,17 @@ def _eye(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> 
     return eye
 
 
-def _in_sight(model: mujoco.MjModel, data: mujoco.MjData, eye: Array, geoms: list[int]) -> float:
-    """Return the share of geoms whose centre is hidden at most by geoms of the same list."""
+def _in_sight(model: mujoco.MjModel, data: mujoco.MjData, eye: Array, robot: list[int], near: list[int]) -> float:
+    """Return the share of geoms that are in sight.
+
+    What hides a part of the robot must be of the robot itself; before what is near it, another of both may stand.
+    """
     hit = np.zeros(1, np.int32)
+    geoms = [*robot, *near]
+    looked_at = geoms[:: 1 + len(geoms) // _LOOKED_AT]
+    of_robot, of_both = set(robot), set(geoms)
     seen = 0
-    for geom in geoms:
+    for geom in looked_at:
         mujoco.mj_ray(model, data, eye, data.geom_xpos[geom] - eye, None, True, -1, hit, None)
-        seen += int(hit[0]) in geoms
-    return seen / max(len(geoms), 1)
+        seen += int(hit[0]) in (of_robot if geom in of_robot else of_both)
+    return seen / max(len(looked_at), 1)
