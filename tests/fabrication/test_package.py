@@ -9,13 +9,17 @@ import mujoco
 import pytest
 from exported import made, mjcf, report
 
+from aidsr.artifacts import Outcome, Placement
 from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.responding import responses
 from aidsr.fabrication.told import Retest
 from aidsr.fabrication.verdict import judge, retest_of
+from aidsr.pipeline import exporting
 from aidsr.pipeline.exporting import export
+from aidsr.runs import RunConfig, RunRecord, new_run
+from aidsr.tasks import load_task
 from aidsr.validation import validate
 
 
@@ -100,6 +104,24 @@ def test_a_robot_from_a_file_is_exported_and_the_export_replaced(tmp_path) -> No
     (tmp_path / "mine" / "notes.txt").write_text("keep")
     with pytest.raises(UserError, match="no earlier export"):
         export(robot, tmp_path / "mine")
+
+
+def test_a_design_is_exported_at_the_size_it_was_approved_with(tmp_path, monkeypatch) -> None:
+    record = RunRecord(
+        objective="grasp", task="", level="", config=RunConfig(), started="2026-01-31T10:02:00+00:00", versions={}
+    )
+    design = new_run(tmp_path, record, load_task("simple_grasping").brief()).design(1)
+    design.final_robot.write(mjcf("gripper").encode())
+    for number, scale in ((1, 1.5), (2, 2.0)):
+        design.iteration(number).placement.write(Placement(mount="mount", base="fixed", scale=scale))
+    design.outcome.write(Outcome(outcome="approved", reason="It came farther than the next.", iteration=1))
+
+    def stop(_mjcf, _reports, _printer, *, material, scale):
+        raise UserError(f"{scale}")
+
+    monkeypatch.setattr(exporting, "make", stop)
+    with pytest.raises(UserError, match=r"1\.5"):
+        export(design.path)
 
 
 def test_a_folder_without_a_robot_is_refused(tmp_path) -> None:

@@ -78,11 +78,16 @@ def test_after_its_rounds_what_came_farthest_is_kept(tmp_path) -> None:
     assert (outcome.outcome, outcome.iteration) == ("approved", 2)
     assert outcome.reason == "Plausible. It comes to 0.4."
     assert run.design(1).final_robot.read() == run.design(1).iteration(2).robot.xml.read()
+    assert [it.number for it in run.design(1).leading_to()] == [2, 1]
+    assert read_status(run).designs[0].stable
+    assert "02/critique.json" in run.summary.read_text()
 
 
 def test_each_round_has_all_its_iterations_and_a_failed_one_keeps_what_was(tmp_path) -> None:
     script = Script(robots=["ok", *["chatter"] * 20])
     run, asked, outcome = grow(tmp_path, short(), script=script)
+    status = read_status(run).designs[0]
+    assert (status.iteration, status.stable, status.faults) == (10, True, ())
     assert asked.count("coder") == 1 + 9
     assert (outcome.outcome, outcome.iteration) == ("approved", 1)
     assert run.design(1).final_scene.read() == run.design(1).iteration(1).scene.xml.read()

@@ -13,10 +13,11 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.cli import main
+from aidsr.cli.subject import subject_of
 from aidsr.cli.teaching import train_designs
 from aidsr.rl.files import TrainingConfig
 from aidsr.runs import RunConfig
-from aidsr.runs.folders import Run, new_run
+from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
 from aidsr.tasks import load_task
 from scenes import small_arm, small_scene
@@ -85,6 +86,14 @@ def test_a_design_knows_its_task_its_level_and_its_groups(design, capsys):
     config = TrainingConfig.model_validate_json((design / "training" / "001" / "config.json").read_text())
     assert (config.task, config.level) == ("grasping/dynamic_catching", "hard")
     assert [group.name for group in config.groups] == ["both"]
+
+
+def test_a_design_is_what_was_approved_and_not_what_was_tried_after_it(design):
+    folder = DesignFolder(design)
+    folder.iteration(2).robot.write(Robot(mjcf=small_arm(), functional_part="tip"))
+    assert subject_of(design, None, None).groups == ()
+    folder.outcome.write(Outcome(outcome="approved", reason="It came farthest.", iteration=1))
+    assert [group.name for group in subject_of(design, None, None).groups] == ["both"]
 
 
 def test_smoothing_of_actions_is_asked_for_and_kept(design, capsys):

@@ -70,7 +70,7 @@ def _trained(design: DesignFolder, seeds: int) -> list[Path]:
 def _strip(design: DesignFolder, trained: Sequence[Path]) -> str:
     if trained:
         return f"data:image/jpeg;base64,{base64.b64encode(_moments(trained[0] / 'best.mp4')).decode()}"
-    drawn = next((found for it in reversed(design.iterations) if (found := it.motion.read() or it.preview.read())), b"")
+    drawn = next((found for it in design.leading_to() if (found := it.motion.read() or it.preview.read())), b"")
     return f"data:image/png;base64,{base64.b64encode(drawn).decode()}" if drawn else ""
 
 

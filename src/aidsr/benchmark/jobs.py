@@ -219,7 +219,7 @@ def _train(study: Study, job: Job) -> None:
     from aidsr.rl.training import train
 
     design = _design_of(study, job)
-    robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
+    robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
     scene = TaskScene.of(
         design.final_scene.path,
         job.cell.task,
@@ -236,7 +236,7 @@ def _probe(study: Study, job: Job) -> None:
     from aidsr.probing import ProbeReport, probe
 
     design = _design_of(study, job)
-    robot = next(robot for it in reversed(design.iterations) if (robot := it.robot.read()))
+    robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
     report = probe(
         design.final_scene.path,
         job.cell.task,

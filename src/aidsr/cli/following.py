@@ -130,7 +130,7 @@ class Panel:
         """Bring the line of the design up to date."""
         line = self._lines.setdefault(number, _Line())
         if number and (not line.concept or (isinstance(event, Done) and event.step == "concept")):
-            concept = newest(it.concept.read() for it in reversed(self._run.design(number).iterations))
+            concept = newest(it.concept.read() for it in self._run.design(number).leading_to())
             line.concept = concept.name if concept else ""
         line.iteration = getattr(event, "iteration", None) or line.iteration
         line.doing = DOING[event.step] if isinstance(event, Begun) else ""

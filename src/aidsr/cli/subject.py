@@ -57,6 +57,7 @@ def subject_of(path: Path, task: str | None, level: Levels | None, goal: Path | 
     """
     from aidsr.runs import Run
     from aidsr.runs.folders import DesignFolder
+    from aidsr.runs.status import newest
 
     if task and goal:
         raise UserError("a task measures success and so does a goal; give either --task or --goal")
@@ -83,8 +84,8 @@ def subject_of(path: Path, task: str | None, level: Levels | None, goal: Path | 
                 f"{path} was designed for an objective in words, which has no measure of success; say one with --goal "
                 "goal.toml (docs/goals.md), or name a task it can be trained on with --task"
             )
-    robots = [robot for one in design.iterations if (robot := one.robot.read()) is not None]
-    groups = robots[-1].actuator_groups if robots else ()
+    robot = newest(it.robot.read() for it in design.leading_to())
+    groups = robot.actuator_groups if robot else ()
     return Subject(scene, _asked(scene, task or known_task, goal), level or known_level or "standard", groups, path)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING
 
 from aidsr.artifacts import Placement, Robot, ValidationReport
 from aidsr.errors import UserError
@@ -17,6 +17,7 @@ from aidsr.fabrication.responding import responses
 from aidsr.fabrication.told import MARK, Retest, Verdict
 from aidsr.fabrication.verdict import retest_of
 from aidsr.runs import DesignFolder, Run
+from aidsr.runs.status import newest
 from aidsr.runs.trainings import trainings_of
 from aidsr.sim.assembly import assemble
 from aidsr.sim.mjcf import open_mjcf
@@ -117,25 +118,20 @@ def _read(subject: Path) -> _Subject:
             "design, as runs/…/designs/1, or the MJCF of a robot"
         )
     brief = Run(subject.parent.parent).brief()
-    placement = _last(design, "placement") or Placement(mount="world", base="fixed")
-    reports = tuple(report for name in ("robot_report", "scene_report") if (report := _last(design, name)) is not None)
-    concept = _last(design, "concept")
+    kept = design.leading_to()
+    placement = newest(it.placement.read() for it in kept) or Placement(mount="world", base="fixed")
+    found = newest(it.robot_report.read() for it in kept), newest(it.scene_report.read() for it in kept)
+    concept = newest(it.concept.read() for it in kept)
     title = f"{concept.name if concept else 'robot'} for {brief.task or 'an objective in words'}"
     return _Subject(
         title=title,
         mjcf=robot.decode(),
         scale=placement.scale,
-        reports=reports,
+        reports=tuple(report for report in found if report),
         environment=brief.environment,
         mount=placement.base,
         design=design,
     )
-
-
-def _last(design: DesignFolder, name: Literal["placement", "concept", "robot_report", "scene_report", "robot"]) -> Any:
-    """The newest artifact of a kind in a design's iterations."""
-    found = [value for one in design.iterations if (value := getattr(one, name).read()) is not None]
-    return found[-1] if found else None
 
 
 def _with_policy(retest: Retest, given: _Subject, built: str) -> Retest:
@@ -150,10 +146,13 @@ def _with_policy(retest: Retest, given: _Subject, built: str) -> Retest:
     if design is None or not finished:
         raise UserError("a trained policy was asked for, and there is none; train the design first, with aidsr train")
     trained = FinishedTraining.load(finished[-1].path)
-    robot: Robot = _last(design, "robot")
+    robot = newest(it.robot.read() for it in design.leading_to())
+    placement = newest(it.placement.read() for it in design.leading_to())
+    assert robot is not None, "only what is approved is trained"
+    assert placement is not None, "only a robot that was placed in a scene is approved"
     changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
-    placement = _last(design, "placement").model_copy(update={"scale": 1.0})
-    scene = assemble(changed, given.environment, placement, trained.scene.task.sensors)
+    at_size = placement.model_copy(update={"scale": 1.0})
+    scene = assemble(changed, given.environment, at_size, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
     there = there.driven_as(trained.config.groups, trained.config.groups_from)
     with one_torch_thread():

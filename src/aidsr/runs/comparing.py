@@ -39,7 +39,7 @@ class Comparison(Artifact):
 def attempted(design: DesignFolder, number: int) -> Attempted:
     """Return how a design stood at an iteration."""
     own = design.iteration(number)
-    until = [it for it in reversed(design.iterations) if it.number <= number]
+    until = design.leading_to(number)
     robot = newest(it.robot.xml.read() for it in until)
     critique = own.critique.read()
     return Attempted(

@@ -164,6 +164,17 @@ class DesignFolder:
         """The iterations so far, in order."""
         return tuple(IterationFolder(path) for path in _numbered(self.path))
 
+    def leading_to(self, number: int | None = None) -> tuple[IterationFolder, ...]:
+        """Return iterations newest first, in which a design is to be looked for: each holds what was made in it.
+
+        Args:
+            number: The iteration at which the design is looked at. Unless given, the one that its outcome names, for
+                one that was approved need not be the last one made; without an outcome, the last one made.
+        """
+        if number is None and (outcome := self.outcome.read()):
+            number = outcome.iteration
+        return tuple(each for each in reversed(self.iterations) if number is None or each.number <= number)
+
 
 @dataclass(frozen=True)
 class Run:

@@ -109,10 +109,10 @@ def read_status(run: Run, now: datetime | None = None) -> RunStatus:
 
 def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: datetime | None) -> DesignStatus:
     events = read_events(folder.events)
-    iterations = folder.iterations
-    concept = newest(it.concept.read() for it in reversed(iterations))
-    report = newest(it.scene_report.read() or it.robot_report.read() for it in reversed(iterations))
-    critique = newest(it.critique.read() for it in reversed(iterations))
+    iterations, shown = folder.iterations, folder.leading_to()
+    concept = newest(it.concept.read() for it in shown)
+    report = newest(it.scene_report.read() or it.robot_report.read() for it in shown)
+    critique = newest(it.critique.read() for it in shown)
     outcome = folder.outcome.read()
     return DesignStatus(
         number=folder.number,

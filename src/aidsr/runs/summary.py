@@ -112,7 +112,7 @@ class _Card:
 
 
 def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
-    newest_first = tuple(reversed(folder.iterations))
+    newest_first = folder.leading_to()
     preview = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
     motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
     rows = tuple(_row(iteration) for iteration in folder.iterations)
@@ -164,13 +164,13 @@ def _decision(iteration: IterationFolder) -> str:
 
 
 def _files(folder: DesignFolder) -> list[tuple[str, str]]:
-    newest = folder.iterations[-1] if folder.iterations else None
+    shown = next(iter(folder.leading_to()), None)
     candidates = [("final scene", folder.final_scene.path), ("final robot", folder.final_robot.path)]
-    if newest is not None:
+    if shown is not None:
         candidates += [
-            ("scene report", newest.scene_report.path),
-            ("robot report", newest.robot_report.path),
-            ("critique", newest.critique.path),
+            ("scene report", shown.scene_report.path),
+            ("robot report", shown.robot_report.path),
+            ("critique", shown.critique.path),
         ]
     candidates.append(("events", folder.events))
     return [(label, _relative(folder, path)) for label, path in candidates if path.exists()]

@@ -141,7 +141,7 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
     scene = iteration.scene.read()
     state = attempted(page.folder, number)
     report = (iteration.scene_report if scene else iteration.robot_report).read()
-    robot = newest(it.robot.read() for it in reversed(page.folder.iterations) if it.number <= number)
+    robot = newest(it.robot.read() for it in page.folder.leading_to(number))
     page.stage.view = show_scene(
         scene.mjcf if scene else state.robot,
         f"{page.run.path.name} design {page.folder.number} iteration {number}",

@@ -71,7 +71,7 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
 
 
 def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
-    until = [it for it in reversed(design.iterations) if it.number <= number]
+    until = design.leading_to(number)
     found = []
     for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("As written", "robot_as_written.xml")):
         paths = [it.path / name for it in until if (it.path / name).exists()]
