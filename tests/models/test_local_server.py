@@ -22,7 +22,7 @@ from aidsr.calls import CallRecord, Message, Question
 from aidsr.errors import ReplyError
 from aidsr.models import connect
 from aidsr.runs import Run, read_status
-from aidsr.runs.folders import calls_in
+from aidsr.runs.answered import calls_in
 
 transformers = pytest.importorskip("transformers", reason='pip install -e ".[rl,serving]" brings the server')
 pytestmark = pytest.mark.slow

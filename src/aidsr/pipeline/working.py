@@ -16,8 +16,8 @@ from aidsr.pipeline.growing import Growth
 from aidsr.pipeline.parts import Parts
 from aidsr.pipeline.steps import HaltedError, Steps
 from aidsr.runs import DesignFolder, EventLog, Run, write_summary
+from aidsr.runs.answered import set_calls_aside
 from aidsr.runs.events import Done, Event, Finished, Started, Stopped, Waiting, without_secrets
-from aidsr.runs.folders import set_calls_aside
 
 __all__ = ["Listen", "work"]
 

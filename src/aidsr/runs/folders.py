@@ -29,10 +29,11 @@ from aidsr.artifacts import (
 )
 from aidsr.calls import CallRecord
 from aidsr.errors import UserError
+from aidsr.runs.answered import calls_in
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
 from aidsr.runs.record import Budget, RunRecord
 
-__all__ = ["DesignFolder", "IterationFolder", "Run", "calls_in", "new_run", "set_calls_aside"]
+__all__ = ["DesignFolder", "IterationFolder", "Run", "new_run"]
 
 
 @dataclass(frozen=True)
@@ -280,23 +281,6 @@ def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> R
     JsonFile(path / "brief.json", dict[str, Any]).write(facts)
     run.record.write(record)
     return run
-
-
-_UNUSABLE = ".unusable.json"
-
-
-def calls_in(folder: Path, *, usable: bool = False) -> tuple[CallRecord, ...]:
-    """Return the answered calls kept in `folder`/calls, in order; `usable` leaves out those set aside."""
-    paths = sorted((folder / "calls").glob("[0-9]*_*.json"))
-    records = (JsonFile(path, CallRecord).read() for path in paths if not (usable and path.name.endswith(_UNUSABLE)))
-    return tuple(record for record in records if record is not None)
-
-
-def set_calls_aside(folder: Path) -> None:
-    """Mark the calls of a folder as unusable: they stay on record and in the account, and answer no question again."""
-    for path in (folder / "calls").glob("[0-9]*_*.json"):
-        if not path.name.endswith(_UNUSABLE):
-            path.rename(path.with_name(path.name.removesuffix(".json") + _UNUSABLE))
 
 
 def _numbered(folder: Path) -> list[Path]:

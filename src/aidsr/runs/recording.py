@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.calls import CallRecord, Question
+from aidsr.runs.answered import calls_in
 from aidsr.runs.files import JsonFile
-from aidsr.runs.folders import calls_in
 
 if TYPE_CHECKING:
     from aidsr.models import Model
