@@ -156,7 +156,8 @@ class _Watch:
     def _point(self, name: str) -> FloatArray:
         """Return where a site, or else the origin of a body, is from now on, (3,) [m]."""
         site = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, name)
-        return self._data.site_xpos[site] if site >= 0 else self._data.body(name).xpos
+        found: FloatArray = self._data.site_xpos[site] if site >= 0 else self._data.body(name).xpos
+        return found
 
     def _carried_by(self, body: int) -> list[int]:
         """Return a body and all that it carries."""
