@@ -100,6 +100,14 @@ def test_success_must_be_held_and_ends_the_episode_with_a_bonus():
     assert not moments[-1].out_of_time.any()
 
 
+def test_success_in_the_last_moment_is_not_out_of_time():
+    won_at_s = play(begun(1), Always(1.0, -1.0)).time_s
+    episodes, moments = begun(1), []
+    episodes.time_limit_s[:] = won_at_s
+    assert play(episodes, Always(1.0, -1.0), moments.append).time_s == won_at_s
+    assert (moments[-1].succeeded[0], moments[-1].out_of_time[0]) == (True, False)
+
+
 def test_an_ended_episode_stands_still_until_it_is_begun_anew():
     episodes = begun(2)
     episodes.time_limit_s[0] = 0.08

@@ -1,6 +1,7 @@
 """Where a body stops on its way through a task, told from a watched motion, and whose work that is."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,10 +13,39 @@ from aidsr.probing.blaming import judge_trace, targets_of
 from aidsr.probing.motion import GroupMotion, Motion
 from aidsr.probing.tracing import Look, Trace, trace
 from aidsr.probing.trying import try_out
-from aidsr.tasks import load_task
-from scenes import small_scene
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import Change, GoalTask, Variation, goal_task, load_task, parse_goal
+from scenes import QuickPushing, small_arm, small_scene
 
 BUTTON, LANE = load_task("button_pushing"), load_task("flat_ground")
+ROOM = """
+<mujoco>
+  <option timestep="0.002" integrator="implicitfast"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 0.05" priority="1"/>
+    <site name="mount" pos="0 0 0.5" euler="180 0 0"/>
+    <site name="mount_low" pos="0 0 0.1"/>
+    <site name="hook" pos="0.16 0 0.3"/>
+    <site name="moon" pos="0 0 0.9"/>
+    <body name="cart" pos="0.06 0 0.3">
+      <joint name="rail" type="slide" axis="1 0 0" damping="1" frictionloss="0.3"/>
+      <geom name="cart" type="box" size="0.02 0.05 0.02" mass="0.2" priority="1"/>
+      <body name="flag" pos="0 0 0.05"><geom name="flag" size="0.01" mass="0.01" priority="1"/></body>
+    </body>
+    <body name="ball" pos="-0.16 0 0.03">
+      <freejoint/>
+      <geom name="ball" size="0.03" mass="0.05" priority="1"/>
+    </body>
+    <body name="bell" pos="-0.06 0 0.3"><geom name="bell" size="0.02" priority="1"/></body>
+  </worldbody>
+</mujoco>"""
+"""What the goals below are about, around an arm that hangs from the mount."""
+REACH = 'kind = "reach"\ntarget = "hook"\ntime_limit_s = 1'
+MOON = REACH.replace("hook", "moon")
+LIFT = 'kind = "lift"\ntarget = "ball"\ntime_limit_s = 1'
+PUSH = 'kind = "travel"\ntarget = "flag"\ndistance_m = 0.8\ntime_limit_s = 1'
+WALK = 'kind = "travel"\ndistance_m = 0.5\ntime_limit_s = 1'
+TOUCH = 'kind = "touch"\ntarget = "bell"\nforce_n = 9\ntime_limit_s = 1'
 AWAY = Look(
     time_s=1.0,
     progress=0.1,
@@ -35,14 +65,22 @@ TOUCHING = replace(
     AWAY, time_s=2.0, progress=0.55, gap_m=-0.001, force_n=0.3, touching=("robot/tip",), touched=("button_cap",)
 )
 FIRM = replace(TOUCHING, force_n=7.9)
+LOOSE = replace(AWAY, progress=0.0, gap_m=2.0, nearest="", apart_m=0.0)
 
 
-def watched(*looks: Look, takes_n: float = 0.0, succeeded=False, failed=False, diverged=False) -> Trace:
+def watched(*looks: Look, takes_n: float = 0.0, free=False, succeeded=False, failed=False, diverged=False) -> Trace:
     best = max(look.progress for look in looks)
     zeros, ends = np.zeros(1), (np.array([end]) for end in (succeeded, failed, diverged))
-    return Trace(
-        looks, Course(*ends, zeros, np.array([best]), zeros, np.array([looks[-1].time_s])), {"button_cap": takes_n}
-    )
+    course = Course(*ends, zeros, np.array([best]), zeros, np.array([looks[-1].time_s]))
+    return Trace(looks, course, {looks[0].nearest: takes_n}, free)
+
+
+def goal(text: str) -> GoalTask:
+    return goal_task(parse_goal(text), ROOM)
+
+
+def crawled(**changes) -> Trace:
+    return watched(replace(LOOSE, **changes), free=True)
 
 
 @pytest.mark.parametrize(
@@ -84,10 +122,10 @@ def watched(*looks: Look, takes_n: float = 0.0, succeeded=False, failed=False, d
         ),
         (BUTTON, watched(TOUCHING, AWAY), "slipped", "coder", "robot/tip", "loses it at 2 s"),
         (BUTTON, watched(AWAY, diverged=True), "unstable", "coder", "robot/s3", "breaks down after 1 s"),
-        (LANE, watched(replace(AWAY, progress=0)), "not_forward", "coder", "actuator_too_weak", "no more than 0 mm"),
+        (LANE, crawled(), "not_forward", "coder", "actuator_too_weak", "no more than 0 mm"),
         (
             LANE,
-            watched(replace(AWAY, progress=0, travelled_m=0.2)),
+            crawled(travelled_m=0.2),
             "not_forward",
             "designer",
             "gait",
@@ -95,7 +133,7 @@ def watched(*looks: Look, takes_n: float = 0.0, succeeded=False, failed=False, d
         ),
         (
             LANE,
-            watched(replace(AWAY, progress=0.05, travelled_m=0.06)),
+            crawled(progress=0.05, travelled_m=0.06),
             "not_forward",
             "designer",
             "gait",
@@ -117,7 +155,8 @@ def test_each_phase_blames_a_role_with_bodies_times_and_numbers(task, seen, phas
     ("task", "seen", "phase"),
     [
         (BUTTON, watched(TOUCHING, succeeded=True), "solved"),
-        (LANE, watched(replace(AWAY, progress=0.12)), "partial"),
+        (LANE, crawled(progress=0.12), "partial"),
+        (goal(WALK), crawled(progress=0.12), "partial"),
     ],
 )
 def test_what_is_left_to_training_passes(task, seen, phase) -> None:
@@ -135,7 +174,7 @@ def test_an_impact_is_no_force() -> None:
 
 
 def test_an_episode_that_its_task_gives_up_is_told() -> None:
-    report = judge_trace(LANE, watched(replace(AWAY, progress=0, travelled_m=0.2), failed=True), 64)
+    report = judge_trace(LANE, watched(replace(LOOSE, travelled_m=0.2), free=True, failed=True), 64)
     assert "given up by the task's own rule after 1 s" in report.critique.summary
     assert "forbids" not in report.critique.summary
 
@@ -148,6 +187,90 @@ def test_what_the_task_forbids_is_told() -> None:
 def test_targets_are_what_a_task_feels_for() -> None:
     assert targets_of(BUTTON) == ("button_cap",)
     assert targets_of(LANE) == ()
+    assert targets_of(goal(REACH)) == ("hook",)
+    assert targets_of(goal(WALK)) == ()
+
+
+PULLS = {"left": (1.0, -1.0), "right": (-1.0, 1.0), "neither": (-1.0, -1.0)}
+
+
+def pulled(place: TaskScene, way: str) -> Motion:
+    ends = zip(place.actions.groups, PULLS[way], strict=True)
+    groups = tuple(GroupMotion(group=group.name, first=-1.0, last=end) for group, end in ends)
+    return Motion(begin_s=0.1, ramp_s=0.3, frequency_hz=1.0, groups=groups)
+
+
+@cache
+def roomy(base: str) -> str:
+    placement = Placement(mount="mount_low" if base == "free" else "mount", base=base)
+    return assemble(Robot(mjcf=small_arm(), functional_part="tip"), ROOM, placement).mjcf
+
+
+@pytest.mark.parametrize(
+    ("text", "base", "way", "phase", "blame", "words"),
+    [
+        (
+            REACH,
+            "fixed",
+            "left",
+            "never_reached",
+            "integrator",
+            "where 20 mm is near enough, although it gets 298 mm",
+        ),
+        (REACH.replace("hook", "flag"), "fixed", "left", "never_reached", "integrator", "and flag is 162 mm away"),
+        (MOON, "fixed", "left", "never_reached", "designer", "its root, and moon is 400 mm away: too short"),
+        (LIFT, "fixed", "neither", "never_reached", "designer", "no nearer to ball than 203 mm"),
+        (LIFT, "free", "left", "no_force", "coder", "robot/seg2 touches ball first at"),
+        (PUSH, "fixed", "left", "no_force", "coder", "robot/seg3 touches flag first at"),
+        (PUSH, "fixed", "right", "never_reached", "integrator", "comes no nearer to flag than"),
+        (WALK, "free", "left", "not_forward", "designer", "mm in 1 s, but not forward"),
+        (WALK, "free", "neither", "not_forward", "coder", "it moves its body by no more than"),
+        (WALK, "fixed", "left", "not_forward", "integrator", "its root is held, and its centre of mass moves by no"),
+        (WALK + '\nbase = "fixed"', "fixed", "left", "not_forward", "designer", "its root is held"),
+        (TOUCH, "fixed", "right", "no_force", "coder", "for longer than an impact, where 9 N is wanted"),
+        (TOUCH, "fixed", "left", "never_reached", "integrator", "comes no nearer to bell than"),
+    ],
+)
+def test_where_a_goal_of_each_kind_is_missed_is_told_with_its_target(text, base, way, phase, blame, words) -> None:
+    task = goal_task(parse_goal(text), roomy(base))
+    place = TaskScene.of(roomy(base), task)
+    seen = trace(place, Variation(), pulled(place, way), targets_of(task))
+    report = judge_trace(task, seen, 64)
+    (issue,) = report.critique.issues
+    assert (report.phase, issue.blame) == (phase, blame)
+    assert words in issue.problem
+
+
+ROLLED = replace(FIRM, progress=0.5, nearest="ball", touched=("ball",), moved_m=0.02, force_n=0.8)
+RUNG = replace(FIRM, progress=0.3, nearest="bell", touched=("bell",))
+
+
+@pytest.mark.parametrize(
+    ("text", "seen", "phase", "words"),
+    [
+        (
+            LIFT,
+            watched(ROLLED, takes_n=0.49),
+            "wrong_way",
+            "0.49 N would be enough to move it, and moves it by no",
+        ),
+        (LIFT, watched(replace(ROLLED, force_n=0.3), takes_n=0.49), "no_force", "where 0.49 N would move it"),
+        (TOUCH, watched(replace(RUNG, force_n=12.0)), "wrong_way", "presses with 12 N, but too little of that by its"),
+        (REACH, watched(replace(AWAY, nearest="hook", apart_m=0.21)), "never_reached", "although it gets 200 mm from"),
+        (REACH, watched(replace(AWAY, nearest="hook", apart_m=0.23)), "never_reached", "230 mm away: too short"),
+    ],
+)
+def test_what_was_touched_for_a_goal_is_not_called_out_of_reach(text, seen, phase, words) -> None:
+    report = judge_trace(goal(text), seen, 64)
+    assert report.phase == phase
+    assert words in report.critique.issues[0].problem
+
+
+def test_the_body_that_moves_fastest_is_told_not_the_one_at_the_middle_of_its_tree() -> None:
+    place = TaskScene.of(small_scene(), QuickPushing())
+    whirling = Variation((Change("qvel", "robot/bend4", (30.0,)),))
+    seen = trace(place, whirling, pulled(place, "neither"), targets_of(BUTTON))
+    assert seen.looks[0].fastest == "robot/seg4", "the last segment alone turns, and about its own joint"
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from aidsr import probe
-from aidsr.artifacts import ActuatorGroup
+from aidsr.artifacts import ActuatorGroup, EpisodeResult
 from aidsr.episodes.batch import Episodes
-from aidsr.episodes.playing import play
+from aidsr.episodes.playing import Course, play
 from aidsr.errors import UserError
 from aidsr.probing import ProbeReport
 from aidsr.probing.motion import Motions, OpenLoop
+from aidsr.probing.probing import _fitness
 from scenes import QuickPushing, small_learning, small_scene
 
 QUICK = {"candidates": 64, "variations": 2, "threads": 1}
@@ -22,6 +23,23 @@ class FarPushing(QuickPushing):
 
     def succeeded(self, readings, memory):
         return np.abs(readings["tip_position"][:, 0]) > 1.0
+
+
+class SidedPushing(QuickPushing):
+    """Bends to one side in some variations and to the other in others; the wrong one loses."""
+
+    def draw(self, rng):
+        drawn = super().draw(rng)
+        return replace(drawn, parameters={**drawn.parameters, "side": (float(rng.choice((-1.0, 1.0))),)})
+
+    def succeeded(self, readings, memory):
+        return self._sideways_m(readings) > 0.05
+
+    def failed(self, readings, memory):
+        return self._sideways_m(readings) < -0.02
+
+    def _sideways_m(self, readings):
+        return readings["tip_position"][:, 0] * readings.parameters["side"][:, 0]
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +60,27 @@ def test_a_body_that_cannot_says_how_far_it_came():
     assert "at the button" in report.reached
     assert report.best.episode.ended == "out_of_time"
     assert report.progress == np.mean([one.episode.best_progress for one in report.variations])
+
+
+def test_what_needs_another_motion_in_each_variation_is_solved_by_no_single_one():
+    task = SidedPushing()
+    sides = [task.variation("development", index).parameters["side"][0] for index in range(3)]
+    assert len(set(sides)) == 2
+    report = probe(small_scene(), task, **{**QUICK, "variations": 3})
+    assert report.success_share == 1.0
+    assert report.same_motion_share == pytest.approx(2 / 3)
+
+
+def test_a_motion_is_worth_its_progress_and_success_half_after_a_failure_and_nothing_after_a_divergence():
+    yes, no, zeros = np.array([True]), np.array([False]), np.zeros(1)
+
+    def worth(succeeded=no, failed=no, diverged=no):
+        return _fitness(Course(succeeded, failed, diverged, np.array([0.2]), np.array([0.6]), zeros, zeros)).tolist()
+
+    assert worth() == pytest.approx([0.4])
+    assert worth(succeeded=yes) == pytest.approx([1.4])
+    assert worth(failed=yes) == pytest.approx([0.2])
+    assert worth(diverged=yes) == [-1.0], "less than any other"
 
 
 def test_the_same_seed_gives_the_same_report_whatever_the_threads(report):
@@ -68,9 +107,11 @@ def test_what_is_solved_is_searched_no_further(report):
     assert report.played_steps * small_learning().model.opt.timestep == pytest.approx(report.simulated_s)
 
 
-@pytest.mark.parametrize(("max_steps", "motions"), [(30_000, range(16, 60)), (1, range(4, 5))])
-def test_physics_steps_bound_the_search_and_what_it_found_is_still_played(max_steps, motions):
-    report = probe(small_scene(), FarPushing(), **{**QUICK, "candidates": 640}, max_steps=max_steps)
+@pytest.mark.parametrize(
+    ("candidates", "max_steps", "motions"), [(640, 30_000, range(16, 60)), (640, 1, range(4, 5)), (16, 1, range(4, 5))]
+)
+def test_physics_steps_bound_the_search_and_what_it_found_is_still_played(candidates, max_steps, motions):
+    report = probe(small_scene(), FarPushing(), **{**QUICK, "candidates": candidates}, max_steps=max_steps)
     assert report.ended_by == "budget"
     assert report.motions in motions
     assert report.played_steps <= max(max_steps, 2 * 4 * 500 + 4 * 500)
@@ -82,6 +123,20 @@ def test_more_candidates_never_come_less_far():
     many = probe(small_scene(), FarPushing(), candidates=96, variations=1, threads=1)
     assert many.progress >= few.progress
     assert many.simulated_s > few.simulated_s
+
+
+def test_only_whole_generations_are_tried_and_told():
+    report = probe(small_scene(), FarPushing(), candidates=40, variations=1, threads=1)
+    assert (report.ended_by, report.motions) == ("candidates", 32)
+    assert report.why_ended == "all 32 motions for each variation were tried"
+
+
+def test_what_only_unrounded_motions_solved_is_not_called_solved(report):
+    assert report.why_ended == "every variation is solved"
+    short = EpisodeResult(variation=0, ended="out_of_time", progress=0.9, best_progress=0.9, reward=0.0, time_s=1.0)
+    first, second = report.variations
+    missed = report.model_copy(update={"variations": (first.model_copy(update={"episode": short}), second)})
+    assert "solved, but not by motions rounded" in missed.why_ended
 
 
 def test_groups_of_the_design_move_together():

@@ -24,7 +24,7 @@ def probe(
     task: str | None = None,
     level: Literal["standard", "hard"] | None = None,
     goal: Path | None = None,
-    candidates: Annotated[int, Parameter(validator=Number(gte=1))] = 128,
+    candidates: Annotated[int, Parameter(validator=Number(gte=16))] = 128,
     variations: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 2,
     max_steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
@@ -54,7 +54,7 @@ def probe(
     goal
         Goal in a file, instead of a task, for an environment of your own.
     candidates
-        Motions tried for each variation.
+        Motions tried for each variation, in whole generations of 16: of 100 only 96 are tried.
     variations
         How many variations of the task; each is searched for itself.
     max_steps

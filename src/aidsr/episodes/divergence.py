@@ -8,10 +8,11 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
+from numpy.typing import NDArray
 
 from aidsr.tasks.readings import BoolArray, FloatArray
 
-__all__ = ["FASTEST_M_S", "broken_down", "fastest_m_s", "quiet"]
+__all__ = ["FASTEST_M_S", "broken_down", "fastest_m_s", "quiet", "speeds_m_s"]
 
 FASTEST_M_S = 50.0
 """A body faster than this means that the simulation has diverged. Source: docs/tasks.md; our choice, an order of
@@ -30,15 +31,25 @@ def broken_down(batch: Batch) -> BoolArray:
 
 
 def fastest_m_s(batch: Batch) -> FloatArray:
-    """Return the largest speed of any body's centre of mass, (n,) [m/s].
+    """Return the largest speed of any body's centre of mass, (n,) [m/s]."""
+    moving = (batch.bind(field) for field in ("cvel", "xipos", "subtree_com"))
+    return np.asarray(speeds_m_s(batch.model.body_rootid, *moving).max(axis=1))
+
+
+def speeds_m_s(roots: NDArray[np.integer], cvel: FloatArray, xipos: FloatArray, subtree_com: FloatArray) -> FloatArray:
+    """Return the speeds of the bodies' centres of mass, (..., bodies) [m/s].
 
     Source: MuJoCo documentation, mjData.cvel: rotation, then the velocity of the point of the body that is now at the
     centre of mass of its whole tree.
+
+    Args:
+        roots: `body_rootid` of the model, (bodies,).
+        cvel: Of one simulation or many, (..., bodies, 6) [rad/s, m/s].
+        xipos: Likewise, (..., bodies, 3) [m].
+        subtree_com: Likewise, (..., bodies, 3) [m].
     """
-    rotation, linear = batch.bind("cvel")[:, :, :3], batch.bind("cvel")[:, :, 3:]
-    arm = batch.bind("xipos") - batch.bind("subtree_com")[:, batch.model.body_rootid]
-    velocity = linear + np.cross(rotation, arm)
-    return np.asarray(np.sqrt(np.einsum("nbi,nbi->nb", velocity, velocity).max(axis=1)))
+    velocity = cvel[..., 3:] + np.cross(cvel[..., :3], xipos - subtree_com[..., roots, :])
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", velocity, velocity)))
 
 
 @contextlib.contextmanager

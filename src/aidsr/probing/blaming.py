@@ -10,7 +10,8 @@ from typing import Literal
 
 from aidsr.artifacts import Critique, CritiqueIssue, TaskReport
 from aidsr.probing.tracing import Trace
-from aidsr.tasks import Task
+from aidsr.tasks import GoalTask, Task
+from aidsr.tasks.goal_kinds import ReachTask, TouchTask, TravelTask
 from aidsr.tasks.readings import TOUCH_N
 from aidsr.wording import written
 
@@ -35,7 +36,9 @@ _HARDLY_M = 0.02
 
 
 def targets_of(task: Task) -> tuple[str, ...]:
-    """Return the bodies of the environment that a task measures the robot's touch with."""
+    """Return the bodies of the environment that a task measures the robot's touch with; of a goal its site or body."""
+    if isinstance(task, GoalTask):
+        return (task.goal.target,) if task.goal.target else ()
     touched = [sensor.target for sensor in task.sensors if sensor.quantity in ("contact_force", "contacts")]
     return tuple(dict.fromkeys(touched)) if task.base != "free" else ()
 
@@ -55,7 +58,7 @@ def judge_trace(task: Task, trace: Trace, tried: int) -> TaskReport:
         reached += f", given up by the task's own rule after {_s(float(trace.course.time_s[0]))}"
     if (forbidden := sum(look.violation > 0 for look in trace.looks) / len(trace.looks)) > _SELDOM:
         reached += f", doing what the task forbids for {forbidden:.0%} of the time"
-    if won or progress >= _good_enough(task):
+    if won or progress >= _good_enough(task, trace):
         summary = f"Without learning the body comes so far: {reached}."
         return TaskReport(
             phase="solved" if won else "partial", progress=progress, critique=Critique(passed=True, summary=summary)
@@ -65,12 +68,12 @@ def judge_trace(task: Task, trace: Trace, tried: int) -> TaskReport:
     return TaskReport(phase=phase, progress=progress, critique=critique)
 
 
-def _good_enough(task: Task) -> float:
+def _good_enough(task: Task, trace: Trace) -> float:
     """Return the progress from which training is left to show the rest: moving forward, or more than being there."""
     starts = [start for start, _ in task.stages]
     if not starts:
         return _ENOUGH
-    return starts[0] if task.base == "free" else starts[min(1, len(starts) - 1)]
+    return starts[0] if trace.free and not trace.nearest.nearest else starts[min(1, len(starts) - 1)]
 
 
 def _stopped(task: Task, trace: Trace) -> tuple[_Stop, CritiqueIssue]:
@@ -82,21 +85,16 @@ def _stopped(task: Task, trace: Trace) -> tuple[_Stop, CritiqueIssue]:
             problem=f"the simulation breaks down after {_s(end.time_s)}, when {end.fastest} moves fastest",
             suggestion="more damping, less pull, heavier or softer parts there",
         )
-    if task.base == "free":
-        return "not_forward", _not_forward(trace)
-    if trace.hardest.force_n < TOUCH_N:
-        return "never_reached", _never_reached(trace)
+    if not trace.nearest.nearest:
+        return "not_forward", _not_forward(trace) if trace.free else _held(task, trace)
+    if isinstance(task, ReachTask) or trace.hardest.force_n < TOUCH_N:
+        return "never_reached", _never_reached(task, trace)
     if trace.best.progress - end.progress > _LOST and end.force_n < TOUCH_N:
         return "slipped", _slipped(trace)
-    if trace.kept_n < max(trace.takes_n, _FIRM_N):
-        return "no_force", CritiqueIssue(
-            blame="coder",
-            component="actuator_too_weak",
-            problem=f"{_touch(trace)}, and presses with no more than {_n(trace.kept_n)} for longer than an impact"
-            + (f", where {_n(trace.takes_n)} would move it" if trace.takes_n else ""),
-            suggestion="more pull or a larger cable offset, so that the limb presses harder where it touches",
-        )
-    return "wrong_way", _wrong_way(trace)
+    wanted_n = task.goal.force_n if isinstance(task, TouchTask) else max(trace.takes_n, _FIRM_N)
+    if trace.kept_n < wanted_n:
+        return "no_force", _no_force(task, trace)
+    return "wrong_way", _wrong_way(task, trace)
 
 
 def _touch(trace: Trace) -> str:
@@ -118,12 +116,32 @@ def _slipped(trace: Trace) -> CritiqueIssue:
     )
 
 
-def _wrong_way(trace: Trace) -> CritiqueIssue:
+def _no_force(task: Task, trace: Trace) -> CritiqueIssue:
+    enough = f", where {_n(trace.takes_n)} would move it" if trace.takes_n else ""
+    if isinstance(task, TouchTask):
+        enough = f", where {_n(task.goal.force_n)} is wanted"
+    return CritiqueIssue(
+        blame="coder",
+        component="actuator_too_weak",
+        problem=f"{_touch(trace)}, and presses with no more than {_n(trace.kept_n)} for longer than an impact{enough}",
+        suggestion="more pull or a larger cable offset, so that the limb presses harder where it touches",
+    )
+
+
+def _wrong_way(task: Task, trace: Trace) -> CritiqueIssue:
     """Firm enough, and yet to no effect: what it works on does not move, or not as the job has it."""
+    stands = f"nothing is gained after {_s(trace.best.time_s)}"
+    if isinstance(task, TouchTask):
+        by = "by its functional part" if task.goal.part == "functional_part" else "in one direction"
+        return CritiqueIssue(
+            blame="designer",
+            component="grip",
+            problem=f"{_touch(trace)}; it presses with {_n(trace.kept_n)}, but too little of that {by}: {stands}",
+            suggestion="let the part that is to touch come first, and press from one side",
+        )
     enough = f", where {_n(trace.takes_n)} would be enough to move it" if trace.takes_n else ""
     moved_m = max(look.moved_m for look in trace.looks)
     effect = f"moves it by no more than {_mm(moved_m)}" if moved_m > _MOVED_M else "does not move it"
-    stands = f"nothing is gained after {_s(trace.best.time_s)}"
     return CritiqueIssue(
         blame="designer",
         component="grip",
@@ -133,20 +151,43 @@ def _wrong_way(trace: Trace) -> CritiqueIssue:
     )
 
 
-def _never_reached(trace: Trace) -> CritiqueIssue:
+def _never_reached(task: Task, trace: Trace) -> CritiqueIssue:
     nearest = trace.nearest
     reach_m = max(look.reach_m for look in trace.looks)
-    came = f"comes no nearer to {nearest.nearest} than {_mm(nearest.gap_m)}, at {_s(nearest.time_s)}"
+    came, near_m = f"comes no nearer to {nearest.nearest} than {_mm(nearest.gap_m)}, at {_s(nearest.time_s)}", 0.0
+    if isinstance(task, ReachTask):
+        near_m = task.goal.within_m
+        came += f", where {_mm(near_m)} is near enough"
     far = f"it gets {_mm(reach_m)} from its root, and {nearest.nearest} is {_mm(trace.needed_m)} away"
-    if reach_m < trace.needed_m:
+    if reach_m < trace.needed_m - near_m:
+        longer = "make it longer, or let it travel nearer" if trace.free else "make it longer"
         return CritiqueIssue(
-            blame="designer", component="reach", problem=f"{came}; {far}: too short", suggestion="make it longer"
+            blame="designer", component="reach", problem=f"{came}; {far}: too short", suggestion=longer
         )
     return CritiqueIssue(
         blame="integrator",
         component="placement",
         problem=f"{came}, although {far}",
         suggestion="turn or move it so that it bends towards its target",
+    )
+
+
+def _held(task: Task, trace: Trace) -> CritiqueIssue:
+    """Nothing to touch, and a root that is held: only bending, or being let go, brings such a body on."""
+    travelled_m = max(look.travelled_m for look in trace.looks)
+    moved = f"its root is held, and its centre of mass moves by no more than {_mm(travelled_m)}"
+    if isinstance(task, TravelTask) and task.base in ("any", "free"):
+        return CritiqueIssue(
+            blame="integrator",
+            component="placement",
+            problem=f"{moved} in {_s(trace.looks[-1].time_s)}",
+            suggestion='place it with base "free", so that it can travel',
+        )
+    return CritiqueIssue(
+        blame="designer",
+        component="reach",
+        problem=f"{moved}: nothing is gained after {_s(trace.best.time_s)}",
+        suggestion="let it bend farther, or another way",
     )
 
 

@@ -62,7 +62,7 @@ def probe(
         level: Level of a task given by name.
         groups: Actuators that act together, as the robot's author says.
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
-        candidates: Motions tried for each variation, as for `probe_scene`.
+        candidates: Motions tried for each variation, in whole generations of 16.
         variations: How many development variations.
         max_steps: Physics steps of all simulations together.
         seed: Of all that is drawn.
@@ -100,7 +100,7 @@ def probe_scene(
 
     Args:
         scene: The body in the environment of its task.
-        candidates: Motions tried for each variation, in generations of 16.
+        candidates: Motions tried for each variation, in whole generations of 16.
         variations: How many development variations; each is searched for itself.
         max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
             played to the end, for which a part is set aside; a first few motions are played however little is left.
@@ -243,7 +243,9 @@ def _search(
         best = [max(worth.max() for worth in search.fitness.values()) for search in searches]
         stage.motions += count
         listen(stage.motions, float(np.clip(best, 0.0, 1.0).mean()))
-    return "solved" if all(search.solved for search in searches) else "candidates"
+    if all(search.solved for search in searches):
+        return "solved"
+    return "candidates" if stage.motions == candidates // GENERATION * GENERATION else "budget"
 
 
 def _fitness(course: Course) -> FloatArray:

@@ -13,7 +13,7 @@ from aidsr.probing.searching import Family
 __all__ = ["EndedBy", "ProbeReport", "ProbedVariation"]
 
 EndedBy = Literal["solved", "candidates", "budget"]
-"""What ended a search: all variations are solved, all motions were tried, or its physics steps are used up."""
+"""What ended a search: it solved all variations, all motions were tried, or its physics steps are used up."""
 
 
 class ProbedVariation(Artifact):
@@ -37,7 +37,8 @@ class ProbeReport(Artifact):
     benchmark_version: int
     seed: int
     candidates: int
-    """Motions allowed for each variation; a variation that one of them solves is searched no further."""
+    """Motions allowed for each variation, tried in whole generations of 16; a variation that one of them solves is
+    searched no further."""
     max_steps: int = 0
     """Physics steps allowed for all; 0 in reports from before there was this bound."""
     ended_by: EndedBy = "candidates"
@@ -75,10 +76,12 @@ class ProbeReport(Artifact):
     def why_ended(self) -> str:
         """What ended the search, in words."""
         match self.ended_by:
+            case "solved" if self.success_share < 1:
+                return "every variation was solved, but not by motions rounded to the digits in which they are told"
             case "solved":
                 return "every variation is solved"
             case "candidates":
-                return f"all {self.candidates} motions for each variation were tried"
+                return f"all {self.motions} motions for each variation were tried"
             case "budget":
                 return f"its {self.max_steps:,} physics steps are used up, more may come farther"
 

@@ -11,11 +11,13 @@ import mujoco
 import numpy as np
 
 from aidsr.episodes.batch import Episodes, Moment
+from aidsr.episodes.divergence import speeds_m_s
 from aidsr.episodes.playing import Course, play
 from aidsr.episodes.scene import TaskScene
 from aidsr.probing.motion import Motion, Motions, OpenLoop
 from aidsr.sim.assembly import FUNCTIONAL_SITE
 from aidsr.tasks import Variation, apply_to_simulation
+from aidsr.tasks.goal_kinds import MoveTask, ReachTask
 from aidsr.tasks.readings import FloatArray
 
 __all__ = ["Look", "Trace", "trace"]
@@ -36,9 +38,10 @@ class Look:
     time_s: float
     progress: float
     gap_m: float
-    """From the functional part's body to the nearest target; `_FAR_M` without a target."""
+    """From the functional part's body, or what carries it where that has no shape, to the nearest target; from its
+    working point to a point that is to be reached; `_FAR_M` without a target."""
     nearest: str
-    """That target."""
+    """That target; empty without one."""
     force_n: float
     """Normal forces of the robot on all targets together."""
     touching: tuple[str, ...]
@@ -68,6 +71,8 @@ class Trace:
     gives_way_at_n: Mapping[str, float]
     """Force that moves each target all its way: its friction and spring, or its weight. Those that are fixed, or turn,
     are not listed."""
+    free: bool
+    """Whether nothing holds the robot's root."""
 
     @property
     def takes_n(self) -> float:
@@ -110,7 +115,7 @@ def trace(place: TaskScene, variation: Variation, motion: Motion, targets: Seque
         place: The scene.
         variation: In which it is played.
         motion: What the actuators do.
-        targets: Bodies of the environment that the robot is to touch.
+        targets: Bodies of the environment that the robot is to touch, or the site or body that it is to reach.
     """
     watch = _Watch(place, variation, targets)
     episodes = Episodes(place.model, place.task, place.actions, [variation], threads=1)
@@ -121,7 +126,8 @@ def trace(place: TaskScene, variation: Variation, motion: Motion, targets: Seque
             looks.append(watch.look(episodes, moment))
 
     course = play(episodes, OpenLoop(Motions.of([motion]), place.task.control_dt_s), look)
-    return Trace(tuple(looks) or (watch.first(),), course, watch.gives_way_at_n())
+    free = bool(episodes.structure.free_roots)
+    return Trace(tuple(looks) or (watch.first(),), course, watch.gives_way_at_n(), free)
 
 
 class _Watch:
@@ -131,14 +137,27 @@ class _Watch:
         self._model = model = copy.copy(place.model)
         self._data = mujoco.MjData(model)
         apply_to_simulation(variation, model, self._data)
-        names = [model.body(body).name for body in range(model.nbody)]
-        self._names = names
-        self._robot = np.array([name.startswith(_ROBOT) for name in names])
+        self._names = [model.body(body).name for body in range(model.nbody)]
+        self._robot = np.array([name.startswith(_ROBOT) for name in self._names])
         self._root = int(self._robot.argmax())
         self._site = model.site(FUNCTIONAL_SITE).id
-        self._targets = {body: name for name in targets for body in self._carried_by(names.index(name))}
+        self._part = int(model.site_bodyid[self._site])
+        while self._part and not model.body_geomnum[self._part]:
+            self._part = int(model.body_parentid[self._part])
+        # a goal of reaching is about a point, all others are about bodies
+        self._points = {name: self._point(name) for name in targets if isinstance(place.task, ReachTask)}
+        bodies = {name: model.body(name).id for name in targets if name not in self._points}
+        if isinstance(place.task, MoveTask):  # a body is moved by whatever it is fixed to
+            bodies = {name: int(model.body_weldid[body]) or body for name, body in bodies.items()}
+        self._targets = {body: name for name, first in bodies.items() for body in self._carried_by(first)}
         self._start = self._data.subtree_com[self._root].copy()
-        self._targets_start = self._data.xipos[list(self._targets)].copy()
+        self._targets_start = self._centres()
+
+    def _point(self, name: str) -> FloatArray:
+        """Return where a site, or else the origin of a body, is from now on, (3,) [m]."""
+        site = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, name)
+        found: FloatArray = self._data.site_xpos[site] if site >= 0 else self._data.body(name).xpos
+        return found
 
     def _carried_by(self, body: int) -> list[int]:
         """Return a body and all that it carries."""
@@ -183,7 +202,7 @@ class _Watch:
         data = self._data
         gap_m, nearest = self._gap()
         force_n, touching, touched = self._touch()
-        speeds = np.where(self._robot, np.linalg.norm(data.cvel[:, 3:], axis=1), -1.0)
+        speeds = speeds_m_s(self._model.body_rootid, data.cvel, data.xipos, data.subtree_com)
         moved = data.subtree_com[self._root] - self._start
         return Look(
             time_s=time_s,
@@ -194,25 +213,26 @@ class _Watch:
             touching=touching,
             touched=touched,
             violation=violation,
-            moved_m=float(self._from_targets(self._targets_start).max(initial=0.0)),
-            apart_m=float(self._from_targets(data.xpos[self._root]).min(initial=_FAR_M)) if self._targets else 0.0,
+            moved_m=float(np.linalg.norm(self._centres() - self._targets_start, axis=1).max(initial=0.0)),
+            apart_m=float(np.linalg.norm(self._centres() - data.xpos[self._root], axis=1).min()) if nearest else 0.0,
             reach_m=float(np.linalg.norm(data.site_xpos[self._site] - data.xpos[self._root])),
             travelled_m=float(np.linalg.norm(moved[:2])),
-            fastest=self._names[int(speeds.argmax())],
+            fastest=self._names[int(np.where(self._robot, speeds, -1.0).argmax())],
         )
 
-    def _from_targets(self, points_m: FloatArray) -> FloatArray:
-        """Return how far the targets' centres are from points, one for each or one for all, (targets,) [m]."""
-        return np.asarray(np.linalg.norm(self._data.xipos[list(self._targets)] - points_m, axis=1))
+    def _centres(self) -> FloatArray:
+        """Return where the points to reach and the centres of the targets are, (targets, 3) [m]."""
+        return np.array([*self._points.values(), *self._data.xipos[list(self._targets)]]).reshape(-1, 3)
 
     def _gap(self) -> tuple[float, str]:
-        """Return the gap between the functional part's body and the nearest target, and which that is."""
-        mine = self._geoms(int(self._model.site_bodyid[self._site]))
-        gaps = [
+        """Return the gap between the robot's functional part and the nearest target, and which that is."""
+        at = self._data.site_xpos[self._site]
+        gaps = [(float(np.linalg.norm(point - at)), name) for name, point in self._points.items()]
+        gaps += [
             (mujoco.mj_geomDistance(self._model, self._data, geom, other, _FAR_M, None), name)
             for body, name in self._targets.items()
             for other in self._geoms(body)
-            for geom in mine
+            for geom in self._geoms(self._part)
         ]
         return min(gaps, default=(_FAR_M, ""))
 

@@ -15,7 +15,7 @@ from aidsr.episodes.actions import Grouping
 from aidsr.episodes.batch import Episodes
 from aidsr.episodes.scene import TaskScene
 from aidsr.rl.spaces import action_space, observation_space
-from aidsr.tasks import Level, Task, task_names
+from aidsr.tasks import TASKS, Level, Task, task_names
 
 __all__ = ["TaskEnv", "environment_id", "register_environments"]
 
@@ -98,12 +98,24 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
 
 
 def environment_id(task: str) -> str:
-    """Return under which id Gymnasium knows a task: "aidsr/ButtonPushing-v0" for "reaching/button_pushing"."""
-    return f"aidsr/{task.rpartition('/')[2].title().replace('_', '')}-v0"
+    """Return under which id Gymnasium knows a task: "aidsr/ButtonPushing-v0" for "reaching/button_pushing".
+
+    A task of another package whose name is that of other tasks as well has its category before it:
+    "aidsr/Home.ButtonPushing-v0" for "home/button_pushing". The benchmark's own tasks never do.
+    """
+    return _environment_id(task, task_names())
+
+
+def _environment_id(task: str, known: Sequence[str]) -> str:
+    category, _, name = task.rpartition("/")
+    shared = task not in TASKS and sum(other.rpartition("/")[2] == name for other in known) > 1
+    full = f"{category}.{name}" if shared else name
+    return f"aidsr/{full.title().replace('_', '')}-v0"
 
 
 def register_environments() -> None:
     """Make all tasks known to `gymnasium.make`, as importing `aidsr.rl` does."""
-    for name in task_names():
-        if environment_id(name) not in gymnasium.registry:
-            gymnasium.register(environment_id(name), entry_point="aidsr.rl.single_env:TaskEnv", kwargs={"task": name})
+    known = task_names()
+    for name in known:
+        if (id := _environment_id(name, known)) not in gymnasium.registry:
+            gymnasium.register(id, entry_point="aidsr.rl.single_env:TaskEnv", kwargs={"task": name})
