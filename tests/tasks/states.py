@@ -51,7 +51,7 @@ def delicate_grasping(task, seen, raised_m=0.1001, **grip):
 
 def zero_gravity_grasping(task, seen, time_s=3.0, drift_m_s=0.0199, touched=True, left=0.0, **grip):
     mount_m_s = np.array([0.0, 0.0, 0.05])
-    sensors = {"object_velocity": mount_m_s + (drift_m_s, 0.0, 0.0), "mount_velocity": mount_m_s}
+    sensors = {"object_velocity": mount_m_s + np.array([drift_m_s, 0.0, 0.0]), "mount_velocity": mount_m_s}
     sensors |= {"grip": touches(*[0.3] * touched), **_held(seen, **grip)}
     return altered(seen, sensors, time_s=time_s), {"left": left}
 
@@ -110,7 +110,7 @@ def force_controlled_brushing(task, seen, brushed=None, stroke_s=0.1, band_s=6.0
 def _held(seen, object_way_m=(0.0, 0.0, 0.0), tip_way_m=(0.0, 0.0, 0.0), *, away_m=None, opposed=False) -> dict:
     """Sensors after object and functional part have moved; or with the functional part this far beside the object."""
     object_m = seen["object_position"][0] + object_way_m
-    tip_m = seen["tip_position"][0] + tip_way_m if away_m is None else object_m + (0.0, away_m, 0.0)
+    tip_m = seen["tip_position"][0] + tip_way_m if away_m is None else object_m + np.array([0.0, away_m, 0.0])
     return {"object_position": object_m, "tip_position": tip_m, **({"grip": OPPOSED} if opposed else {})}
 
 
@@ -121,5 +121,5 @@ def _start_m(seen) -> np.ndarray:
 
 
 def _in_lane(seen, along_m, aside_m, up_m=0.02, **fields):
-    place = seen["lane_position"][0] + along_m * seen["lane_forward"][0] + aside_m * seen["lane_left"][0]
-    return altered(seen, {"com_position": place + (0.0, 0.0, up_m)}, **fields)
+    place_m = seen["lane_position"][0] + along_m * seen["lane_forward"][0] + aside_m * seen["lane_left"][0]
+    return altered(seen, {"com_position": (*place_m[:2], place_m[2] + up_m)}, **fields)
