@@ -6,7 +6,7 @@ The states are those of `states`.
 import numpy as np
 import pytest
 import states
-from sights import altered, first, touches
+from sights import altered, first, stacked, touches
 from states import JUST
 
 from aidsr.tasks import TASKS, load_task
@@ -90,9 +90,11 @@ def test_a_lifted_object_need_not_be_shaken_at_the_standard_level():
 )
 def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n, counted):
     task = load_task("pipe_inserting", level)
-    seen = altered(first(task.name, level), {"wall_contacts": touches(*forces_n)})
-    memory = task.remember(seen, {"steps": np.array([7.0]), "pressed": np.array([2.0])})
-    assert memory == {"steps": [8.0], "pressed": [2.0 + counted]}
+    seen = first(task.name, level)
+    pressed_and_not = stacked([altered(seen, {"wall_contacts": touches(*forces)}) for forces in (forces_n, ())])
+    memory = task.remember(pressed_and_not, {"steps": np.full(2, 7.0), "pressed": np.full(2, 2.0)})
+    assert memory["steps"].tolist() == [8.0, 8.0]
+    assert memory["pressed"].tolist() == [2.0 + counted, 2.0]
 
 
 @pytest.mark.parametrize(("time_s", "away_m", "left"), [(2.9, 0.2, 0.0), (3.0, 0.049, 0.0), (3.0, 0.051, 1.0)])
