@@ -3,16 +3,24 @@
 Each function plays an episode to its end. What it does is what a good robot would achieve, not how.
 """
 
+from functools import cache
+
 import numpy as np
 from stick import Episode
 
-from aidsr.tasks import Task
+from aidsr.tasks import Task, load_task
 from aidsr.tasks.reaching.half_cylinder import HALF_WIDTH_M
 from aidsr.tasks.reaching.pipe import BEND_RADIUS_M, LENGTH_M
 
 STICK = "robot/stick"
 GAP_M = 0.0095
 """From a surface to the middle of a stick that hovers over it: its radius and a little."""
+
+
+@cache
+def played(name: str, level: str = "standard") -> Episode:
+    """The way to the goal of a task, played once; to be looked at only."""
+    return globals()[name.rpartition("/")[2]](load_task(name, level))
 
 
 def button_pushing(task: Task) -> Episode:

@@ -9,6 +9,7 @@ from aidsr.artifacts import Placement, Robot
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Reader, Readings, Task, apply_to_simulation
 from aidsr.tasks.scoring import Score, begin, score
+from aidsr.tasks.task import Memory
 
 STICK = """
 <mujoco model="stick">
@@ -39,17 +40,23 @@ def scene(task: Task, base: str) -> str:
 
 
 class Episode:
-    """One episode of a task with the stick; `score` is that of the last step, `progress` the whole course."""
+    """One episode of a task with the stick; `score` is that of the last step, `progress` the whole course.
+
+    `course` is what was read and remembered at the beginning and after each step.
+    """
 
     def __init__(self, task: Task, *, base: str | None = None, split: str = "development", index: int = 0) -> None:
         self.task = task
-        self.model = mujoco.MjModel.from_xml_string(scene(task, base or ("free" if task.base == "free" else "fixed")))
+        self.base = base or ("free" if task.base == "free" else "fixed")
+        self.model = mujoco.MjModel.from_xml_string(scene(task, self.base))
         self.data = mujoco.MjData(self.model)
         self.reader = Reader.of(task, self.model)
         self.variation = task.variation(split, index)
         apply_to_simulation(self.variation, self.model, self.data)
-        self.standing = begin(task, self.look())
+        seen = self.look()
+        self.standing = begin(task, seen)
         self.progress = [float(self.standing.progress[0])]
+        self.course: list[tuple[Readings, Memory]] = [(seen, self.standing.memory)]
         self.score: Score | None = None
 
     @property
@@ -87,8 +94,10 @@ class Episode:
                 hand(self)
                 mujoco.mj_step(self.model, self.data)
                 samples.append(self.data.sensordata.copy())
-        self.standing, self.score = score(self.task, self.standing, self.look(samples), np.zeros((1, 1)))
+        seen = self.look(samples)
+        self.standing, self.score = score(self.task, self.standing, seen, np.zeros((1, 1)))
         self.progress.append(float(self.score.progress[0]))
+        self.course.append((seen, self.standing.memory))
         return self.score
 
     def run(self, seconds: float, hand=None) -> None:

@@ -3,7 +3,6 @@
 import re
 from importlib import resources
 
-import goals
 import mujoco
 import numpy as np
 import pytest
@@ -201,16 +200,6 @@ def test_doing_nothing_does_not_succeed_in_a_held_out_episode(levelled):
     assert not episode.won
 
 
-def test_a_goal_reached_by_hand_succeeds_and_progress_leads_there(levelled):
-    episode = getattr(goals, levelled.name.rpartition("/")[2])(levelled)
-    assert episode.won
-    assert not episode.score.failed[0]
-    assert min(episode.progress) >= 0.0
-    assert max(episode.progress) <= 1.0
-    assert np.diff(episode.progress).min() > -0.02
-    assert episode.progress[-1] > max(episode.progress) - 0.02
-
-
 def test_the_same_seed_gives_the_same_trajectory(task):
     courses = []
     for _ in range(2):
@@ -220,34 +209,6 @@ def test_the_same_seed_gives_the_same_trajectory(task):
         courses.append((episode.data.qpos.copy(), tuple(episode.progress)))
     assert np.array_equal(courses[0][0], courses[1][0])
     assert courses[0][1] == courses[1][1]
-
-
-def test_many_simulations_are_scored_as_each_alone(task):
-    readings = [Episode(task, index=index).look() for index in range(3)]
-    together = type(readings[0])(
-        sensors={name: np.concatenate([one.sensors[name] for one in readings]) for name in readings[0].sensors},
-        time_s=np.concatenate([one.time_s for one in readings]),
-        length_m=readings[0].length_m,
-        sample_dt_s=readings[0].sample_dt_s,
-        parameters={
-            name: np.concatenate([one.parameters[name] for one in readings]) for name in readings[0].parameters
-        },
-        outline=_joined([one.outline for one in readings]),
-    )
-    memory = task.begin(together)
-    for index, one in enumerate(readings):
-        alone = task.begin(one)
-        for function in (task.features, task.progress, task.succeeded, task.failed):
-            assert function(together, memory)[index] == pytest.approx(function(one, alone)[0])
-        assert task.violation(together)[index] == pytest.approx(task.violation(one)[0])
-
-
-def _joined(outlines):
-    if outlines[0] is None:
-        return None
-    return type(outlines[0])(
-        np.concatenate([one.center_m for one in outlines]), outlines[0].radius_m, outlines[0].length_share
-    )
 
 
 def _table_width(docstring: str) -> int:

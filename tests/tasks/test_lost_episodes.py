@@ -37,3 +37,30 @@ def test_a_ball_on_the_floor_is_lost():
     assert not episode.step().failed[0]
     episode.put("ball_free", (0.5, 0.0, 0.03))
     assert episode.step().failed[0]
+
+
+@pytest.mark.parametrize(("over_bottom_m", "lost"), [(0.005, False), (-0.002, True)])
+def test_a_robot_on_the_bottom_of_the_gap_is_lost(over_bottom_m, lost):
+    episode = Episode(load_task("gap"))
+    middle = (0.4 + episode.variation.parameters["width_m"][0] / 2) * episode.sensor("lane_forward")
+    across = episode.sensor("lane_left")
+    bottom_m = episode.data.body("pit").xpos[2]
+    goal_m = middle + 0.06 * across + (0.0, 0.0, bottom_m + 0.008 + over_bottom_m)
+    episode.place(goal_m, across)
+    for _ in range(5):
+        episode.step(lambda e: e.hold("robot/stick", e.tip_m, goal_m, along=across))
+    assert episode.score.failed[0] == lost
+
+
+@pytest.mark.parametrize(("force_n", "lost"), [(1.0, False), (3.0, True)])
+def test_a_fragile_object_that_is_pressed_too_hard_is_lost(force_n, lost):
+    episode = Episode(load_task("delicate_grasping"))
+    episode.put("object_free", episode.tip_m - (0.0, 0.0, 0.03))
+    weight_n = 9.81 * episode.model.body("object").mass[0]
+
+    def press(e: Episode) -> None:
+        e.data.xfrc_applied[e.model.body("object").id, 2] = weight_n + force_n
+
+    for _ in range(4):
+        episode.step(press)
+    assert episode.score.failed[0] == lost

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sights import slots
 from stick import Episode
 
 from aidsr.tasks import Readings, load_task
@@ -10,14 +11,6 @@ from aidsr.tasks.shaping import closeness, excess, share
 
 def readings(**sensors: np.ndarray) -> Readings:
     return Readings(sensors=sensors, time_s=np.zeros(1), length_m=0.3, sample_dt_s=0.002)
-
-
-def slots(*contacts: tuple[float, tuple[float, float, float]], count: int = 4) -> np.ndarray:
-    """One sample of a contacts sensor from pairs of force and normal."""
-    data = np.zeros((count, 10))
-    for row, (force_n, normal) in zip(data, contacts, strict=False):
-        row[0], row[1], row[7:] = len(contacts), force_n, normal
-    return data.reshape(1, 1, -1)
 
 
 def test_an_unknown_sensor_is_named_with_those_there_are():

@@ -1,0 +1,107 @@
+"""Success is where the objective says, and nowhere near it: just inside, and one thing just outside.
+
+The states are those of `states`.
+"""
+
+import numpy as np
+import pytest
+import states
+from sights import altered, first, stacked, touches
+from states import JUST
+
+from aidsr.tasks import TASKS, load_task
+
+MISSES = [
+    ("button_pushing", "standard", {"travel_m": 0.0049}),
+    ("button_pushing", "standard", {"tip_n": 0.04}),
+    ("button_pushing", "standard", {"tip_n": 0.0, "robot_n": 5.0}),
+    ("surface_adapting", "standard", {"lying": 4}),
+    ("surface_adapting", "hard", {"lying": 6}),
+    ("surface_adapting", "standard", {"gap_lengths": 0.0301}),
+    ("surface_adapting", "standard", {"aside_m": 0.121}),
+    ("pipe_inserting", "standard", {"depth_m": 0.2399}),
+    ("pipe_inserting", "standard", {"beside_m": 0.036}),
+    ("pipe_inserting", "standard", {"pressed": 6.0}),
+    ("simple_grasping", "standard", {"raised_m": 0.0999}),
+    ("simple_grasping", "standard", {"slip_m": 0.0201}),
+    ("simple_grasping", "hard", {"time_s": 4.49}),
+    ("delicate_grasping", "standard", {"raised_m": 0.0999}),
+    ("zero_gravity_grasping", "standard", {"time_s": 2.99}),
+    ("zero_gravity_grasping", "standard", {"drift_m_s": 0.0201}),
+    ("zero_gravity_grasping", "standard", {"touched": False}),
+    ("zero_gravity_grasping", "standard", {"left": 1.0}),
+    ("dynamic_catching", "standard", {"away_m": 0.0601}),
+    ("flat_ground", "standard", {"forward_m": 1.199}),
+    ("flat_ground", "standard", {"length_m": 0.301}),
+    ("flat_ground", "standard", {"aside_m": 0.301}),
+    ("flat_ground", "standard", {"aside_m": -0.301}),
+    ("flat_ground", "hard", {"forward_m": 2.399}),
+    ("flat_ground", "hard", {"length_m": 0.301}),
+    ("stairs", "standard", {"way": 1.0 - JUST}),
+    ("stairs", "standard", {"climbed": 0.799}),
+    ("stairs", "standard", {"aside_m": 0.301}),
+    ("stairs", "standard", {"aside_m": -0.301}),
+    ("obstacles", "standard", {"forward_m": 0.999}),
+    ("obstacles", "standard", {"aside_m": 0.301}),
+    ("obstacles", "standard", {"aside_m": -0.301}),
+    ("gap", "standard", {"way": 1.0 - JUST}),
+    ("gap", "hard", {"way": 1.0 - JUST}),
+    ("tunnel", "standard", {"way": 1.0 - JUST}),
+    ("drawer_opening", "standard", {"stage": 11.0}),
+    *[("drawer_opening", "standard", {"open_m": tuple(0.0101 * np.eye(3)[number])}) for number in range(3)],
+    ("force_controlled_brushing", "standard", {"brushed": 17}),
+    ("force_controlled_brushing", "hard", {"brushed": 89}),
+    ("force_controlled_brushing", "standard", {"stroke_s": 0.099}),
+    ("force_controlled_brushing", "standard", {"band_s": 5.999}),
+]
+
+
+def succeeded(name: str, level: str, **amiss) -> list[bool]:
+    task, seen, memory = states.of(name, level, **amiss)
+    return task.succeeded(seen, memory).tolist()
+
+
+@pytest.mark.parametrize(("name", "level"), [(name, level) for name in TASKS for level in ("standard", "hard")])
+def test_just_inside_is_success(name, level):
+    assert succeeded(name, level) == [True]
+
+
+@pytest.mark.parametrize(("name", "level", "amiss"), MISSES)
+def test_one_thing_just_outside_is_none(name, level, amiss):
+    assert succeeded(name, level, **amiss) == [False]
+
+
+def test_every_task_is_missed_here():
+    assert {name for name, _, _ in MISSES} == {name.rpartition("/")[2] for name in TASKS}
+
+
+def test_a_lifted_object_need_not_be_shaken_at_the_standard_level():
+    assert succeeded("simple_grasping", "standard", time_s=3.9) == [True]
+
+
+@pytest.mark.parametrize(
+    ("level", "forces_n", "counted"),
+    [
+        ("standard", (2.4, 2.5), 0.0),
+        ("standard", (2.5, 2.5), 1.0),
+        ("hard", (1.0, 0.9), 0.0),
+        ("hard", (1.0, 1.0), 1.0),
+    ],
+)
+def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n, counted):
+    task = load_task("pipe_inserting", level)
+    seen = first(task.name, level)
+    pressed_and_not = stacked([altered(seen, {"wall_contacts": touches(*forces)}) for forces in (forces_n, ())])
+    memory = task.remember(pressed_and_not, {"steps": np.full(2, 7.0), "pressed": np.full(2, 2.0)})
+    assert memory["steps"].tolist() == [8.0, 8.0]
+    assert memory["pressed"].tolist() == [2.0 + counted, 2.0]
+
+
+@pytest.mark.parametrize(("time_s", "away_m", "left"), [(2.9, 0.2, 0.0), (3.0, 0.049, 0.0), (3.0, 0.051, 1.0)])
+def test_a_ball_that_strays_from_its_place_while_the_mount_draws_back_is_left_for_good(time_s, away_m, left):
+    task = load_task("zero_gravity_grasping")
+    seen = first(task.name)
+    strayed = altered(seen, {"object_position": seen["object_position"][0] + (away_m, 0.0, 0.0)}, time_s=time_s)
+    memory = task.remember(strayed, task.begin(seen))
+    assert memory["left"] == [left]
+    assert task.remember(altered(seen, {}, time_s=4.0), {**memory, "left": np.ones(1)})["left"] == [1.0]

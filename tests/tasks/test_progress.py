@@ -1,0 +1,43 @@
+"""What progress is worth half way, from states that are written down; see `test_courses` for whole ways."""
+
+import pytest
+import states
+
+HALF_WAY = [
+    ("button_pushing", {"travel_m": 0.0025, "away_m": 0.01}, 0.75),
+    ("button_pushing", {"travel_m": 0.0, "away_m": 0.05}, 0.25 / 1.36 + 0.25 * 0.1),
+    ("surface_adapting", {"lying": 3, "gap_lengths": 0.029}, 0.79),
+    ("surface_adapting", {"lying": 0}, 0.49),
+    ("pipe_inserting", {"depth_m": 0.12}, 0.6),
+    ("pipe_inserting", {"depth_m": -0.2, "beside_m": 0.0}, 0.02),
+    *[
+        (name, state, progress)
+        for name in ("simple_grasping", "delicate_grasping")
+        for state, progress in (
+            ({"raised_m": 0.0, "away_m": 0.25}, 0.03),
+            ({"raised_m": 0.05, "away_m": 0.25}, 0.23),
+            ({"raised_m": 0.05, "away_m": 0.05, "opposed": True}, 0.8),
+        )
+    ],
+    ("zero_gravity_grasping", {"away_m": 0.25}, 0.03),
+    ("zero_gravity_grasping", {"away_m": 0.05, "opposed": True, "drift_m_s": 0.12}, 0.64),
+    ("zero_gravity_grasping", {"away_m": 0.05, "opposed": True}, 1.0),
+    ("dynamic_catching", {"closest_m": 0.24, "touched": 0.0}, 0.02),
+    ("dynamic_catching", {"closest_m": 0.04, "touched": 0.0}, 0.2),
+    ("dynamic_catching", {"caught_s": 0.5}, 0.7),
+    ("flat_ground", {"forward_m": 0.6}, 0.5),
+    ("flat_ground", {"forward_m": 0.6, "length_m": 0.6}, 0.25),
+    ("flat_ground", {"forward_m": -0.6}, 0.0),
+    ("stairs", {"way": 0.5, "climbed": 0.0}, 0.45),
+    ("stairs", {"way": 0.5, "climbed": 0.4}, 0.5),
+    ("obstacles", {"forward_m": 0.3}, 0.3),
+    ("gap", {"way": 0.4}, 0.4),
+    ("tunnel", {"way": 0.4}, 0.4),
+    ("tunnel", {"way": 0.8}, 0.8),
+]
+
+
+@pytest.mark.parametrize(("name", "state", "progress"), HALF_WAY)
+def test_half_way_is_worth_what_the_task_says(name, state, progress):
+    task, seen, memory = states.of(name, **state)
+    assert task.progress(seen, memory) == pytest.approx([progress], abs=5e-3)
