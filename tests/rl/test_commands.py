@@ -3,19 +3,25 @@
 import io
 import json
 import shlex
+import shutil
 from collections.abc import Callable
-from contextlib import redirect_stdout
+from contextlib import ExitStack, redirect_stdout
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from test_training import SMALL
 
 from aidsr.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.cli import main
 from aidsr.cli.subject import subject_of
-from aidsr.cli.teaching import train_designs
-from aidsr.rl.files import TrainingConfig
+from aidsr.cli.teaching import Teacher, train_designs
+from aidsr.episodes.scene import TaskScene
+from aidsr.rl import training
+from aidsr.rl.files import TakenError, TrainingConfig, TrainingFolder
 from aidsr.runs import RunConfig
 from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
@@ -146,6 +152,32 @@ def test_what_was_trained_already_is_trained_again_only_when_asked_for(design, c
     assert run_main(*words) == 0
     assert kinds_of(home / "002")[-1] == "finished"
     assert [path.name for path in sorted(home.iterdir())] == ["001", "002"]
+
+
+def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatch):
+    """Where another process takes a number just before this one does; and one is told where it does the very same."""
+    scene, learn = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching"), training.train
+    tries, others = [], ExitStack()
+
+    def just_after_another(learning, folder, **options):
+        tries.append((folder.name, options["seed"]))
+        if folder.name == "001":
+            learn(learning, folder, **options | {"seed": 7})
+        elif folder.name in {"002", "004"}:
+            others.enter_context(TrainingFolder(folder).claimed())
+            if folder.name == "004":
+                shutil.copy(tmp_path / "003" / "config.json", folder)
+                config = TrainingFolder(folder).read_json("config.json")
+                TrainingFolder(folder).write_json("config.json", config | {"seed": 2})
+        return learn(learning, folder, **options)
+
+    monkeypatch.setattr(training, "train", just_after_another)
+    teacher = Teacher(Console(quiet=True), 64, range(1, 3), SMALL, threads=1, evaluate=False)
+    with others, pytest.raises(TakenError, match=r"004 is being trained already"):
+        teacher.teach(scene, tmp_path)
+    assert tries == [("001", 1), ("002", 1), ("003", 1), ("004", 2)]
+    seeds = {path.parent.name: json.loads(path.read_text())["seed"] for path in tmp_path.glob("*/config.json")}
+    assert seeds == {"001": 7, "003": 1, "004": 2}
 
 
 def test_an_interrupted_training_of_a_run_names_the_commands_that_go_on(design):

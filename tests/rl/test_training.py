@@ -2,6 +2,9 @@
 
 import csv
 import json
+import shutil
+import subprocess
+import sys
 import zipfile
 from types import SimpleNamespace
 
@@ -14,9 +17,10 @@ import torch
 
 from aidsr.errors import UserError
 from aidsr.rl.exploration import Exploration
-from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.rl.files import TakenError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.policy import Normalisation, TrainedPolicy
 from aidsr.rl.recipe import Recipe
+from aidsr.rl.trained import FinishedTraining
 from aidsr.rl.training import folder_for, train
 from scenes import QuickPushing, small_learning
 
@@ -125,6 +129,33 @@ def test_another_training_in_the_same_folder_is_refused(finished):
         trained(finished, seed=5)
 
 
+def test_a_folder_is_trained_in_by_one_process_at_a_time(tmp_path):
+    """Also while it goes on; a kill gives it back, as the operating system does with what a process has locked."""
+    refused = []
+
+    def second(point):
+        with pytest.raises(TakenError, match="is being trained already; wait for that process or end it"):
+            trained(tmp_path)
+        refused.append(point.steps)
+        if point.steps >= STEPS // 2:
+            raise KeyboardInterrupt
+
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            trained(tmp_path, listen=second)
+    assert len(refused) > 2
+    kinds = [event["kind"] for event in events(tmp_path)]
+    assert (kinds.count("started"), kinds.count("resumed")) == (1, 1)
+    code = (
+        "import os, sys, pathlib; from aidsr.rl.files import TrainingFolder;"
+        "held = TrainingFolder(pathlib.Path(sys.argv[1])).claimed(); held.__enter__(); os.kill(os.getpid(), 9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
+    assert trained(tmp_path).resumed == 2
+    with TrainingFolder(tmp_path).claimed():  # what is finished is told all the same
+        assert trained(tmp_path).resumed == 2
+
+
 def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
     home, scene = tmp_path / "training", small_learning()
     folder = folder_for(home, scene, steps=STEPS, recipe=SMALL)
@@ -151,6 +182,13 @@ def test_a_training_of_an_earlier_version_is_none_of_the_same(finished, tmp_path
     del asked["groups_from"]
     TrainingFolder(tmp_path / "001").write_json("config.json", asked)
     assert folder_for(tmp_path, small_learning(), steps=STEPS, recipe=SMALL) == tmp_path / "002"
+    for going_on in (lambda: trained(tmp_path / "001"), lambda: FinishedTraining.load(tmp_path / "001")):
+        with pytest.raises(UserError, match=r"config\.json .* \(groups_from: Field required\); train again .* --again"):
+            going_on()
+    shutil.copytree(finished, tmp_path / "003")
+    (tmp_path / "003" / "training.json").write_text("{")
+    with pytest.raises(UserError, match=r"training\.json .* \(the whole file: Invalid JSON"):
+        FinishedTraining.load(tmp_path / "003")
 
 
 def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
@@ -229,6 +267,12 @@ def test_a_checkpoint_has_learned_from_all_steps_that_it_counts(tmp_path):
         trained(killed, steps=1280, recipe=even, listen=at(320, Killed))
     assert json.loads((killed / "checkpoint" / "history.json").read_text())["steps"] == 256
     assert same_policy(policy_of(whole), policy_of(killed / "checkpoint"))
+
+
+@pytest.mark.parametrize(("left", "rate"), [(1.0, 1e-3), (0.5, 5.5e-4), (0.0, 1e-4), (-0.7, 1e-4)])
+def test_the_learning_rate_falls_to_a_tenth_and_no_further(left, rate):
+    """A budget ends within a rollout, and the last update comes after it."""
+    assert Recipe().learning_rate_when(left) == pytest.approx(rate)
 
 
 @pytest.mark.parametrize(
