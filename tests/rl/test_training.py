@@ -1,12 +1,14 @@
 """Training: the same seed gives the same policy, is taken up where it stopped, and ends when success is saturated."""
 
 import csv
+import io
 import json
 import shutil
 import subprocess
 import sys
 import zipfile
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -16,13 +18,14 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 import torch
 
 from aidsr.errors import UserError
+from aidsr.rl import training
 from aidsr.rl.exploration import Exploration
 from aidsr.rl.files import TakenError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.policy import Normalisation, TrainedPolicy
 from aidsr.rl.recipe import Recipe
 from aidsr.rl.trained import FinishedTraining
-from aidsr.rl.training import folder_for, train
-from scenes import QuickPushing, small_learning
+from aidsr.rl.training import DEVELOPMENT, folder_for, train
+from scenes import Breaking, QuickPushing, small_learning
 
 SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16))
 STEPS = 512
@@ -51,6 +54,26 @@ class Given(QuickPushing):
         return readings.time_s > 0.0
 
 
+class GivenTogether(Given):
+    """Won by being there, as often as eight simulations run side by side; notes which variations are drawn."""
+
+    drawn: ClassVar[list[tuple[str, int]]] = []
+
+    def succeeded(self, readings, memory):
+        return np.full(readings.n, readings.n == SMALL.simulations)
+
+    def variation(self, split, index):
+        self.drawn.append((split, index))
+        return super().variation(split, index)
+
+
+class NeverWon(QuickPushing):
+    """Nothing succeeds."""
+
+    def succeeded(self, readings, memory):
+        return np.zeros(readings.n, dtype=bool)
+
+
 class Killed(Exception):  # noqa: N818 - nothing went wrong
     """Ends a training as a kill does: nothing more is saved."""
 
@@ -68,6 +91,13 @@ def at(steps, ending):
 def same_policy(one: TrainedPolicy, other: TrainedPolicy) -> bool:
     seen = np.random.default_rng(0).normal(size=(5, 24))
     return np.array_equal(one.act(seen), other.act(seen))
+
+
+def kept(folder) -> tuple[dict, dict]:
+    """Return the parameters of a policy and the state of its optimizer."""
+    with zipfile.ZipFile(folder / "policy.zip") as saved:
+        parts = [saved.read(f"{name}.pth") for name in ("policy", "policy.optimizer")]
+    return tuple(torch.load(io.BytesIO(part), weights_only=True) for part in parts)
 
 
 def rows_of(folder) -> list[int]:
@@ -203,6 +233,19 @@ def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
     assert Normalisation.from_json(whole.to_json()).count == whole.count
 
 
+def test_a_training_goes_on_with_the_very_policy_it_stopped_with(tmp_path, monkeypatch):
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, listen=at(STEPS // 2, KeyboardInterrupt))
+    policy, optimizer = kept(tmp_path / "checkpoint")
+    monkeypatch.setattr("stable_baselines3.PPO.learn", lambda model, *_, **__: model)
+    trained(tmp_path)
+    policy_now, optimizer_now = kept(tmp_path)
+    torch.testing.assert_close(policy_now, policy, rtol=0.0, atol=0.0)
+    assert optimizer["state"]
+    torch.testing.assert_close(optimizer_now["state"], optimizer["state"], rtol=0.0, atol=0.0)
+    assert optimizer["param_groups"][0]["lr"] == pytest.approx(SMALL.learning_rate_when(0.5))
+
+
 @pytest.mark.parametrize(("killed_at", "resumed"), [(128, 0), (512, 1)])  # before and after the first checkpoint
 def test_the_curve_of_a_killed_training_does_not_run_backwards(tmp_path, killed_at, resumed):
     """Rows are written more often than checkpoints, so a kill leaves some that come again."""
@@ -245,6 +288,31 @@ def test_training_ends_when_success_is_saturated(tmp_path):
     assert result.steps < 5_000
     assert result.success_share > 0.9
     assert events(tmp_path / "001")[-1]["kind"] == "finished"
+
+
+def test_success_that_comes_only_while_learning_ends_no_training(tmp_path):
+    """The policy is tested anew, without noise and at variations that are not those of a verdict."""
+    GivenTogether.drawn.clear()
+    result = trained(tmp_path, task=GivenTogether(), steps=1024)
+    assert (result.stopped, result.success_share) == ("budget", 1.0)
+    tested = [event["success_share"] for event in events(tmp_path) if event["kind"] == "tested"]
+    assert set(tested) == {0.0}
+    splits, indices = zip(*GivenTogether.drawn, strict=True)
+    assert set(splits) == {"development"}
+    assert 0 <= min(indices) <= max(indices) < DEVELOPMENT
+    assert len(set(indices)) > 100
+
+
+def test_first_episodes_end_at_different_times_and_patience_ends_what_gains_nothing(tmp_path):
+    assert trained(tmp_path / "first", task=NeverWon(), steps=128).episodes >= 4  # of 25 steps, after 16
+    hasty = SMALL.model_copy(update={"patience_s": 0.1})
+    patient, cut = (trained(tmp_path / str(of.patience_s), task=NeverWon(), recipe=of) for of in (SMALL, hasty))
+    assert cut.episodes > patient.episodes
+
+
+def test_episodes_in_which_the_simulation_breaks_down_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(training, "Episodes", Breaking)
+    assert trained(tmp_path).diverged_episodes == 1
 
 
 def test_the_policy_that_is_kept_is_the_one_that_was_tested(tmp_path):
