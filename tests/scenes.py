@@ -7,6 +7,7 @@ import numpy as np
 
 from aidsr.artifacts import Placement, Robot
 from aidsr.builtin import team
+from aidsr.episodes.batch import Episodes
 from aidsr.episodes.scene import TaskScene
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import load_task
@@ -88,3 +89,15 @@ class Always:
 
     def act(self, observation):
         return np.tile(self.action, (len(observation), 1))
+
+
+class Breaking(Episodes):
+    """The second simulation breaks down in the third step."""
+
+    steps = 0
+
+    def step(self, action):
+        self.steps += 1
+        if self.steps == 3:
+            self.batch.bind("qvel")[1] = 1e9
+        return super().step(action)

@@ -192,7 +192,7 @@ def test_two_live_runs_in_one_directory_are_refused(tmp_path: Path) -> None:
 
 def test_a_directory_whose_run_was_killed_is_free_again(tmp_path: Path) -> None:
     code = (
-        "import os, sys, pathlib; from aidsr.models.claiming import Claim; held = Claim(pathlib.Path(sys.argv[1]));"
+        "import os, sys, pathlib; from aidsr.claiming import Claim; held = Claim(pathlib.Path(sys.argv[1]));"
         "os.kill(os.getpid(), 9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9

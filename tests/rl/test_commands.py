@@ -3,19 +3,25 @@
 import io
 import json
 import shlex
+import shutil
 from collections.abc import Callable
-from contextlib import redirect_stdout
+from contextlib import ExitStack, redirect_stdout
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from test_training import SMALL
 
 from aidsr.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.cli import main
 from aidsr.cli.subject import subject_of
-from aidsr.cli.teaching import train_designs
-from aidsr.rl.files import TrainingConfig
+from aidsr.cli.teaching import Teacher, train_designs
+from aidsr.episodes.scene import TaskScene
+from aidsr.rl import trained, training
+from aidsr.rl.files import TakenError, TrainingConfig, TrainingFolder
 from aidsr.runs import RunConfig
 from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
@@ -54,6 +60,16 @@ def interrupted(command: Callable[[], int], text: str, times: int = 1) -> str:
     with redirect_stdout(Impatient(text, times)) as terminal:
         assert command() == 130
     return terminal.getvalue()
+
+
+def win(folder: Path) -> None:
+    """Write the verdict of a training anew, as one that is valid and successful."""
+    verdict = json.loads((folder / "evaluation.json").read_text())
+    for episode in verdict["episodes"]:
+        episode["ended"] = "succeeded"
+    for check in verdict["checks"]:
+        check["passed"] = True
+    (folder / "evaluation.json").write_text(json.dumps(verdict))
 
 
 def kinds_of(folder: Path) -> list[str]:
@@ -104,7 +120,7 @@ def test_smoothing_of_actions_is_asked_for_and_kept(design, capsys):
     assert "Must be < 1" in capsys.readouterr().err
 
 
-def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys):
+def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys, monkeypatch):
     scene = tmp_path / "scene.xml"
     scene.write_text(small_scene("dynamic_catching"))
     out = tmp_path / "learned"
@@ -117,8 +133,29 @@ def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys):
         assert not Evaluation.model_validate_json((folder / "evaluation.json").read_text()).successful
         assert str(folder) in told
     assert "0% (0 of 20)" in told
-    assert run_main("evaluate", out / "002", "--no-videos", "--json", "--threads", "1") == 1
-    assert Evaluation.model_validate_json(capsys.readouterr().out).task == "grasping/dynamic_catching"
+    again = ("evaluate", out / "002", "--no-videos", "--json", "--threads", "1", "--episodes", "21")
+    assert run_main(*again) == 1
+    verdict = Evaluation.model_validate_json(capsys.readouterr().out)
+    assert (verdict.task, len(verdict.episodes)) == ("grasping/dynamic_catching", 21)
+    win(out / "001")
+    assert run_main(*words) == 0
+    won = Evaluation.model_validate_json((out / "001" / "evaluation.json").read_text())
+    monkeypatch.setattr(trained, "evaluate_training", lambda *_, **__: won)
+    assert run_main(*again) == 0
+
+
+def test_what_is_asked_of_a_training_is_kept_with_it(design):
+    first, second = design / "training" / "001", design / "training" / "002"
+    words = ("train", design, *QUICK, "--no-evaluate", "--first-seed", "5")
+    assert run_main(*words, "--grouping", "off", "--tensorboard") == 0
+    config = TrainingFolder(first).read("config.json", TrainingConfig)
+    assert (config.seed, config.recipe.from_probe) == (5, False)
+    assert [group.actuators for group in config.groups] == [("robot/pull_left",), ("robot/pull_right",)]
+    assert any((first / "tensorboard").rglob("events.*"))
+    assert run_main(*words, "--from-probe") == 0
+    config = TrainingFolder(second).read("config.json", TrainingConfig)
+    assert (config.recipe.from_probe, len(config.groups)) == (True, 1)
+    assert not (second / "tensorboard").exists()
 
 
 def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
@@ -148,6 +185,32 @@ def test_what_was_trained_already_is_trained_again_only_when_asked_for(design, c
     assert [path.name for path in sorted(home.iterdir())] == ["001", "002"]
 
 
+def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatch):
+    """Where another process takes a number just before this one does; and one is told where it does the very same."""
+    scene, learn = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching"), training.train
+    tries, others = [], ExitStack()
+
+    def just_after_another(learning, folder, **options):
+        tries.append((folder.name, options["seed"]))
+        if folder.name == "001":
+            learn(learning, folder, **options | {"seed": 7})
+        elif folder.name in {"002", "004"}:
+            others.enter_context(TrainingFolder(folder).claimed())
+            if folder.name == "004":
+                shutil.copy(tmp_path / "003" / "config.json", folder)
+                config = TrainingFolder(folder).read_json("config.json")
+                TrainingFolder(folder).write_json("config.json", config | {"seed": 2})
+        return learn(learning, folder, **options)
+
+    monkeypatch.setattr(training, "train", just_after_another)
+    teacher = Teacher(Console(quiet=True), 64, range(1, 3), SMALL, threads=1, evaluate=False)
+    with others, pytest.raises(TakenError, match=r"004 is being trained already"):
+        teacher.teach(scene, tmp_path)
+    assert tries == [("001", 1), ("002", 1), ("003", 1), ("004", 2)]
+    seeds = {path.parent.name: json.loads(path.read_text())["seed"] for path in tmp_path.glob("*/config.json")}
+    assert seeds == {"001": 7, "003": 1, "004": 2}
+
+
 def test_an_interrupted_training_of_a_run_names_the_commands_that_go_on(design):
     run = Run(design.parent.parent)
     run.design(2).final_scene.write(small_scene("dynamic_catching").encode())
@@ -160,6 +223,22 @@ def test_an_interrupted_training_of_a_run_names_the_commands_that_go_on(design):
     assert run_main(*shlex.split(commands[0])[1:], "--no-evaluate") == 0
     assert [path.name for path in (design / "training").iterdir()] == ["001"]
     assert kinds_of(design / "training" / "001")[-1] == "finished"
+
+
+def test_a_run_is_trained_with_success_where_one_of_its_designs_is(design, capsys):
+    run = Run(design.parent.parent)
+    run.design(2).final_scene.write(small_scene("dynamic_catching").encode())
+    for one in run.designs:
+        one.outcome.write(Outcome(outcome="approved", reason="good", iteration=1))
+        assert run_main("train", one.path, *QUICK) == 1
+    summary = run.path / "summary.html"
+    assert train_designs(run, steps=64, seeds=1) == 1
+    assert "valid and successful" not in summary.read_text()
+    win(design / "training" / "001")
+    capsys.readouterr()
+    assert train_designs(run, steps=64, seeds=1) == 0
+    assert "valid and successful" in summary.read_text()
+    assert "design 2" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -16,19 +16,19 @@ from aidsr.episodes.batch import Episodes
 from aidsr.rl.single_env import TaskEnv, environment_id, register_environments
 from aidsr.rl.vector_env import BatchedVecEnv
 from aidsr.tasks import task_names
-from scenes import QuickPushing, builtin_scene, small_learning, small_scene
+from scenes import Breaking, QuickPushing, builtin_scene, small_learning, small_scene
 
 BUTTON = "aidsr/ButtonPushing-v0"
 
 
-def vector_env(n=4, **options) -> BatchedVecEnv:
-    scene = small_learning()
+def vector_env(n=4, task=None, of=Episodes, **options) -> BatchedVecEnv:
+    scene = small_learning(task)
     rng = np.random.default_rng(0)
 
     def following():
         return scene.task.variation("development", int(rng.integers(1000)))
 
-    episodes = Episodes(scene.model, scene.task, scene.actions, [following() for _ in range(n)], threads=1)
+    episodes = of(scene.model, scene.task, scene.actions, [following() for _ in range(n)], threads=1)
     return BatchedVecEnv(episodes, following, **options)
 
 
@@ -99,8 +99,15 @@ def test_success_is_no_truncation_and_returns_add_up():
     assert [info["episode"]["r"] for info in infos] == pytest.approx(total, rel=1e-5)
 
 
-def test_an_episode_in_which_nothing_is_gained_is_cut_short_as_at_its_time_limit():
-    env = vector_env(2, patience_s=0.45)
+class LongHeld(QuickPushing):
+    """Success in which nothing is gained takes as long as patience would otherwise last."""
+
+    hold_s = 0.225
+
+
+@pytest.mark.parametrize(("task", "patience_s"), [(None, 0.45), (LongHeld(), 0.1)])
+def test_an_episode_in_which_nothing_is_gained_is_cut_short_as_at_its_time_limit(task, patience_s):
+    env = vector_env(2, task, patience_s=patience_s)
     env.reset()
     # the first stays where it is, the second presses the button and succeeds
     for _ in range(25):
@@ -111,6 +118,17 @@ def test_an_episode_in_which_nothing_is_gained_is_cut_short_as_at_its_time_limit
     assert not infos[0]["is_success"]
     # the first step shows where it stands, 12 of 0.04 s are 0.45 s and more, and the next is the last
     assert infos[0]["episode"]["l"] == 14
+
+
+def test_a_simulation_that_breaks_down_ends_its_episode_and_no_other():
+    env = vector_env(3, of=Breaking)
+    env.reset()
+    for _ in range(3):
+        _, _, dones, infos = env.step(np.full((3, 2), -1.0))
+    assert dones.tolist() == [False, True, False]
+    assert infos[1]["diverged"]
+    assert not infos[1]["TimeLimit.truncated"]
+    assert np.isfinite(infos[1]["terminal_observation"]).all()
 
 
 def test_first_episodes_can_be_made_to_end_at_different_times():

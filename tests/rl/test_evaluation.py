@@ -13,11 +13,12 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 from test_training import SMALL
 
 from aidsr.artifacts import ActuatorGroup, Evaluation
+from aidsr.episodes.batch import Episodes
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.rl import evaluation
 from aidsr.rl.evaluation import evaluate, watch
-from aidsr.rl.evidence import Evidence
+from aidsr.rl.evidence import RECORDED, Evidence, Witness
 from aidsr.rl.files import TrainingResult
 from aidsr.rl.pictures import curve_picture, varied_mjcf
 from aidsr.rl.plausibility import (
@@ -31,7 +32,7 @@ from aidsr.rl.trained import FinishedTraining, evaluate_training
 from aidsr.rl.training import train
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Change, Variation, apply_to_simulation, load_task
-from scenes import Always, QuickPushing, builtin_scene, small_learning, small_scene
+from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
 
 BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
 
@@ -80,6 +81,27 @@ def test_in_other_physics_lost_variations_are_played_again_too(monkeypatch):
     verdict, _ = evaluate(small_learning(), BENDING, threads=1)
     assert named(verdict)["survives_half_time_step"].measured == 20 / 5
     assert named(verdict)["survives_other_integrator"].measured == 20 / 5
+
+
+def test_other_physics_is_half_the_time_step_and_another_integrator_with_all_else_the_same(monkeypatch):
+    made = []
+
+    class Noted(Episodes):
+        def __init__(self, model, *args, **options):
+            super().__init__(model, *args, **options)
+            option, control_s = self.model.opt, self.physics_steps * self.model.opt.timestep
+            if self.n == 20:
+                made.append((option.timestep, option.integrator, round(control_s, 9), self.smoothing))
+
+    scene, variants = small_learning(), {"DISCRETE": "IMPLICITFAST", "IMPLICITFAST": "DISCRETE"}
+    monkeypatch.setattr(evaluation, "Episodes", Noted)
+    for own, other in variants.items():
+        own, other = (int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in (own, other))
+        scene.model.opt.integrator = own
+        evaluate(scene, BENDING, threads=1, smoothing=0.25)
+        step_s = scene.model.opt.timestep
+        assert made == [(step_s, own, 0.04, 0.25), (step_s / 2, own, 0.04, 0.25), (step_s, other, 0.04, 0.25)]
+        made.clear()
 
 
 def test_a_robot_that_stays_still_is_neither():
@@ -152,10 +174,12 @@ def test_only_the_robots_own_work_allows_for_what_contacts_give_back():
 
 
 def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
-    floating = small_scene().replace('<body name="robot/seg1"', '<body name="robot/seg1" gravcomp="1"')
-    assert "gravcomp" in floating
+    heavy = small_scene().replace('mass="0.01"', 'mass="0.1"')
+    floating = heavy.replace('<body name="robot/seg', '<body gravcomp="1" name="robot/seg')
+    assert floating.count('gravcomp="1" name="robot/seg') == 4
     scene = TaskScene.of(floating, QuickPushing())
-    assert behaviour(watch(scene, Restless(), range(4), threads=1), scene)["energy_paid_for"].passed
+    # what lifts the arm while it bends is a sixth of what is allowed
+    assert behaviour(watch(scene, BENDING, range(2), threads=1), scene)["energy_paid_for"].measured < 0.01
 
 
 def test_a_joint_pulled_far_beyond_its_range_is_noticed():
@@ -204,6 +228,18 @@ def test_a_simulation_that_breaks_down_is_not_valid():
     assert not behaviour(watched, scene)["evaluation_stable"].passed
 
 
+def test_only_the_simulation_that_breaks_down_ends_by_it(monkeypatch):
+    monkeypatch.setattr(evaluation, "Episodes", Breaking)
+    watched = watch(small_learning(), STILL, range(3), threads=1)
+    assert watched.course.diverged.tolist() == [False, True, False]
+    ends = [watched.course.result(row, row).ended for row in range(3)]
+    assert ends == ["out_of_time", "diverged", "out_of_time"]
+    # what it did in its last control step is no evidence
+    assert [len(qpos) for qpos in watched.evidence.qpos] == [26, 3, 26]
+    assert watched.evidence.energy_gain_j.max() < 1.0
+    assert watched.evidence.moved.max() < 0.02
+
+
 def test_deep_overlap_is_noticed():
     scene = small_learning()
     data = mujoco.MjData(scene.model)
@@ -249,6 +285,10 @@ def test_a_stiff_rod_with_one_joint_is_no_continuum_robot():
         rigid = rigid[:start] + rigid[rigid.index("/>", start) + 2 :]
     assert not structure_check(read_structure(mujoco.MjModel.from_xml_string(rigid))).passed
 
+    whole = read_structure(small_learning().model)
+    for lacking in ({"tendons": ()}, {"tendon_actuators": ()}, {"roots": (1, 2)}, {"roots": ()}):
+        assert not structure_check(replace(whole, **lacking)).passed
+
 
 # --- what is kept ---
 
@@ -264,8 +304,6 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
     assert Evaluation.model_validate_json((tmp_path / "evaluation.json").read_text()) == evaluation
     assert named(evaluation)["training_stable"].passed
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
-    written = {name: (tmp_path / name).stat().st_mtime_ns for name in ("evaluation.json", "curve.png", "median.npz")}
-    assert written["evaluation.json"] == max(written.values()), "a verdict means that the rest is there"
     assert json.loads((tmp_path / "events.jsonl").read_text().splitlines()[-1])["kind"] == "evaluated"
     rewards = {episode.variation: episode.reward for episode in evaluation.episodes}
     for name, reward in (("best", max(rewards.values())), ("median", sorted(rewards.values())[9])):
@@ -275,6 +313,28 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
             assert lasted_s == pytest.approx(evaluation.episodes[variation].time_s, abs=1e-6)
             shown = mujoco.MjModel.from_xml_string(str(motion["mjcf"]))
             assert motion["qpos"].shape[1] == shown.nq
+
+
+def test_a_verdict_means_that_the_rest_is_there(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "judged")
+    (tmp_path / "judged" / "median.npz").mkdir()  # so that it cannot be written
+    with pytest.raises(OSError, match=r"median\.npz"):
+        evaluate_training(tmp_path / "judged", threads=1, videos=False)
+    assert (tmp_path / "judged" / "best.npz").exists()
+    assert not (tmp_path / "judged" / "evaluation.json").exists()
+
+
+def test_a_policy_is_trained_and_judged_with_its_smoothing(tmp_path):
+    scene = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching")
+    for smoothing in (0.0, 0.7):
+        recipe = SMALL.model_copy(update={"smoothing": smoothing})
+        train(scene, tmp_path / str(smoothing), steps=128, recipe=recipe, threads=1)
+    rough, smooth = (FinishedTraining.load(tmp_path / name).policy for name in ("0.0", "0.7"))
+    seen = np.random.default_rng(0).normal(size=(5, rough.normalisation.mean.size))
+    assert not np.array_equal(rough.act(seen), smooth.act(seen))
+    judged = evaluate_training(tmp_path / "0.7", threads=1, videos=False).episodes
+    without, with_it = (evaluate(scene, smooth, threads=1, smoothing=share)[0].episodes for share in (0.0, 0.7))
+    assert judged == with_it != without
 
 
 def test_an_unfinished_training_cannot_be_judged(tmp_path):
@@ -331,6 +391,42 @@ def test_a_picture_of_an_episode_shows_what_was_varied(name):
         assert getattr(shown, field) == pytest.approx(getattr(varied, field), abs=1e-6)
     one_number = varied.geom_type == int(mujoco.mjtGeom.mjGEOM_SPHERE)
     assert shown.geom_size[~one_number, 0] == pytest.approx(varied.geom_size[~one_number, 0])
+
+
+def displaced(scene: TaskScene, joint: int, by: float) -> Evidence:
+    """Return what is seen where the first coordinate of a joint is put somewhere else after one control step."""
+    variations = [scene.task.variation("held_out", 0)]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1, record=RECORDED)
+    witness = Witness(episodes)
+    moment = episodes.step(scene.actions.rest[None])
+    episodes.batch.bind("qpos")[0, scene.model.jnt_qposadr[joint]] += by
+    episodes.batch.forward()
+    witness.look(moment)
+    return witness.evidence()
+
+
+def test_motion_is_that_of_the_parts_against_what_holds_them_and_of_a_free_robot_as_a_whole():
+    held = TaskScene.of(small_scene("force_controlled_brushing"), "force_controlled_brushing")
+    stage = held.model.joint("base_x").id
+    assert displaced(held, stage, 0.1).moved == pytest.approx(displaced(held, stage, 0.0).moved)
+    free = TaskScene.of(builtin_scene("flat_ground"), "flat_ground")
+    structure = read_structure(free.model)
+    root = free.model.body_jntadr[structure.free_roots[0]]
+    length_m = structure.characteristic_length_m
+    assert displaced(free, root, 0.5 * length_m).moved[0] == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("kind", ["slide", "hinge"])
+def test_joints_may_go_beyond_their_ranges_by_so_much(kind):
+    guide = '<joint name="robot/guide" type="slide" axis="0 0 1" limited="true" range="-0.01 0" stiffness="1e4"/>'
+    hinge = '<joint name="robot/bend1"'
+    scene = TaskScene.of(small_scene().replace(hinge, guide + hinge), QuickPushing())
+    length_m = read_structure(scene.model).characteristic_length_m
+    name, allowed = {"slide": ("guide", 0.05 * length_m), "hinge": ("bend1", np.deg2rad(30.0))}[kind]
+    joint = scene.model.joint(f"robot/{name}")
+    for share in (0.5, 1.5):
+        over = displaced(scene, joint.id, joint.range[1] + share * allowed).over_limit[0]
+        assert over == pytest.approx(share, abs=0.1)
 
 
 def test_evidence_is_taken_from_the_root_of_a_held_robot():

@@ -11,17 +11,28 @@ import aidsr
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
 from aidsr.pipeline.exporting import export
+from aidsr.rl import evaluation
+from aidsr.rl.evaluation import evaluate
 from aidsr.rl.trained import evaluate_training
 from aidsr.rl.training import train
 
 
-def test_a_policy_is_tried_with_the_robot_as_built(tmp_path):
+def test_a_policy_is_tried_with_the_robot_as_built(tmp_path, monkeypatch):
     design = aidsr.design(task="dynamic_catching", concepts=1, seed=1, runs=tmp_path).design(1)
     with pytest.raises(UserError, match="train the design first"):
         export(design.path, policy=True)
     scene = TaskScene.of(design.final_scene.path, "dynamic_catching")
-    train(scene, design.path / "training" / "001", steps=64, recipe=SMALL, threads=1)
+    recipe = SMALL.model_copy(update={"smoothing": 0.7})
+    train(scene, design.path / "training" / "001", steps=64, recipe=recipe, threads=1)
     designed = evaluate_training(design.path / "training" / "001", threads=1, videos=False)
+    asked = []
+
+    def noted(*args, **options):
+        asked.append(options)
+        return evaluate(*args, **options)
+
+    monkeypatch.setattr(evaluation, "evaluate", noted)
     retest = export(design.path, policy=True).verdict.retest
+    assert [options["smoothing"] for options in asked] == [0.7]
     assert retest.designed_success_share == designed.success_share
     assert 0.0 <= retest.success_share <= 1.0

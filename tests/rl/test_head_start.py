@@ -49,6 +49,22 @@ def test_the_motion_is_known_before_anything_is_learned(tmp_path, monkeypatch):
     assert won(scene, TrainedPolicy.load(blank, SMALL, 2)) <= 0.2
 
 
+def test_a_head_start_is_given_once(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stable_baselines3.PPO.learn", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    began = TrainedPolicy.load(tmp_path / "checkpoint", SMALL, 2)
+    monkeypatch.setattr("stable_baselines3.PPO.learn", lambda model, *_, **__: model)
+    result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
+    kinds = [json.loads(line)["kind"] for line in (tmp_path / "events.jsonl").read_text().splitlines()]
+    assert (kinds.count("probed"), result.steps) == (1, probed(tmp_path)["steps"])
+    seen = np.random.default_rng(0).normal(size=(5, 24))
+    assert np.array_equal(TrainedPolicy.load(tmp_path, SMALL, 2).act(seen), began.act(seen))
+
+
 def test_learning_goes_on_from_there_and_counts_what_was_spent(tmp_path):
     heard = []
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1, listen=heard.append)

@@ -1,9 +1,14 @@
 """Training: the same seed gives the same policy, is taken up where it stopped, and ends when success is saturated."""
 
 import csv
+import io
 import json
+import shutil
+import subprocess
+import sys
 import zipfile
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,12 +18,14 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 import torch
 
 from aidsr.errors import UserError
+from aidsr.rl import training
 from aidsr.rl.exploration import Exploration
-from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.rl.files import TakenError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.policy import Normalisation, TrainedPolicy
 from aidsr.rl.recipe import Recipe
-from aidsr.rl.training import folder_for, train
-from scenes import QuickPushing, small_learning
+from aidsr.rl.trained import FinishedTraining
+from aidsr.rl.training import DEVELOPMENT, folder_for, train
+from scenes import Breaking, QuickPushing, small_learning
 
 SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16))
 STEPS = 512
@@ -47,6 +54,26 @@ class Given(QuickPushing):
         return readings.time_s > 0.0
 
 
+class GivenTogether(Given):
+    """Won by being there, as often as eight simulations run side by side; notes which variations are drawn."""
+
+    drawn: ClassVar[list[tuple[str, int]]] = []
+
+    def succeeded(self, readings, memory):
+        return np.full(readings.n, readings.n == SMALL.simulations)
+
+    def variation(self, split, index):
+        self.drawn.append((split, index))
+        return super().variation(split, index)
+
+
+class NeverWon(QuickPushing):
+    """Nothing succeeds."""
+
+    def succeeded(self, readings, memory):
+        return np.zeros(readings.n, dtype=bool)
+
+
 class Killed(Exception):  # noqa: N818 - nothing went wrong
     """Ends a training as a kill does: nothing more is saved."""
 
@@ -64,6 +91,13 @@ def at(steps, ending):
 def same_policy(one: TrainedPolicy, other: TrainedPolicy) -> bool:
     seen = np.random.default_rng(0).normal(size=(5, 24))
     return np.array_equal(one.act(seen), other.act(seen))
+
+
+def kept(folder) -> tuple[dict, dict]:
+    """Return the parameters of a policy and the state of its optimizer."""
+    with zipfile.ZipFile(folder / "policy.zip") as saved:
+        parts = [saved.read(f"{name}.pth") for name in ("policy", "policy.optimizer")]
+    return tuple(torch.load(io.BytesIO(part), weights_only=True) for part in parts)
 
 
 def rows_of(folder) -> list[int]:
@@ -125,6 +159,33 @@ def test_another_training_in_the_same_folder_is_refused(finished):
         trained(finished, seed=5)
 
 
+def test_a_folder_is_trained_in_by_one_process_at_a_time(tmp_path):
+    """Also while it goes on; a kill gives it back, as the operating system does with what a process has locked."""
+    refused = []
+
+    def second(point):
+        with pytest.raises(TakenError, match="is being trained already; wait for that process or end it"):
+            trained(tmp_path)
+        refused.append(point.steps)
+        if point.steps >= STEPS // 2:
+            raise KeyboardInterrupt
+
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            trained(tmp_path, listen=second)
+    assert len(refused) > 2
+    kinds = [event["kind"] for event in events(tmp_path)]
+    assert (kinds.count("started"), kinds.count("resumed")) == (1, 1)
+    code = (
+        "import os, sys, pathlib; from aidsr.rl.files import TrainingFolder;"
+        "held = TrainingFolder(pathlib.Path(sys.argv[1])).claimed(); held.__enter__(); os.kill(os.getpid(), 9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
+    assert trained(tmp_path).resumed == 2
+    with TrainingFolder(tmp_path).claimed():  # what is finished is told all the same
+        assert trained(tmp_path).resumed == 2
+
+
 def test_an_interrupted_training_goes_on_where_it_stopped(tmp_path):
     home, scene = tmp_path / "training", small_learning()
     folder = folder_for(home, scene, steps=STEPS, recipe=SMALL)
@@ -151,6 +212,13 @@ def test_a_training_of_an_earlier_version_is_none_of_the_same(finished, tmp_path
     del asked["groups_from"]
     TrainingFolder(tmp_path / "001").write_json("config.json", asked)
     assert folder_for(tmp_path, small_learning(), steps=STEPS, recipe=SMALL) == tmp_path / "002"
+    for going_on in (lambda: trained(tmp_path / "001"), lambda: FinishedTraining.load(tmp_path / "001")):
+        with pytest.raises(UserError, match=r"config\.json .* \(groups_from: Field required\); train again .* --again"):
+            going_on()
+    shutil.copytree(finished, tmp_path / "003")
+    (tmp_path / "003" / "training.json").write_text("{")
+    with pytest.raises(UserError, match=r"training\.json .* \(the whole file: Invalid JSON"):
+        FinishedTraining.load(tmp_path / "003")
 
 
 def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
@@ -163,6 +231,19 @@ def test_what_was_learned_before_an_interruption_is_kept(tmp_path):
     assert half.count > STEPS // 2
     assert whole.count > half.count + STEPS // 4
     assert Normalisation.from_json(whole.to_json()).count == whole.count
+
+
+def test_a_training_goes_on_with_the_very_policy_it_stopped_with(tmp_path, monkeypatch):
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, listen=at(STEPS // 2, KeyboardInterrupt))
+    policy, optimizer = kept(tmp_path / "checkpoint")
+    monkeypatch.setattr("stable_baselines3.PPO.learn", lambda model, *_, **__: model)
+    trained(tmp_path)
+    policy_now, optimizer_now = kept(tmp_path)
+    torch.testing.assert_close(policy_now, policy, rtol=0.0, atol=0.0)
+    assert optimizer["state"]
+    torch.testing.assert_close(optimizer_now["state"], optimizer["state"], rtol=0.0, atol=0.0)
+    assert optimizer["param_groups"][0]["lr"] == pytest.approx(SMALL.learning_rate_when(0.5))
 
 
 @pytest.mark.parametrize(("killed_at", "resumed"), [(128, 0), (512, 1)])  # before and after the first checkpoint
@@ -209,6 +290,31 @@ def test_training_ends_when_success_is_saturated(tmp_path):
     assert events(tmp_path / "001")[-1]["kind"] == "finished"
 
 
+def test_success_that_comes_only_while_learning_ends_no_training(tmp_path):
+    """The policy is tested anew, without noise and at variations that are not those of a verdict."""
+    GivenTogether.drawn.clear()
+    result = trained(tmp_path, task=GivenTogether(), steps=1024)
+    assert (result.stopped, result.success_share) == ("budget", 1.0)
+    tested = [event["success_share"] for event in events(tmp_path) if event["kind"] == "tested"]
+    assert set(tested) == {0.0}
+    splits, indices = zip(*GivenTogether.drawn, strict=True)
+    assert set(splits) == {"development"}
+    assert 0 <= min(indices) <= max(indices) < DEVELOPMENT
+    assert len(set(indices)) > 100
+
+
+def test_first_episodes_end_at_different_times_and_patience_ends_what_gains_nothing(tmp_path):
+    assert trained(tmp_path / "first", task=NeverWon(), steps=128).episodes >= 4  # of 25 steps, after 16
+    hasty = SMALL.model_copy(update={"patience_s": 0.1})
+    patient, cut = (trained(tmp_path / str(of.patience_s), task=NeverWon(), recipe=of) for of in (SMALL, hasty))
+    assert cut.episodes > patient.episodes
+
+
+def test_episodes_in_which_the_simulation_breaks_down_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(training, "Episodes", Breaking)
+    assert trained(tmp_path).diverged_episodes == 1
+
+
 def test_the_policy_that_is_kept_is_the_one_that_was_tested(tmp_path):
     ended, stopped = tmp_path / "ended", tmp_path / "stopped"
     result = trained(ended, task=Given(), steps=6_400)
@@ -229,6 +335,12 @@ def test_a_checkpoint_has_learned_from_all_steps_that_it_counts(tmp_path):
         trained(killed, steps=1280, recipe=even, listen=at(320, Killed))
     assert json.loads((killed / "checkpoint" / "history.json").read_text())["steps"] == 256
     assert same_policy(policy_of(whole), policy_of(killed / "checkpoint"))
+
+
+@pytest.mark.parametrize(("left", "rate"), [(1.0, 1e-3), (0.5, 5.5e-4), (0.0, 1e-4), (-0.7, 1e-4)])
+def test_the_learning_rate_falls_to_a_tenth_and_no_further(left, rate):
+    """A budget ends within a rollout, and the last update comes after it."""
+    assert Recipe().learning_rate_when(left) == pytest.approx(rate)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,11 +47,27 @@ class Teacher:
         return any(verdicts) or not self.evaluate
 
     def _train(self, learning: TaskScene, home: Path, seed: int) -> Path:
-        """Train one policy while a person watches; return its folder."""
-        from aidsr.cli.learning import TrainingBar
-        from aidsr.rl.training import folder_for, train
+        """Train one policy in the folder that is its own; return that."""
+        from aidsr.rl.files import TakenError
+        from aidsr.rl.training import folder_for
 
-        folder = folder_for(home, learning, steps=self.steps, seed=seed, recipe=self.recipe, again=self.again)
+        place = partial(folder_for, home, learning, steps=self.steps, seed=seed, recipe=self.recipe, again=self.again)
+        folder = place()
+        while True:
+            try:
+                self._train_in(folder, learning, seed)
+            except TakenError:
+                taken, folder = folder, place()
+                if folder == taken:  # by another process for this very training
+                    raise
+            else:
+                return folder
+
+    def _train_in(self, folder: Path, learning: TaskScene, seed: int) -> None:
+        """Train one policy while a person watches, and say how it went."""
+        from aidsr.cli.learning import TrainingBar
+        from aidsr.rl.training import train
+
         is_there = (folder / "training.json").exists()
         with TrainingBar(self.console, f"seed {seed}", self.steps) as bar:
             result = train(
@@ -66,7 +83,6 @@ class Teacher:
         told = f"{result.steps} steps in {result.wall_s:.0f} s, ended by {result.stopped}"
         told = f"{folder}: trained already, {told}; --again trains anew" if is_there else f"{folder}: {told}"
         self.console.print(told, markup=False, soft_wrap=True)
-        return folder
 
     def _judge(self, folder: Path) -> bool:
         """Evaluate one policy, say how it did, and return whether it is successful."""

@@ -17,8 +17,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from aidsr.calls import CallRecord, Message, Question, Usage
+from aidsr.claiming import Claim
 from aidsr.errors import ModelError, UserError
-from aidsr.models.claiming import Claim
 
 __all__ = ["MANUAL", "ManualModel", "WaitingPrompt", "estimated_input_tokens", "estimated_tokens", "waiting_prompts"]
 

@@ -5,19 +5,30 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
+
+from pydantic import ValidationError
 
 from aidsr.artifacts import ActuatorGroup, Artifact
+from aidsr.claiming import Claim
 from aidsr.episodes.actions import GroupsFrom
+from aidsr.errors import UserError
 from aidsr.rl.recipe import Recipe
 from aidsr.tasks import Level
 from aidsr.tasks.goal import AnyGoal
 
-__all__ = ["TrainingConfig", "TrainingFolder", "TrainingResult"]
+__all__ = ["TakenError", "TrainingConfig", "TrainingFolder", "TrainingResult"]
+
+Written = TypeVar("Written", bound=Artifact)
+
+
+class TakenError(UserError):
+    """A folder belongs to another training, or to another process that is at this one."""
 
 
 class TrainingConfig(Artifact):
@@ -65,6 +76,7 @@ class TrainingFolder:
     | events.jsonl       | started, probed, resumed, saturated, finished: order and times                 |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, while training goes on                                      |
+    | .in_use            | empty; a process that trains here has it locked                                |
     | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |
     | normalisation.json | mean and variance of the observations, without which the policy is blind       |
     | training.json      | how it ended: steps, time, episodes, divergences; written last                 |
@@ -96,6 +108,43 @@ class TrainingFolder:
         """Return what `write_json` wrote."""
         value: dict[str, Any] = json.loads((self.path / name).read_text(encoding="utf-8"))
         return value
+
+    def read(self, name: str, kind: type[Written]) -> Written:
+        """Return the artifact in a file.
+
+        Raises:
+            FileNotFoundError: There is no such file.
+            UserError: It does not hold such an artifact, as where an earlier version wrote it.
+        """
+        try:
+            return kind.model_validate_json((self.path / name).read_bytes())
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"]) or "the whole file"
+            raise UserError(
+                f"{self.path / name} was expected to be as this version of AID-SR writes it, and is not ({place}: "
+                f"{first['msg']}); train again with aidsr train --again, or remove {self.path} to train anew there"
+            ) from None
+
+    @contextmanager
+    def claimed(self) -> Iterator[None]:
+        """Keep the folder, made if absent, from other processes while this one trains in it.
+
+        Raises:
+            TakenError: Another one does.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        try:
+            claim = Claim(self.path)
+        except UserError:
+            raise TakenError(
+                f"a folder that nobody trains in was expected, and {self.path} is being trained already; wait for "
+                "that process or end it, then the same command goes on"
+            ) from None
+        try:
+            yield
+        finally:
+            claim.release()
 
     def note(self, kind: str, **facts: Any) -> None:
         """Append an event with the present time."""

@@ -59,5 +59,5 @@ class Recipe(Artifact):
     starts from a policy that knows nothing."""
 
     def learning_rate_when(self, left: float) -> float:
-        """Return the learning rate when a share of the budget is left."""
-        return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * left
+        """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
+        return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)

@@ -32,12 +32,13 @@ class FinishedTraining:
         """Return the training in a folder.
 
         Raises:
-            UserError: There is none, it is not finished, or its task or scene is another one by now.
+            UserError: There is none, it is not finished, an earlier version made it, or its task or scene is another
+                one by now.
         """
         home = TrainingFolder(folder)
         try:
-            config = TrainingConfig.model_validate(home.read_json("config.json"))
-            result = TrainingResult.model_validate(home.read_json("training.json"))
+            config = home.read("config.json", TrainingConfig)
+            result = home.read("training.json", TrainingResult)
         except FileNotFoundError as error:
             missing = Path(error.filename).name
             raise UserError(

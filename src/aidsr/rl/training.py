@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from pydantic import ValidationError
 
 from aidsr.episodes.batch import Episodes
 from aidsr.episodes.playing import play
 from aidsr.episodes.scene import TaskScene
 from aidsr.errors import UserError
-from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.rl.files import TakenError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.head_start import start_from_probe
 from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.rl.recipe import Recipe
@@ -67,19 +66,22 @@ def train(
         listen: Called with every point of the curve.
 
     Raises:
-        UserError: The folder holds a training of something else.
+        TakenError: The folder holds a training of something else, or another process is at work in it.
+        UserError: The folder holds a training of an earlier version.
     """
     home = TrainingFolder(folder)
     config = _config(scene, steps, seed, recipe or Recipe())
-    if not _is_new(home, config):
-        if (home / "training.json").exists():
-            return TrainingResult.model_validate(home.read_json("training.json"))
-        home.note("resumed", versions=config.versions)
-    else:
-        home.write("scene.xml", scene.mjcf)
-        home.write("config.json", config.model_dump_json(indent=2) + "\n")
-        home.note("started")
-    with one_torch_thread():
+    if (finished := _finished(home, config)) is not None:
+        return finished
+    with home.claimed(), one_torch_thread():
+        if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
+            return finished
+        if (home / "config.json").exists():
+            home.note("resumed", versions=config.versions)
+        else:
+            home.write("scene.xml", scene.mjcf)
+            home.write("config.json", config.model_dump_json(indent=2) + "\n")
+            home.note("started")
         return _Training(scene, home, config, threads, tensorboard).run(listen)
 
 
@@ -104,8 +106,8 @@ def folder_for(
 
 def _holds(path: Path, config: TrainingConfig) -> bool:
     try:
-        begun = TrainingConfig.model_validate(TrainingFolder(path).read_json("config.json"))
-    except (FileNotFoundError, ValidationError):  # nothing was begun, or by a version that asked for other things
+        begun = TrainingFolder(path).read("config.json", TrainingConfig)
+    except (FileNotFoundError, UserError):  # nothing was begun, or by a version that asked for other things
         return False
     return not _differences(begun, config)
 
@@ -126,21 +128,21 @@ def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> Training
     )
 
 
-def _is_new(home: TrainingFolder, config: TrainingConfig) -> bool:
-    """Return whether nothing was trained in this folder yet.
+def _finished(home: TrainingFolder, config: TrainingConfig) -> TrainingResult | None:
+    """Return how the training in this folder ended; None where it was not begun or is to go on.
 
     Raises:
-        UserError: Something else was.
+        TakenError: The folder holds another training.
     """
     if not (home / "config.json").exists():
-        return True
-    differing = _differences(TrainingConfig.model_validate(home.read_json("config.json")), config)
+        return None
+    differing = _differences(home.read("config.json", TrainingConfig), config)
     if differing:
-        raise UserError(
+        raise TakenError(
             f"{home.path} holds a training that differs in {', '.join(differing)}; name another folder, or ask for "
             "the same training to go on with it"
         )
-    return False
+    return home.read("training.json", TrainingResult) if (home / "training.json").exists() else None
 
 
 def _differences(begun: TrainingConfig, asked: TrainingConfig) -> list[str]:

@@ -1,4 +1,4 @@
-"""A directory that one run at a time works in; the system gives it back when the process dies."""
+"""A directory that one owner at a time works in; the system gives it back when the process dies."""
 
 from __future__ import annotations
 
