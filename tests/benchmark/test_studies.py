@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 from aidsr.benchmark.driving import MOST_ATTEMPTS, drive, failures_of
-from aidsr.benchmark.jobs import Job, pending, perform
+from aidsr.benchmark.jobs import Job, pending, perform, trained_at
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.planning import forecast
 from aidsr.benchmark.pool import Ended, LocalPool
 from aidsr.benchmark.report import write_report
+from aidsr.benchmark.statistics import bootstrap_mean
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, open_study
-from aidsr.benchmark.submitting import read_submission, submit
-from aidsr.benchmark.tables import differences
+from aidsr.benchmark.submitting import Submission, read_submission, signed, submit
+from aidsr.benchmark.tables import differences, line_of
 from aidsr.cli import main
 from aidsr.errors import UserError
 from aidsr.runs import RunConfig
@@ -153,6 +156,52 @@ def test_arms_of_one_number_are_pairs(finished: Study) -> None:
     found = {each.what: each for each in differences(read_outcomes(finished), "rules")}
     assert found["stable"].value == 0.0
     assert not found["stable"].real
+
+
+def evaluation(won: int, *, of: int = 4, plausible: bool = True) -> Evaluation:
+    ends = ["succeeded"] * won + ["out_of_time"] * (of - won)
+    episodes = [
+        EpisodeResult(variation=n, ended=ended, progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
+        for n, ended in enumerate(ends)
+    ]
+    check = PlausibilityCheck(name="moves", passed=plausible, measured=1.0, limit=1.0, message="")
+    return Evaluation(task=TASK, level="standard", benchmark_version=3, episodes=episodes, checks=[check])
+
+
+@pytest.mark.parametrize(
+    ("seeds", "judged", "valid", "successful", "share"),
+    [
+        (1, [], False, False, 0.0),
+        (1, [evaluation(3)], True, True, 0.75),
+        (1, [evaluation(4, plausible=False)], False, False, 0.0),
+        (3, [evaluation(4)], False, False, 1 / 3),
+        (3, [evaluation(4), evaluation(2)], True, True, 0.5),
+        (3, [evaluation(4), evaluation(1)], True, False, 1.25 / 3),
+        (2, [evaluation(4)], False, False, 0.5),
+        (0, [], False, False, 0.0),
+    ],
+)
+def test_policies_that_are_missing_count_as_failed(seeds, judged, valid, successful, share) -> None:
+    row = DesignRow(arm="a", task=TASK, run=1, design=1, outcome="approved", seeds=seeds, evaluations=judged)
+    assert (row.valid, row.successful, row.episodes_share) == (valid, successful, pytest.approx(share))
+    assert line_of(TASK, [row]).episodes_share == pytest.approx(share)
+    assert bootstrap_mean({TASK: [row.policies]}).value == pytest.approx(share)
+
+
+def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
+    folder = trained_at(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    (folder / "evaluation.json").write_text(evaluation(4).model_dump_json())
+    row, _ = read_outcomes(study)
+    assert (len(row.evaluations), row.complete, row.successful) == (1, False, False)
+    assert row.episodes_share == pytest.approx(1 / 3)
+    submit(study, tmp_path / "s.json")
+    earlier = json.loads((tmp_path / "s.json").read_text())
+    for design in earlier["designs"]:
+        del design["seeds"]
+    (tmp_path / "earlier.json").write_text(signed(Submission.model_validate(earlier)).model_dump_json())
+    assert read_submission(tmp_path / "earlier.json").designs == read_outcomes(study)
 
 
 def test_what_is_still_to_be_judged_is_no_difference() -> None:

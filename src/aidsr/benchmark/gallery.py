@@ -7,7 +7,6 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import fmean
 
 from aidsr.benchmark.jobs import trained_at
 from aidsr.benchmark.outcomes import DesignRow
@@ -52,14 +51,14 @@ def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
 
 
 def _rank(row: DesignRow) -> tuple[bool, float, float]:
-    return row.successful, sum(row.episodes), row.probe_progress or 0.0
+    return row.successful, row.episodes_share, row.probe_progress or 0.0
 
 
 def _how_well(row: DesignRow) -> str:
     if not row.evaluations:
         return "not trained"
     word = "successful" if row.successful else "valid" if row.valid else "not valid"
-    return f"{word}, {100 * fmean(row.episodes):.0f} % of episodes won"
+    return f"{word}, {100 * row.episodes_share:.0f} % of episodes won"
 
 
 def _trained(design: DesignFolder, seeds: int) -> list[Path]:

@@ -57,7 +57,7 @@ def raw_csv(rows: Sequence[DesignRow]) -> str:
     for row in rows:
         plain = {name: getattr(row, name) for name in fields if hasattr(row, name)}
         usage = {name: getattr(row.usage, name) for name in ("input_tokens", "output_tokens", "cost_usd")}
-        share = sum(row.episodes) / len(row.episodes) if row.episodes else ""
+        share = row.episodes_share if row.evaluations else ""
         writer.writerow({**plain, **usage, "episodes_share": share, "training_s": round(row.training_s, 1)})
     return out.getvalue()
 

@@ -74,6 +74,8 @@ def read_submission(path: Path) -> Submission:
         raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {mistake_in(error)}") from None
     if found.sha256 != _digest(text):
         raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
+    rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
+    found = found.model_copy(update={"designs": rows})
     if [_place(row) for row in found.designs] != list(_places(found.plan)):
         raise UserError(f"{path}: every design that the plan asks for was expected once, found others or fewer")
     for arm in (arm.name for arm in found.plan.arms):
