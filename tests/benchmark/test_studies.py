@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
@@ -22,6 +24,7 @@ from aidsr.benchmark.submitting import Submission, read_submission, signed, subm
 from aidsr.benchmark.tables import differences, line_of
 from aidsr.cli import main
 from aidsr.errors import UserError
+from aidsr.probing import probe
 from aidsr.runs import RunConfig
 
 TASK = "reaching/button_pushing"
@@ -227,6 +230,23 @@ def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_
     assert sum(job.cell.arm == "bare" for job in pool.begun) == MOST_ATTEMPTS
     assert [job.cell.arm for job in pool.begun[:2]] == ["rules", "bare"], "what failed waits for what was not tried"
     assert {str(note["error"]) for note in failures_of(study)} == {"the machine went away"}
+
+
+def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
+    found = []
+
+    def look(frame: FrameType, event: str, _argument: object) -> None:
+        if event == "call" and frame.f_code is probe.__code__:
+            found.append(frame.f_locals["threads"])
+            raise InterruptedError
+
+    sys.setprofile(look)
+    try:
+        with pytest.raises(InterruptedError):
+            perform(finished.path, Job(next(finished.cells), "probe", 1))
+    finally:
+        sys.setprofile(None)
+    assert found == [1]
 
 
 def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:

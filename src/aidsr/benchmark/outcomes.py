@@ -59,8 +59,10 @@ class DesignRow(Artifact):
 
     @property
     def policies(self) -> tuple[tuple[float, ...], ...]:
-        """For each policy that the plan asks for, 1 or 0 for every held-out episode: all 0 where it is not valid, and
-        no episode where it is not judged."""
+        """For each policy that the plan asks for, 1 or 0 for every held-out episode.
+
+        All are 0 where it is not valid, and there is none where it is not judged.
+        """
         judged = tuple(
             tuple(float(evaluation.valid and episode.ended == "succeeded") for episode in evaluation.episodes)
             for evaluation in self.evaluations
