@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
@@ -254,6 +256,20 @@ def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:
     pool = LocalPool(study.path, 1)
     progress = drive(study, pool)
     assert (progress.done, progress.failed, failures_of(study)) == (2, (), [])
+
+
+def test_a_job_that_says_much_comes_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.stderr.write('said before\\n' * 20_000)\n")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]))
+    pool, ended = LocalPool(tmp_path, 1), list[Ended]()
+    pool.begin(Job(next(Study(tmp_path, plan()).cells), "design"))
+    waiting = threading.Thread(target=lambda: ended.append(pool.wait()), daemon=True)
+    waiting.start()
+    waiting.join(timeout=60.0)
+    pool.close()
+    assert ended, "the job never ended"
+    assert "said before" in ended[0].error
+    assert ended[0].error.endswith(f"{tmp_path} has none"), "the reason comes last"
 
 
 def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:
