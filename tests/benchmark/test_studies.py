@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import sys
 import threading
@@ -150,6 +151,17 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
     ]
     assert not rows[0].valid, "a design that was not trained is not valid"
     assert forecast(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
+
+
+@pytest.mark.parametrize(("seeds", "steps"), [(0, 300_000), (1, 300_000), (2, 150_000)])
+def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps: int, tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text()
+    told = re.search(r"designing (\d+), training ([\d,]+), judging (\d+);", page)
+    assert told, "docs/scale.md no longer says what was measured"
+    design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
+    coming = forecast(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
+    expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)
+    assert coming.core_hours * 3600 == pytest.approx(expected_s)
 
 
 def test_designs_that_were_not_attempted_yet_are_in_the_denominator(tmp_path: Path) -> None:
