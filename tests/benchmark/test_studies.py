@@ -12,19 +12,23 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+import av
+import numpy as np
 import pytest
 
-from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityCheck, ValidationReport
 from aidsr.benchmark.driving import MOST_ATTEMPTS, drive, failures_of
+from aidsr.benchmark.gallery import gallery
 from aidsr.benchmark.jobs import Job, pending, perform, trained_at
-from aidsr.benchmark.outcomes import DesignRow, read_outcomes
+from aidsr.benchmark.outcomes import DesignRow, read_outcomes, read_repairs
+from aidsr.benchmark.pictures import cost_and_success
 from aidsr.benchmark.planning import forecast
 from aidsr.benchmark.pool import Ended, LocalPool
 from aidsr.benchmark.report import write_report
 from aidsr.benchmark.statistics import bootstrap_mean
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, open_study
 from aidsr.benchmark.submitting import Submission, read_submission, signed, submit
-from aidsr.benchmark.tables import differences, line_of
+from aidsr.benchmark.tables import arm_lines, differences, line_of
 from aidsr.cli import main
 from aidsr.errors import UserError
 from aidsr.probing import probe
@@ -318,6 +322,79 @@ def test_the_command_says_what_it_would_take_and_begins_nothing(tmp_path: Path, 
     said = capsys.readouterr().out
     assert "4 design, 12 verify, 12 train, 12 probe" in said
     assert list(tmp_path.iterdir()) == []
+
+
+def report_of(*codes: str) -> str:
+    faults = [Fault(code=code, layer="simulate", severity="error", message="") for code in codes]
+    return ValidationReport(stable=not codes, faults=tuple(faults)).model_dump_json()
+
+
+def test_a_fault_is_cured_only_where_it_was_looked_for_and_counted_once(tmp_path: Path) -> None:
+    after = Arm(name="again", after="rules", feedback={TASK: "Longer."}, config=RunConfig(concepts=1))
+    study = begin_study(tmp_path / "s", plan(arms=(plan().arms[0], after)))
+    first = [
+        {"robot.xml": "", "robot_report.json": report_of("loose", "open")},
+        {"robot.xml": "", "robot_report.json": report_of("open")},
+        {"robot.xml": "", "scene_report.json": report_of("overlap")},
+        {"robot.xml": "", "robot_report.json": report_of("loose")},
+        {},
+    ]
+    iterations = {
+        "rules": first,
+        "again": [*first, {"concept.json": "", "robot.xml": "", "scene_report.json": report_of()}],
+    }
+    for cell in study.cells:
+        for number, files in enumerate(iterations[cell.arm], 1):
+            folder = study.home(cell) / "run" / "designs" / "1" / f"{number:02d}"
+            folder.mkdir(parents=True)
+            for name, text in files.items():
+                (folder / name).write_text(text)
+        (study.home(cell) / "run" / "run.json").write_text("{}")
+    seen, cured = read_repairs(study)
+    assert seen == {"loose": 2, "open": 2, "overlap": 1}
+    assert [(each.code, each.changed) for each in cured] == [
+        ("loose", "robot"),
+        ("open", "robot"),
+        ("loose", "concept"),
+    ]
+
+
+def film(path: Path, brightness: int) -> None:
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=10)
+        stream.width = stream.height = 32
+        picture = av.VideoFrame.from_ndarray(np.full((32, 32, 3), brightness, np.uint8), format="rgb24")
+        for packet in (*stream.encode(picture), *stream.encode()):
+            container.mux(packet)
+
+
+def test_a_robot_is_shown_with_its_best_policy(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=4))
+    design = study.run(next(study.cells)).design(1)
+    for seed, verdict in enumerate([evaluation(1), evaluation(4, plausible=False), evaluation(3)]):
+        trained_at(design, seed).mkdir(parents=True)
+        (trained_at(design, seed) / "evaluation.json").write_text(verdict.model_dump_json())
+        film(trained_at(design, seed) / "best.mp4", 80 * seed)
+    (card, *_) = gallery(study, read_outcomes(study)[:1])
+    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.how_well == "not valid, 25 % of episodes won"
+
+
+def test_what_a_design_costs_is_not_drawn_before_one_came_to_an_end() -> None:
+    ended = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="invalid")
+    coming = ended.model_copy(update={"arm": "second", "outcome": "unfinished"})
+    drawn = cost_and_success(arm_lines([ended, coming], {"first": "builtin", "second": "builtin"}))
+    assert "<!-- first -->" in drawn
+    assert "<!-- second -->" not in drawn
+
+
+def test_a_study_of_another_version_of_the_benchmark_is_not_gone_on_with(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan(benchmark_version=1))
+    pool = Here(study)
+    with pytest.raises(UserError, match="is one of version 1, whose tasks differ"):
+        drive(study, pool)
+    assert pool.begun == []
+    assert drive(study, pool, without=frozenset(study.cells)).done == 0, "nothing is left to do"
 
 
 def test_designs_must_be_whole_runs(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

@@ -147,32 +147,45 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
 
 
 def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
-    """Return how often each fault stopped an iteration, and which were cured by the next."""
+    """Return how often each fault stopped an iteration, and which were cured by the next.
+
+    An iteration that was not validated cured nothing, nor did one whose robot alone was what is wrong with a scene.
+    """
     seen, cured = Counter[str](), list[Repair]()
-    for cell in study.cells:
-        run = study.run(cell)
-        for design in run.designs if run else ():
-            before: set[str] = set()
-            for iteration in design.iterations:
-                report = iteration.scene_report.read() or iteration.robot_report.read()
-                now = {fault.code for fault in report.errors} if report else set()
+    for design, copied in _designs(study):
+        before, of_scene = set[str](), False
+        for iteration in design.iterations:
+            scene = iteration.scene_report.read()
+            report = scene or iteration.robot_report.read()
+            if report is None:
+                continue
+            now = {fault.code for fault in report.errors}
+            if iteration.number > copied:
                 changed = _changed(iteration.concept.path.exists(), iteration.robot.xml.path.exists())
-                cured += [Repair(code=code, changed=changed) for code in sorted(before - now)]
+                gone = before - now if scene or not of_scene else ()
+                cured += [Repair(code=code, changed=changed) for code in sorted(gone)]
                 seen.update(now)
-                before = now
+            before, of_scene = now, scene is not None
     return seen, cured
 
 
 def read_mended(study: Study) -> Counter[str]:
     """Return how often code put each kind of thing right in a robot, before anyone looked at it."""
     found = Counter[str]()
-    for cell in study.cells:
-        run = study.run(cell)
-        for design in run.designs if run else ():
-            for iteration in design.iterations:
-                repairs = iteration.repairs.read()
-                found.update(repairs.counts if repairs else {})
+    for design, copied in _designs(study):
+        for iteration in design.iterations[copied:]:
+            repairs = iteration.repairs.read()
+            found.update(repairs.counts if repairs else {})
     return found
+
+
+def _designs(study: Study) -> Iterator[tuple[DesignFolder, int]]:
+    """Yield every design, and how many of its iterations it took over from the arm that it goes on with."""
+    for cell in study.cells:
+        run, before = study.run(cell), study.before(cell)
+        origin = study.run(before) if before else None
+        for design in run.designs if run else ():
+            yield design, len(origin.design(design.number).iterations) if origin else 0
 
 
 def _changed(concept: bool, robot: bool) -> str:
