@@ -58,10 +58,10 @@ class _Drive:
     def to_the_end(self) -> Progress:
         for cell in self.study.cells:
             self._look_at(cell)
-        if self.waiting:
-            _check_version(self.study)
         last = None
         try:
+            if self.waiting:
+                _check_version(self.study)
             while self.waiting or self.running:
                 self.purse.refusing.clear()
                 self._begin_what_can_be()

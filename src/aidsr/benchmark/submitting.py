@@ -93,9 +93,9 @@ def _check_evaluations(path: Path, found: Submission) -> None:
         judged = {(each.task, each.level, each.benchmark_version, each.split) for each in row.evaluations}
         if not judged <= asked or len(row.evaluations) > plan.seeds:
             raise UserError(
-                f"{path}: at most {plan.seeds} verdicts on held-out variations of {row.task}, level {plan.level}, "
-                f"version {plan.benchmark_version} were expected for a design, found others or more; submit a study "
-                "whose policies were all judged as its plan says"
+                f"{path}: verdicts on held-out variations of {row.task}, level {plan.level}, version "
+                f"{plan.benchmark_version} were expected, as many as the plan asks for ({plan.seeds}), found others or "
+                "more; submit a study whose policies were all judged as its plan says"
             )
 
 
