@@ -154,8 +154,9 @@ def _reached(study: Study, whole: Line) -> str:
     said = f"{whole.ended} of {whole.attempted} designs ended."
     if study.plan.seeds and whole.complete < whole.ended:
         said = f"{said[:-1]}, {whole.complete} of them with every policy judged."
-    missing = whole.complete < whole.attempted
-    return said + (" Whatever is not reached yet is in every denominator and counts as failed." if missing else "")
+    if whole.complete < whole.attempted:
+        said += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
+    return said
 
 
 def counted(number: int, of: str) -> str:
