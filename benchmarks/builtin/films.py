@@ -13,7 +13,6 @@ import argparse
 import io
 import re
 from pathlib import Path
-from statistics import fmean
 
 import numpy as np
 from PIL import Image
@@ -82,7 +81,7 @@ def _best(study: Study, task: str) -> tuple[float, Card, StudyPlan] | None:
     """Return the share of episodes that the best design wins, its strip, and what it was trained by."""
     rows = [row for row in read_outcomes(study) if row.task == task and row.evaluations]
     cards = [card for card in gallery(study, rows) if card.motion]
-    return (max(fmean(row.episodes) for row in rows), cards[0], study.plan) if cards else None
+    return (max(row.episodes_share for row in rows), cards[0], study.plan) if cards else None
 
 
 if __name__ == "__main__":

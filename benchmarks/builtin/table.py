@@ -188,7 +188,7 @@ def row_of(row: DesignRow, study: Study) -> Row:
         outcome=row.outcome,
         valid=row.valid,
         successful=row.successful,
-        success_share=fmean(row.episodes) if row.episodes else 0.0,
+        success_share=row.episodes_share,
         steps=row.steps,
         training_s=row.training_s,
         **facts,

@@ -70,7 +70,7 @@ def _to_the_budget(row: DesignRow) -> float:
 
 
 def _judging_s(training: Path) -> float:
-    """Return how long a policy was judged, films included: from its training's end to its verdict [s]."""
+    """Return how long a policy was judged: from its training's end to its verdict, before films are drawn [s]."""
     ended, judged = (training / name for name in ("training.json", "evaluation.json"))
     seconds = judged.stat().st_mtime - ended.stat().st_mtime
     return max(0.0, seconds)

@@ -1,4 +1,4 @@
-"""Runs travel as bytes: nothing but the study's folder is written, and a cluster does what one machine does."""
+"""A cluster does what one machine does."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import pytest
 
 pytest.importorskip("ray", reason="needs the extra ray")
 
-from aidsr.benchmark.cluster import RayPool, pack, unpack
+from aidsr.benchmark.cluster import RayPool
 from aidsr.benchmark.driving import Progress, drive, failures_of
-from aidsr.benchmark.jobs import pending
 from aidsr.benchmark.outcomes import DesignRow, read_outcomes
 from aidsr.benchmark.pool import LocalPool
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study
@@ -25,17 +24,6 @@ PLAN = StudyPlan(
     seeds=0,
     probe=False,
 )
-
-
-def test_a_run_travels_whole(tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "here", PLAN)
-    job = next(pending(study))
-    home = study.home(job.cell)
-    (home / "deep").mkdir(parents=True)
-    (home / "deep" / "file.txt").write_text("kept")
-    unpack(pack(study.path, job.cell), tmp_path / "there")
-    assert (tmp_path / "there" / "study.toml").read_text() == (study.path / "study.toml").read_text()
-    assert (tmp_path / "there" / "runs" / job.cell.name / "deep" / "file.txt").read_text() == "kept"
 
 
 @pytest.mark.slow
@@ -88,7 +76,9 @@ def test_a_lost_node_loses_no_job_and_doubles_none(tmp_path: Path, cluster) -> N
         import ray
 
         if len(progress.running) == 2 and not lost:
+            deadline = time.monotonic() + 120.0
             while ray.available_resources().get("CPU", 0) > 0:  # until the node to be lost has a job
+                assert time.monotonic() < deadline, "the node to be lost was given no job"
                 time.sleep(0.2)
             cluster.remove_node(doomed, allow_graceful=False)
             lost.append(progress.running)

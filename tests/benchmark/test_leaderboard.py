@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from aidsr.artifacts import EpisodeResult, Evaluation
 from aidsr.benchmark.driving import drive
 from aidsr.benchmark.leaderboard import check_scenes, leaderboard
 from aidsr.benchmark.pool import LocalPool
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study
 from aidsr.benchmark.submitting import Submission, read_submission, signed, submit
+from aidsr.benchmark.tables import task_lines
 from aidsr.cli import main
 from aidsr.errors import UserError
 from aidsr.runs import RunConfig
@@ -63,6 +65,36 @@ def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: 
     fewer = changed(study, tmp_path / "fewer.json", lambda _: {"designs": (), "lines": {"rules": ()}})
     with pytest.raises(UserError, match="every design that the plan asks for was expected once"):
         leaderboard([fewer])
+
+
+def test_what_was_judged_at_something_else_is_refused(study: Study, tmp_path: Path) -> None:
+    episode = EpisodeResult(variation=0, ended="succeeded", progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
+    asked = {"task": PLAN.tasks[0], "level": "standard", "benchmark_version": PLAN.benchmark_version}
+    for differing in (
+        {"task": "locomotion/gap"},
+        {"level": "hard"},
+        {"benchmark_version": 1},
+        {"split": "development"},
+    ):
+        verdict = Evaluation(**{**asked, **differing}, episodes=(episode,), checks=())
+        trained = changed(
+            study,
+            tmp_path / "trained.json",
+            lambda f, verdict=verdict: {
+                "plan": f.plan.model_copy(update={"seeds": 1}),
+                "designs": (f.designs[0].model_copy(update={"evaluations": (verdict,)}),),
+            },
+        )
+        with pytest.raises(UserError, match="held-out variations of reaching/button_pushing, level standard, version"):
+            leaderboard([trained])
+
+
+def test_what_a_design_takes_is_not_told_before_one_came_to_an_end(study: Study, tmp_path: Path) -> None:
+    def nothing_yet(found: Submission) -> dict[str, object]:
+        designs = (found.designs[0].model_copy(update={"outcome": "unfinished"}),)
+        return {"designs": designs, "lines": {"rules": task_lines(designs, "rules")}}
+
+    assert "| – | – |" in leaderboard([changed(study, tmp_path / "begun.json", nothing_yet)])
 
 
 def test_a_submission_counts_once(study: Study, tmp_path: Path) -> None:

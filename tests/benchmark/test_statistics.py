@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -83,3 +87,25 @@ def test_what_is_not_in_both_is_left_out() -> None:
     assert found is not None
     assert found.interval.value == 1.0
     assert paired_difference({"a": {(1, 1): 0.0}}, {"b": {(1, 1): 0.0}}) is None
+
+
+ONE_DIFFERENCE = """
+from aidsr.benchmark.statistics import paired_difference
+tasks = {task: {run: (3 * run + 7 * number) % 5 for run in range(6)} for number, task in enumerate("abcdefgh")}
+print(paired_difference({task: dict.fromkeys(runs, 1.0) for task, runs in tasks.items()}, tasks))
+"""
+
+
+def test_a_difference_is_the_same_in_every_process() -> None:
+    """The order of a set of names differs from process to process."""
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", ONE_DIFFERENCE],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2", "3")
+    }
+    assert len(found) == 1

@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import shutil
+import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
+import av
+import numpy as np
 import pytest
 
+from aidsr.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityCheck, ValidationReport
 from aidsr.benchmark.driving import MOST_ATTEMPTS, drive, failures_of
-from aidsr.benchmark.jobs import Job, pending, perform
-from aidsr.benchmark.outcomes import DesignRow, read_outcomes
+from aidsr.benchmark.gallery import gallery
+from aidsr.benchmark.jobs import Job, pending, perform, trained_at
+from aidsr.benchmark.outcomes import DesignRow, read_outcomes, read_repairs
+from aidsr.benchmark.pictures import cost_and_success
 from aidsr.benchmark.planning import forecast
 from aidsr.benchmark.pool import Ended, LocalPool
 from aidsr.benchmark.report import write_report
+from aidsr.benchmark.statistics import bootstrap_mean
 from aidsr.benchmark.study import Arm, Study, StudyPlan, begin_study, open_study
-from aidsr.benchmark.submitting import read_submission, submit
-from aidsr.benchmark.tables import differences
+from aidsr.benchmark.submitting import Submission, read_submission, signed, submit
+from aidsr.benchmark.tables import arm_lines, differences, line_of
 from aidsr.cli import main
 from aidsr.errors import UserError
+from aidsr.probing import probe
 from aidsr.runs import RunConfig
 
 TASK = "reaching/button_pushing"
@@ -144,6 +157,17 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
     assert forecast(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
 
 
+@pytest.mark.parametrize(("seeds", "steps"), [(0, 300_000), (1, 300_000), (2, 150_000)])
+def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps: int, tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text()
+    told = re.search(r"designing (\d+), training ([\d,]+), judging (\d+);", page)
+    assert told, "docs/scale.md no longer says what was measured"
+    design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
+    coming = forecast(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
+    expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)
+    assert coming.core_hours * 3600 == pytest.approx(expected_s)
+
+
 def test_designs_that_were_not_attempted_yet_are_in_the_denominator(tmp_path: Path) -> None:
     rows = read_outcomes(Study(tmp_path, plan(runs=3)))
     assert [row.outcome for row in rows] == ["unfinished"] * 6
@@ -153,6 +177,52 @@ def test_arms_of_one_number_are_pairs(finished: Study) -> None:
     found = {each.what: each for each in differences(read_outcomes(finished), "rules")}
     assert found["stable"].value == 0.0
     assert not found["stable"].real
+
+
+def evaluation(won: int, *, of: int = 4, plausible: bool = True) -> Evaluation:
+    ends = ["succeeded"] * won + ["out_of_time"] * (of - won)
+    episodes = [
+        EpisodeResult(variation=n, ended=ended, progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
+        for n, ended in enumerate(ends)
+    ]
+    check = PlausibilityCheck(name="moves", passed=plausible, measured=1.0, limit=1.0, message="")
+    return Evaluation(task=TASK, level="standard", benchmark_version=3, episodes=episodes, checks=[check])
+
+
+@pytest.mark.parametrize(
+    ("seeds", "judged", "valid", "successful", "share"),
+    [
+        (1, [], False, False, 0.0),
+        (1, [evaluation(3)], True, True, 0.75),
+        (1, [evaluation(4, plausible=False)], False, False, 0.0),
+        (3, [evaluation(4)], False, False, 1 / 3),
+        (3, [evaluation(4), evaluation(2)], True, True, 0.5),
+        (3, [evaluation(4), evaluation(1)], True, False, 1.25 / 3),
+        (2, [evaluation(4)], False, False, 0.5),
+        (0, [], False, False, 0.0),
+    ],
+)
+def test_policies_that_are_missing_count_as_failed(seeds, judged, valid, successful, share) -> None:
+    row = DesignRow(arm="a", task=TASK, run=1, design=1, outcome="approved", seeds=seeds, evaluations=judged)
+    assert (row.valid, row.successful, row.episodes_share) == (valid, successful, pytest.approx(share))
+    assert line_of(TASK, [row]).episodes_share == pytest.approx(share)
+    assert bootstrap_mean({TASK: [row.policies]}).value == pytest.approx(share)
+
+
+def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
+    folder = trained_at(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    (folder / "evaluation.json").write_text(evaluation(4).model_dump_json())
+    row, _ = read_outcomes(study)
+    assert (len(row.evaluations), row.complete, row.successful) == (1, False, False)
+    assert row.episodes_share == pytest.approx(1 / 3)
+    submit(study, tmp_path / "s.json")
+    earlier = json.loads((tmp_path / "s.json").read_text())
+    for design in earlier["designs"]:
+        del design["seeds"]
+    (tmp_path / "earlier.json").write_text(signed(Submission.model_validate(earlier)).model_dump_json())
+    assert read_submission(tmp_path / "earlier.json").designs == read_outcomes(study)
 
 
 def test_what_is_still_to_be_judged_is_no_difference() -> None:
@@ -180,11 +250,42 @@ def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_
     assert {str(note["error"]) for note in failures_of(study)} == {"the machine went away"}
 
 
+def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
+    found = []
+
+    def look(frame: FrameType, event: str, _argument: object) -> None:
+        if event == "call" and frame.f_code is probe.__code__:
+            found.append(frame.f_locals["threads"])
+            raise InterruptedError
+
+    sys.setprofile(look)
+    try:
+        with pytest.raises(InterruptedError):
+            perform(finished.path, Job(next(finished.cells), "probe", 1))
+    finally:
+        sys.setprofile(None)
+    assert found == [1]
+
+
 def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:
     study = begin_study(tmp_path / "s", plan(arms=plan().arms[:1]))
     pool = LocalPool(study.path, 1)
     progress = drive(study, pool)
     assert (progress.done, progress.failed, failures_of(study)) == (2, (), [])
+
+
+def test_a_job_that_says_much_comes_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.stderr.write('said before\\n' * 20_000)\n")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]))
+    pool, ended = LocalPool(tmp_path, 1), list[Ended]()
+    pool.begin(Job(next(Study(tmp_path, plan()).cells), "design"))
+    waiting = threading.Thread(target=lambda: ended.append(pool.wait()), daemon=True)
+    waiting.start()
+    waiting.join(timeout=60.0)
+    pool.close()
+    assert ended, "the job never ended"
+    assert "said before" in ended[0].error
+    assert ended[0].error.endswith(f"{tmp_path} has none"), "the reason comes last"
 
 
 def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:
@@ -221,6 +322,79 @@ def test_the_command_says_what_it_would_take_and_begins_nothing(tmp_path: Path, 
     said = capsys.readouterr().out
     assert "4 design, 12 verify, 12 train, 12 probe" in said
     assert list(tmp_path.iterdir()) == []
+
+
+def report_of(*codes: str) -> str:
+    faults = [Fault(code=code, layer="simulate", severity="error", message="") for code in codes]
+    return ValidationReport(stable=not codes, faults=tuple(faults)).model_dump_json()
+
+
+def test_a_fault_is_cured_only_where_it_was_looked_for_and_counted_once(tmp_path: Path) -> None:
+    after = Arm(name="again", after="rules", feedback={TASK: "Longer."}, config=RunConfig(concepts=1))
+    study = begin_study(tmp_path / "s", plan(arms=(plan().arms[0], after)))
+    first = [
+        {"robot.xml": "", "robot_report.json": report_of("loose", "open")},
+        {"robot.xml": "", "robot_report.json": report_of("open")},
+        {"robot.xml": "", "scene_report.json": report_of("overlap")},
+        {"robot.xml": "", "robot_report.json": report_of("loose")},
+        {},
+    ]
+    iterations = {
+        "rules": first,
+        "again": [*first, {"concept.json": "", "robot.xml": "", "scene_report.json": report_of()}],
+    }
+    for cell in study.cells:
+        for number, files in enumerate(iterations[cell.arm], 1):
+            folder = study.home(cell) / "run" / "designs" / "1" / f"{number:02d}"
+            folder.mkdir(parents=True)
+            for name, text in files.items():
+                (folder / name).write_text(text)
+        (study.home(cell) / "run" / "run.json").write_text("{}")
+    seen, cured = read_repairs(study)
+    assert seen == {"loose": 2, "open": 2, "overlap": 1}
+    assert [(each.code, each.changed) for each in cured] == [
+        ("loose", "robot"),
+        ("open", "robot"),
+        ("loose", "concept"),
+    ]
+
+
+def film(path: Path, brightness: int) -> None:
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=10)
+        stream.width = stream.height = 32
+        picture = av.VideoFrame.from_ndarray(np.full((32, 32, 3), brightness, np.uint8), format="rgb24")
+        for packet in (*stream.encode(picture), *stream.encode()):
+            container.mux(packet)
+
+
+def test_a_robot_is_shown_with_its_best_policy(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=4))
+    design = study.run(next(study.cells)).design(1)
+    for seed, verdict in enumerate([evaluation(1), evaluation(4, plausible=False), evaluation(3)]):
+        trained_at(design, seed).mkdir(parents=True)
+        (trained_at(design, seed) / "evaluation.json").write_text(verdict.model_dump_json())
+        film(trained_at(design, seed) / "best.mp4", 80 * seed)
+    (card, *_) = gallery(study, read_outcomes(study)[:1])
+    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.how_well == "not valid, 25 % of episodes won"
+
+
+def test_what_a_design_costs_is_not_drawn_before_one_came_to_an_end() -> None:
+    ended = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="invalid")
+    coming = ended.model_copy(update={"arm": "second", "outcome": "unfinished"})
+    drawn = cost_and_success(arm_lines([ended, coming], {"first": "builtin", "second": "builtin"}))
+    assert "<!-- first -->" in drawn
+    assert "<!-- second -->" not in drawn
+
+
+def test_a_study_of_another_version_of_the_benchmark_is_not_gone_on_with(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan(benchmark_version=1))
+    pool = Here(study)
+    with pytest.raises(UserError, match="is one of version 1, whose tasks differ"):
+        drive(study, pool)
+    assert pool.begun == []
+    assert drive(study, pool, without=frozenset(study.cells)).done == 0, "nothing is left to do"
 
 
 def test_designs_must_be_whole_runs(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

@@ -127,7 +127,9 @@ def test_a_terminal_that_goes_away_leaves_the_file(tmp_path) -> None:
     class Waiter(DecisionFile):
         def __call__(self, iteration, log, halt) -> Decision:
             log.write(Waiting(iteration=iteration.number))
+            deadline = time.monotonic() + 30.0
             while "write" not in console.file.getvalue():
+                assert time.monotonic() < deadline, "the file was never explained"
                 time.sleep(0.01)
             return Decision(verdict="approve")
 

@@ -83,16 +83,22 @@ def test_an_interrupt_ends_the_waiting(tmp_path) -> None:
 
 
 def test_an_empty_file_is_one_that_is_being_written(tmp_path) -> None:
-    run = new_run(tmp_path, human=True)
+    run, asked = new_run(tmp_path, human=True), []
+
+    def person(iteration, log, halt) -> Decision:
+        return PERSON(iteration, log, lambda: asked.append(iteration) or halt())
 
     def slow_editor(number: int, event) -> None:
         if isinstance(event, Waiting):
             path = run.design(number).iteration(event.iteration).decision.path
             path.touch()
-            time.sleep(10 * PERSON.poll_s)
+            before, deadline = len(asked), time.monotonic() + 30.0
+            while len(asked) < before + 2:  # between two of these the file was looked at
+                assert time.monotonic() < deadline, "nobody waits for the file"
+                time.sleep(PERSON.poll_s)
             path.write_text('{"verdict": "approve"}')
 
-    work(run, parts(Scripted(), person=PERSON), slow_editor)
+    work(run, parts(Scripted(), person=person), slow_editor)
     assert kinds(run) == [Waiting, Decided]
 
 

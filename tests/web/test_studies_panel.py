@@ -25,7 +25,9 @@ def made_study(path: Path) -> Study:
 
 
 def read(studies: Studies) -> tuple[StudyView, ...]:
+    deadline = time.monotonic() + 60.0
     while not (views := studies.views()):
+        assert time.monotonic() < deadline, "the studies were never read"
         time.sleep(0.01)
     return views
 

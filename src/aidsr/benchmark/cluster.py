@@ -1,4 +1,4 @@
-"""Jobs on a Ray cluster. A run travels to a worker as bytes and comes back as bytes: no disk is shared."""
+"""Jobs on a Ray cluster. A run travels to a worker as bytes, and what a job made comes back so: no disk is shared."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ import time
 from pathlib import Path
 from typing import Any
 
-from aidsr.benchmark.jobs import Job
+from aidsr.benchmark.jobs import Job, made_by
 from aidsr.benchmark.pool import Ended
-from aidsr.benchmark.study import Cell, open_study
+from aidsr.benchmark.study import open_study
 from aidsr.errors import Limit, UserError
 
 __all__ = ["RayPool", "pack", "perform_packed", "unpack"]
 
 
 def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
-    """Do a job on what was sent; return the run's files afterwards, an error or nothing, and which limits refused.
+    """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.
 
-    Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there.
+    Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there. Nothing
+    else does: jobs beside this one have gone on meanwhile.
     """
     from aidsr.benchmark.jobs import perform
     from aidsr.errors import AidsrError, BudgetError
@@ -36,25 +37,45 @@ def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, t
             perform(Path(folder), found)
         except AidsrError as failed:
             error, short = str(failed), failed.limits if isinstance(failed, BudgetError) else ()
-        return pack(Path(folder), found.cell), error, short
+        return pack(Path(folder), made_by(open_study(Path(folder)), found)), error, short
 
 
-def pack(study: Path, *cells: Cell) -> bytes:
-    """Return the plan and the files of some runs."""
+def pack(study: Path, *paths: Path) -> bytes:
+    """Return files and folders of a study, those that exist."""
     out = io.BytesIO()
     with tarfile.open(fileobj=out, mode="w:gz", compresslevel=1) as archive:
-        archive.add(study / "study.toml", "study.toml")
-        for cell in cells:
-            home = study / "runs" / cell.name
-            if home.exists():
-                archive.add(home, f"runs/{cell.name}")
+        for path in paths:
+            if path.exists():
+                archive.add(path, str(path.relative_to(study)))
     return out.getvalue()
 
 
-def unpack(packed: bytes, study: Path) -> None:
-    """Write files that were packed; those that exist are replaced, nothing outside the folder is touched."""
-    with tarfile.open(fileobj=io.BytesIO(packed), mode="r:gz") as archive:
-        archive.extractall(study, filter="data")
+def unpack(packed: bytes, study: Path, instead_of: Path | None = None) -> None:
+    """Write files that were packed, in the order in which they were made; nothing outside the folder is touched.
+
+    Each takes its place in one step, so a driver that is killed meanwhile leaves what a job killed on the way would.
+
+    Args:
+        packed: By `pack`.
+        study: Folder of the study; those of its files that were packed are replaced.
+        instead_of: A folder of the study. What was not packed goes from it: a job may rename and remove its own.
+    """
+    study.mkdir(parents=True, exist_ok=True)
+    with (
+        tarfile.open(fileobj=io.BytesIO(packed), mode="r:gz") as archive,
+        tempfile.TemporaryDirectory(dir=study, prefix=".arrived-") as arrived,
+    ):
+        archive.extractall(arrived, filter="data")
+        files = (path for path in Path(arrived).rglob("*") if path.is_file())
+        for path in sorted(files, key=lambda path: path.stat().st_mtime_ns):
+            place = study / path.relative_to(arrived)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(place)
+        packed_here = {study / name for name in archive.getnames()}
+    if instead_of is not None:
+        for path in sorted(instead_of.rglob("*"), reverse=True):
+            if path not in packed_here:
+                path.rmdir() if path.is_dir() else path.unlink()
 
 
 class RayPool:
@@ -105,7 +126,8 @@ class RayPool:
         """Begin a job."""
         study = open_study(self._study)
         before = study.before(job.cell) if job.stage == "design" else None
-        packed = pack(self._study, job.cell, *([before] if before else []))
+        runs = [study.home(cell) for cell in (job.cell, before) if cell]
+        packed = pack(self._study, self._study / "study.toml", *runs)
         self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
 
     def wait(self) -> Ended:
@@ -115,7 +137,7 @@ class RayPool:
         short: tuple[Limit, ...] = ()
         try:
             packed, error, short = self._ray.get(reference)
-            unpack(packed, self._study)
+            unpack(packed, self._study, instead_of=made_by(open_study(self._study), job))
         except self._ray.exceptions.RayError as lost:
             error = f"{type(lost).__name__}: {lost}"
         return Ended(job, error, time.monotonic() - began, short=short)

@@ -12,7 +12,8 @@ from aidsr.benchmark.jobs import Job, pending_in
 from aidsr.benchmark.pool import Ended, Pool
 from aidsr.benchmark.spending import Purse, limit_of
 from aidsr.benchmark.study import Cell, Study
-from aidsr.errors import Limit
+from aidsr.errors import Limit, UserError
+from aidsr.tasks import BENCHMARK_VERSION
 
 __all__ = ["MOST_ATTEMPTS", "Progress", "drive", "failures_of"]
 
@@ -59,6 +60,8 @@ class _Drive:
             self._look_at(cell)
         last = None
         try:
+            if self.waiting:
+                _check_version(self.study)
             while self.waiting or self.running:
                 self.purse.refusing.clear()
                 self._begin_what_can_be()
@@ -118,6 +121,20 @@ class _Drive:
         return Progress(self.done, tuple(self.running), len(self.waiting), tuple(self.failed), last)
 
 
+def _check_version(study: Study) -> None:
+    """Refuse to go on with a study whose tasks are not those of today, for its figures would be of both.
+
+    Raises:
+        UserError: The benchmark has changed since its plan was made.
+    """
+    planned = study.plan.benchmark_version
+    if planned != BENCHMARK_VERSION:
+        raise UserError(
+            f"a study of version {BENCHMARK_VERSION} of the benchmark was expected, and {study.path} is one of version "
+            f"{planned}, whose tasks differ; it can be read as it stands, and another folder begun for today's"
+        )
+
+
 def drive(
     study: Study,
     pool: Pool,
@@ -131,6 +148,9 @@ def drive(
         pool: Does the jobs; closed at the end.
         listen: Told whenever a job begins or ends.
         without: Runs to leave as they are, such as those whose results are kept elsewhere.
+
+    Raises:
+        UserError: Something is left to do, and the study is of another version of the benchmark.
     """
     return _Drive(study, pool, listen, Purse(study, limit_of(study)), without).to_the_end()
 

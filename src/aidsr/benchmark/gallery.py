@@ -7,12 +7,12 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import fmean
 
 from aidsr.benchmark.jobs import trained_at
 from aidsr.benchmark.outcomes import DesignRow
 from aidsr.benchmark.study import Study
 from aidsr.runs import DesignFolder
+from aidsr.runs.trainings import Training
 
 __all__ = ["Card", "gallery"]
 
@@ -43,33 +43,39 @@ def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
         own = [row for row in rows if row.task == task and row.stable]
         for row in sorted(own, key=_rank, reverse=True)[:_CARDS]:
             run = study.run(cells[row.arm, row.task, row.run])
-            found = _trained(run.design(row.design), study.plan.seeds) if run else []
-            url = _strip(run.design(row.design), found) if run else ""
+            filmed = _filmed(run.design(row.design), study.plan.seeds) if run else None
+            url = _strip(run.design(row.design), filmed) if run else ""
             what = f"{row.family}, {row.arm}, run {row.run}.{row.design}"
             if url:
-                cards.append(Card(url, task, what, _how_well(row), found[0] / "best.npz" if found else None))
+                cards.append(Card(url, task, what, _how_well(row), filmed / "best.npz" if filmed else None))
     return tuple(cards)
 
 
 def _rank(row: DesignRow) -> tuple[bool, float, float]:
-    return row.successful, sum(row.episodes), row.probe_progress or 0.0
+    return row.successful, row.episodes_share, row.probe_progress or 0.0
 
 
 def _how_well(row: DesignRow) -> str:
     if not row.evaluations:
         return "not trained"
     word = "successful" if row.successful else "valid" if row.valid else "not valid"
-    return f"{word}, {100 * fmean(row.episodes):.0f} % of episodes won"
+    return f"{word}, {100 * row.episodes_share:.0f} % of episodes won"
 
 
-def _trained(design: DesignFolder, seeds: int) -> list[Path]:
-    """Return the folders of a design's trainings of which there are films."""
-    return [path for seed in range(seeds) if ((path := trained_at(design, seed)) / "best.mp4").exists()]
+def _filmed(design: DesignFolder, seeds: int) -> Path | None:
+    """Return the folder of a design's best policy of which there is a film."""
+    trainings = (Training(trained_at(design, seed)) for seed in range(seeds))
+    found = [
+        (verdict.valid, verdict.success_share, training.path)
+        for training in trainings
+        if (training.path / "best.mp4").exists() and (verdict := training.evaluation.read())
+    ]
+    return max(found, key=lambda each: each[:2])[2] if found else None
 
 
-def _strip(design: DesignFolder, trained: Sequence[Path]) -> str:
-    if trained:
-        return f"data:image/jpeg;base64,{base64.b64encode(_moments(trained[0] / 'best.mp4')).decode()}"
+def _strip(design: DesignFolder, filmed: Path | None) -> str:
+    if filmed:
+        return f"data:image/jpeg;base64,{base64.b64encode(_moments(filmed / 'best.mp4')).decode()}"
     drawn = next((found for it in design.leading_to() if (found := it.motion.read() or it.preview.read())), b"")
     return f"data:image/png;base64,{base64.b64encode(drawn).decode()}" if drawn else ""
 

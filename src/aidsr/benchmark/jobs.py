@@ -27,6 +27,7 @@ __all__ = [
     "Stage",
     "finished",
     "in_words",
+    "made_by",
     "pending",
     "pending_in",
     "perform",
@@ -129,6 +130,16 @@ VERIFIED = "verified.json"
 def trained_at(design: DesignFolder, seed: int) -> Path:
     """Return the folder of a design's policy: 001 is that of seed 0."""
     return design.path / "training" / f"{seed + 1:03d}"
+
+
+def made_by(study: Study, job: Job) -> Path:
+    """Return the file or folder that a job writes; jobs beside it leave that alone, and it theirs."""
+    if job.stage == "design":
+        return study.home(job.cell)
+    design = _design_of(study, job)
+    if job.stage == "train":
+        return trained_at(design, job.seed)
+    return design.path / (VERIFIED if job.stage == "verify" else "probe.json")
 
 
 def perform(study: Path, job: Job) -> None:
@@ -243,6 +254,7 @@ def _probe(study: Study, job: Job) -> None:
         level=study.plan.level,
         groups=robot.actuator_groups,
         grouping=study.arm(job.cell.arm).grouping,
+        threads=1,
     )
     JsonFile(design.path / "probe.json", ProbeReport).write(report)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from aidsr.artifacts import Artifact
-from aidsr.benchmark.report import counted, rate_in_words, training_in_words
+from aidsr.benchmark.report import counted, rate_in_words, taken_in_words, training_in_words
 from aidsr.benchmark.study import Study
 from aidsr.benchmark.submitting import Submission, read_submission, scenes_of
 from aidsr.benchmark.tables import ArmLine, arm_lines
@@ -95,7 +95,7 @@ def _table(conditions: Conditions, rows: Sequence[tuple[Path, ArmLine]]) -> str:
 def _row(path: Path, arm: ArmLine, trained: bool) -> str:
     line = arm.line
     judged = [rate_in_words(line, of) if trained else "not trained" for of in ("valid", "successful")]
-    cost = "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}"
+    tokens, cost, _ = taken_in_words(line)
     designs = f"{line.attempted}" if line.complete == line.attempted else f"{line.complete} of {line.attempted} done"
     cells = [
         path.name,
@@ -104,7 +104,7 @@ def _row(path: Path, arm: ArmLine, trained: bool) -> str:
         designs,
         rate_in_words(line, "stable"),
         *judged,
-        f"{line.tokens:,.0f}",
+        tokens,
         cost,
     ]
     return f"| {' | '.join(cells)} |"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
+from statistics import fmean
 
 from aidsr.artifacts import Artifact, Evaluation, ValidationReport
 from aidsr.benchmark.jobs import VERIFIED, ran_short, trained_at
@@ -33,6 +34,9 @@ class DesignRow(Artifact):
     """Whether its final scene was validated by itself."""
     stable: bool = False
     """Whether it was approved and its final scene passes the validator by itself."""
+    seeds: int = 0
+    """Policies that the plan asks for; those that are not judged count as failed. `read_submission` fills it in where
+    an earlier version left it out."""
     evaluations: tuple[Evaluation, ...] = ()
     """One for each policy that was judged."""
     steps: int = 0
@@ -45,26 +49,33 @@ class DesignRow(Artifact):
 
     @property
     def valid(self) -> bool:
-        """Whether most of its policies are valid."""
-        return _most([each.valid for each in self.evaluations])
+        """Whether most of the policies that the plan asks for are valid."""
+        return self._most(each.valid for each in self.evaluations)
 
     @property
     def successful(self) -> bool:
-        """Whether most of its policies are successful."""
-        return _most([each.successful for each in self.evaluations])
+        """Whether most of the policies that the plan asks for are successful."""
+        return self._most(each.successful for each in self.evaluations)
 
     @property
     def policies(self) -> tuple[tuple[float, ...], ...]:
-        """For each policy, 1 or 0 for every held-out episode; all 0 where the policy is not valid."""
-        return tuple(
+        """For each policy that the plan asks for, 1 or 0 for every held-out episode.
+
+        All are 0 where it is not valid, and there is none where it is not judged.
+        """
+        judged = tuple(
             tuple(float(evaluation.valid and episode.ended == "succeeded") for episode in evaluation.episodes)
             for evaluation in self.evaluations
         )
+        return (*judged, *[()] * (self.seeds - len(judged)))
 
     @property
-    def episodes(self) -> tuple[float, ...]:
-        """The same of all policies together."""
-        return tuple(won for policy in self.policies for won in policy)
+    def episodes_share(self) -> float:
+        """Share of held-out episodes won, mean over the policies that the plan asks for."""
+        return fmean(fmean(policy or (0.0,)) for policy in self.policies or ((),))
+
+    def _most(self, verdicts: Iterable[bool]) -> bool:
+        return 2 * sum(verdicts) > len(self.policies)
 
     @cached_property
     def key(self) -> tuple[int, int]:
@@ -104,7 +115,7 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
     status = read_status(run) if run else None
     states = {design.number: design for design in status.designs} if status else {}
     for number in range(1, expected + 1):
-        named = {"arm": cell.arm, "task": cell.task, "run": cell.number, "design": number}
+        named = {"arm": cell.arm, "task": cell.task, "run": cell.number, "design": number, "seeds": study.plan.seeds}
         state = states.get(number)
         if run is None or status is None or state is None:
             missed = status is not None and status.state == "finished"
@@ -136,32 +147,45 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
 
 
 def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
-    """Return how often each fault stopped an iteration, and which were cured by the next."""
+    """Return how often each fault stopped an iteration, and which were cured by the next.
+
+    An iteration that was not validated cured nothing, nor did one whose robot alone was what is wrong with a scene.
+    """
     seen, cured = Counter[str](), list[Repair]()
-    for cell in study.cells:
-        run = study.run(cell)
-        for design in run.designs if run else ():
-            before: set[str] = set()
-            for iteration in design.iterations:
-                report = iteration.scene_report.read() or iteration.robot_report.read()
-                now = {fault.code for fault in report.errors} if report else set()
+    for design, copied in _designs(study):
+        before, of_scene = set[str](), False
+        for iteration in design.iterations:
+            scene = iteration.scene_report.read()
+            report = scene or iteration.robot_report.read()
+            if report is None:
+                continue
+            now = {fault.code for fault in report.errors}
+            if iteration.number > copied:
                 changed = _changed(iteration.concept.path.exists(), iteration.robot.xml.path.exists())
-                cured += [Repair(code=code, changed=changed) for code in sorted(before - now)]
+                gone = before - now if scene or not of_scene else ()
+                cured += [Repair(code=code, changed=changed) for code in sorted(gone)]
                 seen.update(now)
-                before = now
+            before, of_scene = now, scene is not None
     return seen, cured
 
 
 def read_mended(study: Study) -> Counter[str]:
     """Return how often code put each kind of thing right in a robot, before anyone looked at it."""
     found = Counter[str]()
-    for cell in study.cells:
-        run = study.run(cell)
-        for design in run.designs if run else ():
-            for iteration in design.iterations:
-                repairs = iteration.repairs.read()
-                found.update(repairs.counts if repairs else {})
+    for design, copied in _designs(study):
+        for iteration in design.iterations[copied:]:
+            repairs = iteration.repairs.read()
+            found.update(repairs.counts if repairs else {})
     return found
+
+
+def _designs(study: Study) -> Iterator[tuple[DesignFolder, int]]:
+    """Yield every design, and how many of its iterations it took over from the arm that it goes on with."""
+    for cell in study.cells:
+        run, before = study.run(cell), study.before(cell)
+        origin = study.run(before) if before else None
+        for design in run.designs if run else ():
+            yield design, len(origin.design(design.number).iterations) if origin else 0
 
 
 def _changed(concept: bool, robot: bool) -> str:
@@ -185,7 +209,3 @@ def _results(design: DesignFolder, seeds: int) -> Sequence[dict[str, float]]:
 def _probed(design: DesignFolder) -> float | None:
     found = JsonFile(design.path / "probe.json", dict[str, object]).read()
     return float(found["progress"]) if found else None  # type: ignore[arg-type]
-
-
-def _most(verdicts: Sequence[bool]) -> bool:
-    return 2 * sum(verdicts) > len(verdicts)

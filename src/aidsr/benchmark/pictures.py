@@ -86,7 +86,7 @@ def cost_and_success(arms: Sequence[ArmLine]) -> str:
     figure = Figure(figsize=(5.2, 4.2), layout="constrained")
     axes = figure.subplots()
     for i, arm in enumerate(arms):
-        if arm.line.cost_usd is not None:
+        if arm.line.ended and arm.line.cost_usd is not None:
             success = 100 * arm.line.rate("successful").share
             axes.plot(arm.line.cost_usd, success, "o", color=_COLOURS[i % len(_COLOURS)])
             place = (arm.line.cost_usd, success)

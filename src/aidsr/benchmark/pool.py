@@ -8,10 +8,11 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import IO, Protocol
 
 from aidsr.benchmark.jobs import Job
 from aidsr.benchmark.performing import SHORT
@@ -68,7 +69,7 @@ class LocalPool:
 
     study: Path
     size: int
-    _children: dict[int, tuple[Job, subprocess.Popen[bytes], float]] = field(default_factory=dict)
+    _children: dict[int, tuple[Job, subprocess.Popen[bytes], float, IO[bytes]]] = field(default_factory=dict)
 
     @property
     def free(self) -> int:
@@ -80,37 +81,42 @@ class LocalPool:
         command = [sys.executable, "-m", "aidsr.benchmark.performing", str(self.study), json.dumps(job.as_dict())]
         # one thread each: side by side, single-threaded jobs do more in total (docs/benchmark.md)
         alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        # a pipe that nobody reads meanwhile would block whoever says much
+        said = tempfile.TemporaryFile()  # noqa: SIM115 - closed where the child ends
         child = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,  # closes with this process, however it ends, and so ends the job
             stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
+            stderr=said,
             env=os.environ | alone,
             start_new_session=True,
         )
-        self._children[child.pid] = (job, child, time.monotonic())
+        self._children[child.pid] = (job, child, time.monotonic(), said)
 
     def wait(self) -> Ended:
         """Return the next job that ends."""
         while True:
-            for pid, (job, child, began) in self._children.items():
+            for pid, (job, child, began, said) in self._children.items():
                 if child.poll() is not None:
                     del self._children[pid]
-                    _, said = child.communicate()
-                    last = said.decode(errors="replace").strip()[-_LAST_WORDS:]
+                    child.communicate()
+                    with said:
+                        said.seek(0)
+                        last = said.read().decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
                     return Ended(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
             time.sleep(_LOOK_S)
 
     def close(self) -> None:
         """End the children and whatever they started."""
-        for _, child, _ in self._children.values():
+        for _, child, _, _ in self._children.values():
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(child.pid, signal.SIGTERM)
-        for _, child, _ in self._children.values():
+        for _, child, _, said in self._children.values():
             try:
                 child.wait(timeout=10)
             except subprocess.TimeoutExpired:
                 os.killpg(child.pid, signal.SIGKILL)
             child.communicate()
+            said.close()
         self._children.clear()

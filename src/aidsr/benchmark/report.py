@@ -21,7 +21,15 @@ from aidsr.benchmark.study import Study
 from aidsr.benchmark.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
 from aidsr.runs.files import replace_file
 
-__all__ = ["counted", "rate_in_words", "raw_csv", "table_markdown", "training_in_words", "write_report"]
+__all__ = [
+    "counted",
+    "rate_in_words",
+    "raw_csv",
+    "table_markdown",
+    "taken_in_words",
+    "training_in_words",
+    "write_report",
+]
 
 
 def write_report(study: Study) -> Path:
@@ -57,7 +65,7 @@ def raw_csv(rows: Sequence[DesignRow]) -> str:
     for row in rows:
         plain = {name: getattr(row, name) for name in fields if hasattr(row, name)}
         usage = {name: getattr(row.usage, name) for name in ("input_tokens", "output_tokens", "cost_usd")}
-        share = sum(row.episodes) / len(row.episodes) if row.episodes else ""
+        share = row.episodes_share if row.evaluations else ""
         writer.writerow({**plain, **usage, "episodes_share": share, "training_s": round(row.training_s, 1)})
     return out.getvalue()
 
@@ -75,18 +83,22 @@ def rate_in_words(line: Line, of: str) -> str:
 
 def _cells(line: Line, trained: bool = True) -> list[str]:
     judged = [rate_in_words(line, "valid"), rate_in_words(line, "successful"), percent(line.episodes_share)]
-    tokens = f"{line.tokens:,.0f}" + (" est." if line.tokens_estimated else "")
-    cost = "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}"
-    # what a design takes is not known before one came to an end
-    taken = [tokens, cost, f"{line.latency_s:.0f} s"] if line.ended else ["–"] * 3
     return [
         line.task,
         str(line.attempted),
         rate_in_words(line, "stable"),
         *(judged if trained else ["–"] * 3),
         percent(line.probe_progress),
-        *taken,
+        *taken_in_words(line),
     ]
+
+
+def taken_in_words(line: Line) -> tuple[str, str, str]:
+    """Return the tokens, the cost and the latency of a design; they are not known before one came to an end."""
+    if not line.ended:
+        return "–", "–", "–"
+    tokens = f"{line.tokens:,.0f}" + (" est." if line.tokens_estimated else "")
+    return tokens, "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}", f"{line.latency_s:.0f} s"
 
 
 ARM_HEADS = (
@@ -142,8 +154,9 @@ def _reached(study: Study, whole: Line) -> str:
     said = f"{whole.ended} of {whole.attempted} designs ended."
     if study.plan.seeds and whole.complete < whole.ended:
         said = f"{said[:-1]}, {whole.complete} of them with every policy judged."
-    missing = whole.complete < whole.attempted
-    return said + (" Whatever is not reached yet is in every denominator and counts as failed." if missing else "")
+    if whole.complete < whole.attempted:
+        said += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
+    return said
 
 
 def counted(number: int, of: str) -> str:

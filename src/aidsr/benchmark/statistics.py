@@ -122,7 +122,7 @@ def paired_difference(
     counts, B. Phipson and G. K. Smyth, Statistical Applications in Genetics and Molecular Biology 9 (2010) 39.
     """
     tables = []
-    for task in one.keys() & other.keys():
+    for task in sorted(one.keys() & other.keys()):  # in an order, since all draw from one generator
         pairs = sorted(one[task].keys() & other[task].keys(), key=repr)
         if pairs:
             tables.append(np.array([other[task][pair] - one[task][pair] for pair in pairs]))

@@ -74,12 +74,29 @@ def read_submission(path: Path) -> Submission:
         raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {mistake_in(error)}") from None
     if found.sha256 != _digest(text):
         raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
+    _check_evaluations(path, found)
+    rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
+    found = found.model_copy(update={"designs": rows})
     if [_place(row) for row in found.designs] != list(_places(found.plan)):
         raise UserError(f"{path}: every design that the plan asks for was expected once, found others or fewer")
     for arm in (arm.name for arm in found.plan.arms):
         if _plain(found.lines.get(arm, ())) != _plain(task_lines(found.designs, arm)):
             raise UserError(f"{path}: the figures of {arm} are not those of its designs")
     return found
+
+
+def _check_evaluations(path: Path, found: Submission) -> None:
+    """Refuse policies that were judged at something else than the plan asks for, or more of them."""
+    plan = found.plan
+    for row in found.designs:
+        asked = {(row.task, plan.level, plan.benchmark_version, "held_out")}
+        judged = {(each.task, each.level, each.benchmark_version, each.split) for each in row.evaluations}
+        if not judged <= asked or len(row.evaluations) > plan.seeds:
+            raise UserError(
+                f"{path}: verdicts on held-out variations of {row.task}, level {plan.level}, version "
+                f"{plan.benchmark_version} were expected, as many as the plan asks for ({plan.seeds}), found others or "
+                "more; submit a study whose policies were all judged as its plan says"
+            )
 
 
 def _digest(text: str) -> str:

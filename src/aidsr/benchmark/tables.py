@@ -60,7 +60,7 @@ class Line(Artifact):
     valid: int
     successful: int
     episodes_share: float | None
-    """Mean share of held-out episodes that succeeded, an untrained design counting as 0; None of nothing."""
+    """Mean share of held-out episodes that succeeded, a policy that is not judged counting as 0; None of nothing."""
     probe_progress: float | None
     tokens: float
     """A design, in and out together."""
@@ -131,7 +131,6 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
     usages = [row.usage for row in ended]
     costs = [usage.cost_usd for usage in usages]
     probed = [row.probe_progress for row in rows if row.probe_progress is not None]
-    shares = [fmean(row.episodes) if row.episodes else 0.0 for row in rows]
     return Line(
         task=task,
         attempted=len(rows),
@@ -141,7 +140,7 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
         stable=sum(row.stable for row in rows),
         valid=sum(row.valid for row in rows),
         successful=sum(row.successful for row in rows),
-        episodes_share=_mean(shares),
+        episodes_share=_mean([row.episodes_share for row in rows]),
         probe_progress=_mean(probed),
         tokens=_mean([usage.input_tokens + usage.output_tokens for usage in usages]) or 0.0,
         tokens_estimated=any(usage.tokens_estimated for usage in usages),
@@ -208,7 +207,7 @@ _COMPARED: dict[str, Callable[[DesignRow], float]] = {
     "stable": lambda row: float(row.stable),
     "valid": lambda row: float(row.valid),
     "successful": lambda row: float(row.successful),
-    "episodes": lambda row: fmean(row.episodes) if row.episodes else 0.0,
+    "episodes": lambda row: row.episodes_share,
     "tokens": lambda row: float(row.usage.input_tokens + row.usage.output_tokens),
 }
 
