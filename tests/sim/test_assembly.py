@@ -614,6 +614,7 @@ MEASURED = {
     "contacts": {"target": "object", "slots": 2},
     "distance": {"target": "object", "max_distance_m": 0.123456789},
     "target_position": {"target": "object"},
+    "target_center_of_mass": {"target": "object"},
 }
 OTHERWISE = {
     "position": {"target": "object", "of_body": True},
@@ -622,7 +623,8 @@ OTHERWISE = {
     "contact_force": {"target": "object"},
     "contacts": {"target": "object", "slots": 3},
     "distance": {"target": "object"},
-    "target_position": {"target": "carriage"},
+    "target_position": {"target": "object", "of_body": True},
+    "target_center_of_mass": {"target": "carriage"},
 }
 
 
@@ -637,6 +639,14 @@ def test_a_sensor_that_is_there_is_a_tasks_own_only_if_it_measures_the_same() ->
         with pytest.raises(MjcfError, match="measures something else; rename or delete it") as caught:
             check_task_sensors(model, [*(one for one in sensors if one.name != other.name), other])
         assert [fault.names for fault in caught.value.faults] == [(other.name,)]
+
+
+def test_a_scene_without_a_site_can_be_measured_where_no_part_works() -> None:
+    text = '<mujoco><worldbody><body name="robot/a"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+    measured = add_sensors(text, [TaskSensor(name="c", quantity="center_of_mass")])
+    assert mujoco.MjModel.from_xml_string(measured).sensor("c").dim[0] == 3
+    with pytest.raises(MjcfError, match="functional part"):
+        add_sensors(text, [TaskSensor(name="p", quantity="position")])
 
 
 def test_two_sensors_of_one_name_are_refused() -> None:

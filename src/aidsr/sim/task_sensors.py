@@ -39,6 +39,7 @@ Quantity = Literal[
     "contacts",
     "distance",
     "target_position",
+    "target_center_of_mass",
 ]
 Part = Literal["functional_part", "robot"]
 
@@ -77,7 +78,7 @@ _CONTACT_DATA = {
 netforce are 0 to 3."""
 _NOTHING = {"reftype": mujoco.mjtObj.mjOBJ_UNKNOWN, "refname": "", "cutoff": 0.0, "intprm": (0, 0, 0)}
 """What a sensor has that is told no more than its type and its object."""
-_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position"})
+_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position", "target_center_of_mass"})
 
 
 class TaskSensor(Artifact):
@@ -96,7 +97,8 @@ class TaskSensor(Artifact):
     | contact_force           | 3          | N     | net force on the body `target` by `part`, world axes             |
     | contacts                | slots x 10 |       | the strongest contacts of `part` with the body `target`          |
     | distance                | 1          | m     | smallest gap between the functional part's body and `target`     |
-    | target_position         | 3          | m     | centre of mass of the body `target` itself, world axes           |
+    | target_position         | 3          | m     | body or site `target` itself, world axes                         |
+    | target_center_of_mass   | 3          | m     | body `target` itself, without what it carries, world axes        |
 
     A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found
     (how many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative),
@@ -136,7 +138,7 @@ class TaskSensor(Artifact):
     @property
     def may_target_site(self) -> bool:
         """Whether its target may be a site as well as a body."""
-        return self.quantity in _OF_THE_SITE and not self.of_body
+        return (self.quantity in _OF_THE_SITE or self.quantity == "target_position") and not self.of_body
 
     @property
     def size(self) -> int:
@@ -218,6 +220,8 @@ def _written(sensor: TaskSensor, at_site: bool, site: str, part_body: str, root:
             return measured
         return measured | {"reftype": _SITE if at_site else _FRAME, "refname": sensor.target}
     if sensor.quantity == "target_position":
+        return {"type": _SENS.mjSENS_FRAMEPOS, "objtype": _SITE if at_site else _FRAME, "objname": sensor.target}
+    if sensor.quantity == "target_center_of_mass":
         return {"type": _SENS.mjSENS_FRAMEPOS, "objtype": _BODY, "objname": sensor.target}
     against = {"reftype": _BODY, "refname": sensor.target}
     if sensor.quantity == "distance":

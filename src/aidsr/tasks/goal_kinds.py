@@ -128,7 +128,7 @@ class MoveTask(GoalTask):
         body = self.goal.target
         return (
             _offset(body, of_body=True),
-            TaskSensor(name="goal_position", quantity="target_position", target=body),
+            TaskSensor(name="goal_position", quantity="target_center_of_mass", target=body),
         )
 
     def begin(self, readings: Readings) -> Memory:
