@@ -93,6 +93,8 @@ class BodySummary(Artifact):
     """Each joint in words, for example "button_slide: slide along 0 0 1, 0 to 0.008 m"."""
     free: bool = False
     """Whether it has a free joint, and so can move in every direction."""
+    movable: bool = False
+    """Whether any joint moves its centre of mass."""
     geoms: tuple[GeomSummary, ...]
 
 

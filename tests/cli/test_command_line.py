@@ -33,6 +33,8 @@ def run_main(*words: str) -> int:
         (["design", "--task", "no_such_task"], "no_such_task"),
         (["design", "press it", "--task", "button_pushing"], "brings its own objective"),
         (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
+        (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train needs a measure of success"),
+        (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "only tasks come at levels"),
         (["show"], "the folder of a run was expected"),
         (["show", "."], "run.json"),
         (["resume", "nowhere"], "run.json"),

@@ -31,7 +31,7 @@ from aidsr.rl.plausibility import (
 from aidsr.rl.trained import FinishedTraining, evaluate_training
 from aidsr.rl.training import train
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import Change, Variation, apply_to_simulation, load_task
+from aidsr.tasks import Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
 from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
 
 BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
@@ -427,6 +427,14 @@ def test_joints_may_go_beyond_their_ranges_by_so_much(kind):
     for share in (0.5, 1.5):
         over = displaced(scene, joint.id, joint.range[1] + share * allowed).over_limit[0]
         assert over == pytest.approx(share, abs=0.1)
+
+
+def test_a_picture_of_an_episode_shows_a_target_in_the_world_where_it_was_put():
+    room = '<mujoco><worldbody><site name="spot" pos="0.1 0 0.3"/></worldbody></mujoco>'
+    task = goal_task(parse_goal('kind = "reach"\ntarget = "spot"\nvary_m = [0.1, 0.1, 0.1]'), room)
+    variation = task.variation("held_out", 0)
+    shown = mujoco.MjModel.from_xml_string(varied_mjcf(room, variation))
+    assert shown.site("spot").pos == pytest.approx(variation.changes[0].value, abs=1e-6)
 
 
 def test_evidence_is_taken_from_the_root_of_a_held_robot():

@@ -60,6 +60,17 @@ def test_a_run_with_a_goal_knows_it(design):
     assert FinishedTraining.load(design.path / "training" / "001").config.goal.target == "spot"
 
 
+@pytest.mark.parametrize("given", [True, False])
+def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
+    """Neither one that is given nor one that the run holds."""
+    goal = tmp_path / "mine.toml" if given else Run(design.path.parent.parent).goal.path
+    goal.write_text(GOAL)
+    assert train(design, "--level", "hard", *(("--goal", goal) if given else ())) == 2
+    told = capsys.readouterr().err
+    assert "only tasks come at levels" in told
+    assert told.count("\n") == 1
+
+
 def test_either_a_task_or_a_goal(design, tmp_path, capsys):
     assert train(design, "--goal", tmp_path / "mine.toml", "--task", "button_pushing") == 2
     assert "either --task or --goal" in capsys.readouterr().err

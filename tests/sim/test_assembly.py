@@ -8,8 +8,9 @@ import pytest
 
 from aidsr.artifacts import Placement, Robot, Scene
 from aidsr.errors import MjcfError
-from aidsr.sim.assembly import FUNCTIONAL_SITE, TaskSensor, assemble, assemble_in_worker
+from aidsr.sim.assembly import FUNCTIONAL_SITE, TaskSensor, add_sensors, assemble, assemble_in_worker
 from aidsr.sim.mjcf import read_mjcf
+from aidsr.sim.task_sensors import check_task_sensors
 
 STAGE = """
 <mujoco model="stage">
@@ -602,6 +603,50 @@ def test_contact_sensors_give_the_force_on_the_target() -> None:
     np.testing.assert_allclose(found[:, 7:10], np.tile([0, 0, -1], (len(found), 1)), atol=1e-6)
     np.testing.assert_allclose(found[:, 6], 0, atol=1e-3)
     assert not sensor_reading(model, "object").any()
+
+
+MEASURED = {
+    "position": {"target": "object"},
+    "quaternion": {"target": "object", "of_body": True},
+    "linear_velocity": {},
+    "center_of_mass": {},
+    "contact_force": {"target": "object", "part": "functional_part"},
+    "contacts": {"target": "object", "slots": 2},
+    "distance": {"target": "object", "max_distance_m": 0.123456789},
+    "target_position": {"target": "object"},
+    "target_center_of_mass": {"target": "object"},
+}
+OTHERWISE = {
+    "position": {"target": "object", "of_body": True},
+    "quaternion": {"target": "carriage"},
+    "linear_velocity": {"target": "carriage"},
+    "contact_force": {"target": "object"},
+    "contacts": {"target": "object", "slots": 3},
+    "distance": {"target": "object"},
+    "target_position": {"target": "object", "of_body": True},
+    "target_center_of_mass": {"target": "carriage"},
+}
+
+
+def test_a_sensor_that_is_there_is_a_tasks_own_only_if_it_measures_the_same() -> None:
+    sensors = [TaskSensor(name=quantity, quantity=quantity, **how) for quantity, how in MEASURED.items()]
+    made, model = scene(ARM, Placement(mount="mount", base="fixed"), part="seg3", sensors=sensors)
+    check_task_sensors(model, sensors)
+    assert add_sensors(made.mjcf, sensors).count("<framepos") == made.mjcf.count("<framepos")
+    swapped = TaskSensor(name="center_of_mass", quantity="center_of_mass_velocity")
+    others = [swapped, *(TaskSensor(name=quantity, quantity=quantity, **how) for quantity, how in OTHERWISE.items())]
+    for other in others:
+        with pytest.raises(MjcfError, match="measures something else; rename or delete it") as caught:
+            check_task_sensors(model, [*(one for one in sensors if one.name != other.name), other])
+        assert [fault.names for fault in caught.value.faults] == [(other.name,)]
+
+
+def test_a_scene_without_a_site_can_be_measured_where_no_part_works() -> None:
+    text = '<mujoco><worldbody><body name="robot/a"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+    measured = add_sensors(text, [TaskSensor(name="c", quantity="center_of_mass")])
+    assert mujoco.MjModel.from_xml_string(measured).sensor("c").dim[0] == 3
+    with pytest.raises(MjcfError, match="functional part"):
+        add_sensors(text, [TaskSensor(name="p", quantity="position")])
 
 
 def test_two_sensors_of_one_name_are_refused() -> None:

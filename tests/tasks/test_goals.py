@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from stick import Episode, scene
+from table import TABLE
 
 from aidsr import probe
 from aidsr.cli import main
@@ -17,26 +18,6 @@ from aidsr.tasks import goal_task, read_goal
 
 PAGE = (Path(__file__).parents[2] / "docs" / "goals.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL))
-
-TABLE = """
-<mujoco>
-  <option timestep="0.002" integrator="implicitfast"/>
-  <worldbody>
-    <geom name="floor" type="plane" size="1 1 0.05" priority="1"/>
-    <site name="mount" pos="0 0 0.5" euler="180 0 0"/>
-    <site name="hook" pos="0.2 0.1 0.3"/>
-    <body name="cart" pos="0.3 0 0.1">
-      <joint name="rail" type="slide" axis="1 0 0" damping="1"/>
-      <geom name="cart" type="box" size="0.05 0.05 0.05" mass="0.2" priority="1"/>
-      <body name="flag" pos="0 0 0.06"><geom name="flag" size="0.01" mass="0.01" priority="1"/></body>
-    </body>
-    <body name="ball" pos="-0.3 0 0.03">
-      <freejoint name="ball_free"/>
-      <geom name="ball" size="0.03" mass="0.05" priority="1"/>
-    </body>
-    <body name="post" pos="0 0.3 0.1"><geom name="post" size="0.03" priority="1"/></body>
-  </worldbody>
-</mujoco>"""
 
 
 def made(tmp_path, text, mjcf=TABLE):
@@ -190,6 +171,9 @@ MISTAKES = {
     'kind = "lift"\ntarget = "hook"': 'which has no "hook"',
     'kind = "reach"\ntarget = "ceiling"': "it has mount, hook, cart, flag, ball, post",
     'kind = "travel"\ndistance_m = 1\ndirection = [0, 0, 0]': "a direction other than zero",
+    'kind = "travel"\ndistance_m = 1\ndirection = [1, 0]': "direction: three numbers were expected",
+    'kind = "travel"\ndistance_m = 1\ndirection = [1, 0, 0, 0]': "one for each of x, y and z; found 4",
+    'kind = "travel"\ndistance_m = 1\ndirection = [1, nan, 0]': "a direction other than zero",
     'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0, 0]': "vary_m puts the target elsewhere and needs one",
     'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0]': "three numbers were expected",
     'kind = "touch"\ntarget = "post"\nforce_n = 2\nat_most_n = 1': "at_most_n (1 N) must be more than force_n (2 N)",

@@ -35,6 +35,14 @@ def test_a_spike_of_one_step_is_averaged_and_a_push_is_not():
     assert readings(force=force).peak_force_n("force") == pytest.approx([0.0])
 
 
+def test_the_newest_mean_is_that_of_the_last_10_ms():
+    force = np.zeros((1, 20, 3))
+    force[0, :15, 2] = 10.0
+    force[0, 17, 2] = 5.0
+    assert readings(force=force).mean_force_n("force") == pytest.approx([1.0])
+    assert readings(force=force).mean_force_n("force", mean_over_s=0.02) == pytest.approx([5.5])
+
+
 def test_averaging_works_with_other_time_steps():
     short = Readings({"force": np.ones((1, 1, 3))}, np.zeros(1), 0.3, 0.002)
     assert short.peak_force_n("force") == pytest.approx([np.sqrt(3)])

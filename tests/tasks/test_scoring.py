@@ -45,7 +45,7 @@ class Dial(Task):
         return readings.scalar("dial") >= 1
 
     def failed(self, readings, memory):
-        return readings.scalar("dial") < 0
+        return readings.scalar("dial") > 2
 
 
 DIAL = Dial()
@@ -89,9 +89,28 @@ def test_success_must_be_held_without_a_break_and_is_paid_once():
 
 
 def test_a_failed_episode_holds_nothing():
-    standing, result = score(DIAL, begin(DIAL, at(1.0, 1.0)), at(-1.0, 1.0), NO_ACTION)
+    standing, result = score(DIAL, begin(DIAL, at(1.0, 1.0)), at(3.0, 1.0), NO_ACTION)
     assert result.failed.tolist() == [True, False]
     assert standing.held_s == pytest.approx([0.0, 0.04])
+
+
+def test_success_that_need_not_be_held_must_still_come():
+    class Quick(Dial):
+        hold_s: ClassVar = 0.0
+
+    _, result = score(Quick(), begin(Quick(), at(0.0, 0.0, 0.0)), at(0.5, 1.0, 3.0), np.zeros((3, 1)))
+    assert result.succeeded.tolist() == [False, True, False]
+
+
+def test_a_start_is_remembered_when_the_simulation_writes_over_it():
+    class Turned(Dial):
+        def begin(self, readings):
+            return {"start": readings["dial"]}
+
+    readings = at(0.25, 0.5)
+    standing = begin(Turned(), readings)
+    readings.sensors["dial"][:] = 1.0
+    assert standing.memory["start"][:, 0].tolist() == [0.25, 0.5]
 
 
 def test_restart_replaces_some_episodes_and_keeps_the_others():

@@ -114,6 +114,7 @@ def design(
     from aidsr.pipeline.teams import check_model
     from aidsr.runs import RunConfig
 
+    _check_measure(task, level, goal, train=train)
     if train:
         require_extra("rl", "training")
     config = RunConfig(
@@ -142,3 +143,19 @@ def design(
     run = start(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
     code = follow(run, parts_of(run))
     return train_designs(run, steps=steps, seeds=seeds) if train and code == 0 else code
+
+
+def _check_measure(task: str | None, level: str, goal: Path | None, *, train: bool) -> None:
+    """Refuse what could only go wrong after the designs were made.
+
+    Raises:
+        UserError: Nothing measures success for a training, or a level is asked of something else than a task.
+    """
+    from aidsr.errors import UserError
+
+    if train and not (task or goal):
+        raise UserError(
+            "--train needs a measure of success; name a task with --task, or give a goal with --goal (docs/goals.md)"
+        )
+    if level == "hard" and not task:
+        raise UserError("only tasks come at levels, and none is named; give a --task, or leave --level out")

@@ -67,7 +67,7 @@ def subject_of(path: Path, task: str | None, level: Levels | None, goal: Path | 
                 f"what should be done in {path}? Name a task with --task (aidsr tasks lists them), or give a goal with "
                 "--goal"
             )
-        return Subject(path, _asked(path, task, goal), level or "standard", (), Path())
+        return Subject(path, _asked(path, task, level, goal), level or "standard", (), Path())
     design = DesignFolder(path)
     scene = design.final_scene.path
     if not scene.exists():
@@ -86,7 +86,8 @@ def subject_of(path: Path, task: str | None, level: Levels | None, goal: Path | 
             )
     robot = newest(it.robot.read() for it in design.leading_to())
     groups = robot.actuator_groups if robot else ()
-    return Subject(scene, _asked(scene, task or known_task, goal), level or known_level or "standard", groups, path)
+    asked = _asked(scene, task or known_task, level, goal)
+    return Subject(scene, asked, level or known_level or "standard", groups, path)
 
 
 def _known(run: Run) -> tuple[str, Literal["", "standard", "hard"]]:
@@ -95,10 +96,16 @@ def _known(run: Run) -> tuple[str, Literal["", "standard", "hard"]]:
     return (record.task, record.level) if record and record.task else ("", "")
 
 
-def _asked(scene: Path, task: str | None, goal: Path | None) -> str | Task:
-    """Return the name of a task, or the task that a goal makes of the scene."""
+def _asked(scene: Path, task: str | None, level: Levels | None, goal: Path | None) -> str | Task:
+    """Return the name of a task, or the task that a goal makes of the scene.
+
+    Raises:
+        UserError: There is no such goal, or a level is asked of it.
+    """
     if goal is None:
         return task or ""
+    if level:
+        raise UserError(f"only tasks come at levels, and success is measured by the goal {goal}; leave --level out")
     from aidsr.episodes.scene import read_mjcf_text
     from aidsr.tasks import goal_task, read_goal
 

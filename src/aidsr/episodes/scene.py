@@ -17,6 +17,7 @@ from aidsr.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions,
 from aidsr.errors import UserError
 from aidsr.sim.assembly import add_sensors
 from aidsr.sim.compiling import compile_mjcf
+from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task
 from aidsr.tasks.readings import FloatArray
 
@@ -57,11 +58,13 @@ class TaskScene:
 
         Raises:
             UserError: There is no such file or task, or the scene is not one of this task at this level.
-            MjcfError: The scene cannot be loaded.
+            MjcfError: The scene cannot be loaded, or a sensor of it is called as one of the task's is and measures
+                something else.
         """
         task = load_task(task, level) if isinstance(task, str) else task
         mjcf = _measured(read_mjcf_text(scene), task)
         model = compile_mjcf(mjcf)
+        check_task_sensors(model, task.sensors)
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
 
     def driven_as(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
@@ -111,7 +114,10 @@ def _measured(mjcf: str, task: Task) -> str:
             "use the final.xml of a design for this task, or assemble the robot into the task's environment"
         )
     _check_measures(root, task)
-    return mjcf if all(sensor.name in names for sensor in task.sensors) else add_sensors(mjcf, task.sensors)
+    sensors = {
+        element.get("name") for section in root.iter("sensor") for element in section.iterchildren(etree.Element)
+    }
+    return mjcf if all(sensor.name in sensors for sensor in task.sensors) else add_sensors(mjcf, task.sensors)
 
 
 def _check_measures(root: etree._Element, task: Task) -> None:

@@ -19,7 +19,14 @@ __all__ = ["curve_picture", "episode_recordings", "episode_videos", "varied_mjcf
 _MOST_FRAMES = 400
 """Of one video; longer episodes show every second or third control step. Our choice: some 15 s of drawing."""
 
-_VISIBLE = {"body_pos": "body", "body_quat": "body", "geom_pos": "geom", "geom_quat": "geom", "geom_size": "geom"}
+_VISIBLE = {
+    "body_pos": "body",
+    "body_quat": "body",
+    "geom_pos": "geom",
+    "geom_quat": "geom",
+    "geom_size": "geom",
+    "site_pos": "site",
+}
 """Element behind a field of MjModel whose change can be seen. Masses and friction cannot; positions in `qpos` are drawn
 from the motion itself."""
 

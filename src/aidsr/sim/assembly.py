@@ -21,18 +21,15 @@ from aidsr.sim import isolation
 from aidsr.sim.beam import solref
 from aidsr.sim.compiling import compile_mjcf, load_mjcf, warnings_as_notes
 from aidsr.sim.document.place import Element
-from aidsr.sim.functional_part import FunctionalPart, find_functional_part, part_names
+from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_functional_part, part_names
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose, unused_name
 from aidsr.sim.scaling import scale_robot
 from aidsr.sim.stripping import settle_inertias, strip_scenery
-from aidsr.sim.structure import read_structure
-from aidsr.sim.task_sensors import TaskSensor, add_task_sensors
+from aidsr.sim.task_sensors import TaskSensor, add_task_sensors, measured_parts
 
 __all__ = ["FUNCTIONAL_SITE", "TaskSensor", "add_sensors", "add_sensors_in_worker", "assemble", "assemble_in_worker"]
 
-FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
-"""Site of every scene that marks the working point of the robot."""
 _SITE_RADIUS_M = 0.003
 _SITE_GROUP = 4  # MuJoCo draws groups 0 to 2 unless asked for more
 
@@ -82,7 +79,7 @@ def assemble_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
 
 
 def add_sensors(scene: str, sensors: Sequence[TaskSensor]) -> str:
-    """Return the MJCF of an assembled scene with more sensors, in an isolated process; those it has are left alone.
+    """Return the MJCF of an assembled scene with those sensors whose names it lacks, in an isolated process.
 
     Raises:
         MjcfError: The scene cannot be loaded, or a sensor needs a functional part and the scene marks none.
@@ -102,12 +99,10 @@ def add_sensors_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
     taken = {model.sensor(i).name for i in range(model.nsensor)}
     wanted = [TaskSensor.model_validate(sensor) for sensor in argument["sensors"]]
     new = [sensor for sensor in wanted if sensor.name not in taken]
-    structure = read_structure(model)
-    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
-    if not structure.roots or (site < 0 and any(sensor.needs_functional_part for sensor in new)):
+    parts = measured_parts(model)
+    if not parts["root"] or (not parts["part_body"] and any(sensor.needs_functional_part for sensor in new)):
         raise MjcfError([_missing("functional part", FUNCTIONAL_SITE, "of the scene", part_names(model))])
-    part_body = model.body(int(model.site_bodyid[site])).name
-    add_task_sensors(spec, new, site=FUNCTIONAL_SITE, part_body=part_body, root=model.body(structure.roots[0]).name)
+    add_task_sensors(spec, new, **parts)
     return {"mjcf": _write(spec)}
 
 

@@ -8,7 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FunctionalPart", "find_functional_part", "part_names"]
+from aidsr.sim.ownership import ROBOT_PREFIX
+
+__all__ = ["FUNCTIONAL_SITE", "FunctionalPart", "find_functional_part", "part_names"]
+
+FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
+"""Site of every scene that marks the working point of the robot."""
 
 Vector = NDArray[np.float64]
 

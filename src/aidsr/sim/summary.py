@@ -95,8 +95,16 @@ def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
         mass_kg=round(float(model.body_mass[body]), _DECIMALS),
         joints=tuple(_joint(model, data, joint) for joint in joints),
         free=any(model.jnt_type[joint] == _JOINT.mjJNT_FREE for joint in joints),
+        movable=_movable(model, data, body),
         geoms=tuple(_geom(model, data, geom) for geom in geoms),
     )
+
+
+def _movable(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> bool:
+    """Return whether a joint moves the centre of mass of a body, by more than a micrometre for a radian or a metre."""
+    way = np.zeros((3, model.nv))
+    mujoco.mj_jacBodyCom(model, data, way, None, body)
+    return bool((np.abs(way) > 10.0**-_DECIMALS).any())
 
 
 def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:

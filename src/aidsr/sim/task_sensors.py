@@ -6,15 +6,27 @@ written there, because its parts are unknown; a task asks for it with a `TaskSen
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import mujoco
 from pydantic import Field, model_validator
 
-from aidsr.artifacts import Artifact
+from aidsr.artifacts import Artifact, Fault
+from aidsr.errors import MjcfError
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.sim.structure import read_structure
 
-__all__ = ["CONTACT_SLOT_WIDTH", "Part", "Quantity", "TaskSensor", "add_task_sensors"]
+__all__ = [
+    "CONTACT_SLOT_WIDTH",
+    "Part",
+    "Quantity",
+    "TaskSensor",
+    "add_task_sensors",
+    "check_task_sensors",
+    "measured_parts",
+]
 
 Quantity = Literal[
     "position",
@@ -27,6 +39,7 @@ Quantity = Literal[
     "contacts",
     "distance",
     "target_position",
+    "target_center_of_mass",
 ]
 Part = Literal["functional_part", "robot"]
 
@@ -44,7 +57,7 @@ _OF_THE_SITE = {
     "linear_velocity": _SENS.mjSENS_FRAMELINVEL,
     "angular_velocity": _SENS.mjSENS_FRAMEANGVEL,
 }
-_BODY = mujoco.mjtObj.mjOBJ_BODY
+_BODY, _SITE = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE
 _FRAME = mujoco.mjtObj.mjOBJ_XBODY
 """The frame of a body rather than of its inertia; as the object of a contact sensor, a body with all it carries."""
 _FOUND, _FORCE, _POSITION, _NORMAL = (
@@ -63,7 +76,9 @@ _CONTACT_DATA = {
 }
 """Fields and reduction as mjsSensor.intprm has them. Source: MuJoCo, sensor/contact: reduce none, mindist, maxforce,
 netforce are 0 to 3."""
-_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position"})
+_NOTHING = {"reftype": mujoco.mjtObj.mjOBJ_UNKNOWN, "refname": "", "cutoff": 0.0, "intprm": (0, 0, 0)}
+"""What a sensor has that is told no more than its type and its object."""
+_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position", "target_center_of_mass"})
 
 
 class TaskSensor(Artifact):
@@ -83,6 +98,7 @@ class TaskSensor(Artifact):
     | contacts                | slots x 10 |       | the strongest contacts of `part` with the body `target`          |
     | distance                | 1          | m     | smallest gap between the functional part's body and `target`     |
     | target_position         | 3          | m     | body or site `target` itself, world axes                         |
+    | target_center_of_mass   | 3          | m     | body `target` itself, without what it carries, world axes        |
 
     A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found
     (how many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative),
@@ -97,6 +113,8 @@ class TaskSensor(Artifact):
     quantity: Quantity
     target: str = ""
     """Body of the environment (of "world": its own geoms), or for positions and velocities also a site."""
+    of_body: bool = False
+    """Whether `target` is a body even where a site has that name; a site is looked for first unless said."""
     part: Part = "robot"
     """For contacts: any part of the robot, or the functional part's body with everything it carries."""
     slots: Annotated[int, Field(ge=1, le=64)] = 1
@@ -120,7 +138,7 @@ class TaskSensor(Artifact):
     @property
     def may_target_site(self) -> bool:
         """Whether its target may be a site as well as a body."""
-        return self.quantity in _OF_THE_SITE or self.quantity == "target_position"
+        return (self.quantity in _OF_THE_SITE or self.quantity == "target_position") and not self.of_body
 
     @property
     def size(self) -> int:
@@ -143,23 +161,85 @@ def add_task_sensors(
         root: Body that carries the whole robot.
     """
     for sensor in sensors:
-        added = scene.add_sensor(name=sensor.name)
-        if sensor.quantity in _OF_THE_ROBOT:
-            added.type, added.objtype, added.objname = _OF_THE_ROBOT[sensor.quantity], _BODY, root
-        elif sensor.quantity in _OF_THE_SITE:
-            added.type, added.objtype, added.objname = _OF_THE_SITE[sensor.quantity], mujoco.mjtObj.mjOBJ_SITE, site
-            if sensor.target and sensor.target != "world":
-                added.reftype = mujoco.mjtObj.mjOBJ_SITE if scene.site(sensor.target) else _FRAME
-                added.refname = sensor.target
-        elif sensor.quantity == "target_position":
-            added.type, added.objname = _SENS.mjSENS_FRAMEPOS, sensor.target
-            added.objtype = mujoco.mjtObj.mjOBJ_SITE if scene.site(sensor.target) else _FRAME
-        else:
-            added.reftype, added.refname = _BODY, sensor.target
-            if sensor.quantity == "distance":
-                added.type, added.objtype, added.objname = mujoco.mjtSensor.mjSENS_GEOMDIST, _BODY, part_body
-                added.cutoff = sensor.max_distance_m
-            else:
-                added.type, added.objtype = mujoco.mjtSensor.mjSENS_CONTACT, _FRAME
-                added.objname = root if sensor.part == "robot" else part_body
-                added.intprm = (*_CONTACT_DATA[sensor.quantity], sensor.slots)
+        at_site = sensor.may_target_site and bool(scene.site(sensor.target))
+        scene.add_sensor(name=sensor.name, **_written(sensor, at_site, site, part_body, root))
+
+
+def measured_parts(model: mujoco.MjModel) -> dict[str, str]:
+    """Return what `add_task_sensors` takes of an assembled scene's robot, by argument; "" where there is none."""
+    roots, site = read_structure(model).roots, mujoco.mj_name2id(model, _SITE, FUNCTIONAL_SITE)
+    return {
+        "site": FUNCTIONAL_SITE,
+        "part_body": "" if site < 0 else model.body(int(model.site_bodyid[site])).name,
+        "root": model.body(roots[0]).name if roots else "",
+    }
+
+
+def check_task_sensors(model: mujoco.MjModel, sensors: Sequence[TaskSensor]) -> None:
+    """Refuse a scene in which a sensor has the name of one of a task's and measures something else.
+
+    Args:
+        model: The scene, with a sensor of each name.
+        sensors: What the task asks for.
+
+    Raises:
+        MjcfError: One does.
+    """
+    parts, sites = measured_parts(model), {model.site(i).name for i in range(model.nsite)}
+    faults = []
+    for sensor in sensors:
+        wanted = _NOTHING | _written(sensor, sensor.may_target_site and sensor.target in sites, **parts)
+        there = _read(model, model.sensor(sensor.name).id)
+        # a scene's text has six digits
+        if not math.isclose(wanted.pop("cutoff"), there.pop("cutoff"), rel_tol=1e-5) or wanted != there:
+            faults.append(_foreign(sensor))
+    if faults:
+        raise MjcfError(faults)
+
+
+def _foreign(sensor: TaskSensor) -> Fault:
+    target = f" of {sensor.target}" if sensor.target else ""
+    return Fault(
+        code="duplicate_name",
+        layer="load",
+        severity="error",
+        names=(sensor.name,),
+        message=f'the task reads {sensor.quantity}{target} by the name "{sensor.name}", and the scene has a sensor of '
+        "this name that measures something else; rename or delete it in the scene's MJCF",
+        cure="rename or delete it",
+    )
+
+
+def _written(sensor: TaskSensor, at_site: bool, site: str, part_body: str, root: str) -> dict[str, Any]:
+    """Return what MuJoCo is told of a sensor, by attribute of mjsSensor."""
+    if sensor.quantity in _OF_THE_ROBOT:
+        return {"type": _OF_THE_ROBOT[sensor.quantity], "objtype": _BODY, "objname": root}
+    if sensor.quantity in _OF_THE_SITE:
+        measured = {"type": _OF_THE_SITE[sensor.quantity], "objtype": _SITE, "objname": site}
+        if sensor.target in ("", "world"):
+            return measured
+        return measured | {"reftype": _SITE if at_site else _FRAME, "refname": sensor.target}
+    if sensor.quantity == "target_position":
+        return {"type": _SENS.mjSENS_FRAMEPOS, "objtype": _SITE if at_site else _FRAME, "objname": sensor.target}
+    if sensor.quantity == "target_center_of_mass":
+        return {"type": _SENS.mjSENS_FRAMEPOS, "objtype": _BODY, "objname": sensor.target}
+    against = {"reftype": _BODY, "refname": sensor.target}
+    if sensor.quantity == "distance":
+        gap = {"type": _SENS.mjSENS_GEOMDIST, "objtype": _BODY, "objname": part_body}
+        return against | gap | {"cutoff": sensor.max_distance_m}
+    touching = {"objtype": _FRAME, "objname": root if sensor.part == "robot" else part_body}
+    how = (*_CONTACT_DATA[sensor.quantity], sensor.slots)
+    return against | touching | {"type": _SENS.mjSENS_CONTACT, "intprm": how}
+
+
+def _read(model: mujoco.MjModel, index: int) -> dict[str, Any]:
+    """Return what a compiled sensor is, in the words of `_written`."""
+    read: dict[str, Any] = {
+        "type": mujoco.mjtSensor(int(model.sensor_type[index])),
+        "cutoff": float(model.sensor_cutoff[index]),
+        "intprm": tuple(int(number) for number in model.sensor_intprm[index]),
+    }
+    for end in ("obj", "ref"):
+        kind, number = (int(getattr(model, f"sensor_{end}{what}")[index]) for what in ("type", "id"))
+        read |= {f"{end}type": mujoco.mjtObj(kind), f"{end}name": mujoco.mj_id2name(model, kind, number) or ""}
+    return read

@@ -17,7 +17,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError, field_validator, model_validator
 
-from aidsr.artifacts import Artifact, Base, Vec3
+from aidsr.artifacts import Artifact, Base
 from aidsr.errors import UserError
 
 __all__ = ["AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "parse_goal", "read_goal"]
@@ -40,7 +40,7 @@ class Goal(Artifact):
     vary_m: tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...] = (0.0, 0.0, 0.0)
     """How far the target's place differs between episodes, to either side along x, y and z [m]."""
 
-    @field_validator("vary_m")
+    @field_validator("vary_m", "direction", check_fields=False)
     @classmethod
     def _three(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if len(value) != 3:
@@ -65,7 +65,7 @@ class Reach(Goal):
 
 
 class Lift(Goal):
-    """A body is raised."""
+    """A body's centre of mass is raised."""
 
     kind: Literal["lift"]
     target: str
@@ -75,19 +75,19 @@ class Lift(Goal):
 
 
 class Travel(Goal):
-    """The robot, or a body, gets somewhere along a straight line."""
+    """The centre of mass of the robot, or of a body, gets somewhere along a straight line."""
 
     kind: Literal["travel"]
     target: str = ""
     """Body of the environment that is to be moved; the robot's own centre of mass where none is named."""
     distance_m: Positive
     """How far [m]."""
-    direction: Vec3 = (1.0, 0.0, 0.0)
+    direction: tuple[float, ...] = (1.0, 0.0, 0.0)
     """In world axes, of any length."""
 
     @field_validator("direction")
     @classmethod
-    def _somewhere(cls, value: Vec3) -> Vec3:
+    def _somewhere(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if not 1e-6 < math.hypot(*value) < math.inf:
             raise ValueError(f"a direction other than zero was expected; found {list(value)}")
         return value

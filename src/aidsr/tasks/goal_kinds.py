@@ -90,7 +90,7 @@ class ReachTask(GoalTask):
 
     def measured(self) -> tuple[TaskSensor, ...]:
         """See `GoalTask`."""
-        return (_offset(self.goal.target),)
+        return (_offset(self.goal.target, of_body=False),)
 
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
@@ -115,7 +115,7 @@ class MoveTask(GoalTask):
     | index | feature                               | unit | range   | sensor        |
     |-------|---------------------------------------|------|---------|---------------|
     | 0-2   | functional part in the body's frame   | m    | -2 to 2 | goal_offset   |
-    | 3-5   | body, from where it was at the start  | m    | -2 to 2 | goal_position |
+    | 3-5   | its centre of mass, from the start on | m    | -2 to 2 | goal_position |
     """
 
     name: ClassVar = "goal/move"
@@ -126,10 +126,13 @@ class MoveTask(GoalTask):
     def measured(self) -> tuple[TaskSensor, ...]:
         """See `GoalTask`."""
         body = self.goal.target
-        return (_offset(body), TaskSensor(name="goal_position", quantity="target_position", target=body))
+        return (
+            _offset(body, of_body=True),
+            TaskSensor(name="goal_position", quantity="target_center_of_mass", target=body),
+        )
 
     def begin(self, readings: Readings) -> Memory:
-        """Where the body was."""
+        """Where the body's centre of mass was."""
         return {"start": readings["goal_position"]}
 
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
@@ -222,7 +225,7 @@ class TouchTask(GoalTask):
         """See `GoalTask`."""
         body = self.goal.target
         return (
-            _offset(body),
+            _offset(body, of_body=True),
             TaskSensor(name="goal_gap", quantity="distance", target=body),
             TaskSensor(name="goal_force", quantity="contact_force", target=body, part=self.goal.part),
         )
@@ -237,7 +240,7 @@ class TouchTask(GoalTask):
         """Three tenths for coming to the body, the rest for force."""
         del memory
         near = closeness(readings.scalar("goal_gap"), margin=_MARGIN_M)
-        return _COMING * near + _DOING * share(readings.force_n("goal_force"), self.goal.force_n)
+        return _COMING * near + _DOING * share(readings.mean_force_n("goal_force"), self.goal.force_n)
 
     def violation(self, readings: Readings) -> FloatArray:
         """More force than wanted, where there is a limit."""
@@ -245,14 +248,14 @@ class TouchTask(GoalTask):
         return super().violation(readings) if limit is None else excess(readings.peak_force_n("goal_force"), limit)
 
     def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """Force enough, and no more than wanted."""
+        """Force enough, and at no time since the last control step more than wanted."""
         del memory
-        force = readings.force_n("goal_force")
-        return (force >= self.goal.force_n) & (force <= (self.goal.at_most_n or np.inf))
+        enough = readings.mean_force_n("goal_force") >= self.goal.force_n
+        return enough & (readings.peak_force_n("goal_force") <= (self.goal.at_most_n or np.inf))
 
 
-def _offset(target: str) -> TaskSensor:
-    return TaskSensor(name="goal_offset", quantity="position", target=target)
+def _offset(target: str, *, of_body: bool) -> TaskSensor:
+    return TaskSensor(name="goal_offset", quantity="position", target=target, of_body=of_body)
 
 
 def _distance_m(readings: Readings) -> FloatArray:

@@ -28,16 +28,35 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
         raise UserError(f"the environment of the goal cannot be loaded: {error}") from None
     if goal.target:
         _check_target(goal, summary)
-    place = _place(goal.target, summary) if any(goal.vary_m) else None
+    task = _kind(goal)(goal=goal, mjcf=mjcf, place=_place(goal, summary) if any(goal.vary_m) else None)
+    _check_sensors(task, summary)
+    return task
+
+
+def _kind(goal: AnyGoal) -> type[GoalTask]:
     match goal:
         case Reach():
-            return ReachTask(goal=goal, mjcf=mjcf, place=place)
+            return ReachTask
         case Touch():
-            return TouchTask(goal=goal, mjcf=mjcf, place=place)
+            return TouchTask
         case Travel(target=""):
-            return TravelTask(goal=goal, mjcf=mjcf, place=place)
+            return TravelTask
         case _:
-            return MoveTask(goal=goal, mjcf=mjcf, place=place)
+            return MoveTask
+
+
+def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
+    """Refuse an environment that has a sensor of a name the goal needs: without a robot it cannot be the goal's.
+
+    Raises:
+        UserError: It has.
+    """
+    taken = [sensor.name for sensor in task.sensors if sensor.name in summary.sensors]
+    if taken and not any(body.name.startswith(ROBOT_PREFIX) for body in summary.bodies):
+        raise UserError(
+            f'a sensor "{taken[0]}" is added to measure the goal, and the environment has one of this name already; '
+            "rename it there"
+        )
 
 
 def _check_target(goal: AnyGoal, summary: EnvironmentSummary) -> None:
@@ -56,23 +75,24 @@ def _check_target(goal: AnyGoal, summary: EnvironmentSummary) -> None:
         raise UserError(
             f'the target of a {goal.kind} goal is {what} of the environment, which has no "{goal.target}"{hint}'
         )
-    carriers = _carriers(goal.target, summary) if goal.kind in ("lift", "travel") else ()
-    # of a body without a name it is not known which one it is, so it may be one that moves
-    if carriers and not any(body.joints or not body.name for body in carriers):
-        raise UserError(f'the body "{goal.target}" cannot move, as no joint carries it; name one that can')
+    if goal.kind in ("lift", "travel") and not any(body.movable for body in summary.bodies if body.name == goal.target):
+        raise UserError(
+            f'the body "{goal.target}" cannot move: no joint carries it, or it turns about its own centre of mass, the '
+            "point whose way is measured; name a body that can, such as a part of it beside the axis"
+        )
 
 
 def _is_environment(name: str) -> bool:
     return bool(name) and name != "world" and not name.startswith(ROBOT_PREFIX)
 
 
-def _place(target: str, summary: EnvironmentSummary) -> Change:
+def _place(goal: AnyGoal, summary: EnvironmentSummary) -> Change:
     """Return what puts the target where it is: the outermost of the bodies that carry it.
 
     Raises:
         UserError: There is nothing to put elsewhere.
     """
-    carriers = _carriers(target, summary)
+    target, carriers = goal.target, _carriers(goal, summary)
     if not target or (carriers and not carriers[-1].name):
         raise UserError("vary_m puts the target elsewhere and needs one, on a body that has a name; leave it out")
     if not carriers:
@@ -84,10 +104,11 @@ def _place(target: str, summary: EnvironmentSummary) -> Change:
     return Change("body_pos", outermost.name, outermost.position_m)
 
 
-def _carriers(target: str, summary: EnvironmentSummary) -> Sequence[BodySummary]:
-    """Return the body of a target and those that carry it, outermost last; none for a site of the world."""
+def _carriers(goal: AnyGoal, summary: EnvironmentSummary) -> Sequence[BodySummary]:
+    """Return the body of a goal's target and those that carry it, outermost last; none for a site of the world."""
     bodies = {body.name: body for body in summary.bodies}
-    name = next((site.body for site in summary.sites if site.name == target), target)
+    sites = {site.name: site.body for site in summary.sites} if goal.kind == "reach" else {}
+    name = sites.get(goal.target, goal.target)
     found = []
     while name in bodies and name != "world":
         found.append(bodies[name])

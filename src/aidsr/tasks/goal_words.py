@@ -21,9 +21,9 @@ def wanted(goal: AnyGoal) -> str:
         case Reach():
             return f"The point with which the functional part works is at most {goal.within_m:g} m from {goal.target}."
         case Lift():
-            return f"{goal.target} is at least {goal.by_m:g} m higher than it was at the start."
+            return f"The centre of mass of {goal.target} is at least {goal.by_m:g} m higher than it was at the start."
         case Travel():
-            moved = goal.target or "The robot's centre of mass"
+            moved = f"The centre of mass of {goal.target}" if goal.target else "The robot's centre of mass"
             way = " ".join(f"{number:g}" for number in goal.direction)
             return f"{moved} is at least {goal.distance_m:g} m along {way} (world axes) from where it was at the start."
         case Touch():

@@ -72,7 +72,8 @@ class Reader:
         """Return the readings of n simulations.
 
         Args:
-            sensordata: Sensor values after each physics step of the last control step, (n, s, nsensordata).
+            sensordata: Sensor values after each physics step of the last control step, (n, s, nsensordata); readings
+                are views of it, so pass a copy of what a simulation will write into again.
             time_s: Time since each episode began, (n,) [s].
             variations: What each episode was started with, n of them.
             geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only looked at where the task needs the outline.

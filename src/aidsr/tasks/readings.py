@@ -96,6 +96,10 @@ class Readings:
         """Return the newest magnitude of a force sensor, (n,) [N]."""
         return np.asarray(np.linalg.norm(self[name], axis=-1))
 
+    def mean_force_n(self, name: str, *, mean_over_s: float = 0.01) -> FloatArray:
+        """Return the magnitude of a force sensor's newest mean, (n,) [N]; the arguments are those of `peak_force_n`."""
+        return self._mean_forces_n(name, mean_over_s)[:, -1]
+
     def peak_force_n(self, name: str, *, mean_over_s: float = 0.01) -> FloatArray:
         """Return the largest magnitude of a force sensor since the last control step, (n,) [N].
 
@@ -104,8 +108,12 @@ class Readings:
             mean_over_s: Forces are averaged over blocks of this time first [s], because the force of a single physics
                 step depends on the solver, not on the touch (our choice: 10 ms, shorter than any servo reacts).
         """
+        return np.asarray(self._mean_forces_n(name, mean_over_s).max(axis=1))
+
+    def _mean_forces_n(self, name: str, mean_over_s: float) -> FloatArray:
+        """Return the magnitudes of a force sensor's means over blocks of some time, newest last, (n, blocks) [N]."""
         means = _block_means(self.samples(name), mean_over_s / self.sample_dt_s)
-        return np.asarray(np.linalg.norm(means, axis=-1).max(axis=1))
+        return np.asarray(np.linalg.norm(means, axis=-1))
 
     def peak_contact_n(self, name: str, *, mean_over_s: float = 0.01, together: bool = False) -> FloatArray:
         """Return the largest force in a "contacts" sensor since the last control step, (n,) [N].

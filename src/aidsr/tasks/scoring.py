@@ -49,7 +49,8 @@ class Score:
 
 def begin(task: Task, readings: Readings) -> Standing:
     """Return the standing of n fresh episodes at their first readings."""
-    memory = task.begin(readings)
+    # readings may be views of a buffer that the simulation writes into again
+    memory = {name: value.copy() for name, value in task.begin(readings).items()}
     return Standing(
         memory=memory,
         progress=task.progress(readings, memory),
@@ -95,7 +96,7 @@ def score(task: Task, standing: Standing, readings: Readings, action: FloatArray
     failed = task.failed(readings, memory)
     held_s = np.where(task.succeeded(readings, memory) & ~failed, standing.held_s + task.control_dt_s, 0.0)
     # half a control step of slack, because a sum of many small times misses its round value by a rounding error
-    won = standing.won | (held_s > task.hold_s - task.control_dt_s / 2)
+    won = standing.won | (held_s > max(0.0, task.hold_s - task.control_dt_s / 2))
     reward = (
         PROGRESS_WEIGHT * (progress - standing.progress)
         + SUCCESS_BONUS * (won & ~standing.won)

@@ -1,0 +1,88 @@
+"""Where success of a goal begins and ends: what just misses it does not count."""
+
+import numpy as np
+import pytest
+from table import TABLE
+
+from aidsr.tasks import Readings, goal_task, parse_goal
+from aidsr.tasks.scoring import begin, score
+
+DT_S = 0.002
+"""Between two samples: five of them are 10 ms."""
+
+
+def read(**sensors) -> Readings:
+    """One simulation's sensors: the newest sample of each, (k,), or all of them, (s, k)."""
+    samples = {name: np.atleast_2d(np.asarray(value, dtype=float))[None] for name, value in sensors.items()}
+    return Readings(samples, np.zeros(1), 0.3, DT_S)
+
+
+def forces(*newtons: float) -> Readings:
+    """A touch with these forces, oldest first."""
+    return read(goal_offset=np.zeros(3), goal_gap=[0.0], goal_force=[(0.0, 0.0, force) for force in newtons])
+
+
+def moved(*way_m: float) -> Readings:
+    return read(goal_offset=np.zeros(3), goal_position=way_m, com_position=way_m, com_velocity=np.zeros(3))
+
+
+REACH = 'kind = "reach"\ntarget = "hook"\nwithin_m = 0.05'
+LIFT = 'kind = "lift"\ntarget = "ball"\nby_m = 0.08'
+PUSH = 'kind = "travel"\ntarget = "cart"\ndistance_m = 0.2\ndirection = [0, 2, 0]'
+WALK = 'kind = "travel"\ndistance_m = 0.4\ndirection = [0, 0, -3]'
+TOUCH = 'kind = "touch"\ntarget = "post"\nforce_n = 1\nat_most_n = 3'
+FIRM = 'kind = "touch"\ntarget = "post"\nforce_n = 1'
+ENDS = {
+    "reach, there": (REACH, read(goal_offset=(0.0, 0.03, -0.039)), True),
+    "reach, beside it": (REACH, read(goal_offset=(0.0, 0.03, -0.041)), False),
+    "lift, high enough": (LIFT, moved(0.0, 0.0, 0.0801), True),
+    "lift, too low": (LIFT, moved(0.0, 0.0, 0.0799), False),
+    "lift, only aside": (LIFT, moved(0.3, 0.3, 0.0), False),
+    "push, far enough": (PUSH, moved(-0.1, 0.2001, 0.0), True),
+    "push, too near": (PUSH, moved(-0.1, 0.1999, 0.0), False),
+    "push, the wrong way": (PUSH, moved(0.3, -0.3, 0.3), False),
+    "walk, far enough": (WALK, moved(0.0, 0.0, -0.4001), True),
+    "walk, too near": (WALK, moved(0.0, 0.0, -0.3999), False),
+    "touch, firm enough": (TOUCH, forces(1.01), True),
+    "touch, too light": (TOUCH, forces(0.99), False),
+    "touch, not too hard": (TOUCH, forces(2.99), True),
+    "touch, too hard": (TOUCH, forces(3.01), False),
+    "touch, as hard as you like": (FIRM, forces(1000.0), True),
+    "touch, too hard before": (TOUCH, forces(*[4.0] * 5, *[2.0] * 15), False),
+    "touch, a step of the solver was hard": (TOUCH, forces(2.0, 2.0, 2.0, 2.0, 6.5), True),
+    "touch, a step of the solver was light": (TOUCH, forces(*[0.0] * 15, 2.0, 2.0, 2.0, 2.0, 0.0), True),
+    "touch, let go": (TOUCH, forces(*[2.0] * 15, *[0.0] * 5), False),
+}
+
+
+@pytest.mark.parametrize(("text", "now", "won"), ENDS.values(), ids=ENDS)
+def test_success_ends_where_the_goal_says(text, now, won):
+    task = goal_task(parse_goal(text), TABLE)
+    first = forces(0.0) if task.name == "goal/touch" else moved(0.0, 0.0, 0.0)
+    assert task.succeeded(now, task.begin(first)).tolist() == [won]
+
+
+@pytest.mark.parametrize("part", ["robot", "functional_part"])
+def test_the_part_that_must_touch_is_the_one_that_is_measured(part):
+    task = goal_task(parse_goal(f'{TOUCH}\npart = "{part}"'), TABLE)
+    assert [sensor.part for sensor in task.sensors if sensor.name == "goal_force"] == [part]
+
+
+def test_time_and_base_are_those_of_the_goal():
+    task = goal_task(parse_goal(f'{LIFT}\nhold_s = 0.12\ntime_limit_s = 3\nbase = "free"'), TABLE)
+    assert (task.hold_s, task.time_limit_s, task.base) == (0.12, 3.0, "free")
+    assert (task.brief().base, task.brief().judging["Time"][:3]) == ("free", "3 s")
+    standing, won = begin(task, moved(0.0, 0.0, 0.0)), []
+    for _ in range(4):
+        standing, result = score(task, standing, moved(0.0, 0.0, 0.1), np.zeros((1, 1)))
+        won.append(bool(result.succeeded[0]))
+    assert won == [False, False, True, True]
+
+
+def test_a_goal_that_need_not_be_held_must_still_be_reached():
+    task = goal_task(parse_goal(f"{LIFT}\nhold_s = 0"), TABLE)
+    standing = begin(task, moved(0.0, 0.0, 0.0))
+    standing, result = score(task, standing, moved(0.0, 0.0, 0.07), np.zeros((1, 1)))
+    assert not result.succeeded[0]
+    _, result = score(task, standing, moved(0.0, 0.0, 0.09), np.zeros((1, 1)))
+    assert result.succeeded[0]
