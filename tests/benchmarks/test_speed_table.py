@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import statistics
 from pathlib import Path
 
 import pytest
@@ -128,3 +129,35 @@ def test_the_published_table_is_that_of_its_records(program, records):
     (conditions,) = {one.conditions.model_dump_json(): one.conditions for one in runs}.values()
     assert all(one.conditions == conditions.machine for one in steppings)
     assert (FOLDER / "results.md").read_text() == program.page(runs, steppings, 5, conditions, "results")
+
+
+def test_the_docs_tell_the_measured_speeds():
+    learned = [json.loads(line) for line in (FOLDER / "results.jsonl").read_text().splitlines()]
+    stepped = [json.loads(line) for line in (FOLDER / "results-stepping.jsonl").read_text().splitlines()]
+    told = " ".join((FOLDER.parents[1] / "docs" / "learning.md").read_text().split())
+
+    def range_of(values, form):
+        return f"{min(values):{form}} to {max(values):{form}}"
+
+    for body, aim in (("crawler", "50 % of won episodes"), ("arm", "80 % of pressed buttons")):
+        runs = [run for run in learned if run["body"] == body]
+        wall = range_of([run["ours"]["wall_s"] for run in runs], ".0f")
+        steps = range_of([run["ours"]["steps"] for run in runs], ",")
+        assert f"{aim} in {wall} s and {steps}" in told
+        assert len(runs) == 5
+        most = max(share for run in runs for _, share in run["theirs"]["curve"])
+        assert f"{most * 100:.0f} % of the {body}'s" in told
+    assert not any(run["theirs"]["there"] for run in learned)
+    assert f"with {range_of([run['theirs']['steps'] for run in learned], ',')} steps" in told
+    rates = [[run[who]["steps"] / run[who]["wall_s"] for run in learned] for who in ("ours", "theirs")]
+    faster = range_of([ours / theirs for ours, theirs in zip(*rates, strict=True)], ".1f")
+    assert f"whole trainings make {faster} times as many steps a second" in told
+    ratios = {
+        (row["body"], by): statistics.median(each["batched"] / each[by] for each in row["rounds"])
+        for row in stepped
+        for by in ("subproc", "physics")
+    }
+    assert f"{ratios['arm', 'subproc']:.1f} (arm) and {ratios['crawler', 'subproc']:.1f} times (crawler)" in told
+    assert (
+        f"at {100 * ratios['arm', 'physics']:.0f} and {100 * ratios['crawler', 'physics']:.0f} % of the speed" in told
+    )
