@@ -37,7 +37,7 @@ def page(
         f"{conditions.packages['mujoco']}, version {conditions.benchmark_version} of the benchmark. Ratios are taken "
         "within a round, where kinds follow each other within seconds, or within a training, which has its own seed; "
         "medians of them are told.\n",
-        f"![success over wall time]({out}-curves.png)\n",
+        *([f"![success over wall time]({out}-curves.png)\n"] if runs else []),
     ]
     for body in BODIES:
         own = [run for run in runs if run.body == body.name]

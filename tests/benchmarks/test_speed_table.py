@@ -58,6 +58,7 @@ def test_stepping_is_compared_within_each_round(program, records):
     assert "| batched, 32 simulations | 900 (190 to 1,100) | 95% |" in text
     assert "Batched against SubprocVecEnv: **2.2 x**" in text
     assert "--patience 8.5 --out mine`" in text
+    assert "mine-curves.png" not in text, "nothing was trained, so no curves are drawn"
 
 
 def test_a_stopped_measurement_goes_on_and_the_page_is_always_written(records, tmp_path, monkeypatch):
