@@ -17,7 +17,7 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, median
 from typing import Any
 
 from pydantic import Field
@@ -208,8 +208,8 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = "results") -> str:
         f"**{len(rows)} of {_planned(plan)} planned designs came to an end**; the others are in no figure. A design "
         "ends when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "
         "Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; *progress* is the mean of "
-        "the furthest that each held-out episode came, of valid and invalid policies alike. Progress, steps and time "
-        "are means over the designs that were trained.",
+        "the furthest that each held-out episode came, of valid and invalid policies alike. Progress and steps are "
+        "means over the designs that were trained; time is their median wall time, longer where other work ran beside.",
         "",
         "| task | ended | valid | successful | episodes won | progress | control steps | training, wall s | families |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -241,7 +241,7 @@ def _line(name: str, rows: Sequence[Row], planned: int) -> str:
             f"{fmean(row.success_share for row in rows):.0%}",
             f"{fmean(row.best_progress or 0.0 for row in trained):.2f}" if trained else "",
             f"{fmean(row.steps for row in trained):,.0f}" if trained else "",
-            f"{fmean(row.training_s for row in trained):.0f}" if trained else "",
+            f"{median(row.training_s for row in trained):.0f}" if trained else "",
             ", ".join(dict.fromkeys(row.family for row in rows)),
         ]
     return "| " + " | ".join([name, f"{len(rows)} of {planned}", *measured]) + " |"
