@@ -10,8 +10,8 @@ from aidsr.errors import IsolationError, UserError
 from aidsr.pipeline import parts_of, work
 from aidsr.pipeline.routing import after_trial
 from aidsr.pipeline.stalling import same_again
-from aidsr.runs import read_events, read_status
-from aidsr.runs.events import Done, Step
+from aidsr.runs import Run, read_events, read_status
+from aidsr.runs.events import Decided, Done, Step, Waiting
 from aidsr.runs.stages import attempts
 from aidsr.runs.telling import DOING, sentence
 from scripted import Script, Scripted, new_run, parts
@@ -103,11 +103,15 @@ def test_a_person_is_asked_about_what_is_kept(tmp_path) -> None:
     shown = []
 
     def person(iteration, log, halt) -> Decision:
-        shown.append(iteration.number)
+        log.write(Waiting(iteration=iteration.number))
+        (run,) = (Run(path) for path in tmp_path.iterdir())
+        status = read_status(run).designs[0]
+        shown.append((iteration.number, status.state, status.stands_at, status.iteration))
+        log.write(Decided(iteration=iteration.number, verdict="quit"))
         return Decision(verdict="quit", text="not good enough")
 
     _, _, outcome = grow(tmp_path, short(problem="a"), short(progress=0.1, problem="b"), person=person, task_rounds=1)
-    assert shown == [1]
+    assert shown == [(1, "waiting", 1, 2)]
     assert (outcome.outcome, outcome.iteration) == ("quit", 1)
 
 

@@ -86,7 +86,7 @@ class Asker:
                 self._ask(*waiting)
 
     def _ask(self, number: int, iteration: IterationFolder) -> None:
-        concept = newest(it.concept.read() for it in self._run.design(number).leading_to())
+        concept = newest(it.concept.read() for it in self._run.design(number).leading_to(iteration.number))
         name = f", {concept.name}" if concept else ""
         self._say(f"\n[bold]Design {number}{escape(name)}[/]: stable, and passed by the Judge.")
         self._say(f"  pictures  {escape(str(iteration.path))}: preview.png, motion.png")

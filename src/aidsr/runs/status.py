@@ -34,11 +34,13 @@ class DesignStatus(Artifact):
 
     number: int
     concept: str
-    """Name of the newest concept."""
+    """Name of the concept it stands at."""
     family: str
     state: State
     iteration: int
     """Number of the newest iteration, 0 before the first."""
+    stands_at: int
+    """Number of the iteration that a person is asked about, else of that its outcome names, else of the newest one."""
     mechanical_repairs: int
     """Made by code, over all iterations; they cost neither a call nor an iteration."""
     round: int
@@ -46,11 +48,11 @@ class DesignStatus(Artifact):
     doing: str
     """The step at work, empty when none is."""
     stable: bool | None
-    """Whether the newest robot or scene that was validated is stable; None before that."""
+    """Whether the robot or scene it stands at is stable; None before one was validated."""
     judged: bool | None
-    """The Judge's newest verdict; None before that."""
+    """The Judge's verdict on it, or the one before; None before the first."""
     faults: tuple[str, ...]
-    """Codes of the errors in the newest report, worst first, without repeats."""
+    """Codes of the errors in that report, worst first, without repeats."""
     outcome: Outcome | None
     stopped: Stopped | None
     """Why it stopped, where it did."""
@@ -109,7 +111,8 @@ def read_status(run: Run, now: datetime | None = None) -> RunStatus:
 
 def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: datetime | None) -> DesignStatus:
     events = read_events(folder.events)
-    iterations, shown = folder.iterations, folder.leading_to()
+    iterations, waiting = folder.iterations, _awaited(events)
+    shown = folder.leading_to(waiting)
     concept = newest(it.concept.read() for it in shown)
     report = newest(it.scene_report.read() or it.robot_report.read() for it in shown)
     critique = newest(it.critique.read() for it in shown)
@@ -120,6 +123,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
         family=concept.family if concept else "",
         state="finished" if outcome else _state(events),
         iteration=iterations[-1].number if iterations else 0,
+        stands_at=shown[0].number if shown else 0,
         mechanical_repairs=sum(repairs.total for it in iterations if (repairs := it.repairs.read())),
         round=1 + sum(it.decision.read() is not None for it in iterations[:-1]),
         doing=_doing(events),
@@ -152,6 +156,12 @@ def _state(events: Sequence[Event]) -> State:
             return "waiting"
         case _:
             return "running"
+
+
+def _awaited(events: Sequence[Event]) -> int | None:
+    """Return the iteration that a person is asked about; None where nobody is."""
+    last = events[-1] if events else None
+    return last.iteration if isinstance(last, Waiting | DecisionUnreadable) else None
 
 
 def _run_state(events: Sequence[Event], designs: Sequence[DesignStatus], expected: int) -> State:

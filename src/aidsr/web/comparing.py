@@ -54,7 +54,7 @@ def _read(site: Site, run: Run) -> tuple[_Column, ...]:
 
 def _column(folder: DesignFolder, design: DesignView) -> _Column:
     status = design.status
-    state = attempted(folder, status.iteration) if status.iteration else None
+    state = attempted(folder, status.stands_at) if status.stands_at else None
     concept, report = (state.concept, state.report) if state else (None, None)
     found = sum(stage.mark == "bad" for attempt in design.attempts for stage in attempt.stages)
     rows = [

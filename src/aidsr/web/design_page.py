@@ -55,7 +55,7 @@ class _Page:
     run: Run
     folder: DesignFolder
     chosen: int
-    """0 for the newest, whichever that is."""
+    """0 for the one that the design stands at, whichever that is."""
     stage: Stage
 
     def read(self) -> tuple[DesignView, str, int]:
@@ -63,7 +63,7 @@ class _Page:
         view = self.site.view(self.run)
         design = view.designs[self.folder.number - 1]
         numbers = [attempt.number for attempt in design.attempts]
-        return design, view.shown, self.chosen if self.chosen in numbers else max(numbers, default=0)
+        return design, view.shown, self.chosen if self.chosen in numbers else design.status.stands_at
 
     def number(self) -> int:
         """Return the number of the iteration looked at."""
@@ -187,7 +187,7 @@ def _picture(page: _Page, number: int) -> str:
 def _awaited(page: _Page) -> int:
     """Return the number of the iteration that waits for a decision; 0 for none."""
     design = page.read()[0]
-    return design.status.iteration if design.status.state == "waiting" else 0
+    return design.status.stands_at if design.status.state == "waiting" else 0
 
 
 def _review(page: _Page, number: int) -> None:

@@ -150,7 +150,7 @@ class Site:
 
 def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
     verdicts = [verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None]
-    newest_first = design.leading_to()
+    newest_first = design.leading_to(status.stands_at)
     picture = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
     motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
     return DesignView(
