@@ -89,6 +89,16 @@ def test_what_was_judged_at_something_else_is_refused(study: Study, tmp_path: Pa
             leaderboard([trained])
 
 
+def test_designs_of_several_policies_that_were_counted_otherwise_are_said_to_be_of_before(
+    study, tmp_path: Path
+) -> None:
+    before = changed(study, tmp_path / "before.json", lambda f: {"plan": f.plan.model_copy(update={"seeds": 3})})
+    with pytest.raises(UserError, match="an earlier version wrote it"):
+        read_submission(before)
+    once = changed(study, tmp_path / "once.json", lambda f: {"plan": f.plan.model_copy(update={"seeds": 1})})
+    assert read_submission(once).designs[0].seeds == 1
+
+
 def test_what_a_design_takes_is_not_told_before_one_came_to_an_end(study: Study, tmp_path: Path) -> None:
     def nothing_yet(found: Submission) -> dict[str, object]:
         designs = (found.designs[0].model_copy(update={"outcome": "unfinished"}),)

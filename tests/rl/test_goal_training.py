@@ -1,14 +1,18 @@
 """A policy is trained for a goal, and the goal is kept with it."""
 
+import json
+
 import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.artifacts import Placement, Robot
 from aidsr.cli import main
+from aidsr.errors import UserError
 from aidsr.rl.trained import FinishedTraining
 from aidsr.runs import Run, RunConfig, RunRecord
 from aidsr.sim.assembly import assemble
+from aidsr.tasks.goal import GOAL_VERSION
 from scenes import small_arm
 
 ROOM = """
@@ -52,6 +56,20 @@ def test_a_goal_given_later_is_kept_with_the_training(design, tmp_path):
     training = FinishedTraining.load(design.path / "training" / "001")
     assert training.scene.task.name == "goal/reach"
     assert training.scene.task.goal.vary_m == (0.02, 0.0, 0.01)
+
+
+def test_what_was_trained_for_a_goal_of_an_earlier_meaning_is_refused_and_trained_anew(design, tmp_path):
+    (tmp_path / "mine.toml").write_text(GOAL)
+    words = ("--goal", tmp_path / "mine.toml", "--no-evaluate")
+    assert train(design, *words) == 0
+    config = design.path / "training" / "001" / "config.json"
+    written = json.loads(config.read_text())
+    assert written.pop("goal_version") == GOAL_VERSION
+    config.write_text(json.dumps(written))
+    with pytest.raises(UserError, match="goals as they are measured today"):
+        FinishedTraining.load(config.parent)
+    assert train(design, *words) == 0
+    assert FinishedTraining.load(design.path / "training" / "002").config.goal_version == GOAL_VERSION
 
 
 def test_a_run_with_a_goal_knows_it(design):

@@ -35,8 +35,8 @@ class DesignRow(Artifact):
     stable: bool = False
     """Whether it was approved and its final scene passes the validator by itself."""
     seeds: int = 0
-    """Policies that the plan asks for; those that are not judged count as failed. `read_submission` fills it in where
-    an earlier version left it out."""
+    """Policies that the plan asks for; those that are not judged count as failed. `read_submission` fills it in
+    where an earlier version left it out and one policy or none was asked for."""
     evaluations: tuple[Evaluation, ...] = ()
     """One for each policy that was judged."""
     steps: int = 0

@@ -75,6 +75,11 @@ def read_submission(path: Path) -> Submission:
     if found.sha256 != _digest(text):
         raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
     _check_evaluations(path, found)
+    if found.plan.seeds > 1 and any(row.seeds != found.plan.seeds for row in found.designs):
+        raise UserError(
+            f"{path}: designs that say how many policies were asked for ({found.plan.seeds}) were expected; an earlier "
+            "version wrote it, which counted those that were missing otherwise; write it again with aidsr submit"
+        )
     rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
     found = found.model_copy(update={"designs": rows})
     if [_place(row) for row in found.designs] != list(_places(found.plan)):

@@ -38,7 +38,8 @@ class Look:
     time_s: float
     progress: float
     gap_m: float
-    """From the functional part's body, or what carries it where that has no shape, to the nearest target; from its
+    """From the functional part's body, or what carries it where that has no shape (the whole robot
+    where nothing has), to the nearest target; from its
     working point to a point that is to be reached; `_FAR_M` without a target."""
     nearest: str
     """That target; empty without one."""
@@ -141,9 +142,10 @@ class _Watch:
         self._robot = np.array([name.startswith(_ROBOT) for name in self._names])
         self._root = int(self._robot.argmax())
         self._site = model.site(FUNCTIONAL_SITE).id
-        self._part = int(model.site_bodyid[self._site])
-        while self._part and not model.body_geomnum[self._part]:
-            self._part = int(model.body_parentid[self._part])
+        part = int(model.site_bodyid[self._site])
+        while part != self._root and not model.body_geomnum[part]:
+            part = int(model.body_parentid[part])
+        self._parts = [part] if model.body_geomnum[part] else np.flatnonzero(self._robot).tolist()
         # a goal of reaching is about a point, all others are about bodies
         self._points = {name: self._point(name) for name in targets if isinstance(place.task, ReachTask)}
         bodies = {name: model.body(name).id for name in targets if name not in self._points}
@@ -232,7 +234,8 @@ class _Watch:
             (mujoco.mj_geomDistance(self._model, self._data, geom, other, _FAR_M, None), name)
             for body, name in self._targets.items()
             for other in self._geoms(body)
-            for geom in self._geoms(self._part)
+            for part in self._parts
+            for geom in self._geoms(part)
         ]
         return min(gaps, default=(_FAR_M, ""))
 

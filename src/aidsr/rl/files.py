@@ -37,6 +37,8 @@ class TrainingConfig(Artifact):
     task: str
     goal: AnyGoal | None = None
     """Where the task is one that a goal makes of an environment."""
+    goal_version: int | None = None
+    """Of what goals measured then; None for a task, and for goals of before there were versions."""
     level: Level
     benchmark_version: int
     steps: int
@@ -123,7 +125,7 @@ class TrainingFolder:
             place = ".".join(str(part) for part in first["loc"]) or "the whole file"
             raise UserError(
                 f"{self.path / name} was expected to be as this version of AID-SR writes it, and is not ({place}: "
-                f"{first['msg']}); train again with aidsr train --again, or remove {self.path} to train anew there"
+                f"{first['msg']}); remove {self.path} to train anew there, or train beside it with aidsr train --again"
             ) from None
 
     @contextmanager

@@ -13,6 +13,7 @@ from aidsr.rl.evaluation import LEAST_EPISODES, evaluate
 from aidsr.rl.files import TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.tasks import BENCHMARK_VERSION, goal_task
+from aidsr.tasks.goal import GOAL_VERSION
 
 __all__ = ["FinishedTraining", "evaluate_training"]
 
@@ -61,8 +62,13 @@ def _check_version(folder: Path, config: TrainingConfig) -> None:
     """Refuse to judge a policy at another task than it was trained for, before anything is asked of its scene.
 
     Raises:
-        UserError: The benchmark has changed since; a goal of one's own is none of it.
+        UserError: The benchmark has changed since, or what a goal of one's own measures.
     """
+    if config.goal is not None and config.goal_version != GOAL_VERSION:
+        raise UserError(
+            f"a policy for goals as they are measured today was expected, and {folder} holds one from before; train it "
+            "again, with aidsr train"
+        )
     if config.goal is None and config.benchmark_version != BENCHMARK_VERSION:
         raise UserError(
             f"a policy of version {BENCHMARK_VERSION} of the benchmark was expected, and {folder} holds one of version "

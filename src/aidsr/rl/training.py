@@ -20,6 +20,7 @@ from aidsr.rl.head_start import start_from_probe
 from aidsr.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.rl.recipe import Recipe
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
+from aidsr.tasks.goal import GOAL_VERSION
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -113,9 +114,11 @@ def _holds(path: Path, config: TrainingConfig) -> bool:
 
 
 def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
+    goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
     return TrainingConfig(
         task=scene.task.name,
-        goal=scene.task.goal if isinstance(scene.task, GoalTask) else None,
+        goal=goal,
+        goal_version=GOAL_VERSION if goal else None,
         level=scene.task.level,
         benchmark_version=BENCHMARK_VERSION,
         steps=steps,

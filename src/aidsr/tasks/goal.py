@@ -20,7 +20,10 @@ from pydantic import Field, TypeAdapter, ValidationError, field_validator, model
 from aidsr.artifacts import Artifact, Base
 from aidsr.errors import UserError
 
-__all__ = ["AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "parse_goal", "read_goal"]
+__all__ = ["GOAL_VERSION", "AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "parse_goal", "read_goal"]
+
+GOAL_VERSION = 2
+"""Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -233,7 +233,7 @@ class TouchTask(GoalTask):
     def features(self, readings: Readings, memory: Memory) -> FloatArray:
         """See the table above."""
         del memory
-        force = readings.force_n("goal_force") / self.goal.force_n
+        force = readings.mean_force_n("goal_force") / self.goal.force_n
         return np.column_stack([readings["goal_offset"], readings["goal_gap"], np.clip(force, 0.0, 10.0)])
 
     def progress(self, readings: Readings, memory: Memory) -> FloatArray:
