@@ -222,7 +222,9 @@ def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_pa
     for design in earlier["designs"]:
         del design["seeds"]
     (tmp_path / "earlier.json").write_text(signed(Submission.model_validate(earlier)).model_dump_json())
-    assert read_submission(tmp_path / "earlier.json").designs == read_outcomes(study)
+    assert read_submission(tmp_path / "s.json").designs == read_outcomes(study)
+    with pytest.raises(UserError, match="an earlier version wrote it"):
+        read_submission(tmp_path / "earlier.json")
 
 
 def test_what_is_still_to_be_judged_is_no_difference() -> None:
