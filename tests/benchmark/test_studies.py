@@ -377,9 +377,14 @@ def test_a_robot_is_shown_with_its_best_policy(finished: Study, tmp_path: Path) 
         trained_at(design, seed).mkdir(parents=True)
         (trained_at(design, seed) / "evaluation.json").write_text(verdict.model_dump_json())
         film(trained_at(design, seed) / "best.mp4", 80 * seed)
+        (trained_at(design, seed) / "best.npz").touch()
     (card, *_) = gallery(study, read_outcomes(study)[:1])
     assert card.motion == trained_at(design, 2) / "best.npz"
     assert card.how_well == "not valid, 25 % of episodes won"
+    (trained_at(design, 2) / "best.mp4").unlink()  # as where there is no OpenGL
+    (card, *_) = gallery(study, read_outcomes(study)[:1])
+    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.url.startswith("data:image/png")
 
 
 def test_what_a_design_costs_is_not_drawn_before_one_came_to_an_end() -> None:

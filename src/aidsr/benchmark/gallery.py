@@ -43,11 +43,11 @@ def gallery(study: Study, rows: Sequence[DesignRow]) -> tuple[Card, ...]:
         own = [row for row in rows if row.task == task and row.stable]
         for row in sorted(own, key=_rank, reverse=True)[:_CARDS]:
             run = study.run(cells[row.arm, row.task, row.run])
-            filmed = _filmed(run.design(row.design), study.plan.seeds) if run else None
-            url = _strip(run.design(row.design), filmed) if run else ""
+            trained = _best_policy(run.design(row.design), study.plan.seeds) if run else None
+            url = _strip(run.design(row.design), trained) if run else ""
             what = f"{row.family}, {row.arm}, run {row.run}.{row.design}"
             if url:
-                cards.append(Card(url, task, what, _how_well(row), filmed / "best.npz" if filmed else None))
+                cards.append(Card(url, task, what, _how_well(row), trained / "best.npz" if trained else None))
     return tuple(cards)
 
 
@@ -62,20 +62,20 @@ def _how_well(row: DesignRow) -> str:
     return f"{word}, {100 * row.episodes_share:.0f} % of episodes won"
 
 
-def _filmed(design: DesignFolder, seeds: int) -> Path | None:
-    """Return the folder of a design's best policy of which there is a film."""
+def _best_policy(design: DesignFolder, seeds: int) -> Path | None:
+    """Return the folder of a design's best policy of which a motion was kept; a film of it is there with OpenGL."""
     trainings = (Training(trained_at(design, seed)) for seed in range(seeds))
     found = [
         (verdict.valid, verdict.success_share, training.path)
         for training in trainings
-        if (training.path / "best.mp4").exists() and (verdict := training.evaluation.read())
+        if (training.path / "best.npz").exists() and (verdict := training.evaluation.read())
     ]
     return max(found, key=lambda each: each[:2])[2] if found else None
 
 
-def _strip(design: DesignFolder, filmed: Path | None) -> str:
-    if filmed:
-        return f"data:image/jpeg;base64,{base64.b64encode(_moments(filmed / 'best.mp4')).decode()}"
+def _strip(design: DesignFolder, trained: Path | None) -> str:
+    if trained and (film := trained / "best.mp4").exists():
+        return f"data:image/jpeg;base64,{base64.b64encode(_moments(film)).decode()}"
     drawn = next((found for it in design.leading_to() if (found := it.motion.read() or it.preview.read())), b"")
     return f"data:image/png;base64,{base64.b64encode(drawn).decode()}" if drawn else ""
 

@@ -38,9 +38,8 @@ class Look:
     time_s: float
     progress: float
     gap_m: float
-    """From the functional part's body, or what carries it where that has no shape (the whole robot
-    where nothing has), to the nearest target; from its
-    working point to a point that is to be reached; `_FAR_M` without a target."""
+    """To the nearest target from the functional part's body, or what carries it where that has no shape, or the whole
+    robot where neither has; to a point that is to be reached from the working point. `_FAR_M` without a target."""
     nearest: str
     """That target; empty without one."""
     force_n: float
