@@ -3,13 +3,15 @@
 import re
 from collections.abc import Callable
 
+import mujoco
 import pytest
 from jobs import DESERT, brief, concept, free_brief
 
 from aidsr import builtin
 from aidsr.artifacts import Critique, CritiqueIssue, Fault, ValidationReport
 from aidsr.builtin.coder import RuleCoder
-from aidsr.builtin.repairs import REPAIRS, mend
+from aidsr.builtin.editing import parse, to_text
+from aidsr.builtin.repairs import REPAIRS, Repair, blocks, mend, strength, winches
 from aidsr.errors import UserError
 from aidsr.validation import validate
 
@@ -107,6 +109,55 @@ def test_servos_are_damped_and_let_go() -> None:
     )
     assert 'kv="10"' in mended("chatter", text=servo)
     assert 'ctrlrange="0.2 0.39"' in mended("antagonist_lock", text=servo)
+
+
+def classy(actuator: str, own: str = "") -> str:
+    """A limb with one actuator whose numbers stand in its default class."""
+    tag = actuator.split(maxsplit=1)[0]
+    return f"""<mujoco><compiler angle="radian"/><option integrator="implicitfast"/><default>
+    <default class="own"><joint range="-0.5 0.5" damping="1"/><{actuator}/></default></default>
+    <worldbody><site name="up" pos="0 0 0.2"/><body name="a"><joint name="j" class="own" axis="0 1 0"/>
+    <geom size="0.01" mass="0.1"/><site name="low" pos="0.05 0 0.1"/></body></worldbody>
+    <tendon><spatial name="t"><site site="up"/><site site="low"/></spatial></tendon>
+    <actuator><{tag} name="p" class="own" {own or 'tendon="t"'}/></actuator></mujoco>"""
+
+
+SERVO = 'position kp="200" kv="4" ctrlrange="0 0.3" forcerange="-30 0"'
+DAMPED_BY_RATIO = 'position kp="200" dampratio="1" ctrlrange="0 0.3"'
+
+
+@pytest.mark.parametrize(
+    ("repair", "actuator", "own", "written"),
+    [
+        (strength.weaken, SERVO, "", {"kp": "134", "kv": "2.68", "forcerange": "-20.1 0"}),
+        (strength.weaken, 'position ctrlrange="0 0.3" forcerange="-30 0"', "", {"kp": "0.67", "forcerange": "-20.1 0"}),
+        (strength.weaken, SERVO, 'tendon="t" dampratio="1"', {"kp": "134", "dampratio": "1", "kv": None}),
+        (strength.weaken, DAMPED_BY_RATIO, 'tendon="t" kv="4"', {"kp": "134", "kv": "2.68"}),
+        (strength.weaken, 'velocity ctrlrange="0 1"', "", {"kv": "0.67"}),
+        (strength.weaken, 'general gainprm="-20" ctrlrange="0 1"', "", {"ctrlrange": "0 0.67", "gainprm": None}),
+        (strength.weaken, 'motor gear="10"', "", {"gear": "6.7", "ctrlrange": None}),
+        (winches.damp_servos, SERVO, "", None),
+        (winches.damp_servos, 'position kp="0"', "", None),
+        (winches.damp_servos, 'position kp="200" ctrlrange="0 0.3"', "", {"kv": "4", "kp": None}),
+        (winches.damp_servos, SERVO, 'tendon="t" dampratio="1"', {"kv": "4", "dampratio": None}),
+        (winches.damp_servos, DAMPED_BY_RATIO, "", {"kv": "4"}),
+        (winches.soften_servos, SERVO, "", {"kp": "100", "kv": "2"}),
+        (winches.soften_servos, DAMPED_BY_RATIO, "", {"kp": "100", "kv": None}),
+        (winches.let_go, SERVO, "", {"ctrlrange": "0 0.39"}),
+        (winches.pull_only, 'motor ctrlrange="-5 20"', "", {"ctrlrange": "-20 0"}),
+        (blocks.add_control_ranges, 'motor forcerange="-30 0"', "", {"ctrlrange": "-30 0"}),
+        (blocks.add_control_ranges, 'position kp="200"', 'joint="j"', {"ctrlrange": "-0.5 0.5"}),
+    ],
+)
+def test_numbers_of_default_classes_are_mended_from_what_they_are(
+    repair: Repair, actuator: str, own: str, written: dict[str, str | None] | None
+) -> None:
+    root = parse(classy(actuator, own))
+    said = repair(root, fault("seen"))
+    assert bool(said) == bool(written)
+    mended = root.find("actuator")[0]
+    assert {name: mended.get(name) for name in written or {}} == (written or {})
+    mujoco.MjModel.from_xml_string(to_text(root))
 
 
 def test_motors_that_push_only_pull_afterwards() -> None:

@@ -11,7 +11,9 @@ from aidsr.sim.mjcf import parse_document
 
 __all__ = [
     "Element",
+    "damping_gain",
     "effective",
+    "effective_numbers",
     "exclude",
     "gain_sign",
     "numbers",
@@ -62,8 +64,17 @@ def of(root: Element, *tags: str) -> Iterator[Element]:
 
 def numbers(element: Element, attribute: str) -> list[float]:
     """Return the numbers of an attribute, empty where it is missing or holds something else."""
+    return _parsed(element.get(attribute))
+
+
+def effective_numbers(root: Element, element: Element, attribute: str) -> list[float]:
+    """Return the numbers an attribute has after default classes, empty where nothing sets it or they are none."""
+    return _parsed(effective(root, element, attribute))
+
+
+def _parsed(value: str | None) -> list[float]:
     try:
-        return [float(word) for word in (element.get(attribute) or "").split()]
+        return [float(word) for word in (value or "").split()]
     except ValueError:
         return []
 
@@ -111,6 +122,13 @@ def gain_sign(root: Element, actuator: Element) -> int:
         words = (effective(root, actuator, name) or "1").split()
         product *= float(words[0]) if words else 1.0
     return (product > 0) - (product < 0)
+
+
+def damping_gain(root: Element, servo: Element) -> list[float]:
+    """Return a servo's kv, empty where nothing sets it or a damping ratio stands in its place."""
+    if servo.get("kv") is None and effective(root, servo, "dampratio"):
+        return []
+    return effective_numbers(root, servo, "kv")
 
 
 def exclude(root: Element, first: str, second: str) -> bool:

@@ -5,7 +5,16 @@ from __future__ import annotations
 from lxml import etree
 
 from aidsr.artifacts import Fault
-from aidsr.builtin.editing import Element, effective, gain_sign, numbers, section, set_numbers, without_prefix
+from aidsr.builtin.editing import (
+    Element,
+    effective,
+    effective_numbers,
+    gain_sign,
+    numbers,
+    section,
+    set_numbers,
+    without_prefix,
+)
 
 __all__ = ["add_control_ranges", "add_mass", "add_sensors", "add_winches", "allow_contact", "cap_mass"]
 
@@ -79,7 +88,7 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
     """Return the range that fits an actuator, or None where only its author can know it."""
     if actuator.tag == "position":
         joints = [joint for joint in root.iter("joint") if joint.get("name") == actuator.get("joint")]
-        limits = numbers(joints[0], "range") if joints else []
+        limits = effective_numbers(root, joints[0], "range") if joints else []
         return (limits[0], limits[1]) if len(limits) == 2 else None
     if actuator.tag == "muscle":
         return 0.0, 1.0
@@ -87,7 +96,7 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
         return None
     if not actuator.get("tendon"):
         return -1.0, 1.0
-    strongest = max((abs(value) for value in numbers(actuator, "forcerange")), default=_TENSION_N)
+    strongest = max((abs(value) for value in effective_numbers(root, actuator, "forcerange")), default=_TENSION_N)
     return (0.0, strongest) if gain_sign(root, actuator) < 0 else (-strongest, 0.0)
 
 

@@ -7,7 +7,17 @@ from itertools import islice
 from lxml import etree
 
 from aidsr.artifacts import Fault
-from aidsr.builtin.editing import Element, effective, exclude, numbers, of, section, set_numbers, without_prefix
+from aidsr.builtin.editing import (
+    Element,
+    effective,
+    effective_numbers,
+    exclude,
+    numbers,
+    of,
+    section,
+    set_numbers,
+    without_prefix,
+)
 from aidsr.builtin.writing import TIMESTEP_S
 from aidsr.sim import beam
 
@@ -64,11 +74,7 @@ def damp_hinges(root: Element, fault: Fault) -> str | None:
 
 
 def _value(root: Element, joint: Element, attribute: str) -> float:
-    value = effective(root, joint, attribute)
-    try:
-        return float((value or "0").split()[0])
-    except (ValueError, IndexError):
-        return 0.0
+    return (effective_numbers(root, joint, attribute) or [0.0])[0]
 
 
 def _counts(joint: Element, *attributes: str) -> bool:

@@ -6,7 +6,16 @@ import math
 from collections.abc import Collection
 
 from aidsr.artifacts import Fault
-from aidsr.builtin.editing import Element, numbers, of, section, set_numbers, without_prefix
+from aidsr.builtin.editing import (
+    Element,
+    damping_gain,
+    effective_numbers,
+    numbers,
+    of,
+    section,
+    set_numbers,
+    without_prefix,
+)
 
 __all__ = [
     "restore_gear",
@@ -22,6 +31,9 @@ __all__ = [
 ]
 
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
+_SERVO_GAINS = {"position": "kp", "intvelocity": "kp", "velocity": "kv"}
+"""What decides the force of a servo. MuJoCo takes 1 where it is not set. Source: MuJoCo XML reference."""
+
 _STRONGER = 1.5
 """Factor on forces where nothing says how much is missing. Our choice."""
 
@@ -53,21 +65,26 @@ def scale_forces(root: Element, factor: float, names: Collection[str] = ()) -> s
     """Scale the forces of the actuators with these names, or on tendons with them; of all where none is known."""
     every = [item for item in section(root, "actuator") if isinstance(item.tag, str)]
     chosen = [item for item in every if item.get("name") in names or item.get("tendon") in names] or every
-    changed = [item for item in chosen if _scale_force(item, factor)]
+    changed = [item for item in chosen if _scale_force(root, item, factor)]
     return f"multiplied the force of {len(changed)} actuators by {factor:g}" if changed else None
 
 
-def _scale_force(actuator: Element, factor: float) -> bool:
-    """Scale what decides an actuator's force: a servo's gains, else its control range; and the force limits."""
-    servo = actuator.tag in ("position", "velocity", "intvelocity")
-    attributes = ("kp", "kv") if servo else ("gear",) if not numbers(actuator, "ctrlrange") else ("ctrlrange",)
-    present = [name for name in (*attributes, "forcerange") if numbers(actuator, name)]
-    if servo and not numbers(actuator, "kp") and actuator.tag == "position":
-        actuator.set("kp", f"{factor:g}")
-        return True
-    for name in present:
-        set_numbers(actuator, name, *(factor * value for value in numbers(actuator, name)))
-    return bool(present)
+def _scale_force(root: Element, actuator: Element, factor: float) -> bool:
+    """Scale what decides an actuator's force: a servo's gains, else its control range; and the force limits.
+
+    Values of default classes are written scaled onto the actuator. A damping ratio follows the gain by itself.
+    """
+    scaled = {"forcerange": effective_numbers(root, actuator, "forcerange")}
+    if gain := _SERVO_GAINS.get(actuator.tag):
+        scaled["kv"] = damping_gain(root, actuator)
+        scaled[gain] = effective_numbers(root, actuator, gain) or [1.0]
+    else:
+        scaled["ctrlrange"] = effective_numbers(root, actuator, "ctrlrange")
+        scaled["gear"] = [] if scaled["ctrlrange"] else effective_numbers(root, actuator, "gear")
+    for name, values in scaled.items():
+        if values:
+            set_numbers(actuator, name, *(factor * value for value in values))
+    return any(scaled.values())
 
 
 def stiffen_springs(root: Element, fault: Fault) -> str | None:

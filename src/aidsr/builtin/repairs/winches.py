@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from aidsr.artifacts import Fault
-from aidsr.builtin.editing import Element, gain_sign, numbers, section, set_numbers, without_prefix
+from aidsr.builtin.editing import (
+    Element,
+    damping_gain,
+    effective_numbers,
+    gain_sign,
+    section,
+    set_numbers,
+    without_prefix,
+)
 
 __all__ = ["damp_servos", "hold_root", "let_go", "pull_only", "soften_servos"]
 
@@ -29,37 +37,41 @@ def _servos(root: Element) -> list[Element]:
 def damp_servos(root: Element, fault: Fault) -> str | None:
     """Damp position servos by 0.02 s of their stiffness, also those whose damping is many times that."""
     del fault
-    wrong = [servo for servo in _servos(root) if not 1.0 <= _damping_share(servo) <= _MOST_DAMPED]
+    acting = [servo for servo in _servos(root) if _stiffness(root, servo)]
+    wrong = [servo for servo in acting if not 1.0 <= _damping_share(root, servo) <= _MOST_DAMPED]
     for servo in wrong:
-        set_numbers(servo, "kv", _KV_SHARE * _gain(servo, "kp", 1.0))
+        servo.attrib.pop("dampratio", "")
+        set_numbers(servo, "kv", _KV_SHARE * _stiffness(root, servo))
     return f"set the damping of {len(wrong)} servos" if wrong else None
 
 
-def _damping_share(servo: Element) -> float:
+def _damping_share(root: Element, servo: Element) -> float:
     """Return kv of a servo in units of what is recommended; rounding counts as right."""
-    return round(_gain(servo, "kv", 0.0) / (_KV_SHARE * _gain(servo, "kp", 1.0)), 3)
+    kv = damping_gain(root, servo) or [0.0]
+    return round(kv[0] / (_KV_SHARE * _stiffness(root, servo)), 3)
 
 
 def soften_servos(root: Element, fault: Fault) -> str | None:
     """Halve the stiffness and the damping of position servos."""
     del fault
     for servo in _servos(root):
-        set_numbers(servo, "kp", _gain(servo, "kp", 1.0) / 2.0)
-        set_numbers(servo, "kv", _gain(servo, "kv", 0.0) / 2.0)
+        set_numbers(servo, "kp", _stiffness(root, servo) / 2.0)
+        if kv := damping_gain(root, servo):
+            set_numbers(servo, "kv", kv[0] / 2.0)
     return f"halved the gains of {len(_servos(root))} servos" if _servos(root) else None
 
 
-def _gain(servo: Element, name: str, default: float) -> float:
-    return (numbers(servo, name) or [default])[0]
+def _stiffness(root: Element, servo: Element) -> float:
+    """Return kp of a position servo; MuJoCo takes 1 where it is not set."""
+    return (effective_numbers(root, servo, "kp") or [1.0])[0]
 
 
 def let_go(root: Element, fault: Fault) -> str | None:
     """Open the ranges of tendon servos upwards, so that one can let go while its antagonist pulls."""
     del fault
-    changed = [item for item in _on_tendons(root, "position", "general") if len(numbers(item, "ctrlrange")) == 2]
-    lengths = [item for item in changed if numbers(item, "ctrlrange")[0] >= 0 and item.tag == "position"]
-    for item in lengths:
-        low, high = numbers(item, "ctrlrange")
+    ranges = [(item, effective_numbers(root, item, "ctrlrange")) for item in _on_tendons(root, "position")]
+    lengths = [(item, low_high) for item, low_high in ranges if len(low_high) == 2 and low_high[0] >= 0]
+    for item, (low, high) in lengths:
         set_numbers(item, "ctrlrange", low, _LET_GO * high)
     return f"opened the ranges of {len(lengths)} servos, so that they can let go" if lengths else None
 
@@ -71,7 +83,7 @@ def pull_only(root: Element, fault: Fault) -> str | None:
     for item in _on_tendons(root, "motor", "general"):
         known = not named or item.get("name") in named or item.get("tendon") in named
         sign = gain_sign(root, item)
-        low_high = numbers(item, "ctrlrange")
+        low_high = effective_numbers(root, item, "ctrlrange")
         if not known or len(low_high) != 2 or not sign:
             continue
         low, high = low_high
