@@ -165,10 +165,20 @@ def test_a_wish_stays_within_the_range_of_its_parameter() -> None:
     assert concept.parameters["closing_n"] == 30
 
 
-def test_another_family_can_be_asked_for() -> None:
-    concept = next(c for c in proposals("simple_grasping", 1) if c.family == "gripper")
-    changed = builtin.team(1).designer.revise(brief("simple_grasping"), concept, None, "Try a tentacle instead.")
-    assert changed.family == "tentacle"
+@pytest.mark.parametrize(
+    ("wish", "present", "wanted"),
+    [
+        ("Try a tentacle instead.", "gripper", "tentacle"),
+        ("Tentacles, please", "gripper", "tentacle"),
+        ("make it ring-shaped", "worm", "ring"),
+        ("less ringing please", "crawler", "crawler"),
+        ("an armrest would be nice", "tentacle", "tentacle"),
+    ],
+)
+def test_another_family_can_be_asked_for(wish: str, present: str, wanted: str) -> None:
+    task = next(task for task, kind in KINDS.items() if {present, wanted} <= set(IDEAS[kind]))
+    concept = next(c for c in proposals(task, 1) if c.family == present)
+    assert builtin.team(1).designer.revise(brief(task), concept, None, wish).family == wanted
 
 
 def test_what_is_not_understood_is_said_and_changes_nothing() -> None:

@@ -73,4 +73,4 @@ def _within(parameters: Parameters, name: str, value: float) -> float:
 
 def other_family(wish: str, present: str, suitable: Iterable[str]) -> str | None:
     """Return a family that the words name and that suits the job, other than the present one."""
-    return next((name for name in suitable if name != present and re.search(rf"\b{name}", wish.lower())), None)
+    return next((name for name in suitable if name != present and re.search(rf"\b{name}s?\b", wish.lower())), None)
