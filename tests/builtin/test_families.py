@@ -1,5 +1,8 @@
 """Every family writes clean MJCF, survives full drive, and is stable under the validator."""
 
+import math
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,8 +11,9 @@ from lxml import etree
 
 from aidsr import builtin
 from aidsr.builtin.coder import RuleCoder
-from aidsr.builtin.designer import IDEAS
+from aidsr.builtin.designer import IDEAS, describe
 from aidsr.builtin.families import FAMILIES
+from aidsr.builtin.job import read_job
 from aidsr.sim.mjcf import read_mjcf
 from aidsr.tasks import load_task
 from aidsr.validation import validate
@@ -74,6 +78,26 @@ def test_parameters_survive_the_concept() -> None:
     for task, family, variant in (param.values for param in EVERY):
         made = concept(task, family, variant)
         assert FAMILIES[family].read(made).model_dump() == made.parameters
+
+
+OBJECTS = {
+    "missing": None,
+    "tiny and near": {"along_m": 0.001, "near_m": 0.0, "beside_m": 0.0, "half_width_m": 0.0},
+    "huge and far": {"along_m": 5.0, "near_m": 3.0, "beside_m": 4.0, "half_width_m": 2.0},
+    "behind the mount": {"along_m": -1.0, "near_m": -1.5, "beside_m": 0.0, "half_width_m": 0.5},
+}
+
+
+@pytest.mark.parametrize("base", ["fixed", "moving"])
+@pytest.mark.parametrize("target", OBJECTS)
+def test_every_variant_can_be_built_whatever_the_job_is_about(target: str, base: str) -> None:
+    for task, family, variant in (param.values for param in EVERY):
+        job, changes = read_job(brief(task)), OBJECTS[target]
+        seen = replace(job.target or read_job(brief("button_pushing")).target, **changes) if changes else None
+        room = {"approach_m": 0.1, "room_m": 0.01} if base == "moving" else {"approach_m": 0.0, "room_m": math.inf}
+        job = replace(job, target=seen, base=base, press_n=100.0, headroom_m=0.001, **room)
+        made = describe(family, FAMILIES[family].sample(job, np.random.default_rng(0), variant), job)
+        assert FAMILIES[family].write_concept(made).functional_part == made.functional_part
 
 
 FIRST = [

@@ -110,7 +110,7 @@ def sample(job: Job, rng: np.random.Generator, variant: str) -> TentacleParamete
         damping_time_s=round(damping, 3),
         density_kg_m3=round(density),
         stalk_m=round(float(np.clip(min(depth, job.room_m - base_radius - 0.008), 0.03, 0.5)), 3) if wrap else 0.0,
-        stalk_aside_m=round(1.41 * half + _WRAP_CLEARANCE_M + base_radius, 3) if wrap else 0.0,
+        stalk_aside_m=round(min(1.41 * half + _WRAP_CLEARANCE_M + base_radius, 0.3), 3) if wrap else 0.0,
     )
 
 
