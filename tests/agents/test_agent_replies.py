@@ -29,6 +29,7 @@ HEADER = '{"functional_part": "tip"}'
         pytest.param(f"Gladly {{here}} it is:\n\n```json\n{PLACE}\n```\nDone {{now}}.", id="prose around a fence"),
         pytest.param(f"Using {{mounts}}:\n{PLACE}\nas asked.", id="prose around it bare"),
         pytest.param(f"The placement: {PLACE}", id="behind prose on one line"),
+        pytest.param(f"With {{mounts}} the placement: {PLACE}", id="behind braces on one line"),
         pytest.param(f"```json\n{PLACE}", id="fence never closed"),
         pytest.param(f"  ```json\n  {PLACE}\n  ```", id="indented"),
         pytest.param(f"```python\nprint(1)\n```\n```json\n{PLACE}\n```", id="other code before"),
@@ -122,6 +123,42 @@ def test_robots_are_found_wherever_they_stand(reply: str) -> None:
     robot = _Reader(BRIEF).read(reply)
     assert robot.functional_part == "tip"
     assert robot.mjcf.endswith(MJCF + "\n")
+
+
+PATCH = "<patch><set sel=\"//general[@name='pull_a']\" gear='2'/></patch>"
+
+
+@pytest.mark.parametrize(
+    ("words", "notes"),
+    [
+        ("Done.", ROBOT.notes),
+        ("The `<patch>` below makes it softer.", ROBOT.notes),
+        (r"With $k = \frac{EI}{l}$ it is too stiff.", ROBOT.notes),
+        ("New sites are called `{name}_mark`; the header stays.", ROBOT.notes),
+        ('```json\n{"functional_part": "tip", "notes": "new"}\n```', "new"),
+        ('As {name}:\n{"functional_part": "tip", "notes": "new"}', "new"),
+        (r'With $k = \frac{EI}{l}$ the header is {"functional_part": "tip", "notes": "new"}.', "new"),
+    ],
+)
+def test_a_header_holds_until_another_one_is_sent(words: str, notes: str) -> None:
+    robot = _Reader(BRIEF, ROBOT).read(f"{words}\n```xml\n{PATCH}\n```")
+    assert 'gear="2"' in robot.mjcf
+    assert (robot.functional_part, robot.notes) == ("tip", notes)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        '```json\n{"functional_part": "tip",\n```',
+        '```jsonc\n// as before\n{"functional_part": "tip"}\n```',
+        "{'functional_part': 'tip'}",
+        '{functional_part: "tip"}',
+        'The header: {"functional_part": }',
+    ],
+)
+def test_a_header_that_cannot_be_read_is_not_taken_for_none(header: str) -> None:
+    with pytest.raises(ReplyError, match="the JSON header alone is enough now"):
+        _Reader(BRIEF, ROBOT).read(f"{header}\n```xml\n{PATCH}\n```")
 
 
 @pytest.mark.parametrize(

@@ -77,8 +77,26 @@ def test_a_patch_that_is_not_xml_is_refused() -> None:
         apply_patch(ROBOT, "<patch><set sel=//joint/></patch>")
 
 
-def test_one_patch_to_a_reply() -> None:
-    assert patch_in("Here: <patch><remove sel='//a'/></patch> done") == "<patch><remove sel='//a'/></patch>"
+PATCH = "<patch><remove sel='//a'/></patch>"
+
+
+@pytest.mark.parametrize(
+    "reply",
+    [
+        f"Here: {PATCH} done",
+        f"```xml\n{PATCH}\n```",
+        f"The `<patch>` below softens it:\n```xml\n{PATCH}\n```",
+        f"```xml\n{PATCH}\n```\nAll stands between <patch> and </patch>.",
+        f"```xml\n<joint/>\n```\n```\n{PATCH}",
+    ],
+)
+def test_a_patch_is_found_wherever_it_stands(reply: str) -> None:
+    assert patch_in(reply) == PATCH
+
+
+@pytest.mark.parametrize("between", [" and ", "\n", "\n```\n```xml\n"])
+def test_one_patch_to_a_reply(between: str) -> None:
     assert patch_in("<mujoco/>") is None
-    with pytest.raises(ReplyError, match="several"):
-        patch_in("<patch></patch> and <patch></patch>")
+    for reply in (f"{PATCH}{between}{PATCH}", f"```xml\n{PATCH}{between}{PATCH}\n```"):
+        with pytest.raises(ReplyError, match="several"):
+            patch_in(reply)

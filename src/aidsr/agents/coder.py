@@ -11,7 +11,7 @@ from aidsr.agents.feedback import describe_feedback
 from aidsr.agents.interview import Interview
 from aidsr.agents.patching import apply_patch, patch_in
 from aidsr.agents.prompts import as_json, render
-from aidsr.agents.replies import json_in, mjcf_in, names_of, read_as
+from aidsr.agents.replies import has_json, json_in, mjcf_in, names_of, read_as
 from aidsr.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critique, Robot
 from aidsr.errors import MjcfError, ReplyError
 from aidsr.roles import Feedback
@@ -132,7 +132,7 @@ class _Reader:
         return Robot(mjcf=self._mjcf, **dict(header))
 
     def _header(self, rest: str) -> _Header:
-        if self._robot and "{" not in rest:
+        if self._robot and not has_json(rest):
             return _Header(**self._robot.model_dump(exclude={"mjcf"}))
         return read_as(_Header, json_in(rest))
 

@@ -19,6 +19,7 @@ from difflib import get_close_matches
 
 from lxml import etree
 
+from aidsr.agents.replies import blocks
 from aidsr.errors import MjcfError, ReplyError
 from aidsr.sim.document.place import Element, attributes, elements
 from aidsr.sim.mjcf import parse_document
@@ -37,13 +38,14 @@ _NAMED = re.compile(r"@(?:name|class|site|tendon|joint|body1|body2)\s*[=,]\s*['\
 
 
 def patch_in(reply: str) -> str | None:
-    """Return the patch of a reply, fenced or bare; None when there is none.
+    """Return the one patch of a reply, fenced or bare, with prose around it or not; None when there is none.
 
     Raises:
         ReplyError: There are several.
     """
-    found = [match[0] for match in _PATCH.finditer(reply)]
-    if found and found[0].count("<patch") > 1:
+    fenced = [block.text for block in blocks(reply) if block.text.lstrip().startswith("<patch")]
+    found = [match[0] for text in fenced or [reply] for match in _PATCH.finditer(text)]
+    if len(found) > 1 or (found and found[0].count("<patch") > 1):
         raise ReplyError("It has several <patch> blocks; put all operations into one.")
     return found[0] if found else None
 

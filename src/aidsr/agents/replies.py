@@ -14,13 +14,14 @@ from pydantic import BaseModel, ValidationError
 
 from aidsr.errors import ReplyError
 
-__all__ = ["Block", "blocks", "json_in", "mjcf_in", "names_of", "read_as"]
+__all__ = ["Block", "blocks", "has_json", "json_in", "mjcf_in", "names_of", "read_as"]
 
 T = TypeVar("T", bound=BaseModel)
 
 _FENCE = re.compile(r"^[ \t]*```[ \t]*([\w+-]*)[ \t]*\n(.*?)(?:^[ \t]*```[ \t]*$|\Z)", re.MULTILINE | re.DOTALL)
 _BARE_MJCF = re.compile(r"<mujoco\b.*</mujoco\s*>", re.DOTALL)
 _LINE_OPENING_OBJECT = re.compile(r"^[ \t]*(?=\{)", re.MULTILINE)
+_OBJECT_OF_KEYS = re.compile(r"(?=\{\s*[\"'])")
 _ANY_OBJECT = re.compile(r"(?=\{)")
 _LONGEST_SHOWN = 60
 """Characters of a wrong value that are repeated to the model. Our choice: enough to find it."""
@@ -54,6 +55,13 @@ def read_as(kind: type[T], value: object) -> T:
     shown = [_sentence(kind, problem) for problem in problems[:_MOST_PROBLEMS]]
     rest = len(problems) - len(shown)
     raise ReplyError(" ".join(shown) + (f" And {rest} more of the kind." if rest else ""))
+
+
+def has_json(reply: str) -> bool:
+    """Whether a reply has what was meant as JSON, well-formed or not; braces of prose, as in `{name}`, are none."""
+    rest = _FENCE.sub("\n", reply)
+    fenced = any(block.language.startswith("json") or _opens(block.text, "{") for block in blocks(reply))
+    return fenced or bool(_LINE_OPENING_OBJECT.search(rest) or _OBJECT_OF_KEYS.search(rest))
 
 
 def json_in(reply: str) -> dict[str, Any]:
@@ -100,9 +108,10 @@ def _opens(text: str, sign: str) -> bool:
 
 
 def _bare_objects(reply: str) -> list[str]:
-    """Return the objects outside of fences: those that begin a line if any do, else those anywhere."""
+    """Return the objects outside of fences: those that begin a line if any do, else those with a key, else any."""
     rest = _FENCE.sub("\n", reply)
-    opening = _LINE_OPENING_OBJECT if _LINE_OPENING_OBJECT.search(rest) else _ANY_OBJECT
+    likeliest_first = (_LINE_OPENING_OBJECT, _OBJECT_OF_KEYS, _ANY_OBJECT)
+    opening = next((pattern for pattern in likeliest_first if pattern.search(rest)), _ANY_OBJECT)
     found: list[str] = []
     while start := opening.search(rest):
         rest = rest[start.end() :]
