@@ -8,7 +8,9 @@ import pytest
 from agent_samples import BRIEF, CONCEPT, PLACEMENT, REPORT, ROBOT, SCENE
 
 from aidsr.agents import team
+from aidsr.agents.interview import _where
 from aidsr.artifacts import Keep
+from aidsr.calls import CallRecord, Question, Usage
 from aidsr.errors import ReplyError
 from aidsr.models import Access, Clock, connect
 from aidsr.roles import Team
@@ -68,7 +70,19 @@ def test_a_whole_design_with_everything_that_can_go_wrong_on_the_way() -> None:
     [
         (Say("", finish="stop"), "The reply was empty."),
         (Say("I cannot help with robots.", finish="refusal"), "The reply was a refusal."),
-        (Say("<mujoco> and so on", finish="length"), "cut off at its limit of 20000 tokens"),
+        *[
+            (Say("<mujoco> and so on", finish="length", output_tokens=tokens), f"The reply was cut off {said}. Reply")
+            for tokens, said in (
+                (20_000, "at its limit of 20000 tokens"),
+                (19_990, "at its limit of 20000 tokens"),
+                (0, "at its limit of 20000 tokens"),
+                (
+                    300,
+                    "after 300 tokens, before its limit of 20000: with a question of 100 tokens the model's context "
+                    "was full, or its server has a limit of its own",
+                ),
+            )
+        ],
     ],
 )
 def test_a_reply_that_is_none_is_asked_for_again_without_repeating_it(bad: Say, words: str) -> None:
@@ -80,6 +94,18 @@ def test_a_reply_that_is_none_is_asked_for_again_without_repeating_it(bad: Say, 
     assert third[1][1].startswith(second[1][1]), "each question differs, so a recorded one is never mistaken for it"
     assert words in second[1][1]
     assert third[1][1].count(words) == 2
+
+
+def test_an_estimate_says_nothing_of_where_a_reply_was_cut_off() -> None:
+    record = CallRecord(
+        question=Question(role="coder", messages=()),
+        model="m",
+        reply="half a rob",
+        finish="length",
+        usage=Usage(output_tokens=300, tokens_estimated=True),
+        started="2026-01-31T10:00:00Z",
+    )
+    assert _where(record) == "at its limit of 20000 tokens"
 
 
 @pytest.mark.parametrize("reasks", [0, 1, 2])

@@ -16,6 +16,9 @@ __all__ = ["Interview"]
 
 T = TypeVar("T")
 
+_AT_LIMIT = 0.9
+"""Share of its limit from which a reply was cut off by it. Our choice: servers may count a few tokens otherwise."""
+
 
 @dataclass(frozen=True)
 class Interview:
@@ -64,13 +67,21 @@ def _whole(record: CallRecord) -> str:
     if record.finish == "refusal":
         raise ReplyError("The reply was a refusal. The job is an ordinary engineering task in a simulator.")
     if record.finish == "length":
-        limit = record.question.max_output_tokens
-        raise ReplyError(
-            f"The reply was cut off at its limit of {limit} tokens. Reply more briefly, without repetition."
-        )
+        raise ReplyError(f"The reply was cut off {_where(record)}. Reply more briefly, without repetition.")
     if not record.reply.strip():
         raise ReplyError("The reply was empty.")
     return record.reply
+
+
+def _where(record: CallRecord) -> str:
+    """Say where a reply was cut off: at its limit, or before it, by what its server has room for."""
+    limit, usage = record.question.max_output_tokens, record.usage
+    if usage.tokens_estimated or not 0 < usage.output_tokens < _AT_LIMIT * limit:
+        return f"at its limit of {limit} tokens"
+    return (
+        f"after {usage.output_tokens} tokens, before its limit of {limit}: with a question of {usage.input_tokens} "
+        "tokens the model's context was full, or its server has a limit of its own"
+    )
 
 
 def _asked_again(record: CallRecord, complaint: str) -> tuple[Message, ...]:
