@@ -202,6 +202,20 @@ def test_a_robot_brought_along_is_kept_and_varied() -> None:
     assert softer.parameters["stiffness_factor"] == pytest.approx(0.8)
 
 
+def test_all_versions_of_a_robot_brought_along_differ_and_say_by_how_much() -> None:
+    concepts = builtin.team(1).designer.propose(free_brief("Touch the switch.", LAMP, "no robot"), 9)
+    assert [c.name.removeprefix("Own robot, ") for c in concepts[:5]] == [
+        "as brought",
+        "stiffer and stronger",
+        "softer",
+        "stronger",
+        "stiffer and stronger (2)",
+    ]
+    for of in ("name", "parameters", "morphology"):
+        assert len({str(getattr(c, of)) for c in concepts}) == 9
+    assert "2.25 times as stiff and its actuators 2.25 times as strong" in concepts[4].morphology
+
+
 def test_a_robot_without_names_gets_one_for_its_working_end() -> None:
     text = """<mujoco><worldbody><body><geom size="0.01"/><body pos="0 0 0.1"><joint axis="0 1 0"/><geom size="0.01"/>
     </body></body></worldbody></mujoco>"""

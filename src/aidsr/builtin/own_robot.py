@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import re
+from collections.abc import Iterator
 
 from aidsr.artifacts import Brief, Concept, Robot
 from aidsr.builtin.editing import Element, parse, to_text
@@ -14,18 +16,25 @@ __all__ = ["FAMILY", "concepts", "revised", "write"]
 
 FAMILY = "own robot"
 
-_VERSIONS = (
-    ("as brought", "It is taken as it is.", 1.0, 1.0),
+_Version = tuple[str, str, float, float]
+"""Name, sentence, factor on stiffness and damping, factor on actuator forces."""
+
+_AS_BROUGHT: _Version = ("as brought", "It is taken as it is.", 1.0, 1.0)
+_CHANGES: tuple[_Version, ...] = (
     (
         "stiffer and stronger",
-        "Its joint springs are half as stiff again and its actuators half as strong again.",
+        "Its joint springs are {stiffness:.3g} times as stiff and its actuators {force:.3g} times as strong.",
         1.5,
         1.5,
     ),
-    ("softer", "Its joint springs are 0.6 times as stiff, so that the same actuators bend it further.", 0.6, 1.0),
-    ("stronger", "Its actuators are half as strong again.", 1.0, 1.5),
+    (
+        "softer",
+        "Its joint springs are {stiffness:.3g} times as stiff, so that the same actuators bend it further.",
+        0.6,
+        1.0,
+    ),
+    ("stronger", "Its actuators are {force:.3g} times as strong.", 1.0, 1.5),
 )
-"""Name, sentence, factor on stiffness and damping, factor on actuator forces."""
 
 _WORKING_NAMES = tuple(
     re.compile(words, re.IGNORECASE)
@@ -40,20 +49,27 @@ def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
     part = functional_part(brief.starting_robot)
     return tuple(
         Concept(
-            name=f"Own robot, {name}" + (f" ({number // len(_VERSIONS) + 1})" if number >= len(_VERSIONS) else ""),
+            name=f"Own robot, {name}",
             interpretation=f"The robot was brought along; the job is to {job.kind}: {job.because}.",
             morphology=f"The MJCF that came with the brief. {sentence}",
             actuation="The actuators of that robot.",
             functional_part=part,
             family=FAMILY,
-            parameters={
-                "stiffness_factor": stiffness ** (1 + number // len(_VERSIONS)),
-                "force_factor": force ** (1 + number // len(_VERSIONS)),
-            },
+            parameters={"stiffness_factor": stiffness, "force_factor": force},
             rationale="The built-in rules vary and repair a given robot; they do not redesign it.",
         )
-        for number, (name, sentence, stiffness, force) in ((i, _VERSIONS[i % len(_VERSIONS)]) for i in range(count))
+        for name, sentence, stiffness, force in itertools.islice(_versions(), count)
     )
+
+
+def _versions() -> Iterator[_Version]:
+    """Yield the robot as brought, then its changes, turn after turn by more, for ever."""
+    yield _AS_BROUGHT
+    for turn in itertools.count(1):
+        for name, sentence, stiffness, force in _CHANGES:
+            stiff, strong = stiffness**turn, force**turn
+            label = f"{name} ({turn})" if turn > 1 else name
+            yield label, sentence.format(stiffness=stiff, force=strong), stiff, strong
 
 
 def revised(concept: Concept, wish: str) -> Concept:
