@@ -92,7 +92,7 @@ class Cable(Artifact):
     """Whether it runs around a geom or a pulley, or is no cable through sites at all."""
     length_mm: float
     largest_pull_n: float
-    """By the actuator's force limits; infinite where it has none."""
+    """By the actuator's force limits and gear; infinite where it has none, 0 where it only pushes."""
     torques_mm: dict[str, float]
     """Torque about each joint of the simulation for a pull of 1 N [N mm]."""
 

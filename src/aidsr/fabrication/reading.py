@@ -184,8 +184,9 @@ class _Reader:
         )
 
     def _largest_pull_n(self, actuator: int) -> float:
-        if self.model.actuator_forcelimited[actuator]:
-            return float(np.abs(self.model.actuator_forcerange[actuator]).max())
+        model = self.model
+        if model.actuator_forcelimited[actuator]:
+            return max(0.0, float((-model.actuator_gear[actuator, 0] * model.actuator_forcerange[actuator]).max()))
         return math.inf
 
     def _guide(self, site: int) -> Guide:

@@ -62,19 +62,24 @@ def measure(argument: dict[str, Any]) -> dict[str, Any]:
 
 
 def _response(model: mujoco.MjModel, actuator: int) -> Response:
+    """Return what one actuator does from rest to the end of its range that pulls hardest: cables cannot push."""
+    low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
+    rest = float(np.clip(0.0, low, high))
+    ends = [float(end) for end in (low, high) if end != rest] or [rest]
+    return max((_towards(model, actuator, rest, end) for end in ends), key=lambda found: found.force_n[-1])
+
+
+def _towards(model: mujoco.MjModel, actuator: int, rest: float, far: float) -> Response:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     tendon = int(model.actuator_trnid[actuator, 0])
-    low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
-    rest = float(np.clip(0.0, low, high))
-    far = float(high if high - rest >= rest - low else low)
-    drawn = float(data.ten_length[tendon])
+    drawn, gear = float(data.ten_length[tendon]), float(model.actuator_gear[actuator, 0])
     levels = np.linspace(rest, far, _LEVELS)
     forces, reeled = [], []
     for level in levels:
         data.ctrl[actuator] = level
         _settle(model, data, tendon)
-        forces.append(-float(data.actuator_force[actuator]))
+        forces.append(-gear * float(data.actuator_force[actuator]))
         reeled.append(1000.0 * (drawn - float(data.ten_length[tendon])))
     return Response(
         actuator=name_of(model, mujoco.mjtObj.mjOBJ_ACTUATOR, actuator),

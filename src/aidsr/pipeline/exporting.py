@@ -92,11 +92,12 @@ def export(
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
         raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
-    designed = validate(given.mjcf, mount=given.mount, environment=given.environment)
+    designed = validate(given.mjcf, mount=given.mount, environment=given.environment, realizable=True)
     reports = (*given.reports, designed)
     made = make(given.mjcf, reports, printer_named(printer), material=material, scale=given.scale)
     built = as_built(made, given.mjcf, scale=given.scale)
-    retest = retest_of(designed, validate(built, mount=given.mount, environment=given.environment))
+    tried = validate(built, mount=given.mount, environment=given.environment, realizable=True)
+    retest = retest_of(designed, tried)
     if policy:
         retest = _with_policy(retest, given, built)
     measured = responses(given.mjcf, scale=given.scale)
