@@ -16,6 +16,7 @@ from aidsr.fabrication.told import Change
 from aidsr.sim import isolation
 from aidsr.sim.compiling import parse_mjcf
 from aidsr.sim.scaling import scale_robot
+from aidsr.sim.stripping import settle_inertias
 from aidsr.sim.structure import name_of
 
 __all__ = ["as_built", "changes_of", "rewrite", "touching_rad"]
@@ -201,6 +202,7 @@ def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
     spec = parse_mjcf(argument["mjcf"])
     if argument["scale"] != 1.0:
         scale_robot(spec, argument["scale"])
+    settle_inertias(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -210,14 +212,7 @@ def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
     for joint in spec.joints:
         new = argument["joints"].get(name_of(model, mujoco.mjtObj.mjOBJ_JOINT, int(joint.id)))
         if new is not None:
-            joint.stiffness = np.full_like(joint.stiffness, 0.0) if np.ndim(joint.stiffness) else 0.0
-            if np.ndim(joint.stiffness):
-                joint.stiffness[0] = new["stiffness"]
-            else:
-                joint.stiffness = new["stiffness"]
-            if math.isfinite(new["range"]):
-                joint.range = [-new["range"], new["range"]]
-                joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+            _bend(joint, new, degree=spec.compiler.degree)
     for geom in spec.geoms:
         ends = argument["skins"].get(name_of(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom.id)))
         if ends is not None:
@@ -226,6 +221,18 @@ def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
         _add_wall(bodies[wall["body"]], wall, data)
     spec.compile()
     return {"mjcf": spec.to_xml()}
+
+
+def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
+    """Give a joint its stiffness [N m/rad] and its range about the pose it is drawn in [rad]."""
+    if np.ndim(joint.stiffness):
+        joint.stiffness = [new["stiffness"], *([0.0] * (len(joint.stiffness) - 1))]
+    else:
+        joint.stiffness = new["stiffness"]
+    if math.isfinite(new["range"]):
+        most = math.degrees(new["range"]) if degree else new["range"]
+        joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]
+        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
 
 
 def _weigh(body: Any, model: mujoco.MjModel, number: int, factor: float) -> None:

@@ -1,0 +1,44 @@
+"""The robot as built has the ranges and masses of its parts, however its file says them."""
+
+from functools import cache
+
+import mujoco
+import pytest
+from fingers import finger
+
+from aidsr.fabrication.changing import as_built
+from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.printers import printer_named
+from aidsr.validation import validate
+
+
+@cache
+def made(mjcf: str) -> Made:
+    return make(mjcf, [validate(mjcf)], printer_named("fdm"))
+
+
+@cache
+def built(mjcf: str) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(as_built(made(mjcf), mjcf))
+
+
+@pytest.mark.parametrize(
+    "mjcf",
+    [
+        finger(compiler="", joint='range="-28.6478898 28.6478898"'),
+        finger(compiler='angle="radian" inertiafromgeom="true"'),
+        finger(compiler='angle="radian" settotalmass="0.037"'),
+    ],
+    ids=["degrees", "inertiafromgeom", "settotalmass"],
+)
+def test_one_robot_written_in_several_ways_is_built_the_same(mjcf: str) -> None:
+    model, plain = built(mjcf), built(finger())
+    assert model.jnt_range == pytest.approx(plain.jnt_range, abs=1e-4)
+    assert model.body_mass == pytest.approx(plain.body_mass, rel=1e-3)
+    assert plain.body_mass[2:].sum() != pytest.approx(0.015, rel=0.01), "masses change, or this test sees nothing"
+
+
+def test_a_ball_joint_with_a_range_keeps_it_one_sided() -> None:
+    model = built(finger(joint='type="ball" range="0 0.5"'))
+    assert model.jnt_range[:, 0] == pytest.approx(0)
+    assert model.jnt_range[:, 1].min() > 0.1
