@@ -3,6 +3,7 @@
 from functools import cache
 
 import mujoco
+import numpy as np
 import pytest
 from fingers import finger
 
@@ -28,12 +29,15 @@ def built(mjcf: str) -> mujoco.MjModel:
         finger(compiler="", joint='range="-28.6478898 28.6478898"'),
         finger(compiler='angle="radian" inertiafromgeom="true"'),
         finger(compiler='angle="radian" settotalmass="0.037"'),
+        finger().replace('fromto="0 0 0 0 0 0.02" size="0.008"', 'pos="0 0 0.01" euler="3.1416 0 0" size="0.008 0.01"'),
     ],
-    ids=["degrees", "inertiafromgeom", "settotalmass"],
+    ids=["degrees", "inertiafromgeom", "settotalmass", "pos"],
 )
 def test_one_robot_written_in_several_ways_is_built_the_same(mjcf: str) -> None:
     model, plain = built(mjcf), built(finger())
     assert model.jnt_range == pytest.approx(plain.jnt_range, abs=1e-4)
+    assert model.geom_pos == pytest.approx(plain.geom_pos, abs=1e-4)
+    assert np.sort(model.geom_size) == pytest.approx(np.sort(plain.geom_size), abs=1e-4)
     assert model.body_mass == pytest.approx(plain.body_mass, rel=1e-3)
     assert plain.body_mass[2:].sum() != pytest.approx(0.015, rel=0.01), "masses change, or this test sees nothing"
 

@@ -8,15 +8,15 @@ import xml.etree.ElementTree as ElementTree
 import mujoco
 import pytest
 from exported import made, mjcf, report
+from fingers import finger
 
-from aidsr.artifacts import Outcome, Placement
+from aidsr.artifacts import Outcome, Placement, ValidationReport
 from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.responding import responses
 from aidsr.fabrication.told import Retest
 from aidsr.fabrication.verdict import judge, retest_of
-from aidsr.pipeline import exporting
 from aidsr.pipeline.exporting import export
 from aidsr.runs import RunConfig, RunRecord, new_run
 from aidsr.tasks import load_task
@@ -106,22 +106,29 @@ def test_a_robot_from_a_file_is_exported_and_the_export_replaced(tmp_path) -> No
         export(robot, tmp_path / "mine")
 
 
-def test_a_design_is_exported_at_the_size_it_was_approved_with(tmp_path, monkeypatch) -> None:
+def test_a_design_is_made_tried_and_compared_at_the_size_it_was_approved_with(tmp_path) -> None:
     record = RunRecord(
         objective="grasp", task="", level="", config=RunConfig(), started="2026-01-31T10:02:00+00:00", versions={}
     )
     design = new_run(tmp_path, record, load_task("simple_grasping").brief()).design(1)
-    design.final_robot.write(mjcf("gripper").encode())
+    design.final_robot.write(finger().encode())
     for number, scale in ((1, 1.5), (2, 2.0)):
         design.iteration(number).placement.write(Placement(mount="mount", base="fixed", scale=scale))
+    asked = {"pull_flex": {"tension_n": 400.0, "speed_m_s": 0.1, "stroke_m": 0.1}}
+    design.iteration(1).robot_report.write(ValidationReport(stable=True, measurements={"motors": asked}))
     design.outcome.write(Outcome(outcome="approved", reason="It came farther than the next.", iteration=1))
+    exported = export(design.path)
+    retest = exported.verdict.retest
+    assert exported.verdict.verdict == "buildable with changes", exported.verdict.reasons
+    assert retest.designed_reach_m == pytest.approx(1.5 * report_of_finger().reach_m, rel=0.1)
+    assert retest.same_reach
+    tensions = [winch.demand.tension_n for winch in exported.made.winches]
+    assert tensions == pytest.approx([10.0 * 1.5**2] * 2, rel=0.01), "not of the robot before it was scaled"
 
-    def stop(_mjcf, _reports, _printer, *, material, scale):
-        raise UserError(f"{scale}")
 
-    monkeypatch.setattr(exporting, "make", stop)
-    with pytest.raises(UserError, match=r"1\.5"):
-        export(design.path)
+def report_of_finger() -> Retest:
+    report = validate(finger())
+    return retest_of(report, report)
 
 
 def test_a_folder_without_a_robot_is_refused(tmp_path) -> None:

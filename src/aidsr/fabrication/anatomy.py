@@ -116,16 +116,14 @@ class Anatomy(Artifact):
         return sum(part.mass_kg for part in self.parts if not part.held)
 
 
-def read_anatomy(mjcf: str, *, scale: float = 1.0) -> Anatomy:
+def read_anatomy(mjcf: str) -> Anatomy:
     """Return the anatomy of a robot.
 
     Args:
         mjcf: The robot alone; compiled in a worker.
-        scale: Factor on its lengths, as its placement says.
 
     Raises:
         MjcfError: The text cannot be loaded.
         IsolationError: Loading ran past a limit.
     """
-    argument = {"mjcf": mjcf, "scale": scale}
-    return Anatomy.model_validate(isolation.call("aidsr.fabrication.reading:read", argument, _LIMITS))
+    return Anatomy.model_validate(isolation.call("aidsr.fabrication.reading:read", {"mjcf": mjcf}, _LIMITS))

@@ -15,7 +15,6 @@ from aidsr.fabrication.skeleton import Gap
 from aidsr.fabrication.told import Change
 from aidsr.sim import isolation
 from aidsr.sim.compiling import parse_mjcf
-from aidsr.sim.scaling import scale_robot
 from aidsr.sim.stripping import settle_inertias
 from aidsr.sim.structure import name_of
 
@@ -109,7 +108,7 @@ def _joint_changes(made: Made) -> list[Change]:
     return found
 
 
-def as_built(made: Made, mjcf: str, *, scale: float = 1.0) -> str:
+def as_built(made: Made, mjcf: str) -> str:
     """Return the MJCF of a robot as it is built.
 
     Raises:
@@ -118,7 +117,6 @@ def as_built(made: Made, mjcf: str, *, scale: float = 1.0) -> str:
     """
     argument = {
         "mjcf": mjcf,
-        "scale": scale,
         "masses": _mass_factors(made),
         "joints": _joint_values(made),
         "skins": _skins(made),
@@ -200,8 +198,6 @@ def _bending(made: Made) -> list[dict[str, Any]]:
 def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
     """Return {"mjcf"}, the robot with masses, joints and shapes as built; the worker's side of `as_built`."""
     spec = parse_mjcf(argument["mjcf"])
-    if argument["scale"] != 1.0:
-        scale_robot(spec, argument["scale"])
     settle_inertias(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -253,7 +249,7 @@ def _shorten(geom: Any, ends: Any, model: mujoco.MjModel, data: mujoco.MjData, n
     """Make a capsule a cylinder between two faces; parts have flat ends."""
     begin, end = _local(data, int(model.geom_bodyid[number]), ends)
     geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
-    geom.fromto = [*begin, *end]
+    geom.fromto, geom.pos = [*begin, *end], np.zeros(3)  # MuJoCo takes one of the two
     geom.size = [float(model.geom_size[number, 0]), 0.0, 0.0]
 
 

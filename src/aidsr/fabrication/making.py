@@ -107,7 +107,6 @@ def make(
     printer: Printer,
     *,
     material: str | None = None,
-    scale: float = 1.0,
 ) -> Made:
     """Make a robot of the first material its hinges can be made of.
 
@@ -116,14 +115,13 @@ def make(
         reports: What the validator recorded of it, alone and in its scene.
         printer: What it is printed on.
         material: Name of a material; None tries all the printer has.
-        scale: Factor on its lengths.
 
     Raises:
         UserError: There is no such material for this printer.
         MjcfError: The robot cannot be loaded.
     """
     choices = material_for(printer, material)
-    anatomy = read_anatomy(mjcf, scale=scale)
+    anatomy = read_anatomy(mjcf)
     skeleton = Skeleton(anatomy)
     designed = [(choice, design_hinges(anatomy, skeleton, choice)) for choice in choices]
     chosen, hinges = min(designed, key=lambda pair: len([f for f in pair[1].faults if f.severity == "error"]))

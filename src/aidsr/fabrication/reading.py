@@ -9,10 +9,9 @@ import mujoco
 import numpy as np
 
 from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Part, Shape, Vector
-from aidsr.sim.compiling import parse_mjcf
+from aidsr.sim.compiling import compile_mjcf
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.pulling import pull_of
-from aidsr.sim.scaling import scale_robot
 from aidsr.sim.structure import name_of
 
 __all__ = ["read"]
@@ -35,11 +34,8 @@ _KINDS = {
 
 
 def read(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return the `Anatomy` of {"mjcf", "scale"} as JSON."""
-    spec = parse_mjcf(argument["mjcf"])
-    if argument["scale"] != 1.0:
-        scale_robot(spec, argument["scale"])
-    return _Reader(spec.compile()).anatomy().model_dump(mode="json")
+    """Return the `Anatomy` of {"mjcf"} as JSON."""
+    return _Reader(compile_mjcf(argument["mjcf"])).anatomy().model_dump(mode="json")
 
 
 class _Reader:
