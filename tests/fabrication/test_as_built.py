@@ -5,9 +5,9 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from fingers import finger
+from fingers import WINCH, finger
 
-from aidsr.fabrication.changing import as_built
+from aidsr.fabrication.changing import as_built, changes_of
 from aidsr.fabrication.making import Made, make
 from aidsr.fabrication.printers import printer_named
 from aidsr.validation import validate
@@ -46,3 +46,15 @@ def test_a_ball_joint_with_a_range_keeps_it_one_sided() -> None:
     model = built(finger(joint='type="ball" range="0 0.5"'))
     assert model.jnt_range[:, 0] == pytest.approx(0)
     assert model.jnt_range[:, 1].min() > 0.1
+
+
+def test_a_tendon_that_nothing_drives_has_no_force_and_is_told() -> None:
+    drives = WINCH.format(name="pull_flex", tendon="flex")
+    mjcf = finger(extend='stiffness="400" damping="1" limited="true" range="0 0.05"', actuators=drives)
+    assert mujoco.MjModel.from_xml_string(mjcf).tendon_stiffness.any()
+    model = built(mjcf)
+    assert model.ntendon == 2
+    for name in ("tendon_stiffness", "tendon_damping", "tendon_limited"):
+        assert not getattr(model, name).any(), name
+    assert "cables that nothing drives" in {change.what for change in changes_of(made(mjcf))}
+    assert "cables that nothing drives" not in {change.what for change in changes_of(made(finger()))}

@@ -66,8 +66,6 @@ class Joint(Artifact):
     stiffness_n_m_rad: tuple[float, ...]
     range_rad: tuple[float, ...]
     """Largest angle about each axis, infinite where there is no limit."""
-    preload_n_m: float
-    """Torque of the springs in the drawn pose."""
     offset_mm: float
     """How far the joints' own anchors lie apart."""
 
@@ -103,12 +101,16 @@ class Anatomy(Artifact):
     parts: tuple[Part, ...]
     joints: tuple[Joint, ...]
     cables: tuple[Cable, ...]
-    held: bool
-    """Whether the robot's base is fixed to something, rather than free on the ground."""
     other_actuators: tuple[str, ...] = ()
     """Actuators that pull on no tendon."""
     open_loops: tuple[str, ...] = ()
     """Equality constraints that no rigid part can stand for."""
+    shared_cables: tuple[str, ...] = ()
+    """Tendons that more than one actuator pulls on."""
+    couplings: tuple[str, ...] = ()
+    """Equality constraints that make joints or tendons move as one."""
+    weightless: tuple[str, ...] = ()
+    """Moving bodies that are relieved of their weight."""
 
     @property
     def moving_mass_kg(self) -> float:

@@ -54,6 +54,14 @@ def changes_of(made: Made) -> tuple[Change, ...]:
                 f"a cable may lie {max(b.radius_mm for b in made.bores) - 0.2:.1f} mm off its line",
             )
         )
+    if any(not cable.actuator and not cable.wraps for cable in made.anatomy.cables):
+        found.append(
+            Change(
+                what="cables that nothing drives",
+                simulated="with what springs, dampers and stops the file gives them",
+                built="not strung: without these forces",
+            )
+        )
     if made.winches:
         found.append(
             Change(
@@ -213,6 +221,7 @@ def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
         ends = argument["skins"].get(name_of(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom.id)))
         if ends is not None:
             _shorten(geom, ends, model, data, int(geom.id))
+    _slacken(spec)
     for wall in argument["walls"]:
         _add_wall(bodies[wall["body"]], wall, data)
     spec.compile()
@@ -229,6 +238,16 @@ def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
         most = math.degrees(new["range"]) if degree else new["range"]
         joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]
         joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+
+
+def _slacken(spec: mujoco.MjSpec) -> None:
+    """Take the forces of tendons that nothing drives: no cable is cut for them. Sensors on them go on measuring."""
+    driven = {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON}
+    for tendon in spec.tendons:
+        if tendon.name not in driven:
+            tendon.stiffness, tendon.damping = 0.0 * tendon.stiffness, 0.0 * tendon.damping
+            tendon.frictionloss = tendon.armature = 0.0
+            tendon.limited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
 def _weigh(body: Any, model: mujoco.MjModel, number: int, factor: float) -> None:

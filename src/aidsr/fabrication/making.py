@@ -25,6 +25,7 @@ from aidsr.fabrication.shaping import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
 from aidsr.fabrication.stations import seat_of, spool, station
+from aidsr.fabrication.unbuilt import unbuilt_faults
 from aidsr.fabrication.weighing import Weight, weigh
 from aidsr.fabrication.winches import Winch, demands, string, winch_faults
 
@@ -89,6 +90,7 @@ class Made:
         """Everything in the way of building it, errors first."""
         found = [
             *routing_faults(self.anatomy),
+            *unbuilt_faults(self.anatomy),
             *self.hinges.faults,
             *duct_faults(self.anatomy, self.passages),
             *winch_faults(self.anatomy, self.winches),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import Any
 
 import mujoco
@@ -51,6 +52,7 @@ class _Reader:
     def anatomy(self) -> Anatomy:
         model = self.model
         pulling = {int(model.actuator_trnid[a, 0]): a for a in range(model.nu) if self._pulls(a)}
+        pulled = Counter(int(model.actuator_trnid[a, 0]) for a in range(model.nu) if self._pulls(a))
         loops = [
             name_of(model, _OBJ.mjOBJ_EQUALITY, index)
             for index in range(model.neq)
@@ -60,9 +62,19 @@ class _Reader:
             parts=tuple(self._part(root) for root in self.number),
             joints=tuple(self._joint(body) for body in range(1, model.nbody) if self._bends(body)),
             cables=tuple(self._cable(tendon, pulling.get(tendon)) for tendon in range(model.ntendon)),
-            held=not any(int(kind) == _FREE for kind in model.jnt_type),
             other_actuators=tuple(self._name("ACTUATOR", a) for a in range(model.nu) if not self._pulls(a)),
             open_loops=tuple(loops),
+            shared_cables=tuple(self._name("TENDON", tendon) for tendon, count in pulled.items() if count > 1),
+            couplings=tuple(
+                name_of(model, _OBJ.mjOBJ_EQUALITY, index)
+                for index in range(model.neq)
+                if model.eq_active0[index] and int(model.eq_type[index]) not in _LOOPS
+            ),
+            weightless=tuple(
+                self._name("BODY", body)
+                for body in range(1, model.nbody)
+                if model.body_gravcomp[body] and not self._is_held(int(self.owner[body]))
+            ),
         )
 
     def _owners(self) -> Vector:
@@ -106,7 +118,6 @@ class _Reader:
         geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies]
         solid = [g for g in geoms if int(model.geom_type[g]) in _KINDS]
         touching = [g for g in solid if model.geom_contype[g] or model.geom_conaffinity[g]]
-        free = int(model.body_dofnum[root]) == 6
         return Part(
             name=self._name("BODY", root),
             bodies=tuple(self._name("BODY", body) for body in bodies),
@@ -115,8 +126,12 @@ class _Reader:
             position_mm=_mm(data.xpos[root]),
             rotation=_numbers(data.xmat[root]),
             mass_kg=float(model.body_mass[bodies].sum()),
-            held=int(model.body_parentid[root]) == 0 and not free and int(model.body_jntnum[root]) == 0,
+            held=self._is_held(root),
         )
+
+    def _is_held(self, root: int) -> bool:
+        """Whether the world holds the part of a first body."""
+        return int(self.model.body_parentid[root]) == 0 and int(self.model.body_jntnum[root]) == 0
 
     def _shape(self, geom: int) -> Shape:
         model, data, kind = self.model, self.data, int(self.model.geom_type[geom])
@@ -154,7 +169,6 @@ class _Reader:
             axes=tuple(_numbers(axis) for axis in axes),
             stiffness_n_m_rad=tuple(stiffness) * (3 if ball else 1),
             range_rad=tuple(self._largest_angle(j) for j in joints) * (3 if ball else 1),
-            preload_n_m=max(abs(float(data.qfrc_spring[model.jnt_dofadr[j]])) for j in joints),
             offset_mm=1000.0 * float(np.linalg.norm(anchors - anchors[0], axis=1).max()),
         )
 
