@@ -29,6 +29,19 @@ def test_a_cable_feels_the_force_times_the_gear(gear: int, limits: str, pull_n: 
     assert cable.largest_pull_n == pytest.approx(pull_n)
 
 
+@pytest.mark.parametrize(
+    ("joint", "limits"),
+    [
+        ("", (-math.inf, math.inf)),
+        ('range="0 0.4"', (0.0, 0.4)),
+        ('range="-0.1 0.5" ref="0.2"', (-0.3, 0.3)),
+        ('type="ball" range="0 0.4"', (-0.4, 0.4)),
+    ],
+)
+def test_limits_count_from_the_drawn_pose(joint: str, limits: tuple[float, float]) -> None:
+    assert read_anatomy(finger(joint=joint)).joints[0].limits_rad[0] == pytest.approx(limits)
+
+
 TWICE = "".join(WINCH.format(name=name, tendon="flex") for name in ("strong", "weak"))
 COUPLED = '<equality><joint name="same" joint1="bend_1" joint2="bend_2" active="{}"/></equality>'
 

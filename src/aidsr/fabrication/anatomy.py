@@ -64,8 +64,8 @@ class Joint(Artifact):
     axes: tuple[Vec3, ...]
     """Unit axes of rotation at rest; a ball joint has three."""
     stiffness_n_m_rad: tuple[float, ...]
-    range_rad: tuple[float, ...]
-    """Largest angle about each axis, infinite where there is no limit."""
+    limits_rad: tuple[tuple[float, float], ...]
+    """Least and largest angle about each axis from the drawn pose, infinite where there is no limit."""
     offset_mm: float
     """How far the joints' own anchors lie apart."""
 

@@ -4,31 +4,23 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from aidsr.fabrication.inspecting import bend_limit_rad
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.skeleton import Gap
 from aidsr.fabrication.told import Change
 from aidsr.sim import isolation
 from aidsr.sim.compiling import parse_mjcf
 from aidsr.sim.stripping import settle_inertias
 from aidsr.sim.structure import name_of
 
-__all__ = ["as_built", "changes_of", "rewrite", "touching_rad"]
+__all__ = ["as_built", "changes_of", "rewrite"]
 
 _NOTICED = 0.01
 """Relative difference below which nothing is called a change. Our choice: what a printer repeats."""
-
-
-def touching_rad(made: Made, gap: Gap) -> float:
-    """Angle at which the walls of two neighbouring parts touch [rad]."""
-    walls = [made.bores[duct.cable].radius_mm + 1.0 for duct in made.shaping.ducts]
-    outside = max(gap.radius_mm, gap.reach_mm + max(walls, default=0.0))
-    return bend_limit_rad(gap, outside)
 
 
 def changes_of(made: Made) -> tuple[Change, ...]:
@@ -96,13 +88,7 @@ def _joint_changes(made: Made) -> list[Change]:
         name = joints[worst.joint].names[0]
         built = f"{worst.stiffness_n_m_rad:.3f} N m/rad, as thicknesses are rounded to 0.05 mm"
         found.append(Change(what=f"stiffness, most at {name}", simulated=f"{asked:.3f} N m/rad", built=built))
-    tighter = [gap for gap in made.skeleton.gaps if touching_rad(made, gap) < max(joints[gap.joint].range_rad)]
-    if tighter:
-        angle = min(touching_rad(made, gap) for gap in tighter)
-        limit = max(joints[tighter[0].joint].range_rad)
-        simulated = "without limit" if math.isinf(limit) else f"{math.degrees(limit):.0f} deg"
-        built = f"{math.degrees(angle):.0f} deg at the tightest of {len(tighter)} joints, where walls touch"
-        found.append(Change(what="range of joints", simulated=simulated, built=built))
+    found += _range_changes(made)
     bent = [h for h in made.hinges.hinges.values() if made.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
     if bent:
         angle = min(hinge.linear_rad for hinge in bent)
@@ -114,6 +100,34 @@ def _joint_changes(made: Made) -> list[Change]:
             )
         )
     return found
+
+
+def _range_changes(made: Made) -> Iterator[Change]:
+    """The joints that walls stop before their simulated limits, and those that nothing stops at them."""
+    gaps = [(gap.touch_rad, made.anatomy.joints[gap.joint].limits_rad) for gap in made.skeleton.gaps]
+    stopped = [(touch, limits) for touch, limits in gaps if touch < np.abs(limits).max()]
+    free = [(touch, limits) for touch, limits in gaps if touch > np.abs(limits).min()]
+    if stopped:
+        angle, limits = min(stopped)
+        where = f"at the tightest of {_joints(len(stopped))}, where walls touch"
+        yield Change(what="range of joints", simulated=_told(limits), built=f"{_both(angle)} {where}")
+    if free:
+        angle, limits = max(free)
+        where = f"at the widest of {_joints(len(free))}: no stop is built before walls touch"
+        yield Change(what="stops of joints", simulated=_told(limits), built=f"{_both(angle)} {where}")
+
+
+def _joints(count: int) -> str:
+    return "1 joint" if count == 1 else f"{count} joints"
+
+
+def _both(angle_rad: float) -> str:
+    return f"{-math.degrees(angle_rad):.0f} to {math.degrees(angle_rad):.0f} deg"
+
+
+def _told(limits: tuple[tuple[float, float], ...]) -> str:
+    low, high = min(limits, key=lambda both: float(np.abs(both).min()))
+    return f"{math.degrees(low):.0f} to {math.degrees(high):.0f} deg" if math.isfinite(high - low) else "without limit"
 
 
 def as_built(made: Made, mjcf: str) -> str:
@@ -149,9 +163,9 @@ def _mass_factors(made: Made) -> dict[str, float]:
 def _joint_values(made: Made) -> dict[str, dict[str, float]]:
     values: dict[str, dict[str, float]] = {}
     for index, hinge in made.hinges.hinges.items():
-        joint, gap = made.anatomy.joints[index], made.skeleton.gaps[index]
-        for name, limit in zip(joint.names, joint.range_rad, strict=False):
-            values[name] = {"stiffness": hinge.stiffness_n_m_rad, "range": min(limit, touching_rad(made, gap))}
+        touch_rad = made.skeleton.gaps[index].touch_rad
+        for name in made.anatomy.joints[index].names:
+            values[name] = {"stiffness": hinge.stiffness_n_m_rad, "range": touch_rad}
     return values
 
 
@@ -234,10 +248,9 @@ def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
         joint.stiffness = [new["stiffness"], *([0.0] * (len(joint.stiffness) - 1))]
     else:
         joint.stiffness = new["stiffness"]
-    if math.isfinite(new["range"]):
-        most = math.degrees(new["range"]) if degree else new["range"]
-        joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]
-        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    most = math.degrees(new["range"]) if degree else new["range"]
+    joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]
+    joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
 
 
 def _slacken(spec: mujoco.MjSpec) -> None:

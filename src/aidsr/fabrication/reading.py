@@ -197,14 +197,19 @@ class _Reader:
             anchor_mm=_mm(anchors.mean(axis=0)),
             axes=tuple(_numbers(axis) for axis in axes),
             stiffness_n_m_rad=tuple(stiffness) * (3 if ball else 1),
-            range_rad=tuple(self._largest_angle(j) for j in joints) * (3 if ball else 1),
+            limits_rad=tuple(self._limits(j) for j in joints) * (3 if ball else 1),
             offset_mm=1000.0 * float(np.linalg.norm(anchors - anchors[0], axis=1).max()),
         )
 
-    def _largest_angle(self, joint: int) -> float:
-        if not self.model.jnt_limited[joint]:
-            return math.inf
-        return float(np.abs(self.model.jnt_range[joint]).max())
+    def _limits(self, joint: int) -> tuple[float, float]:
+        model = self.model
+        if not model.jnt_limited[joint]:
+            return -math.inf, math.inf
+        low, high = map(float, model.jnt_range[joint])
+        if int(model.jnt_type[joint]) == _BALL:
+            return -high, high
+        drawn = float(model.qpos0[model.jnt_qposadr[joint]])
+        return low - drawn, high - drawn
 
     def _cable(self, tendon: int, actuator: int | None) -> Cable:
         model, data = self.model, self.data
