@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import mujoco
 import pytest
@@ -13,7 +14,9 @@ from fingers import finger
 from aidsr.artifacts import Outcome, Placement, ValidationReport
 from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
+from aidsr.fabrication.making import make
 from aidsr.fabrication.package import write_package
+from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.responding import responses
 from aidsr.fabrication.told import Retest
 from aidsr.fabrication.verdict import judge, retest_of
@@ -106,7 +109,7 @@ def test_a_robot_from_a_file_is_exported_and_the_export_replaced(tmp_path) -> No
         export(robot, tmp_path / "mine")
 
 
-def test_a_design_is_made_tried_and_compared_at_the_size_it_was_approved_with(tmp_path) -> None:
+def test_a_design_is_made_tried_and_compared_at_the_size_it_was_approved_with(tmp_path, monkeypatch) -> None:
     record = RunRecord(
         objective="grasp", task="", level="", config=RunConfig(), started="2026-01-31T10:02:00+00:00", versions={}
     )
@@ -117,18 +120,36 @@ def test_a_design_is_made_tried_and_compared_at_the_size_it_was_approved_with(tm
     asked = {"pull_flex": {"tension_n": 400.0, "speed_m_s": 0.1, "stroke_m": 0.1}}
     design.iteration(1).robot_report.write(ValidationReport(stable=True, measurements={"motors": asked}))
     design.outcome.write(Outcome(outcome="approved", reason="It came farther than the next.", iteration=1))
-    exported = export(design.path)
-    retest = exported.verdict.retest
+    monkeypatch.chdir(design.path)
+    exported = export(Path())
+    assert exported.folder.resolve() == design.path / "export"
+    retest, alone = exported.verdict.retest, validate(finger())
     assert exported.verdict.verdict == "buildable with changes", exported.verdict.reasons
-    assert retest.designed_reach_m == pytest.approx(1.5 * report_of_finger().reach_m, rel=0.1)
+    assert retest.designed_reach_m == pytest.approx(1.5 * retest_of(alone, alone).reach_m, rel=0.1)
     assert retest.same_reach
     tensions = [winch.demand.tension_n for winch in exported.made.winches]
     assert tensions == pytest.approx([10.0 * 1.5**2] * 2, rel=0.01), "not of the robot before it was scaled"
 
 
-def report_of_finger() -> Retest:
-    report = validate(finger())
-    return retest_of(report, report)
+def test_an_export_that_is_stopped_leaves_the_folder_as_it_was(tmp_path) -> None:
+    whole, home = make(finger(), [validate(finger())], printer_named("fdm")), tmp_path / "finger" / "export"
+
+    def stopped() -> None:
+        with pytest.raises(AttributeError):
+            write_package(home, whole, title="stopped", responses=(None,))
+
+    stopped()
+    assert list(tmp_path.rglob("*")) == [home.parent]
+    write_package(home, whole, title="first")
+    (home / "notes.txt").write_text("keep")
+    (home / "parts" / "old.stl").write_text("of an earlier export")
+    before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+    stopped()
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    write_package(home, whole, title="second")
+    after = {path.relative_to(home): path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert "second" in (home / "sheet.html").read_text()
+    assert set(after) == {path.relative_to(home) for path in before} - {Path("parts/old.stl")}
 
 
 def test_a_folder_without_a_robot_is_refused(tmp_path) -> None:

@@ -110,14 +110,14 @@ def _read(subject: Path) -> _Subject:
     """Return what a path stands for."""
     if not subject.is_dir():
         return _Subject(subject.stem, open_mjcf(subject), (), "", "auto", None)
-    design = DesignFolder(subject)
+    design = DesignFolder(subject.resolve())
     robot = design.final_robot.read()
     if robot is None:
         raise UserError(
             f"a design with a final_robot.xml was expected, and {subject} has none; give the folder of an approved "
             "design, as runs/…/designs/1, or the MJCF of a robot"
         )
-    brief = Run(subject.parent.parent).brief()
+    brief = Run(design.path.parent.parent).brief()
     kept = design.leading_to()
     placement = newest(it.placement.read() for it in kept) or Placement(mount="world", base="fixed")
     mjcf, found = robot.decode(), [newest(it.scene_report.read() for it in kept)]
