@@ -52,10 +52,14 @@ def test_the_folder_holds_everything_a_builder_needs(folder) -> None:
 def test_the_drive_program_runs_as_it_is(folder) -> None:
     done = subprocess.run([sys.executable, folder / "drive.py"], capture_output=True, text=True, check=True)
     actuators = json.loads((folder / "control.json").read_text())["actuators"]
+    cables = json.loads((folder / "cables.json").read_text())
     assert done.stdout.count("motor ") == len(actuators) ** 2
     for actuator in actuators:
         assert actuator["spool_angle_rad"] == sorted(actuator["spool_angle_rad"])
-        assert actuator["torque_n_m"][-1] <= actuator["largest_torque_n_m"] * 1.01
+        assert 0 < actuator["torque_n_m"][-1] <= actuator["largest_torque_n_m"] * 1.01
+        stroke_mm = next(one["stroke_mm"] for one in cables if one["actuator"] == actuator["name"])
+        assert actuator["largest_angle_rad"] * actuator["spool_radius_mm"] == pytest.approx(stroke_mm, rel=0.01)
+        assert actuator["spool_angle_rad"][-1] <= actuator["largest_angle_rad"]
 
 
 @pytest.mark.parametrize(("robot", "material"), [("arm", "petg"), ("gripper", "tpu95a"), ("crawler", "tpu95a")])
