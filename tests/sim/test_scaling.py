@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from aidsr.errors import MjcfError
-from aidsr.sim.scaling import at_size, change_units, scale_robot
+from aidsr.sim.resizing import at_size
+from aidsr.sim.scaling import change_units, scale_robot
 from aidsr.sim.units import Units
 
 ROBOT = """

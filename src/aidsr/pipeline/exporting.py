@@ -21,7 +21,7 @@ from aidsr.runs.status import newest
 from aidsr.runs.trainings import trainings_of
 from aidsr.sim.assembly import assemble
 from aidsr.sim.mjcf import open_mjcf
-from aidsr.sim.scaling import at_size
+from aidsr.sim.resizing import at_size
 from aidsr.validation import validate
 
 if TYPE_CHECKING:

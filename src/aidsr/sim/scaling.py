@@ -20,12 +20,10 @@ import numpy as np
 
 from aidsr.artifacts import Fault
 from aidsr.errors import MjcfError
-from aidsr.sim import isolation
 from aidsr.sim.actuation_scaling import actuator_coordinate, has_scaling_rule, scale_actuator
-from aidsr.sim.compiling import parse_mjcf
 from aidsr.sim.units import Coordinate, Units
 
-__all__ = ["at_size", "change_units", "resize", "scale_robot"]
+__all__ = ["change_units", "scale_robot"]
 
 _LENGTH_JOINTS = (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE)
 _SITE_LENGTHS = ("pos", "size", "fromto")
@@ -83,25 +81,6 @@ _FORCE_SENSORS = (
 
 _Coordinates = Mapping[tuple[str, str], Coordinate]
 """Coordinates by kind ("joint", "tendon", "actuator") and name."""
-
-
-def at_size(mjcf: str, factor: float) -> str:
-    """Return the MJCF of a robot `factor` times as large out of the same material, made in a worker.
-
-    Raises:
-        MjcfError: The robot cannot be loaded, or a part of it has no scaling rule.
-        IsolationError: Loading ran past a limit.
-    """
-    text: str = isolation.call("aidsr.sim.scaling:resize", {"mjcf": mjcf, "factor": factor})["mjcf"]
-    return text
-
-
-def resize(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"mjcf"}, the robot of {"mjcf", "factor"} made larger or smaller; the worker's side of `at_size`."""
-    spec = parse_mjcf(argument["mjcf"])
-    scale_robot(spec, argument["factor"])
-    spec.compile()
-    return {"mjcf": spec.to_xml()}
 
 
 def scale_robot(spec: mujoco.MjSpec, factor: float, classes: Iterable[Any] = ()) -> None:
