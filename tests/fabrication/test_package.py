@@ -4,19 +4,22 @@ import json
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import mujoco
 import pytest
 from exported import made, mjcf, report
+from fingers import finger
 
-from aidsr.artifacts import Outcome, Placement
+from aidsr.artifacts import Outcome, Placement, ValidationReport
 from aidsr.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
+from aidsr.fabrication.making import make
 from aidsr.fabrication.package import write_package
+from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.responding import responses
 from aidsr.fabrication.told import Retest
 from aidsr.fabrication.verdict import judge, retest_of
-from aidsr.pipeline import exporting
 from aidsr.pipeline.exporting import export
 from aidsr.runs import RunConfig, RunRecord, new_run
 from aidsr.tasks import load_task
@@ -49,10 +52,14 @@ def test_the_folder_holds_everything_a_builder_needs(folder) -> None:
 def test_the_drive_program_runs_as_it_is(folder) -> None:
     done = subprocess.run([sys.executable, folder / "drive.py"], capture_output=True, text=True, check=True)
     actuators = json.loads((folder / "control.json").read_text())["actuators"]
+    cables = json.loads((folder / "cables.json").read_text())
     assert done.stdout.count("motor ") == len(actuators) ** 2
     for actuator in actuators:
         assert actuator["spool_angle_rad"] == sorted(actuator["spool_angle_rad"])
-        assert actuator["torque_n_m"][-1] <= actuator["largest_torque_n_m"] * 1.01
+        assert 0 < actuator["torque_n_m"][-1] <= actuator["largest_torque_n_m"] * 1.01
+        stroke_mm = next(one["stroke_mm"] for one in cables if one["actuator"] == actuator["name"])
+        assert actuator["largest_angle_rad"] * actuator["spool_radius_mm"] == pytest.approx(stroke_mm, rel=0.01)
+        assert actuator["spool_angle_rad"][-1] <= actuator["largest_angle_rad"]
 
 
 @pytest.mark.parametrize(("robot", "material"), [("arm", "petg"), ("gripper", "tpu95a"), ("crawler", "tpu95a")])
@@ -106,22 +113,47 @@ def test_a_robot_from_a_file_is_exported_and_the_export_replaced(tmp_path) -> No
         export(robot, tmp_path / "mine")
 
 
-def test_a_design_is_exported_at_the_size_it_was_approved_with(tmp_path, monkeypatch) -> None:
+def test_a_design_is_made_tried_and_compared_at_the_size_it_was_approved_with(tmp_path, monkeypatch) -> None:
     record = RunRecord(
         objective="grasp", task="", level="", config=RunConfig(), started="2026-01-31T10:02:00+00:00", versions={}
     )
     design = new_run(tmp_path, record, load_task("simple_grasping").brief()).design(1)
-    design.final_robot.write(mjcf("gripper").encode())
+    design.final_robot.write(finger().encode())
     for number, scale in ((1, 1.5), (2, 2.0)):
         design.iteration(number).placement.write(Placement(mount="mount", base="fixed", scale=scale))
+    asked = {"pull_flex": {"tension_n": 400.0, "speed_m_s": 0.1, "stroke_m": 0.1}}
+    design.iteration(1).robot_report.write(ValidationReport(stable=True, measurements={"motors": asked}))
     design.outcome.write(Outcome(outcome="approved", reason="It came farther than the next.", iteration=1))
+    monkeypatch.chdir(design.path)
+    exported = export(Path())
+    assert exported.folder.resolve() == design.path / "export"
+    retest, alone = exported.verdict.retest, validate(finger())
+    assert exported.verdict.verdict == "buildable with changes", exported.verdict.reasons
+    assert retest.designed_reach_m == pytest.approx(1.5 * retest_of(alone, alone).reach_m, rel=0.1)
+    assert retest.same_reach
+    tensions = [winch.demand.tension_n for winch in exported.made.winches]
+    assert tensions == pytest.approx([10.0 * 1.5**2] * 2, rel=0.01), "not of the robot before it was scaled"
 
-    def stop(_mjcf, _reports, _printer, *, material, scale):
-        raise UserError(f"{scale}")
 
-    monkeypatch.setattr(exporting, "make", stop)
-    with pytest.raises(UserError, match=r"1\.5"):
-        export(design.path)
+def test_an_export_that_is_stopped_leaves_the_folder_as_it_was(tmp_path) -> None:
+    whole, home = make(finger(), [validate(finger())], printer_named("fdm")), tmp_path / "finger" / "export"
+
+    def stopped() -> None:
+        with pytest.raises(AttributeError):
+            write_package(home, whole, title="stopped", responses=(None,))
+
+    stopped()
+    assert list(tmp_path.rglob("*")) == [home.parent]
+    write_package(home, whole, title="first")
+    (home / "notes.txt").write_text("keep")
+    (home / "parts" / "old.stl").write_text("of an earlier export")
+    before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+    stopped()
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    write_package(home, whole, title="second")
+    after = {path.relative_to(home): path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert "second" in (home / "sheet.html").read_text()
+    assert set(after) == {path.relative_to(home) for path in before} - {Path("parts/old.stl")}
 
 
 def test_a_folder_without_a_robot_is_refused(tmp_path) -> None:

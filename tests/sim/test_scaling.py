@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from aidsr.errors import MjcfError
+from aidsr.sim.resizing import at_size
 from aidsr.sim.scaling import change_units, scale_robot
 from aidsr.sim.units import Units
 
@@ -270,3 +271,15 @@ def test_what_has_no_rule_is_refused_by_name(part: str, named: str) -> None:
     with pytest.raises(MjcfError, match=named) as caught:
         scale_robot(spec, 2.0)
     assert "scale 1" in caught.value.faults[0].cure
+
+
+def test_a_text_is_scaled_as_its_model_is() -> None:
+    text = """<mujoco><default><joint range="-30 30" stiffness="0.2"/><geom size="0.01"/></default><worldbody>
+    <body name="base"><geom type="sphere" mass="0.1"/><body name="link" pos="0 0 0.05"><joint name="bend" axis="0 1 0"/>
+    <geom type="capsule" fromto="0 0 0 0 0 0.05"/></body></body></worldbody></mujoco>"""
+    spec = mujoco.MjSpec.from_string(text)
+    scale_robot(spec, 1.5)
+    asked, found = spec.compile(), mujoco.MjModel.from_xml_string(at_size(text, 1.5))
+    for name in ("jnt_range", "jnt_stiffness", "geom_size", "body_pos", "body_mass", "body_inertia"):
+        assert getattr(found, name) == pytest.approx(getattr(asked, name), rel=1e-4, abs=1e-9), name
+    assert found.opt.timestep == pytest.approx(asked.opt.timestep)

@@ -64,10 +64,8 @@ class Joint(Artifact):
     axes: tuple[Vec3, ...]
     """Unit axes of rotation at rest; a ball joint has three."""
     stiffness_n_m_rad: tuple[float, ...]
-    range_rad: tuple[float, ...]
-    """Largest angle about each axis, infinite where there is no limit."""
-    preload_n_m: float
-    """Torque of the springs in the drawn pose."""
+    limits_rad: tuple[tuple[float, float], ...]
+    """Least and largest angle about each axis from the drawn pose, infinite where there is no limit."""
     offset_mm: float
     """How far the joints' own anchors lie apart."""
 
@@ -92,7 +90,7 @@ class Cable(Artifact):
     """Whether it runs around a geom or a pulley, or is no cable through sites at all."""
     length_mm: float
     largest_pull_n: float
-    """By the actuator's force limits; infinite where it has none."""
+    """By the actuator's force limits and gear; infinite where it has none, 0 where it only pushes."""
     torques_mm: dict[str, float]
     """Torque about each joint of the simulation for a pull of 1 N [N mm]."""
 
@@ -103,12 +101,16 @@ class Anatomy(Artifact):
     parts: tuple[Part, ...]
     joints: tuple[Joint, ...]
     cables: tuple[Cable, ...]
-    held: bool
-    """Whether the robot's base is fixed to something, rather than free on the ground."""
     other_actuators: tuple[str, ...] = ()
     """Actuators that pull on no tendon."""
     open_loops: tuple[str, ...] = ()
     """Equality constraints that no rigid part can stand for."""
+    shared_cables: tuple[str, ...] = ()
+    """Tendons that more than one actuator pulls on."""
+    couplings: tuple[str, ...] = ()
+    """Equality constraints that make joints or tendons move as one."""
+    weightless: tuple[str, ...] = ()
+    """Moving bodies that are relieved of their weight."""
 
     @property
     def moving_mass_kg(self) -> float:
@@ -116,16 +118,14 @@ class Anatomy(Artifact):
         return sum(part.mass_kg for part in self.parts if not part.held)
 
 
-def read_anatomy(mjcf: str, *, scale: float = 1.0) -> Anatomy:
+def read_anatomy(mjcf: str) -> Anatomy:
     """Return the anatomy of a robot.
 
     Args:
         mjcf: The robot alone; compiled in a worker.
-        scale: Factor on its lengths, as its placement says.
 
     Raises:
         MjcfError: The text cannot be loaded.
         IsolationError: Loading ran past a limit.
     """
-    argument = {"mjcf": mjcf, "scale": scale}
-    return Anatomy.model_validate(isolation.call("aidsr.fabrication.reading:read", argument, _LIMITS))
+    return Anatomy.model_validate(isolation.call("aidsr.fabrication.reading:read", {"mjcf": mjcf}, _LIMITS))

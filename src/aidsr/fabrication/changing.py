@@ -4,31 +4,23 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from aidsr.fabrication.inspecting import bend_limit_rad
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.skeleton import Gap
 from aidsr.fabrication.told import Change
 from aidsr.sim import isolation
 from aidsr.sim.compiling import parse_mjcf
-from aidsr.sim.scaling import scale_robot
+from aidsr.sim.stripping import settle_inertias
 from aidsr.sim.structure import name_of
 
-__all__ = ["as_built", "changes_of", "rewrite", "touching_rad"]
+__all__ = ["as_built", "changes_of", "rewrite"]
 
 _NOTICED = 0.01
 """Relative difference below which nothing is called a change. Our choice: what a printer repeats."""
-
-
-def touching_rad(made: Made, gap: Gap) -> float:
-    """Angle at which the walls of two neighbouring parts touch [rad]."""
-    walls = [made.bores[duct.cable].radius_mm + 1.0 for duct in made.shaping.ducts]
-    outside = max(gap.radius_mm, gap.reach_mm + max(walls, default=0.0))
-    return bend_limit_rad(gap, outside)
 
 
 def changes_of(made: Made) -> tuple[Change, ...]:
@@ -52,6 +44,14 @@ def changes_of(made: Made) -> tuple[Change, ...]:
                 simulated="points beside the body",
                 built=f"ducts in walls along every part, holes of {2 * max(b.radius_mm for b in made.bores):.1f} mm: "
                 f"a cable may lie {max(b.radius_mm for b in made.bores) - 0.2:.1f} mm off its line",
+            )
+        )
+    if any(not cable.actuator and not cable.wraps for cable in made.anatomy.cables):
+        found.append(
+            Change(
+                what="cables that nothing drives",
+                simulated="with what springs, dampers and stops the file gives them",
+                built="not strung: without these forces",
             )
         )
     if made.winches:
@@ -88,13 +88,7 @@ def _joint_changes(made: Made) -> list[Change]:
         name = joints[worst.joint].names[0]
         built = f"{worst.stiffness_n_m_rad:.3f} N m/rad, as thicknesses are rounded to 0.05 mm"
         found.append(Change(what=f"stiffness, most at {name}", simulated=f"{asked:.3f} N m/rad", built=built))
-    tighter = [gap for gap in made.skeleton.gaps if touching_rad(made, gap) < max(joints[gap.joint].range_rad)]
-    if tighter:
-        angle = min(touching_rad(made, gap) for gap in tighter)
-        limit = max(joints[tighter[0].joint].range_rad)
-        simulated = "without limit" if math.isinf(limit) else f"{math.degrees(limit):.0f} deg"
-        built = f"{math.degrees(angle):.0f} deg at the tightest of {len(tighter)} joints, where walls touch"
-        found.append(Change(what="range of joints", simulated=simulated, built=built))
+    found += _range_changes(made)
     bent = [h for h in made.hinges.hinges.values() if made.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
     if bent:
         angle = min(hinge.linear_rad for hinge in bent)
@@ -108,7 +102,35 @@ def _joint_changes(made: Made) -> list[Change]:
     return found
 
 
-def as_built(made: Made, mjcf: str, *, scale: float = 1.0) -> str:
+def _range_changes(made: Made) -> Iterator[Change]:
+    """The joints that walls stop before their simulated limits, and those that nothing stops at them."""
+    gaps = [(gap.touch_rad, made.anatomy.joints[gap.joint].limits_rad) for gap in made.skeleton.gaps]
+    stopped = [(touch, limits) for touch, limits in gaps if touch < np.abs(limits).max()]
+    free = [(touch, limits) for touch, limits in gaps if touch > np.abs(limits).min()]
+    if stopped:
+        angle, limits = min(stopped)
+        where = f"at the tightest of {_joints(len(stopped))}, where walls touch"
+        yield Change(what="range of joints", simulated=_told(limits), built=f"{_both(angle)} {where}")
+    if free:
+        angle, limits = max(free)
+        where = f"at the widest of {_joints(len(free))}: no stop is built before walls touch"
+        yield Change(what="stops of joints", simulated=_told(limits), built=f"{_both(angle)} {where}")
+
+
+def _joints(count: int) -> str:
+    return "1 joint" if count == 1 else f"{count} joints"
+
+
+def _both(angle_rad: float) -> str:
+    return f"{-math.degrees(angle_rad):.0f} to {math.degrees(angle_rad):.0f} deg"
+
+
+def _told(limits: tuple[tuple[float, float], ...]) -> str:
+    low, high = min(limits, key=lambda both: float(np.abs(both).min()))
+    return f"{math.degrees(low):.0f} to {math.degrees(high):.0f} deg" if math.isfinite(high - low) else "without limit"
+
+
+def as_built(made: Made, mjcf: str) -> str:
     """Return the MJCF of a robot as it is built.
 
     Raises:
@@ -117,7 +139,6 @@ def as_built(made: Made, mjcf: str, *, scale: float = 1.0) -> str:
     """
     argument = {
         "mjcf": mjcf,
-        "scale": scale,
         "masses": _mass_factors(made),
         "joints": _joint_values(made),
         "skins": _skins(made),
@@ -142,9 +163,9 @@ def _mass_factors(made: Made) -> dict[str, float]:
 def _joint_values(made: Made) -> dict[str, dict[str, float]]:
     values: dict[str, dict[str, float]] = {}
     for index, hinge in made.hinges.hinges.items():
-        joint, gap = made.anatomy.joints[index], made.skeleton.gaps[index]
-        for name, limit in zip(joint.names, joint.range_rad, strict=False):
-            values[name] = {"stiffness": hinge.stiffness_n_m_rad, "range": min(limit, touching_rad(made, gap))}
+        touch_rad = made.skeleton.gaps[index].touch_rad
+        for name in made.anatomy.joints[index].names:
+            values[name] = {"stiffness": hinge.stiffness_n_m_rad, "range": touch_rad}
     return values
 
 
@@ -199,8 +220,7 @@ def _bending(made: Made) -> list[dict[str, Any]]:
 def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
     """Return {"mjcf"}, the robot with masses, joints and shapes as built; the worker's side of `as_built`."""
     spec = parse_mjcf(argument["mjcf"])
-    if argument["scale"] != 1.0:
-        scale_robot(spec, argument["scale"])
+    settle_inertias(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -210,22 +230,37 @@ def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
     for joint in spec.joints:
         new = argument["joints"].get(name_of(model, mujoco.mjtObj.mjOBJ_JOINT, int(joint.id)))
         if new is not None:
-            joint.stiffness = np.full_like(joint.stiffness, 0.0) if np.ndim(joint.stiffness) else 0.0
-            if np.ndim(joint.stiffness):
-                joint.stiffness[0] = new["stiffness"]
-            else:
-                joint.stiffness = new["stiffness"]
-            if math.isfinite(new["range"]):
-                joint.range = [-new["range"], new["range"]]
-                joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+            _bend(joint, new, degree=spec.compiler.degree)
     for geom in spec.geoms:
         ends = argument["skins"].get(name_of(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom.id)))
         if ends is not None:
             _shorten(geom, ends, model, data, int(geom.id))
+    _slacken(spec)
     for wall in argument["walls"]:
         _add_wall(bodies[wall["body"]], wall, data)
     spec.compile()
     return {"mjcf": spec.to_xml()}
+
+
+def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
+    """Give a joint its stiffness [N m/rad] and its range about the pose it is drawn in [rad]."""
+    if np.ndim(joint.stiffness):
+        joint.stiffness = [new["stiffness"], *([0.0] * (len(joint.stiffness) - 1))]
+    else:
+        joint.stiffness = new["stiffness"]
+    most = math.degrees(new["range"]) if degree else new["range"]
+    joint.range = [0.0, most] if joint.type == mujoco.mjtJoint.mjJNT_BALL else [joint.ref - most, joint.ref + most]
+    joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+
+
+def _slacken(spec: mujoco.MjSpec) -> None:
+    """Take the forces of tendons that nothing drives: no cable is cut for them. Sensors on them go on measuring."""
+    driven = {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON}
+    for tendon in spec.tendons:
+        if tendon.name not in driven:
+            tendon.stiffness, tendon.damping = 0.0 * tendon.stiffness, 0.0 * tendon.damping
+            tendon.frictionloss = tendon.armature = 0.0
+            tendon.limited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
 def _weigh(body: Any, model: mujoco.MjModel, number: int, factor: float) -> None:
@@ -246,7 +281,7 @@ def _shorten(geom: Any, ends: Any, model: mujoco.MjModel, data: mujoco.MjData, n
     """Make a capsule a cylinder between two faces; parts have flat ends."""
     begin, end = _local(data, int(model.geom_bodyid[number]), ends)
     geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
-    geom.fromto = [*begin, *end]
+    geom.fromto, geom.pos = [*begin, *end], np.zeros(3)  # MuJoCo takes one of the two
     geom.size = [float(model.geom_size[number, 0]), 0.0, 0.0]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from aidsr.fabrication.making import Made
@@ -32,7 +31,7 @@ def control_map(made: Made, responses: tuple[Response, ...]) -> dict[str, Any]:
                 "spool_angle_rad": [round(length / radius_mm, 4) for length in response.reeled_in_mm],
                 "torque_n_m": [round(force * loss * radius_mm / 1000, 4) for force in response.force_n],
                 "largest_torque_n_m": round(winch.demand.at_winch_n * radius_mm / 1000, 4),
-                "largest_angle_rad": round(1000 * winch.demand.stroke_m / radius_mm + math.pi, 3),
+                "largest_angle_rad": round(1000 * winch.demand.stroke_m / radius_mm, 3),
             }
         )
     return {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,10 +13,9 @@ from aidsr.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy
 from aidsr.fabrication.routing import Bore, Duct
 from aidsr.fabrication.shaping import Shaping
-from aidsr.fabrication.skeleton import Gap
 from aidsr.fabrication.solids import rounded, union
 
-__all__ = ["Passage", "bend_limit_rad", "duct_faults", "passages"]
+__all__ = ["Passage", "duct_faults", "passages"]
 
 _FREE_SHARE, _HELD_SHARE = 0.01, 0.95
 """Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
@@ -110,11 +108,3 @@ def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
 def _share(probe: Manifold, solid: Manifold) -> float:
     volume = probe.volume()
     return float((probe ^ solid).volume() / volume) if volume > 0 else 0.0
-
-
-def bend_limit_rad(gap: Gap, outside_mm: float) -> float:
-    """Return the angle at which the faces of a gap touch [rad].
-
-    Source: two flat faces of radius R, each half a gap g from the hinge's middle, touch at 2 atan(g / 2 R).
-    """
-    return 2 * math.atan(gap.length_mm / 2 / outside_mm)

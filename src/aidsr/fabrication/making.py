@@ -18,15 +18,16 @@ from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.hinges import Hinges, design_hinges
 from aidsr.fabrication.inspecting import Passage, duct_faults, passages
 from aidsr.fabrication.likeness import alike, moments
-from aidsr.fabrication.materials import Material, lines, material_for, sheath_for
+from aidsr.fabrication.materials import Line, Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
 from aidsr.fabrication.shaping import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
 from aidsr.fabrication.stations import seat_of, spool, station
+from aidsr.fabrication.unbuilt import unbuilt_faults
 from aidsr.fabrication.weighing import Weight, weigh
-from aidsr.fabrication.winches import Winch, demands, string, winch_faults
+from aidsr.fabrication.winches import Demand, Winch, demands, string, winch_faults
 
 __all__ = ["Made", "PrintedPart", "make"]
 
@@ -89,6 +90,7 @@ class Made:
         """Everything in the way of building it, errors first."""
         found = [
             *routing_faults(self.anatomy),
+            *unbuilt_faults(self.anatomy),
             *self.hinges.faults,
             *duct_faults(self.anatomy, self.passages),
             *winch_faults(self.anatomy, self.winches),
@@ -107,7 +109,6 @@ def make(
     printer: Printer,
     *,
     material: str | None = None,
-    scale: float = 1.0,
 ) -> Made:
     """Make a robot of the first material its hinges can be made of.
 
@@ -116,18 +117,26 @@ def make(
         reports: What the validator recorded of it, alone and in its scene.
         printer: What it is printed on.
         material: Name of a material; None tries all the printer has.
-        scale: Factor on its lengths.
 
     Raises:
         UserError: There is no such material for this printer.
         MjcfError: The robot cannot be loaded.
     """
     choices = material_for(printer, material)
-    anatomy = read_anatomy(mjcf, scale=scale)
-    skeleton = Skeleton(anatomy)
+    anatomy = read_anatomy(mjcf)
+    asked = demands(anatomy, reports)
+    used = _lines(anatomy, asked)
+    bores = tuple(bore_for(line, sheath_for(line), printer) for line in used)
+    skeleton = Skeleton(anatomy, max((bore.outside_mm for bore in bores), default=0.0))
     designed = [(choice, design_hinges(anatomy, skeleton, choice)) for choice in choices]
     chosen, hinges = min(designed, key=lambda pair: len([f for f in pair[1].faults if f.severity == "error"]))
-    return _made(anatomy, skeleton, chosen, hinges, reports, printer)
+    return _made(anatomy, skeleton, chosen, hinges, asked, used, bores, printer)
+
+
+def _lines(anatomy: Anatomy, asked: dict[str, Demand]) -> tuple[Line, ...]:
+    """The line of each cable, the thinnest where none is chosen."""
+    first = {winch.cable: winch.line for winch in string(anatomy, asked, {})}
+    return tuple(first.get(index) or lines()[0] for index in range(len(anatomy.cables)))
 
 
 def _made(
@@ -135,14 +144,11 @@ def _made(
     skeleton: Skeleton,
     material: Material,
     hinges: Hinges,
-    reports: Sequence[ValidationReport],
+    asked: dict[str, Demand],
+    used: tuple[Line, ...],
+    bores: tuple[Bore, ...],
     printer: Printer,
 ) -> Made:
-    asked = demands(anatomy, reports)
-    first = {winch.cable: winch for winch in string(anatomy, asked, {})}
-    stock = [first[index].line if index in first else None for index in range(len(anatomy.cables))]
-    used = [line or lines()[0] for line in stock]
-    bores = tuple(bore_for(line, sheath_for(line), printer) for line in used)
     shaping = shape(anatomy, skeleton, hinges, bores, material, printer)
     entries = {
         duct.cable: max(0.0, float(np.linalg.norm(duct.seat - duct.path[0])) - SOCKET_MM)

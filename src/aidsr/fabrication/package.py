@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 from aidsr.fabrication.billing import bill
@@ -30,6 +31,8 @@ def write_package(
 ) -> Verdict:
     """Write parts, list of parts, control map, sheet and verdict into a folder, and return the verdict.
 
+    All is written beside the folder first, so that one that is stopped leaves the folder as it was.
+
     Args:
         folder: Made when it is missing; files of an earlier export in it are replaced.
         made: The robot.
@@ -39,34 +42,57 @@ def write_package(
         retest: How the robot as built behaves.
         cad: Whether STEP files are written too.
     """
-    parts = folder / "parts"
-    parts.mkdir(parents=True, exist_ok=True)
-    for old in parts.glob("*"):
-        old.unlink()
-    for part in made.parts:
-        (parts / f"{part.name}.3mf").write_bytes(three_mf(part.lying.surface, part.name))
-        (parts / f"{part.name}.stl").write_bytes(stl(part.lying.surface, part.name))
-        if cad:
-            (parts / f"{part.name}.step").write_bytes(step(part.lying.surface))
-        if part.full is not None:
-            (parts / f"{part.name}_full.stl").write_bytes(stl(part.full, part.name))
-    items = bill(made)
-    verdict = judge(made, tuple((item.what, item.cost_usd) for item in items), retest)
-    control = control_map(made, responses)
-    texts = {
-        "sheet.html": sheet(made, verdict, items, control, title),
-        "control.json": json.dumps(control, indent=2),
-        "drive.py": DRIVE,
-        "parts.json": json.dumps(_part_list(made), indent=2),
-        "bill.json": json.dumps([item.model_dump(mode="json") for item in items], indent=2),
-        "cables.json": json.dumps(_cable_list(made), indent=2),
-        MARK: verdict.model_dump_json(indent=2),
-    }
-    if built_mjcf is not None:
-        texts["as_built.xml"] = built_mjcf
-    for name, text in texts.items():
-        (folder / name).write_text(text.rstrip() + "\n", encoding="utf-8")
+    home = folder.resolve()
+    unfinished = home.with_name(f".{home.name}.unfinished")
+    _remove(unfinished)
+    try:
+        _write_parts(unfinished / "parts", made, cad=cad)
+        items = bill(made)
+        verdict = judge(made, tuple((item.what, item.cost_usd) for item in items), retest)
+        control = control_map(made, responses)
+        texts = {
+            "sheet.html": sheet(made, verdict, items, control, title),
+            "control.json": json.dumps(control, indent=2),
+            "drive.py": DRIVE,
+            "parts.json": json.dumps(_part_list(made), indent=2),
+            "bill.json": json.dumps([item.model_dump(mode="json") for item in items], indent=2),
+            "cables.json": json.dumps(_cable_list(made), indent=2),
+            MARK: verdict.model_dump_json(indent=2),
+        }
+        if built_mjcf is not None:
+            texts["as_built.xml"] = built_mjcf
+        for name, text in texts.items():
+            (unfinished / name).write_text(text.rstrip() + "\n", encoding="utf-8")
+        _put(unfinished, home)
+    finally:
+        _remove(unfinished)
     return verdict
+
+
+def _write_parts(folder: Path, made: Made, *, cad: bool) -> None:
+    folder.mkdir(parents=True)
+    for part in made.parts:
+        (folder / f"{part.name}.3mf").write_bytes(three_mf(part.lying.surface, part.name))
+        (folder / f"{part.name}.stl").write_bytes(stl(part.lying.surface, part.name))
+        if cad:
+            (folder / f"{part.name}.step").write_bytes(step(part.lying.surface))
+        if part.full is not None:
+            (folder / f"{part.name}_full.stl").write_bytes(stl(part.full, part.name))
+
+
+def _put(finished: Path, home: Path) -> None:
+    """Put an export in its place, its mark last; what else is in the folder stays."""
+    if not home.exists():
+        finished.rename(home)
+        return
+    _remove(home / "parts")
+    for path in sorted(finished.iterdir(), key=lambda path: path.name == MARK):
+        path.replace(home / path.name)
+
+
+def _remove(folder: Path) -> None:
+    if folder.exists():
+        shutil.rmtree(folder)
 
 
 def _part_list(made: Made) -> list[dict[str, object]]:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from aidsr.artifacts import Fault
+from aidsr.errors import MjcfError
 from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Part, Shape, Vector
-from aidsr.sim.compiling import parse_mjcf
+from aidsr.sim.compiling import compile_mjcf
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.pulling import pull_of
-from aidsr.sim.scaling import scale_robot
 from aidsr.sim.structure import name_of
 
 __all__ = ["read"]
@@ -35,11 +37,8 @@ _KINDS = {
 
 
 def read(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return the `Anatomy` of {"mjcf", "scale"} as JSON."""
-    spec = parse_mjcf(argument["mjcf"])
-    if argument["scale"] != 1.0:
-        scale_robot(spec, argument["scale"])
-    return _Reader(spec.compile()).anatomy().model_dump(mode="json")
+    """Return the `Anatomy` of {"mjcf"} as JSON."""
+    return _Reader(compile_mjcf(argument["mjcf"])).anatomy().model_dump(mode="json")
 
 
 class _Reader:
@@ -50,11 +49,14 @@ class _Reader:
         mujoco.mj_forward(model, self.data)
         self.owner = self._owners()
         kept = sorted(set(self.owner[1:].tolist()))
-        self.number = {root: index for index, root in enumerate(kept)}
+        self.bare = {root for root in kept if not self._solid(root)}
+        self.number = {root: index for index, root in enumerate(root for root in kept if root not in self.bare)}
 
     def anatomy(self) -> Anatomy:
+        self._refuse_what_has_no_shape()
         model = self.model
         pulling = {int(model.actuator_trnid[a, 0]): a for a in range(model.nu) if self._pulls(a)}
+        pulled = Counter(int(model.actuator_trnid[a, 0]) for a in range(model.nu) if self._pulls(a))
         loops = [
             name_of(model, _OBJ.mjOBJ_EQUALITY, index)
             for index in range(model.neq)
@@ -64,9 +66,19 @@ class _Reader:
             parts=tuple(self._part(root) for root in self.number),
             joints=tuple(self._joint(body) for body in range(1, model.nbody) if self._bends(body)),
             cables=tuple(self._cable(tendon, pulling.get(tendon)) for tendon in range(model.ntendon)),
-            held=not any(int(kind) == _FREE for kind in model.jnt_type),
             other_actuators=tuple(self._name("ACTUATOR", a) for a in range(model.nu) if not self._pulls(a)),
             open_loops=tuple(loops),
+            shared_cables=tuple(self._name("TENDON", tendon) for tendon, count in pulled.items() if count > 1),
+            couplings=tuple(
+                name_of(model, _OBJ.mjOBJ_EQUALITY, index)
+                for index in range(model.neq)
+                if model.eq_active0[index] and int(model.eq_type[index]) not in _LOOPS
+            ),
+            weightless=tuple(
+                self._name("BODY", body)
+                for body in range(1, model.nbody)
+                if model.body_gravcomp[body] and not self._is_held(int(self.owner[body]))
+            ),
         )
 
     def _owners(self) -> Vector:
@@ -94,12 +106,40 @@ class _Reader:
             and model.eq_obj2id[index]
         )
 
+    def _refuse_what_has_no_shape(self) -> None:
+        """A body without shapes is part of the joint of the one body that hangs on it, and of no other."""
+        parents = self.owner[self.model.body_parentid]
+        hanging = Counter(parents[self.owner != parents].tolist())
+        odd = [self._name("BODY", root) for root in sorted(self.bare) if hanging[root] != 1 or self._is_held(root)]
+        if odd or not self.number:
+            found = f"{', '.join(odd)} {'have' if len(odd) > 1 else 'has'} none" if odd else "there is no body"
+            message = f"bodies with solid shapes were expected, as parts to print, and {found}"
+            cure = "Give each a geom, or hang on it just the one body that it lets turn."
+            fault = Fault(
+                code="part_without_shape",
+                layer="realizability",
+                severity="error",
+                names=tuple(odd),
+                message=f"{message}. {cure}",
+            )
+            raise MjcfError([fault])
+
     def _pulls(self, actuator: int) -> bool:
         return int(self.model.actuator_trntype[actuator]) == _TENDON
 
     def _bends(self, body: int) -> bool:
         first = int(self.model.body_jntadr[body])
-        return first >= 0 and int(self.model.jnt_type[first]) != _FREE
+        return body not in self.bare and first >= 0 and int(self.model.jnt_type[first]) != _FREE
+
+    def _solid(self, root: int) -> list[int]:
+        """Geoms of a part that are solid: those that can touch something, or all where none can."""
+        model = self.model
+        solid = [
+            geom
+            for geom in range(model.ngeom)
+            if self.owner[model.geom_bodyid[geom]] == root and int(model.geom_type[geom]) in _KINDS
+        ]
+        return [geom for geom in solid if model.geom_contype[geom] or model.geom_conaffinity[geom]] or solid
 
     def _name(self, kind: str, index: int) -> str:
         return name_of(self.model, getattr(_OBJ, f"mjOBJ_{kind}"), index)
@@ -107,20 +147,20 @@ class _Reader:
     def _part(self, root: int) -> Part:
         model, data = self.model, self.data
         bodies = [int(body) for body in np.flatnonzero(self.owner == root)]
-        geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies]
-        solid = [g for g in geoms if int(model.geom_type[g]) in _KINDS]
-        touching = [g for g in solid if model.geom_contype[g] or model.geom_conaffinity[g]]
-        free = int(model.body_dofnum[root]) == 6
         return Part(
             name=self._name("BODY", root),
             bodies=tuple(self._name("BODY", body) for body in bodies),
             body_ids=tuple(bodies),
-            shapes=tuple(self._shape(geom) for geom in touching or solid),
+            shapes=tuple(self._shape(geom) for geom in self._solid(root)),
             position_mm=_mm(data.xpos[root]),
             rotation=_numbers(data.xmat[root]),
             mass_kg=float(model.body_mass[bodies].sum()),
-            held=int(model.body_parentid[root]) == 0 and not free and int(model.body_jntnum[root]) == 0,
+            held=self._is_held(root),
         )
+
+    def _is_held(self, root: int) -> bool:
+        """Whether the world holds the part of a first body."""
+        return int(self.model.body_parentid[root]) == 0 and int(self.model.body_jntnum[root]) == 0
 
     def _shape(self, geom: int) -> Shape:
         model, data, kind = self.model, self.data, int(self.model.geom_type[geom])
@@ -139,33 +179,37 @@ class _Reader:
         )
 
     def _joint(self, body: int) -> Joint:
-        model, data = self.model, self.data
-        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-        joints = range(first, first + count)
+        model, data, line = self.model, self.data, [body]
+        while (before := int(self.owner[model.body_parentid[line[0]]])) in self.bare:
+            line.insert(0, before)
+        joints = np.flatnonzero(np.isin(model.jnt_bodyid, line)).tolist()
         kinds = {int(model.jnt_type[j]) for j in joints}
-        ball = kinds == {_BALL} and count == 1
-        anchors = data.xanchor[first : first + count]
-        axes = data.xmat[body].reshape(3, 3).T if ball else data.xaxis[first : first + count]
-        parent = int(self.owner[model.body_parentid[body]])
+        ball = kinds == {_BALL} and len(joints) == 1
+        anchors = data.xanchor[joints]
+        axes = data.xmat[body].reshape(3, 3).T if ball else data.xaxis[joints]
         stiffness = [float(np.ravel(model.jnt_stiffness[j])[0]) for j in joints]
         return Joint(
             names=tuple(self._name("JOINT", j) for j in joints),
-            parent=self.number.get(parent, -1),
+            parent=self.number.get(before, -1),
             child=self.number[int(self.owner[body])],
-            bodies=(int(model.body_parentid[body]), body),
+            bodies=(int(model.body_parentid[line[0]]), body),
             kind="ball" if ball else "hinge" if not kinds & {_SLIDE, _BALL, _FREE} else "other",
             anchor_mm=_mm(anchors.mean(axis=0)),
             axes=tuple(_numbers(axis) for axis in axes),
             stiffness_n_m_rad=tuple(stiffness) * (3 if ball else 1),
-            range_rad=tuple(self._largest_angle(j) for j in joints) * (3 if ball else 1),
-            preload_n_m=max(abs(float(data.qfrc_spring[model.jnt_dofadr[j]])) for j in joints),
+            limits_rad=tuple(self._limits(j) for j in joints) * (3 if ball else 1),
             offset_mm=1000.0 * float(np.linalg.norm(anchors - anchors[0], axis=1).max()),
         )
 
-    def _largest_angle(self, joint: int) -> float:
-        if not self.model.jnt_limited[joint]:
-            return math.inf
-        return float(np.abs(self.model.jnt_range[joint]).max())
+    def _limits(self, joint: int) -> tuple[float, float]:
+        model = self.model
+        if not model.jnt_limited[joint]:
+            return -math.inf, math.inf
+        low, high = map(float, model.jnt_range[joint])
+        if int(model.jnt_type[joint]) == _BALL:
+            return -high, high
+        drawn = float(model.qpos0[model.jnt_qposadr[joint]])
+        return low - drawn, high - drawn
 
     def _cable(self, tendon: int, actuator: int | None) -> Cable:
         model, data = self.model, self.data
@@ -184,8 +228,9 @@ class _Reader:
         )
 
     def _largest_pull_n(self, actuator: int) -> float:
-        if self.model.actuator_forcelimited[actuator]:
-            return float(np.abs(self.model.actuator_forcerange[actuator]).max())
+        model = self.model
+        if model.actuator_forcelimited[actuator]:
+            return max(0.0, float((-model.actuator_gear[actuator, 0] * model.actuator_forcerange[actuator]).max()))
         return math.inf
 
     def _guide(self, site: int) -> Guide:

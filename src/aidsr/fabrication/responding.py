@@ -9,9 +9,8 @@ import numpy as np
 
 from aidsr.artifacts import Artifact
 from aidsr.sim import isolation
-from aidsr.sim.compiling import parse_mjcf
+from aidsr.sim.compiling import compile_mjcf
 from aidsr.sim.isolation import Limits
-from aidsr.sim.scaling import scale_robot
 from aidsr.sim.structure import name_of
 
 __all__ = ["Response", "measure", "responses"]
@@ -39,42 +38,43 @@ class Response(Artifact):
     reeled_in_mm: tuple[float, ...]
 
 
-def responses(mjcf: str, *, scale: float = 1.0) -> tuple[Response, ...]:
+def responses(mjcf: str) -> tuple[Response, ...]:
     """Return the response of each tendon actuator of a robot.
 
     Raises:
         IsolationError: Simulating ran past a limit.
     """
-    argument = {"mjcf": mjcf, "scale": scale}
-    found = isolation.call("aidsr.fabrication.responding:measure", argument, _LIMITS)["responses"]
+    found = isolation.call("aidsr.fabrication.responding:measure", {"mjcf": mjcf}, _LIMITS)["responses"]
     return tuple(map(Response.model_validate, found))
 
 
 def measure(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"responses"} of {"mjcf", "scale"}; the worker's side of `responses`."""
-    spec = parse_mjcf(argument["mjcf"])
-    if argument["scale"] != 1.0:
-        scale_robot(spec, argument["scale"])
-    model = spec.compile()
+    """Return {"responses"} of {"mjcf"}; the worker's side of `responses`."""
+    model = compile_mjcf(argument["mjcf"])
     model.opt.gravity[:] = 0.0  # the same answer however the robot is mounted
     actuators = [index for index in range(model.nu) if int(model.actuator_trntype[index]) == _TENDON]
     return {"responses": [_response(model, index).model_dump(mode="json") for index in actuators]}
 
 
 def _response(model: mujoco.MjModel, actuator: int) -> Response:
+    """Return what one actuator does from rest to the end of its range that pulls hardest: cables cannot push."""
+    low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
+    rest = float(np.clip(0.0, low, high))
+    ends = [float(end) for end in (low, high) if end != rest] or [rest]
+    return max((_towards(model, actuator, rest, end) for end in ends), key=lambda found: found.force_n[-1])
+
+
+def _towards(model: mujoco.MjModel, actuator: int, rest: float, far: float) -> Response:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     tendon = int(model.actuator_trnid[actuator, 0])
-    low, high = model.actuator_ctrlrange[actuator] if model.actuator_ctrllimited[actuator] else (0.0, 1.0)
-    rest = float(np.clip(0.0, low, high))
-    far = float(high if high - rest >= rest - low else low)
-    drawn = float(data.ten_length[tendon])
+    drawn, gear = float(data.ten_length[tendon]), float(model.actuator_gear[actuator, 0])
     levels = np.linspace(rest, far, _LEVELS)
     forces, reeled = [], []
     for level in levels:
         data.ctrl[actuator] = level
         _settle(model, data, tendon)
-        forces.append(-float(data.actuator_force[actuator]))
+        forces.append(-gear * float(data.actuator_force[actuator]))
         reeled.append(1000.0 * (drawn - float(data.ten_length[tendon])))
     return Response(
         actuator=name_of(model, mujoco.mjtObj.mjOBJ_ACTUATOR, actuator),

@@ -53,6 +53,11 @@ class Bore:
     sheath_mm: float
     knot_mm: float
 
+    @property
+    def outside_mm(self) -> float:
+        """Outer radius of the wall around the duct alone."""
+        return self.radius_mm + _WALL_MM
+
     def wall_radius(self, duct: Duct) -> float:
         """Outer radius of the wall around a duct [mm]."""
         widest = max(self.radius_mm, self.sheath_mm * duct.sheathed, self.knot_mm * duct.ends)

@@ -41,7 +41,8 @@ class Gap:
         after_mm: From the anchor on to the child's face.
         radius_mm: Of the limb there.
         reach_mm: Largest distance of a cable from the limb's axis there; 0 without cables.
-        bend_rad: Largest angle that limits allow and cables can pull.
+        touch_rad: Angle at which the two parts touch; nothing else that is built stops the joint.
+        bend_rad: Largest angle that cables can pull, before the parts touch.
     """
 
     joint: int
@@ -52,6 +53,7 @@ class Gap:
     after_mm: float
     radius_mm: float
     reach_mm: float
+    touch_rad: float
     bend_rad: float
 
     @property
@@ -66,10 +68,15 @@ class Gap:
 
 
 class Skeleton:
-    """The gaps and limbs of a robot."""
+    """The gaps and limbs of a robot.
 
-    def __init__(self, anatomy: Anatomy) -> None:
-        self.anatomy = anatomy
+    Args:
+        anatomy: The robot.
+        wall_mm: Outer radius of the wall around each cable.
+    """
+
+    def __init__(self, anatomy: Anatomy, wall_mm: float = 0.0) -> None:
+        self.anatomy, self.wall_mm = anatomy, wall_mm
         self.anchors = [np.array(joint.anchor_mm) for joint in anatomy.joints]
         self._out: dict[int, list[int]] = {}
         self._into: dict[int, int] = {}
@@ -140,16 +147,20 @@ class Skeleton:
         behind = [float((anchor - np.array(one.position_mm)) @ before) for one, _ in crossings]
         ahead = [float((np.array(other.position_mm) - anchor) @ after) for _, other in crossings]
         offsets = [_distance(np.array(other.position_mm), anchor, after) for _, other in crossings]
+        before_mm, after_mm = _half_gap(behind, back), _half_gap(ahead, on)
+        radius_mm, reach_mm = self._radius(joint, anchor, after), max(offsets, default=0.0)
+        touch_rad = _touching_rad(before_mm + after_mm, max(radius_mm, reach_mm + self.wall_mm))
         return Gap(
             joint=index,
             anchor=anchor,
             before=before,
             after=after,
-            before_mm=_half_gap(behind, back),
-            after_mm=_half_gap(ahead, on),
-            radius_mm=self._radius(joint, anchor, after),
-            reach_mm=max(offsets, default=0.0),
-            bend_rad=self._bend(joint),
+            before_mm=before_mm,
+            after_mm=after_mm,
+            radius_mm=radius_mm,
+            reach_mm=reach_mm,
+            touch_rad=touch_rad,
+            bend_rad=min(touch_rad, self._pulled_rad(joint)),
         )
 
     def _axes(self, index: int) -> tuple[Vector, Vector]:
@@ -200,9 +211,9 @@ class Skeleton:
         sizes = [min(size for size in shape.size_mm if size > 0) for shape in self.anatomy.parts[joint.child].shapes]
         return min(sizes, default=5.0)
 
-    def _bend(self, joint: Joint) -> float:
-        """Largest angle of a joint when cables pull as hard as they may, up to its limits [rad]."""
-        stiffness, limit = min(joint.stiffness_n_m_rad), max(joint.range_rad)
+    def _pulled_rad(self, joint: Joint) -> float:
+        """Largest angle of a joint when cables pull as hard as they may, infinite where that is not known [rad]."""
+        stiffness = min(joint.stiffness_n_m_rad)
         pulls = np.array(
             [
                 [cable.largest_pull_n * cable.torques_mm.get(name, 0.0) / 1000.0 for name in joint.names]
@@ -211,11 +222,11 @@ class Skeleton:
             ]
         ).reshape(-1, len(joint.names))
         if stiffness <= 0 or joint.kind != "hinge" or not np.isfinite(pulls).all():
-            return min(limit, math.pi / 2)
+            return math.inf
         turns = np.linspace(0, 2 * math.pi, 36, endpoint=False)
         wheel = np.stack([np.cos(turns), np.sin(turns), *([np.zeros(36)] * (len(joint.names) - 2))], axis=1)
         wheel = wheel[:, : len(joint.names)] if len(joint.names) > 1 else np.array([[1.0], [-1.0]])
-        return float(min(limit, np.maximum(pulls @ wheel.T, 0).sum(axis=0).max(initial=0.0) / stiffness))
+        return float(np.maximum(pulls @ wheel.T, 0).sum(axis=0).max(initial=0.0) / stiffness)
 
 
 def unit(vector: Vector) -> Vector:
@@ -227,6 +238,14 @@ def _half_gap(guides: list[float], room_mm: float) -> float:
     """A part ends at its guides, where the simulated cable leaves it."""
     asked = min(guides, default=room_mm)
     return float(np.clip(asked, _LEAST_HALF_GAP_MM, min(room_mm, _LONGEST_HALF_GAP_MM)))
+
+
+def _touching_rad(gap_mm: float, outside_mm: float) -> float:
+    """Return the angle at which the faces of a gap touch [rad].
+
+    Source: two flat faces of radius R, each half a gap g from the hinge's middle, touch at 2 atan(g / 2 R).
+    """
+    return 2 * math.atan(gap_mm / 2 / outside_mm)
 
 
 def _distance(point: Vector, on_axis: Vector, axis: Vector) -> float:

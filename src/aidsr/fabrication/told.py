@@ -30,10 +30,12 @@ class Retest(Artifact):
     """The robot as built, beside the robot as designed, both driven by the validator."""
 
     stable: bool
+    """Whether the robot as built moves without a fault; whether it could be built is another question."""
     reach_m: float
     """Largest displacement that any single actuator caused."""
     designed_reach_m: float
     faults: tuple[Fault, ...]
+    designed_faults: tuple[Fault, ...] = ()
     success_share: float | None = None
     """Of the trained policy, in the scene with the robot as built; None where none was tried."""
     designed_success_share: float | None = None

@@ -8,6 +8,7 @@ from aidsr.artifacts import Fault, ValidationReport
 from aidsr.fabrication.changing import changes_of
 from aidsr.fabrication.making import Made
 from aidsr.fabrication.told import REACH_TOLERANCE, Retest, Verdict
+from aidsr.wording import finding
 
 __all__ = ["judge", "retest_of"]
 
@@ -23,7 +24,13 @@ def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
         share = report.measurements.get("largest_effect_over_length", 0.0)
         return float(share) * float(report.measurements.get("characteristic_length_m", 0.0))
 
-    return Retest(stable=built.stable, reach_m=reach(built), designed_reach_m=reach(designed), faults=built.faults)
+    return Retest(
+        stable=not _unsound(built.faults),
+        reach_m=reach(built),
+        designed_reach_m=reach(designed),
+        faults=built.faults,
+        designed_faults=designed.faults,
+    )
 
 
 def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest | None) -> Verdict:
@@ -36,7 +43,7 @@ def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest
     """
     reasons, changes = [*made.faults], changes_of(made)
     if retest is not None:
-        reasons += _retest_reasons(retest)
+        reasons = [*_design_reasons(retest, made.faults), *reasons, *_retest_reasons(retest)]
     errors = [fault for fault in reasons if fault.severity == "error"]
     parts = made.anatomy.parts
     held = {piece.name for piece in made.shaping.pieces if all(parts[part].held for part in piece.parts)}
@@ -81,18 +88,46 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
     ]
 
 
-def _retest_reasons(retest: Retest) -> list[Fault]:
-    found = [
-        Fault(
-            code="unstable_as_built",
-            layer="realizability",
-            severity="error",
-            names=tuple(dict.fromkeys(fault.code for fault in retest.faults if fault.severity == "error")),
-            message="the validator finds faults in the robot as built",
-            cure="See the faults under retest.",
+def _unsound(faults: tuple[Fault, ...]) -> list[Fault]:
+    """Errors in how a robot moves, which say nothing of whether it could be built."""
+    return [fault for fault in faults if fault.severity == "error" and fault.layer != "realizability"]
+
+
+def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
+    """What the validator says of the robot as designed: that it does not work, and what of it cannot be built.
+
+    Args:
+        retest: With the faults of the design.
+        known: Faults that are told already.
+    """
+    told = {(fault.code, fault.severity, name) for fault in known for name in fault.names}
+    found = []
+    if unsound := _unsound(retest.designed_faults):
+        message = "the design itself is unstable, before anything is changed to build it"
+        found.append(
+            _unstable("unstable_as_designed", unsound, message, "Mend what aidsr validate says of the design.")
         )
-    ] * (not retest.stable)
-    if not retest.same_reach:
+    found += [
+        fault
+        for fault in retest.designed_faults
+        if fault.layer == "realizability"
+        and not any((fault.code, fault.severity, name) in told for name in fault.names)
+    ]
+    return found
+
+
+def _retest_reasons(retest: Retest) -> list[Fault]:
+    """What the robot as built does wrong that the design does not."""
+    had = {fault.code for fault in retest.designed_faults if fault.severity == "error"}
+    found = [
+        fault.model_copy(update={"message": f"as built, {fault.message}"})
+        for fault in retest.faults
+        if fault.severity == "error" and fault.layer == "realizability" and fault.code not in had
+    ]
+    if unsound := [fault for fault in _unsound(retest.faults) if fault.code not in had]:
+        message = "is unstable with the masses, springs and stops it is built with"
+        found.append(_unstable("unstable_as_built", unsound, message, "See the faults under retest."))
+    if not retest.same_reach and not _unsound(retest.designed_faults):
         found.append(
             Fault(
                 code="reach_changed",
@@ -106,3 +141,14 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
             )
         )
     return found
+
+
+def _unstable(code: str, faults: list[Fault], message: str, cure: str) -> Fault:
+    return Fault(
+        code=code,
+        layer="realizability",
+        severity="error",
+        names=tuple(dict.fromkeys(fault.code for fault in faults)),
+        message=f"{message}: {'; '.join(map(finding, faults))}",
+        cure=cure,
+    )

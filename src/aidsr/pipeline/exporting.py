@@ -21,6 +21,7 @@ from aidsr.runs.status import newest
 from aidsr.runs.trainings import trainings_of
 from aidsr.sim.assembly import assemble
 from aidsr.sim.mjcf import open_mjcf
+from aidsr.sim.resizing import at_size
 from aidsr.validation import validate
 
 if TYPE_CHECKING:
@@ -44,8 +45,7 @@ class _Subject:
 
     Attributes:
         title: For the sheet.
-        mjcf: The robot alone.
-        scale: Factor on its lengths.
+        mjcf: The robot alone, at its final size.
         reports: What the validator recorded of it already.
         environment: MJCF of the environment it was designed for; empty for a robot from a file.
         mount: How it is held while it is tested.
@@ -54,7 +54,6 @@ class _Subject:
 
     title: str
     mjcf: str
-    scale: float
     reports: tuple[ValidationReport, ...]
     environment: str
     mount: Mount
@@ -92,14 +91,15 @@ def export(
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
         raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
-    designed = validate(given.mjcf, mount=given.mount, environment=given.environment)
+    designed = validate(given.mjcf, mount=given.mount, environment=given.environment, realizable=True)
     reports = (*given.reports, designed)
-    made = make(given.mjcf, reports, printer_named(printer), material=material, scale=given.scale)
-    built = as_built(made, given.mjcf, scale=given.scale)
-    retest = retest_of(designed, validate(built, mount=given.mount, environment=given.environment))
+    made = make(given.mjcf, reports, printer_named(printer), material=material)
+    built = as_built(made, given.mjcf)
+    tried = validate(built, mount=given.mount, environment=given.environment, realizable=True)
+    retest = retest_of(designed, tried)
     if policy:
         retest = _with_policy(retest, given, built)
-    measured = responses(given.mjcf, scale=given.scale)
+    measured = responses(given.mjcf)
     verdict = write_package(
         target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest, cad=cad
     )
@@ -109,24 +109,27 @@ def export(
 def _read(subject: Path) -> _Subject:
     """Return what a path stands for."""
     if not subject.is_dir():
-        return _Subject(subject.stem, open_mjcf(subject), 1.0, (), "", "auto", None)
-    design = DesignFolder(subject)
+        return _Subject(subject.stem, open_mjcf(subject), (), "", "auto", None)
+    design = DesignFolder(subject.resolve())
     robot = design.final_robot.read()
     if robot is None:
         raise UserError(
             f"a design with a final_robot.xml was expected, and {subject} has none; give the folder of an approved "
             "design, as runs/…/designs/1, or the MJCF of a robot"
         )
-    brief = Run(subject.parent.parent).brief()
+    brief = Run(design.path.parent.parent).brief()
     kept = design.leading_to()
     placement = newest(it.placement.read() for it in kept) or Placement(mount="world", base="fixed")
-    found = newest(it.robot_report.read() for it in kept), newest(it.scene_report.read() for it in kept)
+    mjcf, found = robot.decode(), [newest(it.scene_report.read() for it in kept)]
+    if placement.scale == 1.0:
+        found.append(newest(it.robot_report.read() for it in kept))
+    else:  # the robot's own report is of another size
+        mjcf = at_size(mjcf, placement.scale)
     concept = newest(it.concept.read() for it in kept)
     title = f"{concept.name if concept else 'robot'} for {brief.task or 'an objective in words'}"
     return _Subject(
         title=title,
-        mjcf=robot.decode(),
-        scale=placement.scale,
+        mjcf=mjcf,
         reports=tuple(report for report in found if report),
         environment=brief.environment,
         mount=placement.base,
@@ -151,8 +154,8 @@ def _with_policy(retest: Retest, given: _Subject, built: str) -> Retest:
     assert robot is not None, "only what is approved is trained"
     assert placement is not None, "only a robot that was placed in a scene is approved"
     changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
-    at_size = placement.model_copy(update={"scale": 1.0})
-    scene = assemble(changed, given.environment, at_size, trained.scene.task.sensors)
+    as_it_is = placement.model_copy(update={"scale": 1.0})
+    scene = assemble(changed, given.environment, as_it_is, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
     there = there.driven_as(trained.config.groups, trained.config.groups_from)
     with one_torch_thread():

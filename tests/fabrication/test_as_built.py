@@ -1,0 +1,88 @@
+"""The robot as built has the ranges and masses of its parts, however its file says them."""
+
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+from fingers import WINCH, finger
+
+from aidsr.fabrication.changing import as_built, changes_of
+from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.printers import printer_named
+from aidsr.validation import validate
+
+
+@cache
+def made(mjcf: str) -> Made:
+    return make(mjcf, [validate(mjcf)], printer_named("fdm"))
+
+
+@cache
+def built(mjcf: str) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(as_built(made(mjcf), mjcf))
+
+
+@pytest.mark.parametrize(
+    "mjcf",
+    [
+        finger(compiler="", joint='range="-28.6478898 28.6478898"'),
+        finger(compiler='angle="radian" inertiafromgeom="true"'),
+        finger(compiler='angle="radian" settotalmass="0.037"'),
+        finger(joint='ref="0.2" springref="0.2" range="-0.3 0.7"'),
+        finger().replace('fromto="0 0 0 0 0 0.02" size="0.008"', 'pos="0 0 0.01" euler="3.1416 0 0" size="0.008 0.01"'),
+    ],
+    ids=["degrees", "inertiafromgeom", "settotalmass", "ref", "pos"],
+)
+def test_one_robot_written_in_several_ways_is_built_the_same(mjcf: str) -> None:
+    model, plain = built(mjcf), built(finger())
+    assert model.jnt_range - model.qpos0[:, None] == pytest.approx(plain.jnt_range, abs=1e-4)
+    assert model.geom_pos == pytest.approx(plain.geom_pos, abs=1e-4)
+    assert np.sort(model.geom_size) == pytest.approx(np.sort(plain.geom_size), abs=1e-4)
+    assert model.body_mass == pytest.approx(plain.body_mass, rel=1e-3)
+    assert plain.body_mass[2:].sum() != pytest.approx(0.015, rel=0.01), "masses change, or this test sees nothing"
+
+
+def test_a_ball_joint_with_a_range_keeps_it_one_sided() -> None:
+    model = built(finger(joint='type="ball" range="0 0.5"'))
+    assert model.jnt_range[:, 0] == pytest.approx(0)
+    assert model.jnt_range[:, 1].min() > 0.1
+
+
+def test_a_tendon_that_nothing_drives_has_no_force_and_is_told() -> None:
+    drives = WINCH.format(name="pull_flex", tendon="flex")
+    mjcf = finger(extend='stiffness="400" damping="1" limited="true" range="0 0.05"', actuators=drives)
+    assert mujoco.MjModel.from_xml_string(mjcf).tendon_stiffness.any()
+    model = built(mjcf)
+    assert model.ntendon == 2
+    for name in ("tendon_stiffness", "tendon_damping", "tendon_limited"):
+        assert not getattr(model, name).any(), name
+    assert "cables that nothing drives" in {change.what for change in changes_of(made(mjcf))}
+    assert "cables that nothing drives" not in {change.what for change in changes_of(made(finger()))}
+
+
+@pytest.mark.parametrize(
+    ("limits", "what", "simulated"),
+    [
+        ('range="-0.1 0.1"', "stops of joints", "-6 to 6 deg"),
+        ('range="0 1.5"', "stops of joints", "0 to 86 deg"),
+        ('range="-1.5 1.5"', "range of joints", "-86 to 86 deg"),
+        ("", "range of joints", "without limit"),
+    ],
+)
+def test_only_walls_stop_a_joint_and_that_is_told(limits: str, what: str, simulated: str) -> None:
+    mjcf = finger(joint=limits, stiffness=0.1)
+    touch = made(mjcf).skeleton.gaps[0].touch_rad
+    assert 0.5 < touch < 1.4
+    assert built(mjcf).jnt_range == pytest.approx(np.array([[-touch, touch]] * 3), abs=1e-4)
+    told = {change.what: change for change in changes_of(made(mjcf))}
+    assert told[what].simulated == simulated
+    assert told[what].built.startswith(f"-{np.rad2deg(touch):.0f} to {np.rad2deg(touch):.0f} deg")
+
+
+@pytest.mark.parametrize("limits", ['range="-0.1 0.1"', 'range="-0.5 0.5"', ""])
+def test_hinges_are_strained_as_far_as_cables_pull_until_parts_touch(limits: str) -> None:
+    pulled = [gap.bend_rad for gap in made(finger(joint=limits)).skeleton.gaps]
+    assert pulled == pytest.approx([10 * 0.0095 / 0.3] * 3, rel=0.01)
+    whole = made(finger(joint=limits, stiffness=0.01))
+    assert [gap.bend_rad for gap in whole.skeleton.gaps] == [gap.touch_rad for gap in whole.skeleton.gaps]
