@@ -19,7 +19,7 @@ from aidsr.fabrication.materials import Sheath
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import rounded, union
 
-__all__ = ["Seat", "seat_of", "spool", "station"]
+__all__ = ["Seat", "free_run_mm", "seat_of", "spool", "station"]
 
 _PLATE_MM, _WALL_MM = 4.0, 5.0
 _DRUM_MM = 8.0
@@ -118,13 +118,18 @@ def _slot_end(drum_mm: float) -> float:
     return min(8.0, inside) if inside > 6.5 else 8.0
 
 
+def free_run_mm(radius_mm: float) -> float:
+    """Return how far a line runs free at a station, from a spool of this radius to its sheath's end [mm]."""
+    return radius_mm + _RIM_MM + _STOP_MM - _SOCKET_MM
+
+
 def station(seat: Seat, radius_mm: float, sheath: Sheath, printer: Printer) -> Manifold:
     """Return the station of a motor with a spool of this radius. The line leaves the drum at its lowest point."""
     rim = radius_mm + _RIM_MM
     length, depth = (seat.box_mm[0], seat.box_mm[2]) if seat.box_mm else (seat.diameter_mm + 6.0, 20.0)
     strap_room = _STRAP_MM[0] + _OVER_STRAP_MM if seat.box_mm else 0.0
     axle = _PLATE_MM + max(seat.shaft_height_mm + strap_room, rim + 2.0)
-    before = rim + _STOP_MM
+    before = free_run_mm(radius_mm) + _SOCKET_MM
     drum_y = depth + _WALL_MM + 6.0 + _DRUM_MM / 2
     end, wide = length / 2 + 2 * _WALL_MM, drum_y + _DRUM_MM
     plate = Manifold.cube((end + before + _WALL_MM, wide, _PLATE_MM)).translate((-end, 0, 0))

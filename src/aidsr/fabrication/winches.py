@@ -10,6 +10,7 @@ from aidsr.artifacts import Fault, ValidationReport
 from aidsr.catalogue.motors import Fit, cheapest_motor, fastest_motor
 from aidsr.fabrication.anatomy import Anatomy
 from aidsr.fabrication.materials import Line, Sheath, line_for, sheath_for
+from aidsr.fabrication.stations import free_run_mm
 
 __all__ = ["Demand", "Winch", "demands", "string", "winch_faults"]
 
@@ -24,6 +25,12 @@ SHEATH_MM = 300.0
 
 SPOOL_TURNS_SPARE = 1.5
 """Turns of cable that stay on a spool. Our choice: so that its tie is never loaded."""
+
+_UNKNOWN_SPOOL_MM = 10.0
+"""Radius that a cut length reckons with where no motor holds the cable. Our choice: a small spool."""
+
+_TIED_MM, _CUT_STEP_MM = 60.0, 10.0
+"""Length for knots at both ends, and the step to which cut lengths are rounded up. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +61,6 @@ class Winch:
         line: What the cable is made of; None where none is strong enough.
         sheath: The tube it runs in.
         inside_mm: Length of the cable in the robot, at rest.
-        cut_mm: Length to cut.
     """
 
     cable: int
@@ -63,7 +69,14 @@ class Winch:
     line: Line | None
     sheath: Sheath
     inside_mm: float
-    cut_mm: float
+
+    @property
+    def cut_mm(self) -> float:
+        """Length to cut [mm]: from the tied end to the spool, the stroke, and what stays on the spool."""
+        radius_mm = 1000 * self.fit.spool_radius_m if self.fit else _UNKNOWN_SPOOL_MM
+        spare = 2 * math.pi * radius_mm * SPOOL_TURNS_SPARE
+        way = self.inside_mm + SHEATH_MM + free_run_mm(radius_mm)
+        return _up_to(way + 1000 * self.demand.stroke_m + spare + _TIED_MM, _CUT_STEP_MM)
 
     @property
     def fast_enough(self) -> bool:
@@ -109,9 +122,7 @@ def string(anatomy: Anatomy, asked: dict[str, Demand], entries_mm: dict[int, flo
         fit = fit or fastest_motor(demand.at_winch_n, demand.stroke_m)
         line = line_for(demand.at_winch_n)
         inside = cable.length_mm + entries_mm.get(index, 0.0)
-        spare = 2 * math.pi * 1000 * (fit.spool_radius_m if fit else 0.01) * SPOOL_TURNS_SPARE
-        cut = inside + SHEATH_MM + 1000 * demand.stroke_m + spare + 60.0
-        winches.append(Winch(index, demand, fit, line, sheath_for(line or _thickest()), inside, _up_to(cut, 10.0)))
+        winches.append(Winch(index, demand, fit, line, sheath_for(line or _thickest()), inside))
     return _with_common_spools(winches)
 
 
