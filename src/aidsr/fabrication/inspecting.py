@@ -102,7 +102,7 @@ def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float
 
 def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
     """What of the robot is near the ducts of one part: quicker to intersect with each of them."""
-    points = np.vstack([np.vstack([duct.path, duct.begin, duct.end]) for duct in ducts])
+    points = np.vstack([np.vstack([duct.path, duct.begin, duct.end, duct.seat]) for duct in ducts])
     low, high = points.min(axis=0) - _NEAR_MM, points.max(axis=0) + _NEAR_MM
     return whole ^ Manifold.cube(tuple(high - low)).translate(tuple(low))
 

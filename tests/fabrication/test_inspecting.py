@@ -1,0 +1,28 @@
+"""Cables are measured on the finished solids: all of a duct, and all of the way from part to part."""
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.inspecting import passages
+from aidsr.fabrication.materials import line_for, material_for, sheath_for
+from aidsr.fabrication.printers import printer_named
+from aidsr.fabrication.routing import Duct, bore_for
+from aidsr.fabrication.shaping import Shaping
+
+FDM = printer_named("fdm")
+PETG = material_for(FDM, "petg")[0]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def test_the_wall_of_a_duct_is_found_all_the_way_to_its_sheath() -> None:
+    line = line_for(10.0)
+    bore = bore_for(line, sheath_for(line), FDM)
+    path = np.array([38 * UP, 39 * UP])
+    duct = Duct(0, 0, 1, path, 37 * UP, 40 * UP, sheathed=True, ends=False, seat=0 * UP, open_mm=0.0)
+    block = Manifold.cube((20, 20, 40)).translate((-10, -10, 0))
+    for hole in duct.drills(bore):
+        block -= hole
+    shaping = Shaping((Piece("base", (0,), block, UP, PETG),), (), (duct,), 0.0)
+    (found,) = passages(shaping, (bore,), (line.diameter_mm / 2,))
+    assert found.sound, found
