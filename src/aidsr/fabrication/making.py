@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from manifold3d import Manifold
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
 from aidsr.fabrication.checks import Print, to_print
-from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.cutting import Piece, distinct
 from aidsr.fabrication.hinges import Hinges, design_hinges
 from aidsr.fabrication.inspecting import Passage, duct_faults, passages
 from aidsr.fabrication.likeness import alike, moments
@@ -152,7 +152,8 @@ def _made(
     winches = string(anatomy, asked, entries)
     found = passages(shaping, bores, tuple(line.diameter_mm / 2 for line in used))
     parts = (*_robot_parts(anatomy, shaping, hinges, printer), *_bench_parts(anatomy, winches, material, printer))
-    return Made(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, tuple(parts))
+    named = tuple(replace(p, name=name) for p, name in zip(parts, distinct(p.name for p in parts), strict=True))
+    return Made(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, named)
 
 
 def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:

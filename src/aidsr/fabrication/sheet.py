@@ -31,7 +31,7 @@ def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[s
         total_usd=sum(item.cost_usd or 0.0 for item in items),
         parts=[(chr(65 + n % 26), part) for n, part in enumerate(made.robot_parts)],
         bench=[part for part in made.parts if part.what != "robot"],
-        cut=any(piece.name.endswith("_upper") for piece in made.shaping.pieces),
+        cut=any(piece.cut for piece in made.shaping.pieces),
         settings=_settings,
         cables=_cables(made),
         hinges=_hinges(made),
