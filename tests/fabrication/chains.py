@@ -45,6 +45,19 @@ def finger(
 </mujoco>"""
 
 
+def hand() -> str:
+    """Return the MJCF of a finger whose last link carries a palm with two thumbs, each of one link without a cable."""
+    palm = '<geom name="palm" type="box" size="0.035 0.015 0.006" pos="0 0 0.022" mass="0.01"/>'
+    for name, x in (("left", -0.02), ("right", 0.02)):
+        palm += (
+            f'<geom name="stub {name}" type="capsule" fromto="{x} 0 0.022 {x} 0 0.045" size="0.006" mass="0.002"/>'
+            f'<body name="{name}" pos="{x} 0 0.045"><joint name="bend {name}" axis="0 1 0" range="-0.5 0.5" '
+            'stiffness="0.1" damping="0.003" armature="1e-5"/>'
+            f'<geom name="skin {name}" type="capsule" fromto="0 0 0 0 0 0.02" size="0.006" mass="0.002"/></body>'
+        )
+    return finger().replace("</body>", f"{palm}</body>", 1)
+
+
 def _motor(side: str, pull_n: float) -> str:
     force = f'gainprm="-{pull_n}" ctrlrange="0 1" forcerange="-{pull_n} 0"'
     return f'<general name="pull_{side}" tendon="{side}" {force}/>'

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from manifold3d import Manifold
 
 from aidsr.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy
+from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.routing import Bore, Duct
 from aidsr.fabrication.shaping import Shaping
 from aidsr.fabrication.skeleton import Gap
 from aidsr.fabrication.solids import rounded, union
 
-__all__ = ["Passage", "bend_limit_rad", "duct_faults", "passages"]
+__all__ = ["Passage", "bend_limit_rad", "duct_faults", "overlap_faults", "passages"]
 
 _FREE_SHARE, _HELD_SHARE = 0.01, 0.95
 """Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
@@ -25,6 +26,9 @@ drilled circle, and mouths that widen."""
 
 _NEAR_MM = 5.0
 """More than the radius of any probe."""
+
+_CROWDED_MM3 = 1.0
+"""What two pieces may have in common. Our choice: a knife takes off more."""
 
 _MIDDLE = (0.2, 0.8)
 """Part of a duct in which its wall is measured: mouths widen at its ends."""
@@ -83,6 +87,24 @@ def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]
     if bare:
         worst = min(100 * one.held for one in bare)
         yield _fault(anatomy, bare, worst, 100 * _HELD_SHARE, "has no wall all around it in some part")
+
+
+def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
+    """Yield the pairs of pieces that would have to be in the same place."""
+    shared = {(one.name, other.name): (one.solid ^ other.solid).volume() for one, other in combinations(pieces, 2)}
+    crowded = {names: volume for names, volume in shared.items() if volume > _CROWDED_MM3}
+    if crowded:
+        yield Fault(
+            code="parts_overlap",
+            layer="realizability",
+            severity="error",
+            names=tuple(f"{one} and {other}" for one, other in crowded),
+            measured=max(crowded.values()),
+            limit=_CROWDED_MM3,
+            unit="mm³",
+            message="are in one place at rest",
+            cure="Move their shapes apart, or make them one body.",
+        )
 
 
 def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float, message: str) -> Fault:

@@ -16,7 +16,7 @@ from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
 from aidsr.fabrication.checks import Print, to_print
 from aidsr.fabrication.cutting import Piece, distinct
 from aidsr.fabrication.hinges import Hinges, design_hinges
-from aidsr.fabrication.inspecting import Passage, duct_faults, passages
+from aidsr.fabrication.inspecting import Passage, duct_faults, overlap_faults, passages
 from aidsr.fabrication.likeness import alike, moments
 from aidsr.fabrication.materials import Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer
@@ -93,6 +93,7 @@ class Made:
             *duct_faults(self.anatomy, self.passages),
             *winch_faults(self.anatomy, self.winches),
             *_piece_faults(self),
+            *overlap_faults(self.shaping.pieces),
         ]
         if self.anatomy.open_loops:
             message = "ties parts together by a constraint that no rigid part stands for"
