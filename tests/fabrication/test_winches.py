@@ -35,7 +35,7 @@ def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
     assert len({(winch.fit.motor.name, winch.fit.spool_radius_m) for winch in winches}) == 1
     for winch in winches:
         radius_mm = 1000 * winch.fit.spool_radius_m
-        stand = station(seat_of(winch.fit.motor), radius_mm, winch.sheath, printer_named("fdm"))
+        stand = station(seat_of(winch.fit.motor), winch.drum, winch.sheath, printer_named("fdm"))
         to_sheath = stand.bounding_box()[3] - 5.0 - 6.0
         wound = 1.5 * 2 * math.pi * radius_mm + 1000 * winch.demand.stroke_m
         assert 0 <= winch.cut_mm - (100.0 + 300.0 + to_sheath + wound + 60.0) < 10.0

@@ -24,7 +24,7 @@ from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
 from aidsr.fabrication.shaping import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
-from aidsr.fabrication.stations import seat_of, spool, station
+from aidsr.fabrication.stations import Drum, seat_of, spool, station
 from aidsr.fabrication.weighing import Weight, weigh
 from aidsr.fabrication.winches import Winch, demands, string, winch_faults
 
@@ -190,25 +190,25 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
 def _bench_parts(
     anatomy: Anatomy, winches: tuple[Winch, ...], material: Material, printer: Printer
 ) -> list[PrintedPart]:
-    """Stations and spools, those of the same motor and spool together; of the stiffest plastic the printer has."""
+    """Stations and spools, alike ones together; of the stiffest plastic the printer has."""
     stiff = max(
         material_for(printer, None), key=lambda m: (m.name == material.name and not m.elastomer, not m.elastomer)
     )
-    groups: dict[tuple[str, float], list[Winch]] = {}
+    groups: dict[tuple[str, Drum], list[Winch]] = {}
     for winch in winches:
         if winch.fit is not None:
-            groups.setdefault((winch.fit.motor.name, winch.fit.spool_radius_m), []).append(winch)
+            groups.setdefault((winch.fit.motor.name, winch.drum), []).append(winch)
     up, parts = np.array([0.0, 0.0, 1.0]), []
-    for (motor, radius_m), group in groups.items():
+    for (motor, drum), group in groups.items():
         fit = group[0].fit
         if fit is None:
             continue
         seat = seat_of(fit.motor)
-        label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{1000 * radius_m:g}mm"
+        label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{drum.reach_mm:g}mm"
         names = tuple(anatomy.cables[winch.cable].actuator for winch in group)
         made: tuple[tuple[str, Manifold], ...] = (
-            ("station", station(seat, 1000 * radius_m, group[0].sheath, printer)),
-            ("spool", spool(seat, 1000 * radius_m, printer)),
+            ("station", station(seat, drum, group[0].sheath, printer)),
+            ("spool", spool(seat, drum, printer)),
         )
         for what, solid in made:
             lying, _ = to_print(solid, up, printer)
