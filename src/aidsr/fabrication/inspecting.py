@@ -36,17 +36,17 @@ _MIDDLE = (0.2, 0.8)
 
 @dataclass(frozen=True)
 class Passage:
-    """One straight stretch of a cable in a part, measured on the finished solid.
+    """One straight stretch of a cable, measured on the finished solids.
 
     Attributes:
         cable: Its index in the anatomy.
-        part: The part.
+        parts: The part it lies in, or the two it leads from and to.
         blocked: Share of the cable's own volume that is plastic.
-        held: Share of a wall around the duct that is plastic.
+        held: Share of a wall around the duct that is plastic; 1 between parts, where there is none.
     """
 
     cable: int
-    part: int
+    parts: tuple[int, ...]
     blocked: float
     held: float
 
@@ -57,7 +57,7 @@ class Passage:
 
 
 def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[float, ...]) -> tuple[Passage, ...]:
-    """Return how each cable passes each part, by intersecting its path with the assembled robot."""
+    """Return how each cable passes each part, and the way to the next, by intersecting it with the robot at rest."""
     whole, near = union([piece.solid for piece in shaping.pieces]), {}
     found = []
     for duct in shaping.ducts:
@@ -72,7 +72,11 @@ def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[flo
         ring = rounded(low, high, bore.radius_mm + 0.6) - rounded(
             low - (high - low), high + (high - low), bore.radius_mm + 0.1
         )
-        found.append(Passage(duct.cable, duct.part, _share(line, solid), _share(ring, solid)))
+        found.append(Passage(duct.cable, (duct.part,), _share(line, solid), _share(ring, solid)))
+    for duct, following in pairwise(shaping.ducts):
+        if duct.cable == following.cable:
+            line = rounded(duct.path[-1], following.path[0], line_radii_mm[duct.cable])
+            found.append(Passage(duct.cable, (duct.part, following.part), _share(line, whole), 1.0))
     return tuple(found)
 
 
@@ -108,7 +112,11 @@ def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
 
 
 def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float, message: str) -> Fault:
-    names = dict.fromkeys(f"{anatomy.cables[one.cable].tendon} in {anatomy.parts[one.part].name}" for one in found)
+    names = dict.fromkeys(
+        f"{anatomy.cables[one.cable].tendon} {'in' if len(one.parts) == 1 else 'between'} "
+        + " and ".join(anatomy.parts[part].name for part in one.parts)
+        for one in found
+    )
     return Fault(
         code="tendon_through_body" if "plastic" in message else "duct_open",
         layer="realizability",
