@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from manifold3d import Manifold
@@ -73,16 +72,6 @@ class Made:
     def robot_parts(self) -> tuple[PrintedPart, ...]:
         """The pieces of the robot itself."""
         return tuple(part for part in self.parts if part.what == "robot")
-
-    @cached_property
-    def rod_mass_kg(self) -> float:
-        """Mass of all rods [kg]."""
-        total = 0.0
-        for rod in self.shaping.rods:
-            backbone = self.hinges.backbones[rod.backbone]
-            area_mm2 = math.pi * backbone.diameter_mm**2 / 4
-            total += area_mm2 * rod.length_mm * 1e-9 * backbone.rod.density_kg_m3
-        return total
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -158,8 +147,8 @@ def _made(
 
 
 def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:
-    """The robot's pieces, alike ones together."""
-    moving = sum(1 for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts))
+    """The robot's pieces, alike ones together; each of those that move carries its share of the rods."""
+    moving = {piece.name for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts)}
     rods = sum(
         math.pi * hinges.backbones[r.backbone].diameter_mm ** 2 / 4 * r.length_mm * 1e-9
         * hinges.backbones[r.backbone].rod.density_kg_m3
@@ -180,7 +169,8 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
         simulated = sum(anatomy.parts[part].mass_kg / shares[part] for part in piece.parts)
         name = piece.name if len(pieces) == 1 else f"{piece.name}_x{len(pieces)}"
         lying, full = to_print(piece.solid, piece.up, printer, piece.necks)
-        weight = weigh(piece.solid, simulated, rods / max(1, moving), piece.material, printer, necks=piece.necks)
+        rods_kg = rods / len(moving) if piece.name in moving else 0.0
+        weight = weigh(piece.solid, simulated, rods_kg, piece.material, printer, necks=piece.necks)
         parts.append(
             PrintedPart(_file_name(name), "robot", piece.material, tuple(p.name for p in pieces), lying, full, weight)
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import jinja2
@@ -21,7 +20,6 @@ def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[s
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["deg"] = math.degrees
     environment.filters["finding"] = finding
     return environment.get_template("sheet.html.j2").render(
         title=title,
