@@ -58,6 +58,16 @@ def test_a_fit_holds_what_it_promises() -> None:
     assert SERVO.speed_rad_s(20.0 * smaller) * smaller < 0.05, "a smaller spool would have done"
 
 
+def test_a_thick_cable_bends_around_ten_times_its_diameter() -> None:
+    found = fit(SERVO, 20.0, 0.0, 0.1, cable_m=0.0016)
+    assert found is not None
+    assert found.spool_radius_m == pytest.approx(0.009), "a drum of 8.2 mm, and half of the cable"
+    assert fit(SERVO, 20.0, 0.0, 0.1, cable_m=0.006) is None
+    thinner = cheapest_motor(20.0, 0.0, 0.1)
+    assert thinner is not None
+    assert thinner.spool_radius_m < found.spool_radius_m
+
+
 @pytest.mark.parametrize(("force", "speed", "stroke"), [(100.0, 0.01, 0.01), (20.0, 0.2, 0.01), (20.0, 0.01, 5.0)])
 def test_too_much_force_speed_or_stroke_does_not_fit(force: float, speed: float, stroke: float) -> None:
     assert fit(SERVO, force, speed, stroke) is None

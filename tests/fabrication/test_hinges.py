@@ -3,11 +3,13 @@
 import math
 
 import pytest
+from chains import finger
 from exported import ROBOTS, made, mjcf
 
 from aidsr.errors import UserError
 from aidsr.fabrication.anatomy import read_anatomy
 from aidsr.fabrication.hinges import design_hinges
+from aidsr.fabrication.making import make
 from aidsr.fabrication.materials import LINE_SAFETY, line_for, lines, material_for
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.skeleton import Skeleton
@@ -74,6 +76,26 @@ def test_a_joint_too_stiff_for_any_rod_is_told() -> None:
     anatomy = read_anatomy(text)
     material = material_for(printer_named("fdm"), "petg")[0]
     assert "hinge_stiffness" in {fault.code for fault in design_hinges(anatomy, Skeleton(anatomy), material).faults}
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "told"),
+    [
+        (0.3, []),
+        (4.0, [("warning", pytest.approx(10.0))]),
+        (20.0, [("error", pytest.approx(19.0)), ("warning", pytest.approx(10.0))]),
+    ],
+    ids=["slender", "thicker than its gap of 10 mm", "between cables 19 mm apart"],
+)
+def test_necks_too_thick_for_their_gap_or_their_cables_are_told(stiffness: float, told: list) -> None:
+    anatomy = read_anatomy(finger(stiffness=stiffness))
+    hinges = design_hinges(anatomy, Skeleton(anatomy), material_for(printer_named("fdm"), "tpu95a")[0])
+    assert [(fault.severity, fault.limit) for fault in hinges.faults if fault.code == "hinge_stiffness"] == told
+    assert len(hinges.hinges) == 4
+
+
+def test_a_limb_whose_necks_would_lie_in_its_cables_way_is_made_on_rods() -> None:
+    assert not make(finger(stiffness=20.0), [], printer_named("fdm")).material.elastomer
 
 
 def test_what_a_printer_cannot_print_is_refused() -> None:

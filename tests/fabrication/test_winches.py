@@ -1,10 +1,15 @@
 """Motors do what the tests recorded, and what none can do is told."""
 
+import math
+
 import pytest
 from exported import ROBOTS, made, report
 
 from aidsr.artifacts import ValidationReport
-from aidsr.fabrication.winches import demands, string, winch_faults
+from aidsr.fabrication.anatomy import Anatomy, Cable
+from aidsr.fabrication.printers import printer_named
+from aidsr.fabrication.stations import seat_of, station
+from aidsr.fabrication.winches import Demand, demands, string, winch_faults
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -18,7 +23,22 @@ def test_motors_hold_the_recorded_forces_speeds_and_strokes(robot: str) -> None:
         assert fit.motor.torque_n_m("held") >= asked["tension_n"] * radius
         assert fit.motor.speed_rad_s(asked["tension_n"] * radius) * radius >= asked["speed_m_s"]
         assert fit.turns * 2 * 3.1416 * radius >= asked["stroke_m"] * 0.999
-        assert winch.cut_mm > winch.inside_mm + 1000 * asked["stroke_m"] + 300
+
+
+def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
+    asked = {"slow": Demand(10.0, 0.01, 0.02), "quick": Demand(10.0, 0.12, 0.05)}
+    cables = tuple(
+        Cable(tendon=name, actuator=name, guides=(), wraps=False, length_mm=100.0, largest_pull_n=10.0, torques_mm={})
+        for name in asked
+    )
+    winches = string(Anatomy(parts=(), joints=(), cables=cables, held=True), asked, {})
+    assert len({(winch.fit.motor.name, winch.fit.spool_radius_m) for winch in winches}) == 1
+    for winch in winches:
+        radius_mm = 1000 * winch.fit.spool_radius_m
+        stand = station(seat_of(winch.fit.motor), winch.drum, winch.sheath, printer_named("fdm"))
+        to_sheath = stand.bounding_box()[3] - 5.0 - 6.0
+        wound = 1.5 * 2 * math.pi * radius_mm + 1000 * winch.demand.stroke_m
+        assert 0 <= winch.cut_mm - (100.0 + 300.0 + to_sheath + wound + 60.0) < 10.0
 
 
 def test_a_scenes_report_names_the_same_actuators() -> None:

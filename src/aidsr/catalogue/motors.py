@@ -15,7 +15,17 @@ from typing import Literal
 
 from aidsr.artifacts import Artifact
 
-__all__ = ["CONTINUOUS_SHARE", "Fit", "Load", "Motor", "catalogue", "cheapest_motor", "fastest_motor", "fit"]
+__all__ = [
+    "CONTINUOUS_SHARE",
+    "MOST_TURNS",
+    "Fit",
+    "Load",
+    "Motor",
+    "catalogue",
+    "cheapest_motor",
+    "fastest_motor",
+    "fit",
+]
 
 Load = Literal["held", "brief"]
 """Whether a force is held for as long as the robot likes, or for moments, as in an exploring policy's swings."""
@@ -32,10 +42,12 @@ _BRIEF_SHARE = 0.5
 more current only makes heat."""
 
 _SPOOL_RADII_M = tuple(step / 2000.0 for step in range(10, 61))
-"""5 to 30 mm in steps of half a millimetre. Our choice: a steel cable of 1 mm bends around ten times its diameter; a
-larger spool than 60 mm across is a wheel."""
+"""5 to 30 mm in steps of half a millimetre. Our choice: a larger spool than 60 mm across is a wheel."""
 
-_MOST_TURNS = 10.0
+_BENDS = 10.0
+"""Diameter of a drum / that of its cable, at least. Our choice: a steel cable of 1 mm bends around a centimetre."""
+
+MOST_TURNS = 10.0
 """Turns of cable on a spool. Our choice: one layer of a 1 mm cable on a spool a centimetre wide, so that its radius
 stays what it is."""
 
@@ -85,6 +97,7 @@ class Fit(Artifact):
 
     motor: Motor
     spool_radius_m: float
+    """From the shaft to the middle of the cable on its drum."""
     torque_n_m: float
     """What the asked force needs at this spool."""
     torque_share: float
@@ -109,45 +122,51 @@ def catalogue() -> tuple[Motor, ...]:
     return tuple(sorted(map(Motor.model_validate, tomllib.loads(text)["motor"]), key=_by_price))
 
 
-def cheapest_motor(force_n: float, speed_m_s: float, stroke_m: float, *, load: Load = "held") -> Fit | None:
+def cheapest_motor(
+    force_n: float, speed_m_s: float, stroke_m: float, *, cable_m: float = 0.0, load: Load = "held"
+) -> Fit | None:
     """Return the cheapest motor of the catalogue, with its spool, that pulls a cable as asked, or None.
 
     Args:
         force_n: Tension of the cable [N].
         speed_m_s: Speed at which it must reel in against that tension [m/s].
         stroke_m: Length of cable it must take up [m].
+        cable_m: Diameter of the cable, whose bending limits the spool [m].
         load: Whether the force is held or given for moments.
     """
-    fits = (fit(motor, force_n, speed_m_s, stroke_m, load=load) for motor in catalogue())
+    fits = (fit(motor, force_n, speed_m_s, stroke_m, cable_m=cable_m, load=load) for motor in catalogue())
     return next((found for found in fits if found), None)
 
 
-def fastest_motor(force_n: float, stroke_m: float = 0.0, *, load: Load = "held") -> Fit | None:
+def fastest_motor(force_n: float, stroke_m: float = 0.0, *, cable_m: float = 0.0, load: Load = "held") -> Fit | None:
     """Return the motor that reels in fastest against a force, to say by how much a speed is out of reach."""
-    fits = [found for motor in catalogue() for found in _spools(motor, force_n, stroke_m, load)]
+    fits = [found for motor in catalogue() for found in _spools(motor, force_n, stroke_m, cable_m, load)]
     return max(fits, key=lambda found: found.speed_m_s, default=None)
 
 
 def can_hold(force_n: float, stroke_m: float) -> bool:
     """Return whether any motor of the catalogue holds a force and takes up a stroke, however slowly."""
-    return any(True for motor in catalogue() for _ in _spools(motor, force_n, stroke_m, "held"))
+    return any(True for motor in catalogue() for _ in _spools(motor, force_n, stroke_m, 0.0, "held"))
 
 
-def fit(motor: Motor, force_n: float, speed_m_s: float, stroke_m: float, *, load: Load = "held") -> Fit | None:
+def fit(
+    motor: Motor, force_n: float, speed_m_s: float, stroke_m: float, *, cable_m: float = 0.0, load: Load = "held"
+) -> Fit | None:
     """Return one motor with the smallest spool that does what is asked, or None.
 
     The smallest spool asks for the least torque, so the motor stays coolest.
     """
-    return next((found for found in _spools(motor, force_n, stroke_m, load) if found.speed_m_s >= speed_m_s), None)
+    spools = _spools(motor, force_n, stroke_m, cable_m, load)
+    return next((found for found in spools if found.speed_m_s >= speed_m_s), None)
 
 
-def _spools(motor: Motor, force_n: float, stroke_m: float, load: Load) -> Iterator[Fit]:
-    """Yield the spools, smallest first, with which a motor can hold the force and take up the stroke."""
+def _spools(motor: Motor, force_n: float, stroke_m: float, cable_m: float, load: Load) -> Iterator[Fit]:
+    """Yield the spools, smallest first, with which a motor can hold the force and take up the stroke of a cable."""
     allowed = motor.torque_n_m(load)
-    most_turns = _MOST_TURNS if motor.travel_deg is None else motor.travel_deg / 360.0
+    most_turns = MOST_TURNS if motor.travel_deg is None else motor.travel_deg / 360.0
     for radius in _SPOOL_RADII_M:
         torque, turns = force_n * radius, stroke_m / (2.0 * math.pi * radius)
-        if torque <= allowed and turns <= most_turns:
+        if 2.0 * radius >= (_BENDS + 1.0) * cable_m and torque <= allowed and turns <= most_turns:
             speed = motor.speed_rad_s(torque) * radius
             yield Fit(
                 motor=motor,

@@ -105,7 +105,7 @@ def _plastic(made: Made) -> list[Item]:
     masses: dict[str, float] = defaultdict(float)
     used = {part.material.label: part.material for part in made.parts}
     for part in made.parts:
-        masses[part.material.label] += part.weight.mass_kg * len(part.used_for)
+        masses[part.material.label] += part.weight.printed_kg * len(part.used_for)
     return [
         Item(
             what=f"{label} to print",

@@ -183,7 +183,7 @@ def _skins(made: Made) -> dict[str, list[list[float]]]:
                 middle, half = np.array(shape.position_mm), shape.size_mm[1]
                 ends = found.get(shape.name, [list((middle - half * axis) / 1000), list((middle + half * axis) / 1000)])
                 nearest = [float(np.linalg.norm(np.array(end) * 1000 - gap.anchor)) for end in ends]
-                if shape.kind == "capsule" and min(nearest) < 1.0:
+                if shape.kind in ("capsule", "cylinder") and min(nearest) < 1.0:
                     ends[int(np.argmin(nearest))] = list(face / 1000)
                     found[shape.name] = ends
     return found

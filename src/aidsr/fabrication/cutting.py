@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import frame_along, placed, rounded, union
 
-__all__ = ["Piece", "cut_across", "cut_limb"]
+__all__ = ["Piece", "cut_across", "cut_limb", "distinct"]
 
 _PIN_MM, _PIN_DEEP_MM = 1.75, 5.0
 """Pins that keep two halves of a limb from turning: pieces of filament."""
@@ -31,12 +31,13 @@ class Piece:
     """One piece that comes off the printer.
 
     Attributes:
-        name: Of its first part.
+        name: Of its first part, with a number where it is one slice of it.
         parts: The rigid parts in it, a part that is cut in two belongs to both halves.
         solid: Where it sits in the robot at rest.
         up: Direction of its limb there, which says how it could stand on the bed (3,).
         material: What it is printed of.
         necks: What bends in it and is printed full; None where nothing bends.
+        cut: Whether it was cut off another for the bed.
     """
 
     name: str
@@ -45,10 +46,39 @@ class Piece:
     up: Vector
     material: Material
     necks: Manifold | None = None
+    cut: bool = False
 
 
-def cut_limb(skeleton: Skeleton, piece: Piece, printer: Printer) -> Iterator[Piece]:
-    """Yield a limb, cut across parts as often as it takes to fit the bed."""
+def distinct(names: Iterable[str]) -> list[str]:
+    """Return names with a number added to each that was there before, in letters of either case."""
+    found: dict[str, str] = {}
+    for name in names:
+        new, count = name, 1
+        while new.casefold() in found:
+            count += 1
+            new = f"{name}_{count}"
+        found[new.casefold()] = new
+    return list(found.values())
+
+
+def cut_limb(skeleton: Skeleton, piece: Piece, printer: Printer) -> tuple[Piece, ...]:
+    """Return a limb, cut across parts as often as it takes to fit the bed, from its root outwards."""
+    return _numbered(piece, _limb_slices(skeleton, piece, printer))
+
+
+def cut_across(piece: Piece, printer: Printer) -> tuple[Piece, ...]:
+    """Return a piece, cut across its longest side until it fits the bed; whole where pins find no room."""
+    return _numbered(piece, _slices(piece, printer))
+
+
+def _numbered(piece: Piece, slices: Iterable[Piece]) -> tuple[Piece, ...]:
+    found = tuple(slices)
+    if len(found) == 1:
+        return found
+    return tuple(replace(one, name=f"{piece.name}_slice_{n}", cut=True) for n, one in enumerate(found, start=1))
+
+
+def _limb_slices(skeleton: Skeleton, piece: Piece, printer: Printer) -> Iterator[Piece]:
     inner = [part for part in piece.parts[1:-1] if skeleton.spine(part) is not None]
     if _fits(piece, printer) or not inner:
         yield piece
@@ -73,12 +103,10 @@ def cut_limb(skeleton: Skeleton, piece: Piece, printer: Printer) -> Iterator[Pie
     high, low = (piece.necks or Manifold()).split_by_plane(axis, height)
     at = piece.parts.index(cut)
     for solid, necks, members in ((lower, low, piece.parts[: at + 1]), (upper, high, piece.parts[at:])):
-        name = skeleton.anatomy.parts[members[0]].name + ("_upper" if members[0] == cut else "")
-        yield from cut_limb(skeleton, replace(piece, name=name, parts=members, solid=solid, necks=necks), printer)
+        yield from _limb_slices(skeleton, replace(piece, parts=members, solid=solid, necks=necks), printer)
 
 
-def cut_across(piece: Piece, printer: Printer) -> Iterator[Piece]:
-    """Yield a piece, cut across its longest side as often as it takes to fit the bed; whole where pins find no room."""
+def _slices(piece: Piece, printer: Printer) -> Iterator[Piece]:
     if _fits(piece, printer):
         yield piece
         return
@@ -90,8 +118,8 @@ def cut_across(piece: Piece, printer: Printer) -> Iterator[Piece]:
         if pins is None:
             continue
         upper, lower = (piece.solid - pins).split_by_plane(tuple(axis), height)
-        for solid, name in ((lower, piece.name), (upper, f"{piece.name}_upper")):
-            yield from cut_across(replace(piece, name=name, solid=solid), printer)
+        for solid in (lower, upper):
+            yield from _slices(replace(piece, solid=solid), printer)
         return
     yield piece
 

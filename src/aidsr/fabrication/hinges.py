@@ -12,21 +12,21 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from aidsr.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
+from aidsr.fabrication.elastic import elastic_faults, unmakeable
 from aidsr.fabrication.materials import Material, Rod, rods
 from aidsr.fabrication.skeleton import Gap, Skeleton
 from aidsr.sim.beam import rod_diameter, rod_stiffness
 
-__all__ = ["Backbone", "Hinge", "Hinges", "design_hinges", "elastic_faults"]
+__all__ = ["Backbone", "Hinge", "Hinges", "design_hinges"]
 
 _LEAST_CLAMP_MM = 3.0
 """Length over which a part must hold a rod. Our choice: a glued joint of two to three diameters."""
 
 _LEAST_FREE_MM = 2.0
-_SAME_STIFFNESS = 0.1
-"""Stiffnesses about two axes that differ by less than this share are made by one round rod. Our choice."""
-
 _STEP_MM = 0.05
 """To which printed thicknesses are rounded. Our choice: a printer's own accuracy."""
 
@@ -60,11 +60,6 @@ class Hinge:
     allowed_strain: float
     linear_rad: float
 
-    @property
-    def bought(self) -> bool:
-        """Whether it is a rod."""
-        return self.kind in ("rod", "pair")
-
 
 @dataclass(frozen=True)
 class Backbone:
@@ -97,7 +92,7 @@ def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> H
     hinges: dict[int, Hinge] = {}
     backbones: list[Backbone] = []
     faults = list(elastic_faults(anatomy))
-    makeable = {index for index, joint in enumerate(anatomy.joints) if not _unmakeable(joint)}
+    makeable = {index for index, joint in enumerate(anatomy.joints) if not unmakeable(joint)}
     for limb in skeleton.limbs:
         joints = tuple(index for index in limb if index in makeable)
         if material.elastomer:
@@ -111,41 +106,8 @@ def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> H
                 continue
             backbones.append(made[0])
             hinges |= {hinge.joint: hinge for hinge in made[1]}
-    faults += _strained(anatomy, hinges)
+    faults += [*_strained(anatomy, hinges), *_too_thick(anatomy, skeleton, hinges)]
     return Hinges(hinges, tuple(backbones), tuple(faults))
-
-
-def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
-    """Yield the joints that no elastic hinge can stand for, whatever it is made of."""
-    reasons: dict[str, list[str]] = {}
-    for joint in anatomy.joints:
-        reason = _unmakeable(joint)
-        if reason:
-            reasons.setdefault(reason, []).extend(joint.names)
-    for reason, names in reasons.items():
-        yield Fault(
-            code="joint_not_elastic",
-            layer="realizability",
-            severity="error",
-            names=tuple(names),
-            message=reason,
-            cure="Use one hinge, or two crossed hinges of equal stiffness through one point, each with a stiffness.",
-        )
-
-
-def _unmakeable(joint: Joint) -> str:
-    if joint.kind == "other":
-        return "slides or has more than turning joints; rods and necks only bend"
-    if joint.parent < 0:
-        return "joins the robot to the world, where there is no part to hold a hinge"
-    if min(joint.stiffness_n_m_rad) <= 0:
-        return "turns without a spring; rods and necks always have stiffness"
-    if joint.offset_mm > 1.0:
-        return "has axes that do not meet in one point"
-    if len(joint.names) > 2 and joint.kind == "hinge":
-        return "has more than two hinges; a rod that bends both ways hardly twists"
-    low, high = min(joint.stiffness_n_m_rad), max(joint.stiffness_n_m_rad)
-    return "" if high <= (1 + _SAME_STIFFNESS) * low else "has axes of different stiffness"
 
 
 def _stretches(joints: tuple[int, ...], skeleton: Skeleton) -> Iterator[tuple[int, ...]]:
@@ -275,3 +237,41 @@ def _strained(anatomy: Anatomy, hinges: dict[int, Hinge]) -> Iterator[Fault]:
             message="bends so far that its hinge would not last",
             cure="Lengthen the segments, narrow the joints' range, or lower the tension.",
         )
+
+
+def _too_thick(anatomy: Anatomy, skeleton: Skeleton, hinges: dict[int, Hinge]) -> Iterator[Fault]:
+    """Yield the necks that lie in a cable's way, and those too short for the formula that sizes them."""
+    necks = [hinge for hinge in hinges.values() if hinge.kind in ("flat", "round")]
+    between = {neck.joint: _room_mm(anatomy.joints[neck.joint], skeleton, neck) for neck in necks}
+    long = {neck.joint: neck.free_mm for neck in necks}
+    for room, in_the_way, message in (
+        (between, True, "needs a neck that is thicker than the cables beside it leave room for"),
+        (long, False, "needs a neck that is thicker than long, and such a one bends otherwise than a beam"),
+    ):
+        over = [neck for neck in necks if neck.thickness_mm > room[neck.joint]]
+        if over:
+            worst = max(over, key=lambda neck: neck.thickness_mm / max(room[neck.joint], 1e-6))
+            yield Fault(
+                code="hinge_stiffness",
+                layer="realizability",
+                severity="error" if in_the_way else "warning",
+                names=tuple(name for neck in over for name in anatomy.joints[neck.joint].names),
+                measured=worst.thickness_mm,
+                limit=room[worst.joint],
+                unit="mm",
+                message=message,
+                cure="Soften the joint, or lengthen the segments; a gap ends at the guides beside it.",
+            )
+
+
+def _room_mm(joint: Joint, skeleton: Skeleton, neck: Hinge) -> float:
+    """Return how thick a neck may be between the cables that cross its joint, infinite where none does [mm]."""
+    gap, axis = skeleton.gaps[neck.joint], np.array(joint.axes[0])
+    room = math.inf
+    for one, other in skeleton.crossings(neck.joint):
+        away = (np.array(one.position_mm) + np.array(other.position_mm)) / 2 - gap.anchor
+        away -= (away @ gap.before) * gap.before
+        beside = float(away @ axis) if neck.kind == "flat" else 0.0
+        if abs(beside) <= neck.width_mm / 2:
+            room = min(room, 2 * math.sqrt(max(0.0, float(away @ away) - beside**2)))
+    return room

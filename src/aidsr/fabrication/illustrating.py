@@ -13,7 +13,6 @@ from aidsr.fabrication.anatomy import Vector
 from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.drawing import Coloured, View, draw, view_of
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.materials import sheath_for
 from aidsr.fabrication.solids import rounded, triangles
 from aidsr.fabrication.stations import seat_of, spool, station
 
@@ -54,21 +53,20 @@ def exploded(made: Made) -> Markup:
 
 def winch_picture(made: Made) -> Markup:
     """Return one winch: its station, and the spool before the shaft it goes on."""
-    fits = [winch for winch in made.winches if winch.fit is not None]
-    if not fits or fits[0].fit is None:
+    first = next((winch for winch in made.winches if winch.fit is not None), None)
+    if first is None or first.fit is None:
         return Markup("")
-    fit = fits[0].fit
-    seat, radius = seat_of(fit.motor), 1000 * fit.spool_radius_m
-    stand = station(seat, radius, sheath_for(fits[0].line) if fits[0].line else fits[0].sheath, made.printer)
+    seat = seat_of(first.fit.motor)
+    stand = station(seat, first.drum, first.sheath, made.printer)
     _, _, _, _, wide, high = stand.bounding_box()
-    drum = spool(seat, radius, made.printer).rotate((-90, 0, 0)).translate((0, wide + 12, high / 2))
+    drum = spool(seat, first.drum, made.printer).rotate((-90, 0, 0)).translate((0, wide + 12, high / 2))
     items = [
         Coloured(triangles(stand.simplify(_COARSE_MM)), _COLOURS[0], np.zeros(3)),
         Coloured(triangles(drum.simplify(_COARSE_MM)), _COLOURS[2], np.zeros(3)),
     ]
     points = np.vstack([item.surface.points for item in items])
     view = view_of(points, (520, 340), up=np.array([0.0, 0, 1]), towards=np.array([0.8, 0.9, 0.8]))
-    labels = [(np.array([0, wide + 12.0, high * 0.5 - radius - 10.0]), "spool")]
+    labels = [(np.array([0, wide + 12.0, high * 0.5 - first.drum.radius_mm - 10.0]), "spool")]
     return _labelled(draw(items, view), view, labels, "picture narrow")
 
 

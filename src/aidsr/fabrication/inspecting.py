@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from manifold3d import Manifold
 
 from aidsr.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy
+from aidsr.fabrication.cutting import Piece
 from aidsr.fabrication.routing import Bore, Duct
 from aidsr.fabrication.shaping import Shaping
 from aidsr.fabrication.solids import rounded, union
 
-__all__ = ["Passage", "duct_faults", "passages"]
+__all__ = ["Passage", "duct_faults", "overlap_faults", "passages"]
 
 _FREE_SHARE, _HELD_SHARE = 0.01, 0.95
 """Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
@@ -24,23 +25,26 @@ drilled circle, and mouths that widen."""
 _NEAR_MM = 5.0
 """More than the radius of any probe."""
 
+_CROWDED_MM3 = 1.0
+"""What two pieces may have in common. Our choice: a knife takes off more."""
+
 _MIDDLE = (0.2, 0.8)
 """Part of a duct in which its wall is measured: mouths widen at its ends."""
 
 
 @dataclass(frozen=True)
 class Passage:
-    """One straight stretch of a cable in a part, measured on the finished solid.
+    """One straight stretch of a cable, measured on the finished solids.
 
     Attributes:
         cable: Its index in the anatomy.
-        part: The part.
+        parts: The part it lies in, or the two it leads from and to.
         blocked: Share of the cable's own volume that is plastic.
-        held: Share of a wall around the duct that is plastic.
+        held: Share of a wall around the duct that is plastic; 1 between parts, where there is none.
     """
 
     cable: int
-    part: int
+    parts: tuple[int, ...]
     blocked: float
     held: float
 
@@ -51,7 +55,7 @@ class Passage:
 
 
 def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[float, ...]) -> tuple[Passage, ...]:
-    """Return how each cable passes each part, by intersecting its path with the assembled robot."""
+    """Return how each cable passes each part, and the way to the next, by intersecting it with the robot at rest."""
     whole, near = union([piece.solid for piece in shaping.pieces]), {}
     found = []
     for duct in shaping.ducts:
@@ -66,7 +70,11 @@ def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[flo
         ring = rounded(low, high, bore.radius_mm + 0.6) - rounded(
             low - (high - low), high + (high - low), bore.radius_mm + 0.1
         )
-        found.append(Passage(duct.cable, duct.part, _share(line, solid), _share(ring, solid)))
+        found.append(Passage(duct.cable, (duct.part,), _share(line, solid), _share(ring, solid)))
+    for duct, following in pairwise(shaping.ducts):
+        if duct.cable == following.cable:
+            line = rounded(duct.path[-1], following.path[0], line_radii_mm[duct.cable])
+            found.append(Passage(duct.cable, (duct.part, following.part), _share(line, whole), 1.0))
     return tuple(found)
 
 
@@ -83,8 +91,30 @@ def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]
         yield _fault(anatomy, bare, worst, 100 * _HELD_SHARE, "has no wall all around it in some part")
 
 
+def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
+    """Yield the pairs of pieces that would have to be in the same place."""
+    shared = {(one.name, other.name): (one.solid ^ other.solid).volume() for one, other in combinations(pieces, 2)}
+    crowded = {names: volume for names, volume in shared.items() if volume > _CROWDED_MM3}
+    if crowded:
+        yield Fault(
+            code="parts_overlap",
+            layer="realizability",
+            severity="error",
+            names=tuple(f"{one} and {other}" for one, other in crowded),
+            measured=max(crowded.values()),
+            limit=_CROWDED_MM3,
+            unit="mm³",
+            message="are in one place at rest",
+            cure="Move their shapes apart, or make them one body.",
+        )
+
+
 def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float, message: str) -> Fault:
-    names = dict.fromkeys(f"{anatomy.cables[one.cable].tendon} in {anatomy.parts[one.part].name}" for one in found)
+    names = dict.fromkeys(
+        f"{anatomy.cables[one.cable].tendon} {'in' if len(one.parts) == 1 else 'between'} "
+        + " and ".join(anatomy.parts[part].name for part in one.parts)
+        for one in found
+    )
     return Fault(
         code="tendon_through_body" if "plastic" in message else "duct_open",
         layer="realizability",
@@ -100,7 +130,7 @@ def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float
 
 def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
     """What of the robot is near the ducts of one part: quicker to intersect with each of them."""
-    points = np.vstack([np.vstack([duct.path, duct.begin, duct.end]) for duct in ducts])
+    points = np.vstack([np.vstack([duct.path, duct.begin, duct.end, duct.seat]) for duct in ducts])
     low, high = points.min(axis=0) - _NEAR_MM, points.max(axis=0) + _NEAR_MM
     return whole ^ Manifold.cube(tuple(high - low)).translate(tuple(low))
 

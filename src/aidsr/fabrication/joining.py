@@ -1,4 +1,4 @@
-"""Parts joined to the pieces that are printed: limbs of an elastomer in one, plugged into a stiff root."""
+"""Parts joined to the pieces that are printed: limbs of an elastomer in one, plugged into what they grow from."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ __all__ = ["single_parts", "whole_limbs"]
 
 _BEYOND_MM = 1.0
 _COLLAR_MM = 2.5
-"""Thickness of the disc with which a limb sits on its root. Our choice: six layers and more."""
+"""Thickness of the disc with which a limb sits on what it grows from. Our choice: six layers and more."""
 
 _PLUG_MM, _PLUG_SHARE = 8.0, 0.6
 """Length of the plug behind that disc, and its radius / the limb's: inside of where cables run. Our choice."""
 
 _LEAST_PLUG_MM, _FLOOR_MM = 4.0, 1.2
-"""Shortest plug that ends in its root, and what is left of the root behind one. Our choice: three lines."""
+"""Shortest plug that ends in what holds it, and what is left of that behind one. Our choice: three lines."""
 
 _CRUMB = 0.01
 """Share of a piece below which a bit that came off is waste. Our choice."""
@@ -48,7 +48,9 @@ def whole_limbs(
     material: Material,
     printer: Printer,
 ) -> tuple[Piece, ...]:
-    """Return each limb as one piece with necks for joints, or as few as the bed allows, and its root as another.
+    """Return each limb as one piece with necks for joints, or as few as the bed allows, and each root as another.
+
+    A limb has a plug where it grows from a root or from another limb, and that has the socket.
 
     Args:
         skeleton: Gaps and limbs.
@@ -61,49 +63,44 @@ def whole_limbs(
     anatomy = skeleton.anatomy
     stiff = next((one for one in material_for(printer, None) if not one.elastomer), material)
     children = {joint.child for joint in anatomy.joints}
-    roots = {part: solid for part, solid in finished.items() if part not in children}
+    grown = {limb: tuple(anatomy.joints[index].child for index in limb) for limb in skeleton.limbs}
+    parts, feet = dict(finished), dict.fromkeys(grown, Manifold())
+    for limb, members in grown.items():
+        parent = anatomy.joints[limb[0]].parent
+        if (
+            parent in parts and parent not in members
+        ):  # a ring grows from itself, a limb that hangs on the world from none
+            feet[limb], socket = _plug(skeleton.gaps[limb[0]], parts[parent], printer, drills[parent])
+            parts[parent] -= socket
     pieces = []
-    for limb in skeleton.limbs:
+    for limb, members in grown.items():
         necks = [_cleared_neck(skeleton, hinges.hinges[index], drills) for index in limb if index in hinges.hinges]
-        members = [anatomy.joints[index].child for index in limb]
-        first = anatomy.joints[limb[0]]
-        solid = union([*(finished[part] for part in members), *necks])
-        if first.parent in roots:
-            foot, socket = _plug(skeleton.gaps[limb[0]], roots[first.parent], printer, drills[first.parent])
-            roots[first.parent] -= socket
-            solid += foot
-        pieces.append(
-            Piece(
-                anatomy.parts[members[0]].name,
-                tuple(members),
-                solid,
-                skeleton.gaps[limb[0]].after,
-                material,
-                necks=union(necks),
-            )
-        )
+        solid = union([*(parts[part] for part in members), *necks, feet[limb]])
+        name, up = anatomy.parts[members[0]].name, skeleton.gaps[limb[0]].after
+        pieces.append(Piece(name, members, solid, up, material, necks=union(necks)))
+    roots = {part: solid for part, solid in parts.items() if part not in children}
     bodies = single_parts(skeleton, roots, stiff, printer)
     return (*bodies, *(half for piece in pieces for half in cut_limb(skeleton, piece, printer)))
 
 
-def _plug(gap: Gap, root: Manifold, printer: Printer, drills: list[Manifold]) -> tuple[Manifold, Manifold]:
-    """Return the foot of a limb, and what to take from its root for it."""
+def _plug(gap: Gap, holder: Manifold, printer: Printer, drills: list[Manifold]) -> tuple[Manifold, Manifold]:
+    """Return the foot of a limb, and what to take for it from the part it grows from."""
     face = gap.anchor - gap.before_mm * gap.before
     seat, reach = face - _COLLAR_MM * gap.before, max(gap.radius_mm, gap.reach_mm) + _COLLAR_MM
     radius = _PLUG_SHARE * gap.radius_mm
-    end = seat - _plug_length(gap, seat, radius, root) * gap.before
+    end = seat - _plug_length(gap, seat, radius, holder) * gap.before
     limb = rounded(seat, face, reach) + rounded(end, face, radius)
     loose = rounded(end - 0.3 * gap.before, face, radius + printer.fit_mm / 2)
     return limb - union(drills), rounded(seat, face + _BEYOND_MM * gap.before, reach) + loose
 
 
-def _plug_length(gap: Gap, seat: Vector, radius: float, root: Manifold) -> float:
-    """How far a plug goes into its root: so far that a sound floor is left, or right through a thin plate."""
+def _plug_length(gap: Gap, seat: Vector, radius: float, holder: Manifold) -> float:
+    """How far a plug goes into what holds it: so far that a sound floor is left, or right through a thin plate."""
     frame = frame_along(gap.before)
     depths = []
     for turn in np.arange(4) * np.pi / 2:
         rim = seat + radius * (np.cos(turn) * frame[:, 0] + np.sin(turn) * frame[:, 1])
-        hits = first_hits(root, rim, -gap.before, _PLUG_MM + 10.0)
+        hits = first_hits(holder, rim, -gap.before, _PLUG_MM + 10.0)
         depths.append(hits[0] if len(hits) % 2 else _PLUG_MM + 10.0)
     floored = min(_PLUG_MM, min(depths) - _FLOOR_MM)
     return floored if floored >= _LEAST_PLUG_MM else min(max(depths), _PLUG_MM) + _BEYOND_MM

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 from manifold3d import Manifold
@@ -14,9 +13,9 @@ from manifold3d import Manifold
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
 from aidsr.fabrication.checks import Print, to_print
-from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.cutting import Piece, distinct
 from aidsr.fabrication.hinges import Hinges, design_hinges
-from aidsr.fabrication.inspecting import Passage, duct_faults, passages
+from aidsr.fabrication.inspecting import Passage, duct_faults, overlap_faults, passages
 from aidsr.fabrication.likeness import alike, moments
 from aidsr.fabrication.materials import Line, Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer
@@ -24,7 +23,7 @@ from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
 from aidsr.fabrication.shaping import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
-from aidsr.fabrication.stations import seat_of, spool, station
+from aidsr.fabrication.stations import Drum, seat_of, spool, station
 from aidsr.fabrication.unbuilt import unbuilt_faults
 from aidsr.fabrication.weighing import Weight, weigh
 from aidsr.fabrication.winches import Demand, Winch, demands, string, winch_faults
@@ -75,16 +74,6 @@ class Made:
         """The pieces of the robot itself."""
         return tuple(part for part in self.parts if part.what == "robot")
 
-    @cached_property
-    def rod_mass_kg(self) -> float:
-        """Mass of all rods [kg]."""
-        total = 0.0
-        for rod in self.shaping.rods:
-            backbone = self.hinges.backbones[rod.backbone]
-            area_mm2 = math.pi * backbone.diameter_mm**2 / 4
-            total += area_mm2 * rod.length_mm * 1e-9 * backbone.rod.density_kg_m3
-        return total
-
     @property
     def faults(self) -> tuple[Fault, ...]:
         """Everything in the way of building it, errors first."""
@@ -95,6 +84,7 @@ class Made:
             *duct_faults(self.anatomy, self.passages),
             *winch_faults(self.anatomy, self.winches),
             *_piece_faults(self),
+            *overlap_faults(self.shaping.pieces),
         ]
         if self.anatomy.open_loops:
             message = "ties parts together by a constraint that no rigid part stands for"
@@ -158,12 +148,13 @@ def _made(
     winches = string(anatomy, asked, entries)
     found = passages(shaping, bores, tuple(line.diameter_mm / 2 for line in used))
     parts = (*_robot_parts(anatomy, shaping, hinges, printer), *_bench_parts(anatomy, winches, material, printer))
-    return Made(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, tuple(parts))
+    named = tuple(replace(p, name=name) for p, name in zip(parts, distinct(p.name for p in parts), strict=True))
+    return Made(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, named)
 
 
 def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:
-    """The robot's pieces, alike ones together."""
-    moving = sum(1 for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts))
+    """The robot's pieces, alike ones together; each of those that move carries its share of the rods."""
+    moving = {piece.name for piece in shaping.pieces if not all(anatomy.parts[p].held for p in piece.parts)}
     rods = sum(
         math.pi * hinges.backbones[r.backbone].diameter_mm ** 2 / 4 * r.length_mm * 1e-9
         * hinges.backbones[r.backbone].rod.density_kg_m3
@@ -184,7 +175,8 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
         simulated = sum(anatomy.parts[part].mass_kg / shares[part] for part in piece.parts)
         name = piece.name if len(pieces) == 1 else f"{piece.name}_x{len(pieces)}"
         lying, full = to_print(piece.solid, piece.up, printer, piece.necks)
-        weight = weigh(piece.solid, simulated, rods / max(1, moving), piece.material, printer, necks=piece.necks)
+        rods_kg = rods / len(moving) if piece.name in moving else 0.0
+        weight = weigh(piece.solid, simulated, rods_kg, piece.material, printer, necks=piece.necks)
         parts.append(
             PrintedPart(_file_name(name), "robot", piece.material, tuple(p.name for p in pieces), lying, full, weight)
         )
@@ -194,25 +186,25 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
 def _bench_parts(
     anatomy: Anatomy, winches: tuple[Winch, ...], material: Material, printer: Printer
 ) -> list[PrintedPart]:
-    """Stations and spools, those of the same motor and spool together; of the stiffest plastic the printer has."""
+    """Stations and spools, alike ones together; of the stiffest plastic the printer has."""
     stiff = max(
         material_for(printer, None), key=lambda m: (m.name == material.name and not m.elastomer, not m.elastomer)
     )
-    groups: dict[tuple[str, float], list[Winch]] = {}
+    groups: dict[tuple[str, Drum], list[Winch]] = {}
     for winch in winches:
         if winch.fit is not None:
-            groups.setdefault((winch.fit.motor.name, winch.fit.spool_radius_m), []).append(winch)
+            groups.setdefault((winch.fit.motor.name, winch.drum), []).append(winch)
     up, parts = np.array([0.0, 0.0, 1.0]), []
-    for (motor, radius_m), group in groups.items():
+    for (motor, drum), group in groups.items():
         fit = group[0].fit
         if fit is None:
             continue
         seat = seat_of(fit.motor)
-        label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{1000 * radius_m:g}mm"
+        label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{drum.reach_mm:g}mm"
         names = tuple(anatomy.cables[winch.cable].actuator for winch in group)
         made: tuple[tuple[str, Manifold], ...] = (
-            ("station", station(seat, 1000 * radius_m, group[0].sheath, printer)),
-            ("spool", spool(seat, 1000 * radius_m, printer)),
+            ("station", station(seat, drum, group[0].sheath, printer)),
+            ("spool", spool(seat, drum, printer)),
         )
         for what, solid in made:
             lying, _ = to_print(solid, up, printer)

@@ -104,7 +104,7 @@ def _part_list(made: Made) -> list[dict[str, object]]:
             used_for=part.used_for,
             material=part.material.name,
             infill=part.weight.infill,
-            mass_g=round(1000 * part.weight.mass_kg, 2),
+            mass_g=round(1000 * part.weight.printed_kg, 2),
             simulated_g=round(1000 * part.weight.simulated_kg, 2) if part.what == "robot" else None,
             size_mm=tuple(round(side, 2) for side in part.lying.size_mm),
             support_cm3=round(part.lying.support_mm3 / 1000, 2),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from manifold3d import Manifold
 
 from aidsr.fabrication.anatomy import Anatomy, Vector
-from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.cutting import Piece, distinct
 from aidsr.fabrication.hinges import Backbone, Hinges
 from aidsr.fabrication.joining import single_parts, whole_limbs
 from aidsr.fabrication.materials import Material
@@ -97,7 +97,9 @@ def shape(
         pieces = whole_limbs(skeleton, hinges, finished, drills, material, printer)
     else:
         pieces = single_parts(skeleton, finished, material, printer)
-    return Shaping(pieces, rods, ducts, flange_mm)
+    names = distinct(piece.name for piece in pieces)
+    named = tuple(replace(piece, name=name) for piece, name in zip(pieces, names, strict=True))
+    return Shaping(named, rods, ducts, flange_mm)
 
 
 def _wall(duct: Duct, bore: Bore, skeleton: Skeleton) -> Manifold:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import jinja2
@@ -21,7 +20,6 @@ def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[s
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["deg"] = math.degrees
     environment.filters["finding"] = finding
     return environment.get_template("sheet.html.j2").render(
         title=title,
@@ -31,7 +29,7 @@ def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[s
         total_usd=sum(item.cost_usd or 0.0 for item in items),
         parts=[(chr(65 + n % 26), part) for n, part in enumerate(made.robot_parts)],
         bench=[part for part in made.parts if part.what != "robot"],
-        cut=any(piece.name.endswith("_upper") for piece in made.shaping.pieces),
+        cut=any(piece.cut for piece in made.shaping.pieces),
         settings=_settings,
         cables=_cables(made),
         hinges=_hinges(made),

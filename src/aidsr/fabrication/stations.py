@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
@@ -14,34 +15,73 @@ import numpy as np
 from manifold3d import Manifold
 
 from aidsr.artifacts import Artifact
-from aidsr.catalogue.motors import Motor
+from aidsr.catalogue.motors import MOST_TURNS, Motor
 from aidsr.fabrication.materials import Sheath
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import rounded, union
 
-__all__ = ["Seat", "seat_of", "spool", "station"]
+__all__ = ["SPARE_TURNS", "Drum", "Seat", "seat_of", "spool", "station"]
+
+SPARE_TURNS = 1.5
+"""Turns of cable that stay on a spool. Our choice: so that its tie is never loaded."""
 
 _PLATE_MM, _WALL_MM = 4.0, 5.0
-_DRUM_MM = 8.0
-"""Width of a drum: one layer of ten turns of line with room between."""
+_LEAST_DRUM_MM, _ROOM = 8.0, 1.1
+"""Least width of a drum, and width of a turn / diameter of its line. Our choice: one layer, with room between."""
 
 _RIM_MM, _RIM_THICK_MM = 3.0, 1.5
-_STOP_MM = 35.0
-"""From spool to sheath: so that the line leaves the drum at less than 7 degrees over its whole width."""
+_STOP_WIDTHS = 4.4
+"""From spool to stop / width of the drum: so that the line leaves it at less than 7 degrees over its whole width."""
 
 _HORN_MM = 12.5
 """Radius of the plate that is screwed to a servo's horn. Source: horns of these servos are 20 to 25 mm wide."""
 
-_M3_MM, _M4_MM, _TIE_MM = 3.4, 4.5, 1.2
+_M3_MM, _M4_MM = 3.4, 4.5
+_SLOT_MM, _SLOT_END_MM = 1.3, 8.0
+"""Half width of the slots for a horn's screws, and how far out the screws of the widest horns sit."""
+
 _STRAP_MM = (2.0, 5.5)
 _OVER_STRAP_MM = 1.2
 """Floor that is left over the strap that holds a motor down. Our choice: three lines."""
 
-_DRUM_WALL_MM = 0.8
-"""Least wall between a drum's surface and the screws' slots in it."""
+_SPOOL_WALL_MM = 0.8
+"""Least wall between the surface of a drum or a rim and the screws' slots in it."""
 
 _SOCKET_MM = 6.0
 _X, _Y, _Z = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Drum:
+    """What a line is wound on.
+
+    Attributes:
+        reach_mm: From the shaft to the middle of the line.
+        line_mm: Diameter of the line.
+    """
+
+    reach_mm: float
+    line_mm: float
+
+    @property
+    def radius_mm(self) -> float:
+        """Of its surface."""
+        return self.reach_mm - self.line_mm / 2
+
+    @property
+    def rim_mm(self) -> float:
+        """Radius of the rims on both sides."""
+        return self.radius_mm + _RIM_MM
+
+    @property
+    def width_mm(self) -> float:
+        """From rim to rim: one layer of the most turns it may hold."""
+        return max(_LEAST_DRUM_MM, _ROOM * (MOST_TURNS + SPARE_TURNS) * self.line_mm)
+
+    @property
+    def free_run_mm(self) -> float:
+        """How far a line runs free at its station, from the spool to the sheath's end."""
+        return self.rim_mm + _STOP_WIDTHS * self.width_mm - _SOCKET_MM
 
 
 class Face(Artifact):
@@ -82,54 +122,64 @@ def seat_of(motor: Motor) -> Seat:
     return next((seat for seat in _seats() if motor.name in seat.motors), Seat(motors=(motor.name,)))
 
 
-def spool(seat: Seat, radius_mm: float, printer: Printer) -> Manifold:
+def spool(seat: Seat, drum: Drum, printer: Printer) -> Manifold:
     """Return the spool of a motor: a drum between two rims, on a horn plate or on a shaft with a set screw."""
-    rim = radius_mm + _RIM_MM
-    drum = union(
+    high = drum.width_mm + 2 * _RIM_THICK_MM
+    solid = union(
         [
-            rounded(0 * _Z, _RIM_THICK_MM * _Z, rim),
-            rounded(0 * _Z, (_DRUM_MM + 2 * _RIM_THICK_MM) * _Z, radius_mm),
-            rounded((_DRUM_MM + _RIM_THICK_MM) * _Z, (_DRUM_MM + 2 * _RIM_THICK_MM) * _Z, rim),
+            rounded(0 * _Z, _RIM_THICK_MM * _Z, drum.rim_mm),
+            rounded(0 * _Z, high * _Z, drum.radius_mm),
+            rounded((high - _RIM_THICK_MM) * _Z, high * _Z, drum.rim_mm),
         ]
     )
-    top = (_DRUM_MM + 2 * _RIM_THICK_MM) * _Z
-    tie_at = (_RIM_THICK_MM + 1.5) * _Z
-    cuts = [rounded(tie_at - 2 * rim * _X, tie_at + 2 * rim * _X, _TIE_MM / 2)]
+    tie_mm = max(printer.hole_mm, drum.line_mm + printer.clearance_mm)
+    tie_at = (_RIM_THICK_MM + tie_mm / 2 + _SPOOL_WALL_MM) * _Z
+    cuts = [rounded(tie_at - 2 * drum.rim_mm * _X, tie_at + 2 * drum.rim_mm * _X, tie_mm / 2)]
     if seat.face is None:
-        drum += rounded(-3.0 * _Z, 0 * _Z + 0.1 * _Z, _HORN_MM)
-        cuts.append(rounded(-4.0 * _Z, top + _Z, 1.6))
-        for angle in np.arange(4) * math.pi / 2 + math.pi / 4:
-            out = math.cos(angle) * _X + math.sin(angle) * _Y
-            sunk = radius_mm >= _HORN_MM
-            for begin, finish, wide in ((-4 * _Z, top + _Z, 1.3), (0 * _Z, top + _Z, 2.0 if sunk else 1.3)):
-                ends = (6.0, 9.5) if sunk else (5.5, _slot_end(radius_mm))
-                cuts.append(Manifold.batch_hull([rounded(r * out + begin, r * out + finish, wide) for r in ends]))
+        solid += rounded(-3.0 * _Z, 0 * _Z + 0.1 * _Z, _HORN_MM)
+        cuts.append(rounded(-4.0 * _Z, (high + 1) * _Z, 1.6))
+        cuts += _horn_slots(drum, high)
     else:
         hub = seat.face.shaft_mm / 2 + 4.0
-        drum += rounded(-8.0 * _Z, 0.1 * _Z, hub)
-        cuts.append(rounded(-9.0 * _Z, top + _Z, (seat.face.shaft_mm + printer.fit_mm) / 2))
+        solid += rounded(-8.0 * _Z, 0.1 * _Z, hub)
+        cuts.append(rounded(-9.0 * _Z, (high + 1) * _Z, (seat.face.shaft_mm + printer.fit_mm) / 2))
         cuts.append(rounded(-4.0 * _Z, -4.0 * _Z + 2 * hub * _X, 1.25))
-    return drum - union(cuts)
+    return solid - union(cuts)
 
 
-def _slot_end(drum_mm: float) -> float:
-    """How far out the slots for a horn's screws go: never so that a sliver of the drum is left outside of them."""
-    inside = drum_mm - _DRUM_WALL_MM - 1.3
-    return min(8.0, inside) if inside > 6.5 else 8.0
+def _horn_slots(drum: Drum, high: float) -> list[Manifold]:
+    """The slots for a horn's screws: in a wide drum their heads are sunk."""
+    sunk = drum.radius_mm >= _HORN_MM
+    ends = (6.0, 9.5) if sunk else (5.5, _slot_end(drum))
+    slots = []
+    for angle in np.arange(4) * math.pi / 2 + math.pi / 4:
+        out = math.cos(angle) * _X + math.sin(angle) * _Y
+        for begin, wide in ((-4.0, _SLOT_MM), (0.0, 2.0 if sunk else _SLOT_MM)):
+            rods = [rounded(r * out + begin * _Z, r * out + (high + 1) * _Z, wide) for r in ends]
+            slots.append(Manifold.batch_hull(rods))
+    return slots
 
 
-def station(seat: Seat, radius_mm: float, sheath: Sheath, printer: Printer) -> Manifold:
-    """Return the station of a motor with a spool of this radius. The line leaves the drum at its lowest point."""
-    rim = radius_mm + _RIM_MM
+def _slot_end(drum: Drum) -> float:
+    """How far out the slots for a horn's screws go: never so that a sliver of drum or rim is left outside of them."""
+    inside = drum.radius_mm - _SPOOL_WALL_MM - _SLOT_MM
+    if inside > 6.5:
+        return min(_SLOT_END_MM, inside)
+    left = drum.rim_mm - _SLOT_END_MM - _SLOT_MM
+    return _SLOT_END_MM if left >= _SPOOL_WALL_MM else max(_SLOT_END_MM, drum.rim_mm)
+
+
+def station(seat: Seat, drum: Drum, sheath: Sheath, printer: Printer) -> Manifold:
+    """Return the station of a motor with a spool. The line leaves the drum at its lowest point."""
     length, depth = (seat.box_mm[0], seat.box_mm[2]) if seat.box_mm else (seat.diameter_mm + 6.0, 20.0)
     strap_room = _STRAP_MM[0] + _OVER_STRAP_MM if seat.box_mm else 0.0
-    axle = _PLATE_MM + max(seat.shaft_height_mm + strap_room, rim + 2.0)
-    before = rim + _STOP_MM
-    drum_y = depth + _WALL_MM + 6.0 + _DRUM_MM / 2
-    end, wide = length / 2 + 2 * _WALL_MM, drum_y + _DRUM_MM
+    axle = _PLATE_MM + max(seat.shaft_height_mm + strap_room, drum.rim_mm + 2.0)
+    before = drum.free_run_mm + _SOCKET_MM
+    drum_y = depth + _WALL_MM + 6.0 + drum.width_mm / 2
+    end, wide = length / 2 + 2 * _WALL_MM, drum_y + drum.width_mm
     plate = Manifold.cube((end + before + _WALL_MM, wide, _PLATE_MM)).translate((-end, 0, 0))
-    body = [plate, _stop(before, drum_y, axle - radius_mm)]
-    cuts = [_stop_hole(before, drum_y, axle - radius_mm, sheath, printer)]
+    body = [plate, _stop(before, drum_y, axle - drum.reach_mm)]
+    cuts = [_stop_hole(before, drum_y, axle - drum.reach_mm, sheath, printer)]
     for x in (-end + _WALL_MM, before - _WALL_MM):
         for y in (5.0, wide - 5.0):
             cuts.append(rounded(x * _X + y * _Y - _Z, x * _X + y * _Y + (_PLATE_MM + 1) * _Z, _M4_MM / 2))
@@ -145,7 +195,7 @@ def station(seat: Seat, radius_mm: float, sheath: Sheath, printer: Printer) -> M
         strap = Manifold.cube((length + 4 * _WALL_MM, _STRAP_MM[1], _STRAP_MM[0]))
         cuts.append(strap.translate((-length / 2 - 2 * _WALL_MM, depth / 2, _PLATE_MM)))
     else:
-        size = max(seat.diameter_mm + 4.0, 2 * rim)
+        size = max(seat.diameter_mm + 4.0, 2 * drum.rim_mm)
         wall = Manifold.cube((size, _WALL_MM, axle + max(12.0, seat.diameter_mm / 2))).translate((-size / 2, depth, 0))
         body.append(wall)
         cuts += _face_holes(seat, axle, depth)

@@ -81,6 +81,7 @@ class PartEntry(Artifact):
     material: str
     infill: float
     mass_g: float
+    """Of its plastic."""
     simulated_g: float | None
     """None for what no simulation holds."""
     size_mm: tuple[float, float, float]

@@ -21,13 +21,20 @@ class Weight:
 
     Attributes:
         infill: Share of the inside that is filled.
-        mass_kg: Printed so.
+        printed_kg: Mass of its plastic, printed so.
         simulated_kg: What its bodies weighed in simulation.
+        extra_kg: Mass of what is put into it.
     """
 
     infill: float
-    mass_kg: float
+    printed_kg: float
     simulated_kg: float
+    extra_kg: float
+
+    @property
+    def mass_kg(self) -> float:
+        """Mass with all that is put into it [kg]."""
+        return self.printed_kg + self.extra_kg
 
 
 def printed_kg(
@@ -62,6 +69,6 @@ def weigh(
     """
     count = round((1 - _LEAST_INFILL) / _STEP) + 1
     steps = [_LEAST_INFILL + _STEP * number for number in range(count)] if printer.shell_mm else [1.0]
-    masses = {infill: printed_kg(piece, infill, material, printer, necks) + extra_kg for infill in steps}
-    best = min(masses, key=lambda infill: abs(masses[infill] - simulated_kg))
-    return Weight(round(best, 2), masses[best], simulated_kg)
+    masses = {infill: printed_kg(piece, infill, material, printer, necks) for infill in steps}
+    best = min(masses, key=lambda infill: abs(masses[infill] + extra_kg - simulated_kg))
+    return Weight(round(best, 2), masses[best], simulated_kg, extra_kg)

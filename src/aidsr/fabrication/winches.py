@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from aidsr.artifacts import Fault, ValidationReport
 from aidsr.catalogue.motors import Fit, cheapest_motor, fastest_motor
 from aidsr.fabrication.anatomy import Anatomy
-from aidsr.fabrication.materials import Line, Sheath, line_for, sheath_for
+from aidsr.fabrication.materials import Line, Sheath, line_for, lines, sheath_for
+from aidsr.fabrication.stations import SPARE_TURNS, Drum
 
 __all__ = ["Demand", "Winch", "demands", "string", "winch_faults"]
 
@@ -22,8 +23,11 @@ SHEATH_BEND_RAD = math.pi / 2
 SHEATH_MM = 300.0
 """Length of a sheath. Our choice: the winches stand on a board beside the robot."""
 
-SPOOL_TURNS_SPARE = 1.5
-"""Turns of cable that stay on a spool. Our choice: so that its tie is never loaded."""
+_UNKNOWN_SPOOL_MM = 10.0
+"""Radius that a cut length reckons with where no motor holds the cable. Our choice: a small spool."""
+
+_TIED_MM, _CUT_STEP_MM = 60.0, 10.0
+"""Length for knots at both ends, and the step to which cut lengths are rounded up. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,6 @@ class Winch:
         line: What the cable is made of; None where none is strong enough.
         sheath: The tube it runs in.
         inside_mm: Length of the cable in the robot, at rest.
-        cut_mm: Length to cut.
     """
 
     cable: int
@@ -63,7 +66,19 @@ class Winch:
     line: Line | None
     sheath: Sheath
     inside_mm: float
-    cut_mm: float
+
+    @property
+    def drum(self) -> Drum:
+        """What its spool is wound on."""
+        reach_mm = 1000 * self.fit.spool_radius_m if self.fit else _UNKNOWN_SPOOL_MM
+        return Drum(reach_mm, (self.line or lines()[-1]).diameter_mm)
+
+    @property
+    def cut_mm(self) -> float:
+        """Length to cut [mm]: from the tied end to the spool, the stroke, and what stays on the spool."""
+        spare = 2 * math.pi * self.drum.reach_mm * SPARE_TURNS
+        way = self.inside_mm + SHEATH_MM + self.drum.free_run_mm
+        return _up_to(way + 1000 * self.demand.stroke_m + spare + _TIED_MM, _CUT_STEP_MM)
 
     @property
     def fast_enough(self) -> bool:
@@ -105,13 +120,13 @@ def string(anatomy: Anatomy, asked: dict[str, Demand], entries_mm: dict[int, flo
         demand = asked.get(cable.actuator)
         if demand is None:
             continue
-        fit = cheapest_motor(demand.at_winch_n, demand.speed_m_s, demand.stroke_m)
-        fit = fit or fastest_motor(demand.at_winch_n, demand.stroke_m)
         line = line_for(demand.at_winch_n)
+        used = line or lines()[-1]
+        cable_m = used.diameter_mm / 1000
+        fit = cheapest_motor(demand.at_winch_n, demand.speed_m_s, demand.stroke_m, cable_m=cable_m)
+        fit = fit or fastest_motor(demand.at_winch_n, demand.stroke_m, cable_m=cable_m)
         inside = cable.length_mm + entries_mm.get(index, 0.0)
-        spare = 2 * math.pi * 1000 * (fit.spool_radius_m if fit else 0.01) * SPOOL_TURNS_SPARE
-        cut = inside + SHEATH_MM + 1000 * demand.stroke_m + spare + 60.0
-        winches.append(Winch(index, demand, fit, line, sheath_for(line or _thickest()), inside, _up_to(cut, 10.0)))
+        winches.append(Winch(index, demand, fit, line, sheath_for(used), inside))
     return _with_common_spools(winches)
 
 
@@ -194,12 +209,6 @@ def _fault(
         message=message,
         cure="Lower the tension, or bring the tendons nearer to the backbone to shorten their stroke.",
     )
-
-
-def _thickest() -> Line:
-    from aidsr.fabrication.materials import lines
-
-    return lines()[-1]
 
 
 def _up_to(length_mm: float, step_mm: float) -> float:

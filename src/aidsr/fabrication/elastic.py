@@ -1,0 +1,47 @@
+"""Which joints an elastic hinge can stand for at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from aidsr.artifacts import Fault
+from aidsr.fabrication.anatomy import Anatomy, Joint
+
+__all__ = ["elastic_faults", "unmakeable"]
+
+_SAME_STIFFNESS = 0.1
+"""Stiffnesses about two axes that differ by less than this share are made by one round rod. Our choice."""
+
+
+def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
+    """Yield the joints that no elastic hinge can stand for, whatever it is made of."""
+    reasons: dict[str, list[str]] = {}
+    for joint in anatomy.joints:
+        reason = unmakeable(joint)
+        if reason:
+            reasons.setdefault(reason, []).extend(joint.names)
+    for reason, names in reasons.items():
+        yield Fault(
+            code="joint_not_elastic",
+            layer="realizability",
+            severity="error",
+            names=tuple(names),
+            message=reason,
+            cure="Use one hinge, or two crossed hinges of equal stiffness through one point, each with a stiffness.",
+        )
+
+
+def unmakeable(joint: Joint) -> str:
+    """Return why no rod or neck can stand for a joint; "" where one can."""
+    if joint.kind == "other":
+        return "slides or has more than turning joints; rods and necks only bend"
+    if joint.parent < 0:
+        return "joins the robot to the world, where there is no part to hold a hinge"
+    if min(joint.stiffness_n_m_rad) <= 0:
+        return "turns without a spring; rods and necks always have stiffness"
+    if joint.offset_mm > 1.0:
+        return "has axes that do not meet in one point"
+    if len(joint.names) > 2 and joint.kind == "hinge":
+        return "has more than two hinges; a rod that bends both ways hardly twists"
+    low, high = min(joint.stiffness_n_m_rad), max(joint.stiffness_n_m_rad)
+    return "" if high <= (1 + _SAME_STIFFNESS) * low else "has axes of different stiffness"
