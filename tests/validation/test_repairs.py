@@ -139,6 +139,18 @@ def assert_same_model(one: str, other: str) -> None:
     assert (buffers[0] == buffers[1]).all()
 
 
+def sectioned(*sections: str) -> str:
+    defaults = "".join(f"<default>{section}</default>" for section in sections)
+    body = '<body childclass="x"><joint/><geom size="0.01" fromto="0 0 0 0 0 0.1"/></body>'
+    return f"<mujoco>{defaults}<worldbody>{body}</worldbody></mujoco>"
+
+
+def test_a_class_gets_what_the_sections_of_defaults_before_it_say_and_nothing_of_later_ones() -> None:
+    named, cylinder = '<default class="x"/>', '<geom type="cylinder"/>'
+    assert repair(sectioned(cylinder, named)) == Repaired(mjcf=sectioned(cylinder, named))
+    assert repair(sectioned(named, cylinder)).counts == {"fromto_without_shape": 1}
+
+
 @pytest.mark.parametrize("name", GOOD)
 def test_a_good_robot_is_left_as_it_is(name: str) -> None:
     text = GOOD[name]()

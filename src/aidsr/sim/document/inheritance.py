@@ -26,7 +26,7 @@ class Setting:
 
 
 def default_classes(root: Element) -> Mapping[str, Element]:
-    """Return the <default> element of each class by name."""
+    """Return the <default> element of each class by name; of the outermost class, which may have several, the last."""
     return {element.get("class", "main"): element for element in elements(root, "default")}
 
 
@@ -59,6 +59,17 @@ def is_placed(element: Element) -> bool:
 def described(element: Element, classes: Mapping[str, Element]) -> Iterator[Element]:
     """Yield the descriptions of an element's kind in its default class and the classes around that, nearest first."""
     default = classes.get(class_of(element))
-    while default is not None and default.tag == "default":
+    while default is not None:
         yield from default.findall(str(element.tag))
-        default = default.getparent()
+        default = _around(default)
+
+
+def _around(default: Element) -> Element | None:
+    """Return the <default> whose values hold where this one sets none: the one around it, or the outermost one before.
+
+    Source: MuJoCo merges repeated top-level sections in their order, and a class starts as a copy of the one around it.
+    """
+    around = default.getparent()
+    if around is not None and around.tag == "default":
+        return around
+    return next(default.itersiblings("default", preceding=True), None)
