@@ -12,8 +12,10 @@ import robots
 
 from aidsr.artifacts import ValidationReport
 from aidsr.errors import UserError
+from aidsr.sim.compiling import load_mjcf
 from aidsr.validation import validate
 from aidsr.validation.examination import examine_text
+from aidsr.validation.standing import stand
 
 
 def codes(report: ValidationReport) -> list[str]:
@@ -74,6 +76,13 @@ def test_a_free_robot_can_be_held_and_a_fixed_one_let_go() -> None:
     loose = validate(robots.arm(), mount="free")
     assert any("added" in note for note in loose.notes)
     assert loose.stable
+
+
+def test_a_robot_that_is_held_beside_its_table_still_passes_through_what_it_excludes() -> None:
+    table = '<geom name="table" type="box" size="0.2 0.2 0.01" pos="0 0 0.01"/>'
+    passes = '<contact><exclude body1="world" body2="trunk"/></contact></mujoco>'
+    text = robots.crawler().replace("<worldbody>", f"<worldbody>{table}").replace("</mujoco>", passes)
+    assert stand(load_mjcf(text), "fixed", None).model.nexclude == 1
 
 
 def test_a_keyframe_does_not_keep_a_robot_from_being_held() -> None:
