@@ -95,6 +95,23 @@ def test_two_roots_cannot_be_set_free() -> None:
     assert codes(validate(two, mount="free")) == ["disconnected"]
 
 
+@pytest.mark.parametrize(
+    ("constraint", "found"),
+    [
+        ('<weld body1="s11" body2="plate"/>', []),
+        ('<weld site1="tip" site2="plate"/>', []),
+        ('<connect site1="plate" site2="tip"/>', []),
+        ('<connect body1="plate" anchor="0 0 0"/>', ["disconnected"]),
+        ('<tendon tendon1="t0" tendon2="t1"/>', ["disconnected"]),
+    ],
+)
+def test_two_roots_are_one_robot_where_a_constraint_joins_them(constraint: str, found: list[str]) -> None:
+    plate = '<body name="plate" pos="0 0 0.33"><freejoint/><geom size="0.02"/><site name="plate"/></body></worldbody>'
+    text = robots.arm().replace("</worldbody>", plate)
+    joined = text.replace("</mujoco>", f"<equality>{constraint}</equality></mujoco>")
+    assert codes(examine_text(joined, drive=False).report) == found
+
+
 def test_a_root_with_joints_cannot_be_set_free() -> None:
     hinged = robots.arm().replace('<body name="base">', '<body name="base"><joint name="swivel" axis="0 0 1"/>')
     assert codes(validate(hinged, mount="free")) == ["invalid_joint_placement"]
