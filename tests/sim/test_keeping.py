@@ -34,6 +34,15 @@ def test_a_second_section_of_defaults_takes_nothing_from_the_first() -> None:
     assert "rgba was 1 0 0 1 and is 0 1 0 1" in change
 
 
+def test_what_a_class_says_of_all_tendons_is_a_tendons_own() -> None:
+    cable = ROBOT.replace(
+        "</mujoco>", '<tendon><fixed name="cable"><joint joint="bend" coef="1"/></fixed></tendon></mujoco>'
+    )
+    wider = cable.replace("<mujoco>", '<mujoco><default><tendon damping="3"/></default>')
+    (change,) = changes_to(cable, wider, (Keep(name="cable"),))
+    assert "damping was not set and is 3" in change
+
+
 def test_what_stands_around_may_change() -> None:
     assert changes_to(ROBOT, ROBOT.replace('name="palm"', 'name="hand"'), FINGER) == []
 
