@@ -277,6 +277,12 @@ def test_contacts_that_a_robot_excludes_with_its_own_world_are_no_matter_of_the_
     assert not any(0 in pair for pair in pairs)
 
 
+def test_bodies_of_an_environment_that_asks_to_fuse_them_can_be_named() -> None:
+    fused = STAGE.replace("<compiler", '<compiler fusestatic="true"')
+    _, model = scene(ARM, Placement(mount="mount", base="fixed", intended_contacts=("pedestal",)), environment=fused)
+    assert model.body("pedestal").parentid[0] == 0
+
+
 def test_a_placement_is_a_pose_in_the_mounts_frame() -> None:
     placement = Placement(mount="mount", base="fixed", position_m=(0.01, 0.02, 0.03), rotation_deg=(90, 90, 0))
     stage = mujoco.MjModel.from_xml_string(STAGE)
