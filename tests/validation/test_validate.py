@@ -78,6 +78,21 @@ def test_a_free_robot_can_be_held_and_a_fixed_one_let_go() -> None:
     assert loose.stable
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('<body name="base">', '<body name="base" mocap="true">'),
+        ('<geom name="base"', '<geom name="validation_ground"'),
+        ("<option", '<compiler fusestatic="true"/><option'),
+    ],
+)
+def test_a_robot_however_its_root_is_written_can_be_let_go(old: str, new: str) -> None:
+    model = stand(load_mjcf(robots.arm().replace(old, new)), "free", None).model
+    assert model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE
+    assert model.body(model.jnt_bodyid[0]).name == "base"
+    assert model.geom_type[0] == mujoco.mjtGeom.mjGEOM_PLANE
+
+
 def test_a_robot_that_is_held_beside_its_table_still_passes_through_what_it_excludes() -> None:
     table = '<geom name="table" type="box" size="0.2 0.2 0.01" pos="0 0 0.01"/>'
     passes = '<contact><exclude body1="world" body2="trunk"/></contact></mujoco>'
@@ -203,6 +218,13 @@ def test_numbers_that_overflow_are_a_report(pattern: str, replacement: str) -> N
     text, changes = re.subn(pattern, replacement, robots.arm(timestep_s=0.002), count=1)
     assert changes == 1
     assert "load" in {fault.layer for fault in validate(text).errors}
+
+
+@pytest.mark.parametrize(("group", "is_off"), [(-1, False), (5, True), (31, False)])
+def test_actuators_of_any_group_are_driven_unless_their_group_is_off(group: int, is_off: bool) -> None:
+    text = robots.arm().replace('gear="-1"', f'gear="-1" group="{group}"')
+    off = text.replace("<option", '<option actuatorgroupdisable="5"')
+    assert codes(validate(off)) == ["actuator_too_weak"] * is_off
 
 
 def test_a_model_that_takes_too_long_is_a_report() -> None:
