@@ -105,6 +105,18 @@ def test_a_keyframe_does_not_keep_a_robot_from_being_held() -> None:
     assert validate(robots.crawler().replace("</mujoco>", f"{key}</mujoco>"), mount="fixed").stable
 
 
+@pytest.mark.parametrize(("angle", "most"), [("degree", "45"), ("radian", "0.7")])
+def test_a_range_that_is_dropped_is_told_as_it_is_written(angle: str, most: str) -> None:
+    written = (
+        robots.arm().replace("<option", f'<compiler angle="{angle}"/><option').replace('"-45 45"', f'"-{most} {most}"')
+    )
+    inverted = written.replace(f'"-{most} {most}"', f'"{most} -{most}"', 1)
+    (fault,) = examine_text(inverted, drive=False).report.faults
+    assert fault.message.startswith(f"joint range written from {most} down to -{most}: ")
+    assert fault.measured == 2 * float(most)
+    assert fault.unit == "by which the first number exceeds the second"
+
+
 def test_two_roots_cannot_be_set_free() -> None:
     two = robots.arm().replace("<worldbody>", '<worldbody><body name="other"><geom size="0.01"/></body>')
     assert codes(validate(two, mount="free")) == ["disconnected"]
