@@ -97,6 +97,8 @@ def test_view_draws_a_picture_where_there_is_no_display(tmp_path, monkeypatch, c
     assert run_main("view", "ball.xml", "--picture", "ball.png") == 0
     assert Path("ball.png").read_bytes().startswith(b"\x89PNG")
     assert "ball.png" in capsys.readouterr().out
+    assert run_main("view", "ball.xml", "--picture", "nowhere/ball.png") == 2
+    assert "could not write nowhere/ball.png" in capsys.readouterr().err
 
 
 def test_view_reads_files_by_the_bounds_of_the_validator(tmp_path, capsys) -> None:

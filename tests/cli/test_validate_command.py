@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from io import StringIO
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import faulty
@@ -85,6 +85,9 @@ def test_nothing_is_overwritten_unasked(files: Path, capsys: pytest.CaptureFixtu
     assert run("slip.xml", "--repair", "slip.xml", "--force") == 0
     assert Path("slip.xml").read_text() != SLIP
     assert run("slip.xml", "--repair", "nowhere/mended.xml") == 2
+    assert run("slip.xml", "--repair", "both.xml", "--report", "./both.xml", "--force") == 2
+    assert "both name both.xml" in capsys.readouterr().err
+    assert not Path("both.xml").exists()
     assert run("good.xml", "slip.xml", "--repair", "mended.xml") == 2
     assert "one at a time" in capsys.readouterr().err
 
@@ -101,12 +104,22 @@ def test_a_page_is_written_beside_what_is_said(files: Path, capsys: pytest.Captu
 def test_standard_input_can_be_repaired_and_shown(
     files: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sys, "stdin", StringIO(SLIP))
+    monkeypatch.setattr(sys, "stdin", TextIOWrapper(BytesIO(SLIP.encode())))
     assert run("-", "--repair", "mended.xml", "--report", "mended.html", "--json") == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["file"] == "-"
     assert answer["repairs"]["counts"] == {"misspelt_attributes": 1}
     assert "wrote stiffness for stifness" in Path("mended.html").read_text()
+
+
+@pytest.mark.parametrize("errors", ["strict", "surrogateescape"])
+def test_standard_input_that_is_no_text_is_a_mistake_as_a_file_is(
+    files: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], errors: str
+) -> None:
+    monkeypatch.setattr(sys, "stdin", TextIOWrapper(BytesIO(b"<mujoco>\xff</mujoco>"), "utf-8", errors))
+    assert run("-", "--repair", "mended.xml") == 2
+    assert "UTF-8 text, found other bytes in standard input" in capsys.readouterr().err
+    assert not Path("mended.xml").exists()
 
 
 def test_json_is_an_object_for_one_file_and_a_list_for_several(files: Path, capsys: pytest.CaptureFixture[str]) -> None:

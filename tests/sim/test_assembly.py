@@ -270,6 +270,28 @@ def test_scenery_of_the_robot_is_removed_and_said() -> None:
         assert any(words in note for note in made.notes), made.notes
 
 
+def test_contacts_that_a_robot_excludes_with_its_own_world_are_no_matter_of_the_environments() -> None:
+    robot = ARM.replace("<contact>", '<contact><exclude body1="world" body2="seg2"/>')
+    _, model = scene(robot, Placement(mount="mount", base="fixed"))
+    pairs = {(int(signature) >> 16, int(signature) & 0xFFFF) for signature in model.exclude_signature}
+    assert not any(0 in pair for pair in pairs)
+
+
+def test_bodies_of_an_environment_that_asks_to_fuse_them_can_be_named() -> None:
+    fused = STAGE.replace("<compiler", '<compiler fusestatic="true"')
+    _, model = scene(ARM, Placement(mount="mount", base="fixed", intended_contacts=("pedestal",)), environment=fused)
+    assert model.body("pedestal").parentid[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [('name="carriage"', 'name="robot/base"', "placed here, found robot/base"), ('"0.002"', '"0"', "found 0 s")],
+)
+def test_an_environment_in_which_no_robot_can_be_placed_is_a_fault(old: str, new: str, found: str) -> None:
+    with pytest.raises(MjcfError, match=found):
+        scene(ARM, Placement(mount="mount", base="fixed"), environment=STAGE.replace(old, new))
+
+
 def test_a_placement_is_a_pose_in_the_mounts_frame() -> None:
     placement = Placement(mount="mount", base="fixed", position_m=(0.01, 0.02, 0.03), rotation_deg=(90, 90, 0))
     stage = mujoco.MjModel.from_xml_string(STAGE)

@@ -120,6 +120,27 @@ def test_replicated_elements_compile_and_keep_their_lines() -> None:
     assert faults(in_body(good.replace("0.1", "-1"))) == [("bad_value", 6, ("a",))]
 
 
+CAPSULE = '<default><geom type="capsule" size="0.01"/></default>'
+RED = '<default class="x"><geom rgba="1 0 0 1"/></default>'
+
+
+def drawn_with(defaults: str, named: str) -> str:
+    geom = f'<geom name="g" {named} fromto="0 0 0 0 0 0.1"/>'
+    return f'<mujoco>{defaults}<worldbody><body name="a"><joint/>{geom}</body></worldbody></mujoco>'
+
+
+@pytest.mark.parametrize(
+    ("defaults", "named"),
+    [
+        (f'{CAPSULE}<default><joint damping="1"/></default>', ""),
+        (f'{CAPSULE}<default><geom size="0.02"/>{RED}</default>', 'class="x"'),
+        (f'<default><geom type="sphere"/></default>{CAPSULE}', ""),
+    ],
+)
+def test_repeated_default_sections_are_one(defaults: str, named: str) -> None:
+    assert compile_mjcf(drawn_with(defaults, named)).geom_type[0] == mujoco.mjtGeom.mjGEOM_CAPSULE
+
+
 def test_warnings_of_the_compiler_are_notes_and_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     loaded = load_mjcf("```xml\n" + in_body('<joint name="k" solreflimit="-1 1" axis="0 0 1"/>') + "\n```")

@@ -57,6 +57,10 @@ def test_it_looks_ahead_of_a_robot_that_travels_and_knows_its_way(crawler: str) 
     np.testing.assert_allclose(found.looked_at_m[:, 1:], [[0, 0.05]] * FRAMES, atol=1e-9)
 
 
+def test_it_does_not_follow_what_cannot_be_seen(crawler: str) -> None:
+    assert travel(crawler.replace('type="box"', 'type="box" group="3"'), way(2.0)) is None
+
+
 def test_its_camera_is_as_near_for_a_long_way_as_for_a_short_one(crawler: str) -> None:
     short, long = (found.camera(View()) for metres in (1.0, 9.0) if (found := travel(crawler, way(metres))))
     assert long.distance == pytest.approx(short.distance)

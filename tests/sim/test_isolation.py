@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import site
 import subprocess
 import sys
 import threading
@@ -16,7 +17,7 @@ import pytest
 
 from aidsr.errors import IsolationError, MjcfError, UserError
 from aidsr.sim import isolation
-from aidsr.sim.child import Child
+from aidsr.sim.child import Child, child_environment
 from aidsr.sim.isolation import Limits
 
 TRIALS = "aidsr.sim.trials"
@@ -38,6 +39,16 @@ def child() -> Iterator[Child]:
 
 def request(name: str, **argument: Any) -> dict[str, Any]:
     return {"function": f"{TRIALS}:{name}", "argument": argument, "limits": LIMITS}
+
+
+@pytest.mark.parametrize("enabled", [True, False, None])
+def test_a_worker_finds_what_is_installed_for_the_user_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, enabled: bool | None
+) -> None:
+    monkeypatch.setattr(site, "ENABLE_USER_SITE", enabled)
+    given = child_environment(tmp_path)
+    assert given["HOME"] == str(tmp_path)
+    assert given.get("PYTHONUSERBASE") == (site.getuserbase() if enabled else None)
 
 
 def alive(pid: int) -> bool:

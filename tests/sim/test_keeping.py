@@ -26,6 +26,23 @@ def test_the_same_written_differently_is_the_same() -> None:
     assert changes_to(ROBOT, written_out, FINGER) == []
 
 
+def test_a_second_section_of_defaults_takes_nothing_from_the_first() -> None:
+    first = ROBOT.replace("<mujoco>", '<mujoco><default><geom rgba="1 0 0 1"/></default>')
+    second = first.replace("<worldbody>", "<default><site/></default><worldbody>")
+    assert changes_to(first, second, FINGER) == []
+    (change,) = changes_to(first, second.replace('rgba="1 0 0 1"', 'rgba="0 1 0 1"'), FINGER)
+    assert "rgba was 1 0 0 1 and is 0 1 0 1" in change
+
+
+def test_what_a_class_says_of_all_tendons_is_a_tendons_own() -> None:
+    cable = ROBOT.replace(
+        "</mujoco>", '<tendon><fixed name="cable"><joint joint="bend" coef="1"/></fixed></tendon></mujoco>'
+    )
+    wider = cable.replace("<mujoco>", '<mujoco><default><tendon damping="3"/></default>')
+    (change,) = changes_to(cable, wider, (Keep(name="cable"),))
+    assert "damping was not set and is 3" in change
+
+
 def test_what_stands_around_may_change() -> None:
     assert changes_to(ROBOT, ROBOT.replace('name="palm"', 'name="hand"'), FINGER) == []
 

@@ -134,6 +134,15 @@ def test_staging_colours_what_has_no_colour_and_nothing_else() -> None:
     assert not np.allclose(model.geom("plain").rgba, model.geom("box").rgba)
 
 
+def test_staging_leaves_an_authors_names_to_their_author() -> None:
+    flat = '<texture name="{}" type="2d" builtin="flat" width="8" height="8"/>'
+    textures = flat.format("aidsr_floor") + flat.format("aidsr_sky")
+    assets = f'<asset>{textures}<material name="aidsr_floor" rgba="1 0 0 1"/></asset>'
+    model = staged(parse_mjcf(scene().replace("<worldbody>", f"{assets}<worldbody>")))
+    assert np.allclose(model.material("aidsr_floor").rgba, [1, 0, 0, 1])
+    assert model.geom_matid[0] == model.material("aidsr_floor_").id
+
+
 def test_staging_changes_nothing_that_moves() -> None:
     before, after = compile_mjcf(scene()), staged(parse_mjcf(scene()))
     for name in ("body_mass", "body_inertia", "geom_size", "geom_friction", "qpos0", "opt.timestep"):

@@ -1,5 +1,7 @@
 """The summary says what stands where at the start of an episode, in world coordinates."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -35,9 +37,13 @@ ENVIRONMENT = """
 """
 
 
+def summarized(mjcf: str, *, may_hold_robot: bool = False) -> dict[str, Any]:
+    return summarize_in_worker({"environment": mjcf, "may_hold_robot": may_hold_robot})
+
+
 @pytest.fixture(scope="module")
 def summary() -> EnvironmentSummary:
-    return EnvironmentSummary.model_validate(summarize_in_worker({"environment": ENVIRONMENT}))
+    return EnvironmentSummary.model_validate(summarized(ENVIRONMENT))
 
 
 def test_it_names_the_world_the_sensors_and_the_actuators(summary: EnvironmentSummary) -> None:
@@ -85,7 +91,7 @@ def test_sites_come_with_their_bodies(summary: EnvironmentSummary) -> None:
 
 
 def test_a_world_without_shapes_is_not_listed() -> None:
-    found = summarize_in_worker({"environment": '<mujoco><worldbody><site name="mount"/></worldbody></mujoco>'})
+    found = summarized('<mujoco><worldbody><site name="mount"/></worldbody></mujoco>')
     assert EnvironmentSummary.model_validate(found).bodies == ()
 
 
@@ -110,7 +116,7 @@ def test_a_shape_says_how_it_grips_and_whether_anything_touches_it() -> None:
         <body><geom type="sphere" size="0.1" friction="0.4 0.01" priority="2"/></body>
         <body><geom type="sphere" size="0.1" contype="0" conaffinity="0"/></body>
       </worldbody></mujoco>"""
-    plane, ball, ghost = (body["geoms"][0] for body in summarize_in_worker({"environment": mjcf})["bodies"])
+    plane, ball, ghost = (body["geoms"][0] for body in summarized(mjcf)["bodies"])
     assert (plane["friction"], plane["priority"], plane["solid"]) == ([1.0, 0.005, 0.0001], 0, True)
     assert (ball["friction"], ball["priority"], ball["solid"]) == ([0.4, 0.01, 0.0001], 2, True)
     assert ghost["solid"] is False
@@ -122,8 +128,25 @@ def test_a_joint_says_what_moving_it_takes() -> None:
         <body><joint name="open" type="slide" frictionloss="0.4"/><geom size="0.1"/></body>
         <body><joint name="turn" stiffness="0.1" frictionloss="0.02"/><geom size="0.1"/></body>
       </worldbody></mujoco>"""
-    assert [body["joints"][0] for body in summarize_in_worker({"environment": mjcf})["bodies"]] == [
+    assert [body["joints"][0] for body in summarized(mjcf)["bodies"]] == [
         "press: slide along 0 0 1, spring 60 N/m from -0.0025 m",
         "open: slide along 0 0 1, friction 0.4 N",
         "turn: hinge about 0 0 1, spring 0.1 N m/rad, friction 0.02 N m",
     ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        ('name="rail" pos', 'name="robot/rail" pos', "found robot/rail"),
+        ("<option", '<default><default class="robot/soft"/></default><option', "found robot/soft"),
+        ('timestep="0.005"', 'timestep="0"', "must be above 0 s, found 0 s"),
+        ('timestep="0.005"', 'timestep="-0.005"', "must be above 0 s, found -0.005 s"),
+    ],
+)
+def test_where_no_robot_can_be_placed_is_refused_at_the_first_look(old: str, new: str, found: str) -> None:
+    text = ENVIRONMENT.replace(old, new)
+    with pytest.raises(MjcfError, match=found) as caught:
+        summarized(text)
+    assert len(caught.value.faults) == 1
+    assert summarized(text, may_hold_robot=True)["mounts"]

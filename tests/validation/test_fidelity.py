@@ -188,6 +188,24 @@ def test_half_the_time_step_moves_a_damped_limb_little() -> None:
     assert 0.0 < moved < 2.0
 
 
+def half_step_of(actuator: str) -> float | None:
+    model, limb, _, _ = read_text(re.sub("<motor [^>]*>", actuator, RodChain(10).mjcf()))
+    return half_step_percent(model, read_structure(model), [limb])
+
+
+def test_a_filtered_servo_that_is_told_to_hold_still_moves_nothing() -> None:
+    model, *_ = read(RodChain(10))
+    rest_m = model.tendon_length0[0]
+    servo = f'<position tendon="cable" kp="1000" timeconst="0.05" ctrlrange="{rest_m:.12g} {rest_m + 1e-9:.12g}"/>'
+    assert half_step_of(servo) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_winch_without_a_range_is_driven_too() -> None:
+    unlimited, limited = (half_step_of(f'<motor tendon="cable" gear="-9" {end}/>') for end in ("", 'ctrlrange="0 1"'))
+    assert unlimited == limited
+    assert unlimited
+
+
 def test_a_limb_that_diverges_says_nothing_about_its_time_step() -> None:
     report = fidelity(RodChain(10, mass_kg=0.001, damping_s=0.0).mjcf())
     assert report.half_step_percent is None

@@ -6,6 +6,7 @@ import functools
 import re
 
 import faulty
+import pytest
 import robots
 from lxml import etree
 
@@ -94,3 +95,20 @@ def test_plots_take_the_colours_of_the_page() -> None:
 def test_the_same_robot_has_the_same_page() -> None:
     text, found = strong_arm()
     assert page(text, traced(text)) == page(text, found)
+
+
+def test_the_fall_of_a_root_without_a_name_is_its_own() -> None:
+    floor = '<worldbody><geom type="plane" size="1 1 1"/>'
+    text = robots.crawler().replace("<worldbody>", floor).replace('name="trunk" pos="0 0 0.03"', 'pos="0 0 0.3"')
+    found = traced(text.replace('objname="trunk"', 'objname="l0_mount"'))
+    ((fault,), (signal,)) = found.report.faults, found.signals
+    assert signal is not None
+    assert (fault.code, fault.names) == ("base_not_attached", ("body 1",))
+    assert signal.lines[0].values[-1] == pytest.approx(fault.measured, abs=1e-4)
+
+
+@pytest.mark.parametrize("character", ["\u2028", "\x85", "\u2029"])
+def test_lines_are_counted_as_xml_counts_them(character: str) -> None:
+    text = f"<mujoco>\n<!-- a{character}b -->\r\n<worldbody>\n<geom sise='1'/>\n</worldbody></mujoco>"
+    html = page(text, traced(text))
+    assert any("sise" in marked for marked in re.findall(r'<div class="at">(.*?)</div>', html, re.DOTALL))

@@ -139,6 +139,18 @@ def assert_same_model(one: str, other: str) -> None:
     assert (buffers[0] == buffers[1]).all()
 
 
+def sectioned(*sections: str) -> str:
+    defaults = "".join(f"<default>{section}</default>" for section in sections)
+    body = '<body childclass="x"><joint/><geom size="0.01" fromto="0 0 0 0 0 0.1"/></body>'
+    return f"<mujoco>{defaults}<worldbody>{body}</worldbody></mujoco>"
+
+
+def test_a_class_gets_what_the_sections_of_defaults_before_it_say_and_nothing_of_later_ones() -> None:
+    named, cylinder = '<default class="x"/>', '<geom type="cylinder"/>'
+    assert repair(sectioned(cylinder, named)) == Repaired(mjcf=sectioned(cylinder, named))
+    assert repair(sectioned(named, cylinder)).counts == {"fromto_without_shape": 1}
+
+
 @pytest.mark.parametrize("name", GOOD)
 def test_a_good_robot_is_left_as_it_is(name: str) -> None:
     text = GOOD[name]()
@@ -201,6 +213,11 @@ def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
         swapped('tendon="t" gear="-1"', 'joint="j1"', swapped('name="j1" range="-0.5 0.5"', 'name="j1" range="-9 9"')),
         swapped('class="skin">', 'class="skin"/>', LIMB),
         swapped('name="g1"', 'name="g1" pos="0 0 0"'),
+        swapped('range="-0.5 0.5"', 'range="-6.2832 6.2832"'),
+        swapped('range="-0.5 0.5"', 'range="-9.42 12.57"'),
+        swapped('name="two"', 'name="two" euler="0 0 6.28319"'),
+        swapped('name="two"', 'name="two" axisangle="0 0 1 -6.3"'),
+        swapped('class="skin">', 'class="skin"><joint limited="false"/>', swapped("-0.5 0.5", "0.5 -0.5")),
         "no model at all",
         LIMB[:-12],
         '<mujoco><include file="other.xml"/></mujoco>',
@@ -208,6 +225,36 @@ def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
 )
 def test_what_could_mean_two_things_is_left_alone(text: str) -> None:
     assert repair(text) == Repaired(mjcf=text)
+
+
+def test_few_degrees_are_no_turns_of_a_wrist() -> None:
+    answer = repair(swapped("-0.5 0.5", "-10 10"))
+    assert answer.counts == {"degrees_in_radians": 2}
+    assert answer.mjcf.count('range="-0.174532925 0.174532925"') == 2
+
+
+TOLD = """<mujoco>
+  <compiler autolimits="false"/>
+  <default>{}<default class="x"/></default>
+  <worldbody><body name="b"><joint name="j"/><geom size="0.1"/></body></worldbody>
+  <tendon><fixed name="t" class="x" range="0 1"><joint joint="j" coef="1"/></fixed></tendon>
+  <actuator><motor name="m" class="x" joint="j" ctrlrange="0 1"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("told", ["true", "false"])
+@pytest.mark.parametrize("kind", ["motor", "general", "position"])
+def test_a_flag_that_a_class_gives_to_all_actuators_or_tendons_holds(kind: str, told: str) -> None:
+    text = TOLD.format(f'<{kind} ctrllimited="{told}"/><tendon limited="{told}"/>')
+    assert repair(text) == Repaired(mjcf=text)
+    assert mujoco.MjModel.from_xml_string(text).actuator_ctrllimited[0] == (told == "true")
+
+
+def test_a_flag_that_no_class_gives_is_written_once_where_the_range_is() -> None:
+    text = TOLD.format('<general ctrlrange="0 2"/><tendon limited="false"/>')
+    answer = repair(text)
+    assert answer.counts == {"missing_limit_flags": 1}
+    assert mujoco.MjModel.from_xml_string(answer.mjcf).actuator_ctrllimited[0]
 
 
 def test_comments_and_layout_survive_a_repair() -> None:

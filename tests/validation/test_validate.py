@@ -12,8 +12,10 @@ import robots
 
 from aidsr.artifacts import ValidationReport
 from aidsr.errors import UserError
+from aidsr.sim.compiling import compile_mjcf, load_mjcf
 from aidsr.validation import validate
 from aidsr.validation.examination import examine_text
+from aidsr.validation.standing import stand
 
 
 def codes(report: ValidationReport) -> list[str]:
@@ -76,14 +78,65 @@ def test_a_free_robot_can_be_held_and_a_fixed_one_let_go() -> None:
     assert loose.stable
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('<body name="base">', '<body name="base" mocap="true">'),
+        ('<geom name="base"', '<geom name="validation_ground"'),
+        ("<option", '<compiler fusestatic="true"/><option'),
+    ],
+)
+def test_a_robot_however_its_root_is_written_can_be_let_go(old: str, new: str) -> None:
+    model = stand(load_mjcf(robots.arm().replace(old, new)), "free", None).model
+    assert model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE
+    assert model.body(model.jnt_bodyid[0]).name == "base"
+    assert model.geom_type[0] == mujoco.mjtGeom.mjGEOM_PLANE
+
+
+def test_a_robot_that_is_held_beside_its_table_still_passes_through_what_it_excludes() -> None:
+    table = '<geom name="table" type="box" size="0.2 0.2 0.01" pos="0 0 0.01"/>'
+    passes = '<contact><exclude body1="world" body2="trunk"/></contact></mujoco>'
+    text = robots.crawler().replace("<worldbody>", f"<worldbody>{table}").replace("</mujoco>", passes)
+    assert stand(load_mjcf(text), "fixed", None).model.nexclude == 1
+
+
 def test_a_keyframe_does_not_keep_a_robot_from_being_held() -> None:
     key = f'<keyframe><key qpos="{"0 " * 6}1 {"0 " * 48}"/></keyframe>'
     assert validate(robots.crawler().replace("</mujoco>", f"{key}</mujoco>"), mount="fixed").stable
 
 
+@pytest.mark.parametrize(("angle", "most"), [("degree", "45"), ("radian", "0.7")])
+def test_a_range_that_is_dropped_is_told_as_it_is_written(angle: str, most: str) -> None:
+    written = (
+        robots.arm().replace("<option", f'<compiler angle="{angle}"/><option').replace('"-45 45"', f'"-{most} {most}"')
+    )
+    inverted = written.replace(f'"-{most} {most}"', f'"{most} -{most}"', 1)
+    (fault,) = examine_text(inverted, drive=False).report.faults
+    assert fault.message.startswith(f"joint range written from {most} down to -{most}: ")
+    assert fault.measured == 2 * float(most)
+    assert fault.unit == "by which the first number exceeds the second"
+
+
 def test_two_roots_cannot_be_set_free() -> None:
     two = robots.arm().replace("<worldbody>", '<worldbody><body name="other"><geom size="0.01"/></body>')
     assert codes(validate(two, mount="free")) == ["disconnected"]
+
+
+@pytest.mark.parametrize(
+    ("constraint", "found"),
+    [
+        ('<weld body1="s11" body2="plate"/>', []),
+        ('<weld site1="tip" site2="plate"/>', []),
+        ('<connect site1="plate" site2="tip"/>', []),
+        ('<connect body1="plate" anchor="0 0 0"/>', ["disconnected"]),
+        ('<tendon tendon1="t0" tendon2="t1"/>', ["disconnected"]),
+    ],
+)
+def test_two_roots_are_one_robot_where_a_constraint_joins_them(constraint: str, found: list[str]) -> None:
+    plate = '<body name="plate" pos="0 0 0.33"><freejoint/><geom size="0.02"/><site name="plate"/></body></worldbody>'
+    text = robots.arm().replace("</worldbody>", plate)
+    joined = text.replace("</mujoco>", f"<equality>{constraint}</equality></mujoco>")
+    assert codes(examine_text(joined, drive=False).report) == found
 
 
 def test_a_root_with_joints_cannot_be_set_free() -> None:
@@ -106,7 +159,12 @@ def test_gravity_is_felt_as_at_the_mount() -> None:
 
 
 def test_the_environments_physics_hold() -> None:
-    coarse = '<mujoco><option timestep="0.02" integrator="Euler"/></mujoco>'
+    coarse = (
+        '<mujoco><option timestep="0.02" integrator="Euler" density="3"><flag warmstart="disable"/></option></mujoco>'
+    )
+    stood, theirs = stand(load_mjcf(robots.arm()), "auto", compile_mjcf(coarse)).model.opt, compile_mjcf(coarse).opt
+    assert (stood.timestep, stood.integrator, stood.density) == (0.002, theirs.integrator, 3.0)
+    assert stood.disableflags & mujoco.mjtDisableBit.mjDSBL_WARMSTART
     assert validate(robots.arm(), environment=coarse).measurements["timestep_s"] == 0.002
     fine = '<mujoco><option timestep="0.001"/></mujoco>'
     assert validate(robots.arm(), environment=fine).measurements["timestep_s"] == 0.001
@@ -151,11 +209,11 @@ def test_a_mount_that_the_environment_moves_is_forgiven() -> None:
     lift = (
         '<body name="lift"><joint name="lift" type="slide" axis="0 0 1"/><geom size="0.01" pos="0 0 -0.05"/>{}</body>'
     )
-    text = _scene(robots.arm())
+    text = _scene(robots.arm()).replace('pos="0 0 -0.1"', 'pos="0 0 -1.1"')
     robot = re.search(r'<body name="robot/base".*?</body>(?=\s*</worldbody>)', text, re.DOTALL)
     assert robot
     moved = text.replace(robot.group(), lift.format(robot.group()))
-    assert "free_fall" not in codes(validate(moved))
+    assert validate(moved).stable
 
 
 def test_a_diverging_model_is_named_and_nothing_else() -> None:
@@ -177,6 +235,13 @@ def test_numbers_that_overflow_are_a_report(pattern: str, replacement: str) -> N
     text, changes = re.subn(pattern, replacement, robots.arm(timestep_s=0.002), count=1)
     assert changes == 1
     assert "load" in {fault.layer for fault in validate(text).errors}
+
+
+@pytest.mark.parametrize(("group", "is_off"), [(-1, False), (5, True), (31, False)])
+def test_actuators_of_any_group_are_driven_unless_their_group_is_off(group: int, is_off: bool) -> None:
+    text = robots.arm().replace('gear="-1"', f'gear="-1" group="{group}"')
+    off = text.replace("<option", '<option actuatorgroupdisable="5"')
+    assert codes(validate(off)) == ["actuator_too_weak"] * is_off
 
 
 def test_a_model_that_takes_too_long_is_a_report() -> None:

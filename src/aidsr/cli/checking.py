@@ -9,7 +9,7 @@ from typing import Literal
 
 from aidsr.artifacts import ValidationReport
 from aidsr.errors import UserError
-from aidsr.sim.mjcf import open_mjcf
+from aidsr.sim.mjcf import decode_mjcf, open_mjcf
 from aidsr.validation import validate
 from aidsr.validation.fidelity import fidelity
 from aidsr.validation.machine_form import FileReport
@@ -43,7 +43,7 @@ class Check:
             UserError: The file cannot be read, or what is asked for cannot be written.
             MjcfError: The file is too large to be read.
         """
-        text = sys.stdin.read() if file == STANDARD_INPUT else Path(file)
+        text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if file == STANDARD_INPUT else Path(file)
         repairs = None
         if self.repair is not None:
             answer = repair(_opened(text))

@@ -87,6 +87,8 @@ def validate(
             raise UserError(f"{option} writes one file, and {len(files)} were named; name one at a time")
         if path is not None and not force:
             refuse_to_overwrite(path, option=option)
+    if repair is not None and report is not None and repair.resolve() == report.resolve():
+        raise UserError(f"--repair and --report write a file each, and both name {repair}; name two")
     check = Check(mount, needs_contact, realizable, fidelity, repair, report)
     return _said(check, files, as_json=json)
 

@@ -76,9 +76,10 @@ def ask_mujoco(root: Element) -> Answer:
 
 
 def _build(text: str) -> tuple[mujoco.MjSpec, mujoco.MjModel] | Complaint:
-    """What MuJoCo builds of a text, or its first complaint."""
+    """What MuJoCo builds of a text, or its first complaint; bodies are not fused, since they go by their names."""
     try:
         spec = mujoco.MjSpec.from_string(text)
+        spec.compiler.fusestatic = False
         return spec, spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         return _complaint(error)

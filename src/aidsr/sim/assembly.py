@@ -23,7 +23,7 @@ from aidsr.sim.compiling import compile_mjcf, load_mjcf, warnings_as_notes
 from aidsr.sim.document.place import Element
 from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_functional_part, part_names
 from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose, unused_name
+from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose, refuse_unfit, unused_name
 from aidsr.sim.scaling import scale_robot
 from aidsr.sim.stripping import settle_inertias, strip_scenery
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors, measured_parts
@@ -52,8 +52,8 @@ def assemble(robot: Robot, environment: str, placement: Placement, sensors: Sequ
         sensors: What the task measures about the robot.
 
     Raises:
-        MjcfError: The robot or the environment cannot be loaded, the placement names something that does not exist, or
-            the robot cannot be based as the placement asks.
+        MjcfError: The robot or the environment cannot be loaded, the environment holds a robot already or stands still,
+            the placement names something that does not exist, or the robot cannot be based as the placement asks.
         IsolationError: Assembling ran past its limits.
     """
     argument = {
@@ -111,6 +111,7 @@ def _assemble(
 ) -> tuple[str, list[str]]:
     """Return the scene's MJCF and one sentence for each change made on the way."""
     loaded = load_mjcf(environment)
+    refuse_unfit(loaded)
     scene = loaded.spec
     _prepare(scene, loaded.document.root)
     stage = _compile(scene, "the environment")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import site
 import subprocess
 import sys
 import tempfile
@@ -119,6 +120,8 @@ def child_environment(folder: Path) -> dict[str, str]:
     kept = {name: value for name, value in os.environ.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
     root = str(Path(aidsr.__file__).parents[1])
     private = str(folder)
+    if site.ENABLE_USER_SITE:  # where MuJoCo may be installed; Python looks for it in HOME, which becomes the folder
+        kept["PYTHONUSERBASE"] = site.getuserbase()
     return kept | {
         "PYTHONPATH": os.pathsep.join([root, *filter(None, [kept.get("PYTHONPATH")])]),
         INSIDE: private,

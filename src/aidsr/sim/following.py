@@ -46,7 +46,7 @@ class Travel:
 
 
 def travelled(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> Travel | None:
-    """Return the way of a robot, None where it is not free or stays where it is.
+    """Return the way of a robot, None where it is not free, stays where it is or cannot be seen.
 
     Args:
         model: The compiled model.
@@ -62,7 +62,10 @@ def travelled(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> T
     for number in numbers:
         data.qpos[:] = positions[number]
         mujoco.mj_forward(model, data)
-        found.append(ball(robot_corners(model, data)))
+        corners = robot_corners(model, data)
+        if not len(corners):
+            return None
+        found.append(ball(corners))
     middles, radius = np.array([middle for middle, _ in found]), max(radius for _, radius in found)
     every = np.arange(len(positions))
     middle_m = np.column_stack([np.interp(every, numbers, column) for column in middles.T])

@@ -23,7 +23,17 @@ from aidsr.sim.document.grammar import against_grammar
 from aidsr.sim.document.naming import duplicate_names, undefined_references
 from aidsr.sim.document.place import Element, attributes, line_of
 
-__all__ = ["BOUNDS", "Document", "canonical", "document_faults", "open_mjcf", "parse_document", "read_mjcf", "unsafe"]
+__all__ = [
+    "BOUNDS",
+    "Document",
+    "canonical",
+    "decode_mjcf",
+    "document_faults",
+    "open_mjcf",
+    "parse_document",
+    "read_mjcf",
+    "unsafe",
+]
 
 BOUNDS = Bounds()
 
@@ -59,11 +69,26 @@ def open_mjcf(path: Path) -> str:
         size = path.stat().st_size
         if size > BOUNDS.characters:
             raise MjcfError([_too_large(size)])
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UserError(f"Expected MJCF as UTF-8 text, found other bytes in {path}; save the file as UTF-8.") from error
+        content = path.read_bytes()
     except OSError as error:
         raise UserError(f"Expected an MJCF file, could not read {path}: {error.strerror}.") from error
+    return decode_mjcf(content, str(path))
+
+
+def decode_mjcf(content: bytes, source: str) -> str:
+    """Return bytes as text.
+
+    Args:
+        content: What was read.
+        source: From where, in words for an error.
+
+    Raises:
+        UserError: It is no text.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(f"Expected MJCF as UTF-8 text, found other bytes in {source}; save it as UTF-8.") from error
 
 
 def read_mjcf(text: str, bounds: Bounds = BOUNDS) -> Document:

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault, Placement
 from aidsr.errors import MjcfError
+from aidsr.sim.compiling import Loaded
+from aidsr.sim.document.place import elements, join
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.stripping import delete_dangling, is_free
 
-__all__ = ["Pose", "attach_robot", "exclude_mount_contacts", "mount_names", "mount_pose", "unused_name"]
+__all__ = ["Pose", "attach_robot", "exclude_mount_contacts", "mount_names", "mount_pose", "refuse_unfit", "unused_name"]
 
 Vector = NDArray[np.float64]
 
@@ -42,6 +44,27 @@ class Pose:
         mujoco.mju_rotVecQuat(turned, position_m, self.quaternion)
         mujoco.mju_mulQuat(orientation, self.quaternion, quaternion)
         return Pose(self.body, self.position_m + turned, orientation)
+
+
+def refuse_unfit(environment: Loaded) -> None:
+    """Raise where no robot can be placed in an environment.
+
+    Raises:
+        MjcfError: It has names that are the robot's in a scene, or time stands still in it.
+    """
+    faults = []
+    named = (element.get("name", element.get("class", "")) for element in elements(environment.document.root))
+    taken = tuple(dict.fromkeys(name for name in named if name.startswith(ROBOT_PREFIX)))
+    if taken:
+        found = f'names that begin with "{ROBOT_PREFIX}" are those of the robot placed here, found {join(taken)}'
+        cure = "give the environment without a robot, not an assembled scene"
+        faults.append(_fault("duplicate_name", taken, found, cure))
+    timestep_s = environment.model.opt.timestep
+    if timestep_s <= 0:
+        found = f"the environment's timestep must be above 0 s, found {timestep_s:g} s"
+        faults.append(_fault("bad_value", (), found, 'write <option timestep="0.002"/>'))
+    if faults:
+        raise MjcfError(faults)
 
 
 def mount_names(environment: mujoco.MjModel) -> tuple[str, ...]:
@@ -221,4 +244,10 @@ def _text(vector: Vector) -> str:
 def _refuse(
     code: str, names: tuple[str, ...], message: str, cure: str, layer: Literal["load", "structure"] = "load"
 ) -> NoReturn:
-    raise MjcfError([Fault(code=code, layer=layer, severity="error", names=names, message=message, cure=cure)])
+    raise MjcfError([_fault(code, names, message, cure, layer)])
+
+
+def _fault(
+    code: str, names: tuple[str, ...], message: str, cure: str, layer: Literal["load", "structure"] = "load"
+) -> Fault:
+    return Fault(code=code, layer=layer, severity="error", names=names, message=message, cure=cure)

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from aidsr.sim.ownership import read_ownership
+from aidsr.sim.placing import unused_name
 
 __all__ = ["FLOOR_SQUARE_M", "staged"]
 
@@ -37,7 +38,8 @@ def _give_sky_and_floor(spec: mujoco.MjSpec) -> None:
     if not any(int(texture.type) == int(skybox) for texture in spec.textures):
         gradient = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
         top, bottom = [0.70, 0.80, 0.90], [1.0, 1.0, 1.0]
-        spec.add_texture(name=_SKY, type=skybox, builtin=gradient, rgb1=top, rgb2=bottom, width=256, height=1536)
+        sky = unused_name(_SKY, spec.textures)
+        spec.add_texture(name=sky, type=skybox, builtin=gradient, rgb1=top, rgb2=bottom, width=256, height=1536)
     plane = int(mujoco.mjtGeom.mjGEOM_PLANE)
     floors = [geom for geom in spec.geoms if int(geom.type) == plane and not geom.material and _is_plain(geom.rgba)]
     if not floors:
@@ -45,13 +47,12 @@ def _give_sky_and_floor(spec: mujoco.MjSpec) -> None:
     checker = mujoco.mjtBuiltin.mjBUILTIN_CHECKER
     light, dark = [0.93, 0.93, 0.92], [0.87, 0.88, 0.88]
     flat = mujoco.mjtTexture.mjTEXTURE_2D
-    spec.add_texture(name=_FLOOR, type=flat, builtin=checker, rgb1=light, rgb2=dark, width=256, height=256)
-    material = spec.add_material(
-        name=_FLOOR, texuniform=True, texrepeat=[1 / (2 * FLOOR_SQUARE_M)] * 2, reflectance=0.0
-    )
-    material.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = _FLOOR
+    floor = unused_name(_FLOOR, [*spec.textures, *spec.materials])
+    spec.add_texture(name=floor, type=flat, builtin=checker, rgb1=light, rgb2=dark, width=256, height=256)
+    material = spec.add_material(name=floor, texuniform=True, texrepeat=[1 / (2 * FLOOR_SQUARE_M)] * 2, reflectance=0.0)
+    material.textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = floor
     for geom in floors:
-        geom.material, geom.rgba = _FLOOR, [1, 1, 1, 1]
+        geom.material, geom.rgba = floor, [1, 1, 1, 1]
 
 
 def _give_light(spec: mujoco.MjSpec) -> None:

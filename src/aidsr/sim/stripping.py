@@ -78,7 +78,7 @@ def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
     _delete(spec, list(spec.lights), "light", notes)
     _delete(spec, list(world.cameras), "camera outside the robot", notes)
     _delete(spec, list(spec.keys), "keyframe", notes)
-    notes += delete_dangling(spec)
+    notes += delete_dangling(spec, scenery_gone=True)
     for material in list(spec.materials):
         if material.name in materials - _used_materials(spec):
             spec.delete(material)
@@ -89,10 +89,14 @@ def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
     return notes
 
 
-def delete_dangling(spec: mujoco.MjSpec) -> list[str]:
+def delete_dangling(spec: mujoco.MjSpec, *, scenery_gone: bool = False) -> list[str]:
     """Delete what refers to something that has been deleted, in place, and return a sentence for each kind.
 
     Left alone, a reference such as that to a "floor" would be taken in a scene for one to the environment's floor.
+
+    Args:
+        spec: The robot.
+        scenery_gone: Whether the world that its file excludes contacts with has lost the shapes that were meant.
     """
     notes: list[str] = []
     _delete(spec, [t for t in spec.tendons if any(_is_cut(wrap) for wrap in t.path)], "tendon", notes)
@@ -101,8 +105,7 @@ def delete_dangling(spec: mujoco.MjSpec) -> list[str]:
     )
     pairs = [p for p in spec.pairs if not (spec.geom(p.geomname1) and spec.geom(p.geomname2))]
     _delete(spec, pairs, "contact pair", notes)
-    # The world that a robot's file excludes is the scenery that it has lost.
-    bodies = {body.name for body in spec.bodies} - {"world"}
+    bodies = {body.name for body in spec.bodies} - ({"world"} if scenery_gone else set())
     _delete(spec, [e for e in spec.excludes if not {e.bodyname1, e.bodyname2} <= bodies], "contact exclusion", notes)
     equalities = [
         e

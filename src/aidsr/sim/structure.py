@@ -19,12 +19,14 @@ from aidsr.sim.ownership import (
 )
 from aidsr.sim.pulling import opposite_pairs, pull_of, symmetric_groups
 
-__all__ = ["ROBOT_PREFIX", "Chain", "Structure", "Tendon", "name_of", "names_of", "read_structure"]
+__all__ = ["ROBOT_PREFIX", "Chain", "Structure", "Tendon", "joined_bodies", "name_of", "names_of", "read_structure"]
 
 Vector = NDArray[np.float64]
 
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 _FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+_JOINING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
+_OF_SITES = int(mujoco.mjtObj.mjOBJ_SITE)
 _TENDON_TRANSMISSION = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 _SAME_POINT = 1e-3
@@ -168,6 +170,17 @@ def read_structure(model: mujoco.MjModel) -> Structure:
         opposite_pairs=opposite_pairs(pulls),
         symmetric_groups=symmetric_groups([_dofs(model, chain) for chain in chains], pulls),
     )
+
+
+def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
+    """Return the pairs of bodies that an equality constraint joins at a point, named by bodies or by sites."""
+    pairs = set()
+    for equality in np.flatnonzero(np.isin(model.eq_type, _JOINING)):
+        ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
+        if int(model.eq_objtype[equality]) == _OF_SITES:
+            ends = (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]]))
+        pairs.add(frozenset(ends))
+    return pairs
 
 
 def _moving_bodies(model: mujoco.MjModel, owned: tuple[int, ...]) -> tuple[int, ...]:

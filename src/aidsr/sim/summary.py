@@ -9,8 +9,8 @@ import numpy as np
 
 from aidsr.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
 from aidsr.sim import isolation
-from aidsr.sim.compiling import compile_mjcf
-from aidsr.sim.placing import mount_names
+from aidsr.sim.compiling import load_mjcf
+from aidsr.sim.placing import mount_names, refuse_unfit
 
 __all__ = ["summarize_environment", "summarize_in_worker"]
 
@@ -26,17 +26,19 @@ _DECIMALS = 6
 """Micrometres and millionths are the finest a reader needs. Our choice: MuJoCo writes six digits as well."""
 
 
-def summarize_environment(environment: str) -> EnvironmentSummary:
+def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> EnvironmentSummary:
     """Describe an environment in its initial state, read in an isolated process.
 
     Args:
-        environment: MJCF of the environment, without a robot.
+        environment: MJCF of the environment.
+        may_hold_robot: Whether it may be a scene; else it is refused where no robot could be placed in it.
 
     Raises:
-        MjcfError: It cannot be loaded.
+        MjcfError: It cannot be loaded, or no robot can be placed in it.
         IsolationError: Reading it ran past its limits.
     """
-    found = isolation.call("aidsr.sim.summary:summarize_in_worker", {"environment": environment})
+    argument = {"environment": environment, "may_hold_robot": may_hold_robot}
+    found = isolation.call("aidsr.sim.summary:summarize_in_worker", argument)
     return EnvironmentSummary.model_validate(found)
 
 
@@ -44,9 +46,12 @@ def summarize_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
     """Do the work of `summarize_environment` on plain values.
 
     Raises:
-        MjcfError: The environment cannot be loaded.
+        MjcfError: As `summarize_environment`.
     """
-    model = compile_mjcf(argument["environment"])
+    loaded = load_mjcf(argument["environment"])
+    if not argument["may_hold_robot"]:
+        refuse_unfit(loaded)
+    model = loaded.model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     bodies = [body for body in range(model.nbody) if body or model.body_geomnum[0]]

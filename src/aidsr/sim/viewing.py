@@ -30,10 +30,14 @@ def view(mjcf: str, picture: Path) -> Path | None:
     Raises:
         MjcfError: The text cannot be loaded.
         IsolationError: Loading or drawing ran past a limit.
-        UserError: There is a display and the viewer could not use it.
+        UserError: There is a display and the viewer could not use it, or the picture cannot be written.
     """
     if not has_display():
-        picture.write_bytes(rendering.picture(mjcf, width=1280, height=960))
+        drawn = rendering.picture(mjcf, width=1280, height=960)
+        try:
+            picture.write_bytes(drawn)
+        except OSError as error:
+            raise UserError(f"Expected a place to write to, could not write {picture}: {error.strerror}.") from error
         return picture
     checked = isolation.call("aidsr.sim.viewing:prepare_in_worker", {"mjcf": mjcf})["mjcf"]
     with tempfile.TemporaryDirectory(prefix="aidsr-view-") as folder:

@@ -23,7 +23,7 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
         UserError: The environment cannot be loaded, or what the goal names is not there.
     """
     try:
-        summary = summarize_environment(mjcf)
+        summary = summarize_environment(mjcf, may_hold_robot=True)
     except MjcfError as error:
         raise UserError(f"the environment of the goal cannot be loaded: {error}") from None
     if goal.target:

@@ -42,6 +42,7 @@ _FIELDS = (
     "actuator_force",
 )
 _SLACK_GROUP, _DRIVEN_GROUP = 30, 0
+"""The first is the last that can be switched off. Source: MuJoCo XML reference, option/actuatorgroupdisable."""
 _BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
@@ -248,7 +249,8 @@ def _kick(model: mujoco.MjModel, structure: Structure, start: mujoco.MjData, pro
 def _with_slack(model: mujoco.MjModel, slack: Sequence[int]) -> mujoco.MjModel:
     """A copy in which some actuators are switched off: no force at all, which no command of a servo gives."""
     changed = copy.copy(model)
-    off = [bool(model.opt.disableactuator >> int(group) & 1) for group in model.actuator_group]
+    disabled = int(model.opt.disableactuator)
+    off = [0 <= group <= _SLACK_GROUP and bool(disabled >> group & 1) for group in map(int, model.actuator_group)]
     changed.actuator_group[:] = [_SLACK_GROUP if is_off else _DRIVEN_GROUP for is_off in off]
     changed.actuator_group[list(slack)] = _SLACK_GROUP
     changed.opt.disableactuator = 1 << _SLACK_GROUP

@@ -13,6 +13,7 @@ from aidsr.errors import MjcfError
 from aidsr.sim.compiling import Loaded
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.ownership import read_ownership
+from aidsr.sim.placing import unused_name
 from aidsr.sim.stripping import delete_dangling
 from aidsr.validation.validating import Mount
 
@@ -100,9 +101,8 @@ def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> tuple[mujoco.MjM
         (_set_free if wanted else _fix)(spec, notes)
     if wanted and not grounded:
         height_m = _lowest_m(spec.compile())
-        spec.worldbody.add_geom(
-            name=_GROUND_NAME, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], pos=[0, 0, height_m]
-        )
+        name = unused_name(_GROUND_NAME, spec.geoms)
+        spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], pos=[0, 0, height_m])
         notes.append(f"stands on a plane at z = {height_m:.4g} m")
     return spec.compile(), spec
 
@@ -129,6 +129,7 @@ def _set_free(spec: mujoco.MjSpec, notes: list[str]) -> None:
     if root.joints:
         found = f"the root {root.name} has joints of its own and cannot be free"
         _refuse("invalid_joint_placement", "load", (root.name,), found, "Give the robot a root body without joints.")
+    root.mocap = False
     root.add_freejoint()
     notes.append(f"free joint added to {root.name or 'the root'}: tested with a free root")
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from aidsr.sim.document.place import Element, elements
+from aidsr.sim.schema import mjcf_grammar
 
 __all__ = ["Setting", "class_of", "default_classes", "described", "is_placed", "setting"]
 
@@ -26,7 +27,7 @@ class Setting:
 
 
 def default_classes(root: Element) -> Mapping[str, Element]:
-    """Return the <default> element of each class by name."""
+    """Return the <default> element of each class by name; of the outermost class, which may have several, the last."""
     return {element.get("class", "main"): element for element in elements(root, "default")}
 
 
@@ -57,8 +58,34 @@ def is_placed(element: Element) -> bool:
 
 
 def described(element: Element, classes: Mapping[str, Element]) -> Iterator[Element]:
-    """Yield the descriptions of an element's kind in its default class and the classes around that, nearest first."""
-    default = classes.get(class_of(element))
-    while default is not None and default.tag == "default":
-        yield from default.findall(str(element.tag))
-        default = default.getparent()
+    """Yield the descriptions of an element's kind in its default class and the classes around that, nearest first.
+
+    Those of an element that is itself a description in a default begin there.
+    """
+    holder, kinds = element.getparent(), _kinds(str(element.tag))
+    default = holder if holder is not None and holder.tag == "default" else classes.get(class_of(element))
+    while default is not None:
+        yield from default.iterchildren(*kinds, reversed=True)
+        default = _around(default)
+
+
+def _kinds(tag: str) -> Iterable[str]:
+    """Return the tags that describe an element in a default: all actuators share one description, and all tendons.
+
+    Source: MuJoCo XML reference, default; of several tags for one description the last holds.
+    """
+    sections = mjcf_grammar().children
+    if tag in sections["actuator"].children:
+        return sections["actuator"].children
+    return ("tendon",) if tag in sections["tendon"].children else (tag,)
+
+
+def _around(default: Element) -> Element | None:
+    """Return the <default> whose values hold where this one sets none: the one around it, or the outermost one before.
+
+    Source: MuJoCo merges repeated top-level sections in their order, and a class starts as a copy of the one around it.
+    """
+    around = default.getparent()
+    if around is not None and around.tag == "default":
+        return around
+    return next(default.itersiblings("default", preceding=True), None)

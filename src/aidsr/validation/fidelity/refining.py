@@ -12,6 +12,7 @@ from aidsr.sim.compiling import compile_mjcf
 from aidsr.sim.elastica import Rod, Tip
 from aidsr.sim.rollout import Simulation, integration_state, simulate
 from aidsr.sim.structure import Chain, Structure, read_structure
+from aidsr.validation.drive import neutral_ctrl, read_drives, set_act
 from aidsr.validation.fidelity.cables import Cable, Guide, guides_of
 from aidsr.validation.fidelity.comparing import (
     arc_of,
@@ -76,8 +77,8 @@ def twice_the_segments_percent(
 def half_step_percent(model: mujoco.MjModel, structure: Structure, limbs: list[Limb]) -> float | None:
     """Return how far any limb's tip moves when the time step is halved, the most over all tests, of its length [%].
 
-    Each tendon's actuator alone, of which there is at least one, is ramped to the end of its range and held, in air,
-    with the root held. None when a simulation diverges.
+    Each tendon's actuator alone, of which there is at least one, is ramped to the farther end of its range and held, in
+    air, with the root held. None when a simulation diverges.
     """
     tips = [
         _driven_tips(model, structure, [limb.bodies[-1] for limb in limbs], halved=halved) for halved in (False, True)
@@ -113,23 +114,14 @@ def _driven_tips(model: mujoco.MjModel, structure: Structure, bodies: list[int],
     frames = max(4, round(duration / (_FRAME_STEPS * model.opt.timestep)))
     data = mujoco.MjData(stepped)
     mujoco.mj_forward(stepped, data)
-    neutral = np.array([_neutral(stepped, data, actuator) for actuator in range(stepped.nu)])
+    neutral = neutral_ctrl(stepped, data)
+    set_act(stepped, data, neutral)
+    drives = [drive for drive in read_drives(stepped, data, structure) if drive.on_tendon]
     ramp = np.minimum(1.0, np.arange(1, frames + 1) / (frames / 4))[:, None]
     runs = []
-    for actuator in structure.tendon_actuators[:_MOST_DRIVES]:
+    for drive in drives[:_MOST_DRIVES]:
         goal = neutral.copy()
-        ends = stepped.actuator_ctrlrange[actuator]
-        goal[actuator] = max(ends, key=lambda end: abs(end - neutral[actuator]))
+        goal[drive.ctrl] = max((drive.pull, drive.release), key=lambda end: abs(end - drive.neutral))
         runs.append(Simulation(stepped, integration_state(stepped, data), neutral + ramp * (goal - neutral)))
     recording = simulate(runs, frame_steps=_FRAME_STEPS * (2 if halved else 1), fields=("xipos",))
     return None if any(recording.failures) else np.asarray(recording.fields["xipos"][:, :, bodies])
-
-
-def _neutral(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> float:
-    """Return the control with which an actuator neither pulls nor pushes in the drawn pose, within its range."""
-    gain, bias = float(model.actuator_gainprm[actuator, 0]), model.actuator_biasprm[actuator]
-    if gain == 0.0:
-        return 0.0
-    still = -(float(bias[0]) + float(bias[1]) * float(data.actuator_length[actuator])) / gain
-    limited = bool(model.actuator_ctrllimited[actuator])
-    return float(np.clip(still, *model.actuator_ctrlrange[actuator])) if limited else still

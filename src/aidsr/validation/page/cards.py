@@ -71,7 +71,7 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def _excerpt(mjcf: str, line: int) -> list[tuple[int, str, bool]]:
-    lines = mjcf.splitlines()
+    lines = mjcf.split("\n")  # as XML counts them: Python knows other ends of lines
     first, last = max(1, line - _AROUND), min(len(lines), line + _AROUND)
     return [(number, _clipped(lines[number - 1]), number == line) for number in range(first, last + 1)]
 

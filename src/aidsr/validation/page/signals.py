@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import mujoco
 import numpy as np
 
 from aidsr.artifacts import Fault
@@ -66,7 +65,7 @@ def _divergence(case: Case, fault: Fault) -> Signal | None:
 
 
 def _chatter(case: Case, fault: Fault) -> Signal | None:
-    evidence, body = case.driven, _named(case, fault)
+    evidence, body = case.driven, _named(case, fault.names[0])
     rows = [(_SETTLING, evidence.settle, 0)]
     if evidence.battery is not None:
         rows += [
@@ -83,7 +82,7 @@ def _chatter(case: Case, fault: Fault) -> Signal | None:
 
 
 def _deformation(case: Case, fault: Fault) -> Signal | None:
-    evidence, point = case.driven, case.structure.bodies.index(_named(case, fault))
+    evidence, point = case.driven, case.structure.bodies.index(_named(case, fault.names[0]))
     moved = np.linalg.norm(evidence.settling_m[:, :, point] - evidence.drawn_m[point], axis=-1) / case.length_m
     curves = {"as it is": moved[0], "without gravity": moved[1]}
     if fault.code == "underdamped":
@@ -103,7 +102,7 @@ def _drop(case: Case, fault: Fault) -> Signal | None:
     evidence = case.driven
     curves: dict[str, Array] = {}
     for name in fault.names[:_MOST_CURVES]:
-        root = mujoco.mj_name2id(case.model, mujoco.mjtObj.mjOBJ_BODY, name)
+        root = _named(case, name)
         way = (evidence.settle.fields["xpos"][0, :, root] - evidence.start.xpos[root]) @ down
         curves[name] = way / case.length_m
     return signal("fall", _OF_LENGTH, _SETTLING, _frame_s(case), curves, (case.limits.drop,), fault.first_time_s)
@@ -209,8 +208,8 @@ def _drives(case: Case, names: Sequence[str]) -> list[int]:
     return [index for index, drive in enumerate(drives) if case.actuator(drive.actuator) in names]
 
 
-def _named(case: Case, fault: Fault) -> int:
-    return next(body for body in case.structure.bodies if case.body(body) == fault.names[0])
+def _named(case: Case, name: str) -> int:
+    return next(body for body in case.structure.bodies if case.body(body) == name)
 
 
 _SIGNALS: dict[str, Callable[[Case, Fault], Signal | None]] = {

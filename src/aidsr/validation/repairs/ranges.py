@@ -25,6 +25,10 @@ _FLAGS = {
 """Element and range, and the flag that says whether it holds. Source: MuJoCo XML reference, version 3.17."""
 
 _FULL_TURN_RAD = 2.0 * math.pi
+_MEANT_RAD = [half_turns * math.pi for half_turns in range(2, 7)]
+"""Angles from a full turn up that are written in radians too. Our choice: a wrist may turn three times."""
+_ROUNDED_RAD = 0.05
+"""What rounding to one decimal takes or gives; no whole number of degrees is that near to one of these."""
 _TURNING = ("hinge", "ball")
 
 
@@ -34,10 +38,7 @@ def missing_limit_flags(root: Element) -> Iterator[str]:
         return
     classes = default_classes(root)
     for element, attribute, flag in _ranges(root):
-        told_already = any(flag in place.attrib for place in _with_defaults(element))
-        if told_already or (is_placed(element) and setting(element, flag, classes)):
-            continue
-        if any(numbers(element.get(attribute, ""))):
+        if setting(element, flag, classes) is None and any(numbers(element.get(attribute, ""))):
             element.set(flag, "true")
             yield told(element, f'wrote {flag}="true" beside {attribute}, since autolimits is off')
 
@@ -47,7 +48,8 @@ def inverted_ranges(root: Element) -> Iterator[str]:
     classes = default_classes(root)
     for element, attribute, flag in _ranges(root):
         ends = numbers(element.get(attribute, ""))
-        if len(ends) != 2 or ends[0] <= ends[1] or element.get(flag) == "false":
+        limited = setting(element, flag, classes)
+        if len(ends) != 2 or ends[0] <= ends[1] or (limited is not None and limited.value == "false"):
             continue
         kind = setting(element, "type", classes) if element.tag == "joint" else None
         if kind is None or kind.value != "ball" or ends[1] == 0.0:
@@ -75,17 +77,18 @@ def ball_ranges(root: Element) -> Iterator[str]:
 def degrees_in_radians(root: Element) -> Iterator[str]:
     """Turn degrees into radians where the compiler reads radians and a number is beyond a full turn.
 
-    A hinge that an actuator drives directly may be a spool with many turns and is left alone.
+    A rounded number of half turns is left alone, and so is a hinge that an actuator drives directly: it may be a spool
+    with many turns.
     """
     if not any(compiler.get("angle") == "radian" for compiler in elements(root, "compiler")):
         return
     yield from _turn_ranges(root)
     for element in elements(root):
         euler, turn = numbers(element.get("euler", "")), numbers(element.get("axisangle", ""))
-        if any(abs(angle) > _FULL_TURN_RAD for angle in euler):
+        if _are_degrees(euler):
             element.set("euler", _radians(euler))
             yield told(element, "read euler as degrees, since it is beyond a full turn in radians")
-        if len(turn) == 4 and abs(turn[3]) > _FULL_TURN_RAD:
+        if len(turn) == 4 and _are_degrees(turn[3:]):
             element.set("axisangle", " ".join([*element.get("axisangle", "").split()[:3], _radians(turn[3:])]))
             yield told(element, "read the angle of axisangle as degrees, since it is beyond a full turn in radians")
 
@@ -105,7 +108,7 @@ def _turn_ranges(root: Element) -> Iterator[str]:
 
     for holder, joints in users.items():
         ends = numbers(joints[0][1].value)
-        if not any(abs(end) > _FULL_TURN_RAD for end in ends):
+        if not _are_degrees(ends):
             continue
         meant = [joint for joint, _ in joints if is_meant(joint)]
         for element in [holder] if len(meant) == len(joints) else meant:
@@ -122,11 +125,13 @@ def _ranges(root: Element) -> Iterator[tuple[Element, str, str]]:
                 yield element, attribute, flag
 
 
-def _with_defaults(element: Element) -> Iterator[Element]:
-    """Yield an element and, where it describes its kind in a default class, the descriptions around that class."""
-    yield element
-    for default in element.iterancestors("default"):
-        yield from default.findall(str(element.tag))
+def _are_degrees(angles: list[float]) -> bool:
+    """Whether one of some angles is beyond a full turn in radians and is no rounded number of half turns."""
+    return any(
+        abs(angle) > _FULL_TURN_RAD
+        and not any(math.isclose(abs(angle), turn, abs_tol=_ROUNDED_RAD) for turn in _MEANT_RAD)
+        for angle in angles
+    )
 
 
 def _radians(degrees: list[float]) -> str:

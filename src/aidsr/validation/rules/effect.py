@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.artifacts import Fault
+from aidsr.sim.structure import joined_bodies
 from aidsr.validation.case import Case
 from aidsr.validation.causes import is_explained
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
@@ -16,9 +17,6 @@ from aidsr.validation.variants import mass_ratio, softer, without_limits, withou
 from aidsr.wording import written
 
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock"]
-
-_JOINING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
-_OF_SITES = int(mujoco.mjtObj.mjOBJ_SITE)
 
 
 def self_collision_lock(case: Case) -> Iterator[Fault]:
@@ -193,7 +191,8 @@ def _hindered(case: Case) -> list[int]:
 def _touching_itself(case: Case, drives: Sequence[int]) -> Iterator[int]:
     """Actuators after whose tests, or after settling, parts that nothing joins touch each other."""
     evidence, data = case.driven, mujoco.MjData(case.model)
-    joined = _joined(case.model)
+    # Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
+    joined = joined_bodies(case.model)
     if evidence.battery is None or not drives:
         return
     if _touch(case, data, evidence.settle.states[0], joined):
@@ -213,20 +212,6 @@ def _touch(case: Case, data: mujoco.MjData, state: NDArray[np.float64], joined: 
     geoms = np.asarray(data.contact.geom).reshape(-1, 2)
     bodies = model.geom_bodyid[geoms[np.isin(geoms, case.structure.geoms).all(axis=1)]]
     return any(frozenset(pair) not in joined for pair in bodies.tolist())
-
-
-def _joined(model: mujoco.MjModel) -> set[frozenset[int]]:
-    """Pairs of bodies that an equality constraint joins at a point.
-
-    Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
-    """
-    pairs = set()
-    for equality in np.flatnonzero(np.isin(model.eq_type, _JOINING)):
-        ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
-        if int(model.eq_objtype[equality]) == _OF_SITES:
-            ends = (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]]))
-        pairs.add(frozenset(ends))
-    return pairs
 
 
 def _improved(

@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import mujoco
-
 from aidsr.artifacts import Fault
 from aidsr.sim.structure import Chain
 from aidsr.validation.case import Case
 
 __all__ = ["ctrlrange_missing", "joint_range_too_small", "range_inverted_ignored"]
-
-_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def ctrlrange_missing(case: Case) -> Iterator[Fault]:
@@ -48,7 +44,7 @@ def ctrlrange_missing(case: Case) -> Iterator[Fault]:
 def range_inverted_ignored(case: Case) -> Iterator[Fault]:
     """No joint range is written high to low.
 
-    Source: as above, for joints; `jnt_range` keeps what was written.
+    Source: as above, for joints; `jnt_range` keeps what was written, degrees too.
     """
     model = case.model
     inverted = [
@@ -58,7 +54,6 @@ def range_inverted_ignored(case: Case) -> Iterator[Fault]:
     ]
     if inverted:
         low, high = model.jnt_range[inverted[0]]
-        unit = "m" if int(model.jnt_type[inverted[0]]) == _SLIDE else "rad"
         yield Fault(
             code="range_inverted_ignored",
             layer="structure",
@@ -66,9 +61,9 @@ def range_inverted_ignored(case: Case) -> Iterator[Fault]:
             names=tuple(case.joint(joint) for joint in inverted),
             measured=float(low - high),
             limit=0,
-            unit=f"{unit} by which the first number exceeds the second",
-            message=f"joint range from {low:.3g} {unit} down to {high:.3g} {unit}: MuJoCo drops it, and the joint has "
-            "no limit",
+            unit="by which the first number exceeds the second",
+            message=f"joint range written from {low:.3g} down to {high:.3g}: MuJoCo drops it, and the joint has no "
+            "limit",
             cure='Write range="low high" with low < high.',
         )
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from aidsr.artifacts import Fault
-from aidsr.sim.structure import Chain
+from aidsr.sim.structure import Chain, joined_bodies
 from aidsr.validation.case import Case
 
 __all__ = ["disconnected", "fully_actuated", "no_soft_chain", "segments_gap"]
@@ -63,12 +63,11 @@ def disconnected(case: Case) -> Iterator[Fault]:
 
 def _links(case: Case) -> Iterator[tuple[int, int]]:
     """Pairs of roots that are joined: by an equality constraint, or standing side by side on the same ground."""
-    model, roots = case.model, case.structure.roots
-    for equality in range(model.neq):
-        if int(model.eq_objtype[equality]) == int(mujoco.mjtObj.mjOBJ_BODY):
-            ends = [_root_of(case, int(target[equality])) for target in (model.eq_obj1id, model.eq_obj2id)]
-            if all(end in roots for end in ends):
-                yield ends[0], ends[1]
+    roots = case.structure.roots
+    for bodies in sorted(map(sorted, joined_bodies(case.model))):
+        ends = [_root_of(case, body) for body in bodies]
+        if len(ends) == 2 and all(end in roots for end in ends):
+            yield ends[0], ends[1]
     fixed = [root for root in roots if root not in case.structure.free_roots]
     for k, one in enumerate(fixed):
         for other in fixed[k + 1 :]:
