@@ -14,6 +14,7 @@ import pytest
 from aidsr.calls import CallRecord, Message, Question
 from aidsr.errors import ModelError, UserError
 from aidsr.models import Access, Model, connect
+from aidsr.models.manual import estimated_tokens
 from aidsr.models.remote import RemoteModel
 from loopback import Act, Fail, Loopback, Received, Say
 
@@ -182,6 +183,25 @@ def test_chat_completions_content_filter_is_a_refusal() -> None:
 def test_a_server_of_ones_own_has_no_invented_price(name: str) -> None:
     record, _ = asked(name, Say("fine"))
     assert record.usage.cost_usd is None
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.startswith("anthropic")])
+def test_tokens_that_nobody_counted_are_estimated(name: str) -> None:
+    record, _ = asked(name, Say("word " * 600, counted=False))
+    assert record.usage.tokens_estimated
+    assert record.usage.input_tokens == estimated_tokens("\n".join(TEXTS))
+    assert record.usage.output_tokens == 1000
+    assert record.usage.cost_usd is None
+    counted, _ = asked(name, Say("word", output_tokens=20))
+    assert not counted.usage.tokens_estimated
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_half_a_character_does_not_keep_a_reply_from_being_recorded(name: str) -> None:
+    with Loopback([Fail(503, "busy \ud83d", {"Retry-After": "0"}), Say("half \ud83d")]) as server:
+        record = loop_model(name, server).ask(QUESTION)
+    assert (record.reply, record.failed_attempts[0].error) == ("half ?", "HTTP 503: busy ?")
+    assert CallRecord.model_validate_json(record.model_dump_json()) == record
 
 
 def test_the_cost_a_router_reports_is_taken() -> None:

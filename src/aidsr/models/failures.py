@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from aidsr.errors import ModelError, UserError
 from aidsr.models.retrying import TransientError
 
-__all__ = ["explain", "wipe"]
+__all__ = ["explain", "wipe", "writable"]
 
 _LONGEST_DETAIL = 300
 """Characters of a provider's own words that are kept. Source: our choice; HTML error pages run to kilobytes."""
@@ -30,7 +30,7 @@ def explain(error: Exception, name: str, key_variable: str, keys: Iterable[str])
     """
     from pydantic_ai import exceptions as ai
 
-    detail = wipe(_detail(error), keys)
+    detail = wipe(writable(_detail(error)), keys)
     match error:
         case ai.ModelAuthenticationError():
             return UserError(f"{name} refused the key ({detail}); check the environment variable {key_variable}.")
@@ -65,6 +65,11 @@ def wipe(text: str, keys: Iterable[str]) -> str:
     for key in keys:
         text = text.replace(key, "***")
     return text
+
+
+def writable(text: str) -> str:
+    """Return the text with "?" for each half of a character (a lone surrogate), which no file can hold."""
+    return text.encode("utf-8", "replace").decode()
 
 
 def _detail(error: Exception) -> str:
