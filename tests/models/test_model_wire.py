@@ -174,6 +174,21 @@ def test_every_ending_is_told_apart(name: str, act: Say, finish: str, reply: str
     assert (record.finish, record.reply) == (finish, reply)
 
 
+@pytest.mark.parametrize(
+    ("said", "reply"),
+    [
+        ('<think>a {x}</think>\n{"p": 1}', '\n{"p": 1}'),
+        ('a {x}</think>\n{"p": 1}', '{"p": 1}'),
+        ("a</think>b</think>c", "c"),
+        ("only reasoned</think>", ""),
+        (" no reasoning ", " no reasoning "),
+    ],
+)
+def test_reasoning_is_no_part_of_the_answer_though_a_template_opens_it(said: str, reply: str) -> None:
+    record, _ = asked("m@LOOPBACK", Say(said))
+    assert record.reply == reply
+
+
 def test_chat_completions_content_filter_is_a_refusal() -> None:
     record, _ = asked("m@LOOPBACK", Say("", finish="content_filter"))
     assert record.finish == "refusal"

@@ -23,6 +23,9 @@ __all__ = ["RemoteModel", "cost_usd"]
 
 _WITHOUT_PICTURES = "start the run without --judge-pictures, or name a model that takes images"
 
+_REASONING_ENDS = "</think>"
+"""Alone, without its opening, where that stands in the server's chat template; pydantic-ai takes out whole pairs."""
+
 _FINISHES: dict[str | None, Finish] = {"stop": "stop", "length": "length", "content_filter": "refusal"}
 
 
@@ -143,8 +146,10 @@ def cost_usd(response: ModelResponse, priced: bool) -> float | None:
 
 
 def _answer(response: ModelResponse) -> str:
-    """Return the words of a response, as a file can hold them."""
-    return writable(response.text or (response.provider_details or {}).get("refusal", ""))
+    """Return the words of a response, without reasoning, as a file can hold them."""
+    words = response.text or (response.provider_details or {}).get("refusal", "")
+    _, ended, answer = words.rpartition(_REASONING_ENDS)
+    return writable(answer.lstrip() if ended else words)
 
 
 def _counted(question: Question, response: ModelResponse) -> ModelResponse:
