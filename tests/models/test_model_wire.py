@@ -13,7 +13,7 @@ import pytest
 
 from aidsr.calls import CallRecord, Message, Question
 from aidsr.errors import ModelError, UserError
-from aidsr.models import Access, Model, connect
+from aidsr.models import Access, Clock, Model, connect
 from aidsr.models.manual import estimated_tokens
 from aidsr.models.remote import RemoteModel
 from loopback import Act, Fail, Loopback, Received, Say
@@ -32,7 +32,7 @@ QUESTION = Question(
 )
 
 
-def loop_model(name: str, server: Loopback) -> Model:
+def loop_model(name: str, server: Loopback, clock: Clock | None = None) -> Model:
     access = Access(
         openai_api_key="sk-loop",
         anthropic_api_key="sk-loop",
@@ -44,7 +44,7 @@ def loop_model(name: str, server: Loopback) -> Model:
         openrouter_base_url=f"{server.url}/v1",
         ollama_base_url=f"{server.url}/v1",
     )
-    return connect(name.replace("LOOPBACK", f"{server.url}/v1"), access=access)
+    return connect(name.replace("LOOPBACK", f"{server.url}/v1"), access=access, clock=clock)
 
 
 def asked(name: str, act: Act) -> tuple[CallRecord, Received]:

@@ -12,7 +12,7 @@ from aidsr.models import background
 from aidsr.models.access import Access
 from aidsr.models.failures import explain, writable
 from aidsr.models.manual import estimated_input_tokens, estimated_tokens
-from aidsr.models.retrying import Clock, Patience, persist
+from aidsr.models.retrying import Clock, Patience, TransientError, persist
 
 if TYPE_CHECKING:
     from pydantic_ai.messages import ModelMessage, ModelResponse
@@ -88,9 +88,13 @@ class RemoteModel:
         which may echo a key, does not travel along as the context.
         """
         try:
-            return background.run(self._request(messages, question.max_output_tokens, limit_s))
+            response = background.run(self._request(messages, question.max_output_tokens, limit_s))
         except Exception as error:
             failure = explain(error, self.name, self.key_variable, self.access.keys())
+        else:
+            if not (response.parts or response.finish_reason or response.usage.has_values()):
+                raise TransientError("the reply could not be read: it has neither words nor an end nor tokens")
+            return response
         if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
             failure = UserError(f"{failure} It was shown pictures: if it takes none, {_WITHOUT_PICTURES}.")
         raise failure
