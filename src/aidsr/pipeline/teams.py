@@ -53,7 +53,7 @@ def check_model(config: RunConfig, budget: Budget) -> None:
 
 
 def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
-    """Return what makes the teams of a run, and what lets their calls that wait for a person give up."""
+    """Return what makes the teams of a run, and what lets calls that wait for a person or for each other give up."""
     if asks_nobody(config.model):
         team = _team_without_a_model(run, config)
         return lambda _folder: team, lambda: None
@@ -70,7 +70,12 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
             return agents.direct_team(capped)
         return agents.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else agents.blind)
 
-    return team_for, by_hand.interrupt if by_hand else lambda: None
+    def interrupt() -> None:
+        ledger.interrupt()
+        if by_hand:
+            by_hand.interrupt()
+
+    return team_for, interrupt
 
 
 def asks_nobody(model: str) -> bool:
