@@ -220,6 +220,13 @@ def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:
     assert run.budget() == Budget(tokens=5)
 
 
+def test_a_run_whose_price_is_no_longer_known_does_not_go_on(tmp_path: Path) -> None:
+    run = new_run(tmp_path, model="m@http://localhost:1/v1")
+    run.larger_budget.write_text(Budget(cost_usd=5).model_dump_json())
+    with pytest.raises(UserError, match="is not known, so a limit on money cannot be kept"):
+        parts_of(run)
+
+
 def test_a_run_replays_itself_free_and_to_the_same_files(tmp_path: Path) -> None:
     first = work(new_run(tmp_path / "a", concepts=2), asking(always(Paid())))
     replayed = ReplayedModel(first.path)

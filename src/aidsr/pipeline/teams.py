@@ -53,14 +53,19 @@ def check_model(config: RunConfig, budget: Budget) -> None:
 
 
 def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
-    """Return what makes the teams of a run, and what lets calls that wait for a person or for each other give up."""
+    """Return what makes the teams of a run, and what lets calls that wait for a person or for each other give up.
+
+    Raises:
+        UserError: The model lacks its key, or money is limited and its price is not known, or no longer.
+    """
     if asks_nobody(config.model):
         team = _team_without_a_model(run, config)
         return lambda _folder: team, lambda: None
     from aidsr import agents
 
-    model = _connected(config.model)
-    ledger = Ledger(run, run.budget(), config.concepts, price_of(config.model))
+    model, price = _connected(config.model), price_of(config.model)
+    check_prices(run.budget(), config.model, price)
+    ledger = Ledger(run, run.budget(), config.concepts, price)
     by_hand = model if isinstance(model, ManualModel) else None
     kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
 
