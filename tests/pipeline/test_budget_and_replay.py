@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from killing import AskingTeam
 
+from aidsr.artifacts import Outcome
 from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import BudgetError, ModelError, ReplyError, UserError
 from aidsr.models.manual import estimated_tokens
@@ -20,7 +21,7 @@ from aidsr.pipeline.budgeting import Budgeted, Ledger, check_prices
 from aidsr.pipeline.estimating import estimate
 from aidsr.pipeline.person import approve_at_once
 from aidsr.roles import Team
-from aidsr.runs import Budget, RecordedModel, Run, RunConfig, read_status
+from aidsr.runs import Budget, EventLog, RecordedModel, Run, RunConfig, read_status
 from aidsr.runs.replaying import ReplayedModel
 from loopback import Act, Fail, Loopback, Received
 from scripted import assemble, brief, new_run, repair, validate
@@ -218,6 +219,18 @@ def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:
         give_budget(run, Budget(cost_usd=5))
     give_budget(run, Budget(tokens=5))
     assert run.budget() == Budget(tokens=5)
+
+
+def test_a_run_at_work_is_given_no_other_budget(tmp_path: Path) -> None:
+    run = new_run(tmp_path, budget=Budget(tokens=60))
+    run.design(1).outcome.write(Outcome(outcome="out_of_budget", reason="60 tokens", iteration=1))
+    with EventLog(run.events), pytest.raises(UserError, match="another process is at work"):
+        give_budget(run, Budget(tokens=10**6))
+    assert run.budget() == Budget(tokens=60)
+    assert run.design(1).outcome.read() is not None
+    give_budget(run, Budget(tokens=10**6))
+    assert run.budget() == Budget(tokens=10**6)
+    assert run.design(1).outcome.read() is None
 
 
 def test_a_run_whose_price_is_no_longer_known_does_not_go_on(tmp_path: Path) -> None:

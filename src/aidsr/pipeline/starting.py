@@ -17,7 +17,7 @@ from aidsr.pipeline.stalling import keep_trying, same_again
 from aidsr.pipeline.teams import BUILTIN, check_model, team_of
 from aidsr.pipeline.trials import check_trial, trial_of
 from aidsr.pipeline.working import Listen, work
-from aidsr.runs import Budget, Run, RunConfig, RunRecord, new_run
+from aidsr.runs import Budget, EventLog, Run, RunConfig, RunRecord, new_run
 from aidsr.runs.files import replace_file
 
 if TYPE_CHECKING:
@@ -132,12 +132,13 @@ def give_budget(run: Run, budget: Budget) -> None:
     """Let another budget hold for a run, and take its designs that ran out of the last one up again.
 
     Raises:
-        UserError: Money is limited and the model's price is not known.
+        UserError: Money is limited and the model's price is not known, or a process is at work on the run.
     """
     check_model(run.asked().config, budget)
-    replace_file(run.larger_budget, budget.model_dump_json(indent=2).encode() + b"\n")
-    for design in run.designs:
-        design.reopen()
+    with EventLog(run.events):
+        replace_file(run.larger_budget, budget.model_dump_json(indent=2).encode() + b"\n")
+        for design in run.designs:
+            design.reopen()
 
 
 def brief_for(
