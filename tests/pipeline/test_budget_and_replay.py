@@ -12,14 +12,17 @@ from pathlib import Path
 import pytest
 from killing import AskingTeam
 
+import aidsr
 from aidsr.artifacts import Outcome
 from aidsr.calls import CallRecord, Message, Question, Usage
+from aidsr.cli import main
 from aidsr.errors import BudgetError, ModelError, ReplyError, UserError
 from aidsr.models.manual import estimated_tokens
-from aidsr.pipeline import Parts, give_budget, parts_of, work
+from aidsr.pipeline import Parts, give_budget, parts_of, resume, work
 from aidsr.pipeline.budgeting import Budgeted, Ledger, check_prices
 from aidsr.pipeline.estimating import estimate
 from aidsr.pipeline.person import approve_at_once
+from aidsr.pipeline.teams import from_anywhere
 from aidsr.roles import Team
 from aidsr.runs import Budget, EventLog, RecordedModel, Run, RunConfig, read_status
 from aidsr.runs.replaying import ReplayedModel
@@ -266,6 +269,33 @@ def test_a_changed_prompt_is_told_with_its_difference_and_never_answered(tmp_pat
         model.ask(question("one\ntwo\nthree"))
     with pytest.raises(ModelError, match="no call of the judge"):
         model.ask(question("one", "judge"))
+
+
+@pytest.mark.parametrize(
+    "begin",
+    [
+        lambda name: aidsr.design(task="button_pushing", model=name),
+        lambda name: main(["design", "--task", "button_pushing", "--model", name]),
+    ],
+)
+def test_a_run_goes_on_from_another_directory_with_the_same_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begin: Callable[[str], object]
+) -> None:
+    earlier = new_run(tmp_path / "earlier")
+    RecordedModel(Paid(), earlier.path).ask(question("one"))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ModelError, SystemExit)):
+        begin(f"replay:earlier/{earlier.path.name}")
+    (record,) = tmp_path.glob("runs/*/run.json")
+    monkeypatch.chdir(tmp_path / "earlier")
+    with pytest.raises(ModelError, match="no call of the designer"):
+        resume(record.parent)
+
+
+@pytest.mark.parametrize("name", ["builtin", "openai:gpt-5", "m@http://localhost:8000/v1", "manual:", "manual:/there"])
+def test_a_model_without_a_relative_folder_keeps_its_name(name: str) -> None:
+    assert from_anywhere(name) == name
+    assert from_anywhere("manual:letters") == f"manual:{Path.cwd() / 'letters'}"
 
 
 def test_a_run_without_calls_cannot_be_replayed(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def design(
     from aidsr.cli.teaching import train_designs
     from aidsr.extras import require_extra
     from aidsr.pipeline import BUILTIN, brief_for, parts_of, start
-    from aidsr.pipeline.teams import check_model
+    from aidsr.pipeline.teams import check_model, from_anywhere
     from aidsr.pipeline.trials import check_trial
     from aidsr.runs import RunConfig
 
@@ -119,7 +119,7 @@ def design(
     if train:
         require_extra("rl", "training")
     config = RunConfig(
-        model=model,
+        model=from_anywhere(model),
         concepts=concepts,
         iterations=iterations,
         max_output_tokens=max_output_tokens,

@@ -14,7 +14,7 @@ from aidsr.pipeline.ablations import without
 from aidsr.pipeline.parts import Parts, Person
 from aidsr.pipeline.person import DecisionFile, Said, approve_at_once
 from aidsr.pipeline.stalling import keep_trying, same_again
-from aidsr.pipeline.teams import BUILTIN, check_model, team_of
+from aidsr.pipeline.teams import BUILTIN, check_model, from_anywhere, team_of
 from aidsr.pipeline.trials import check_trial, trial_of
 from aidsr.pipeline.working import Listen, work
 from aidsr.runs import Budget, EventLog, Run, RunConfig, RunRecord, new_run
@@ -91,7 +91,7 @@ def design(
         ModelError: The language model could not be reached before there were concepts.
     """
     config = RunConfig(
-        model=model,
+        model=from_anywhere(model),
         concepts=concepts,
         iterations=iterations,
         max_output_tokens=max_output_tokens,

@@ -10,6 +10,7 @@ from aidsr.calls import CallRecord, Question
 from aidsr.errors import UserError
 from aidsr.extras import require_extra
 from aidsr.models import ManualModel, Model, connect
+from aidsr.models.manual import MANUAL
 from aidsr.models.prices import list_price_usd
 from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
 from aidsr.pipeline.looking import pictures_of
@@ -19,7 +20,7 @@ from aidsr.runs import RecordedModel, Run, RunConfig
 from aidsr.runs.record import Budget
 from aidsr.runs.replaying import REPLAY, ReplayedModel
 
-__all__ = ["BUILTIN", "REFERENCE", "SEARCH", "asks_nobody", "check_model", "price_of", "team_of"]
+__all__ = ["BUILTIN", "REFERENCE", "SEARCH", "asks_nobody", "check_model", "from_anywhere", "price_of", "team_of"]
 
 BUILTIN = "builtin"
 """Model name of the rules. They are no language model, need no key and cost nothing."""
@@ -83,6 +84,15 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
     return team_for, interrupt
 
 
+def from_anywhere(model: str) -> str:
+    """Return the name of a model as it holds in every directory: a folder in it, of replies or of a run, absolute."""
+    for kind in (MANUAL, REPLAY):
+        folder = model.removeprefix(kind)
+        if model.startswith(kind) and folder.strip():
+            return f"{kind}{Path(folder).absolute()}"
+    return model
+
+
 def asks_nobody(model: str) -> bool:
     """Whether a name stands for rules, robots designed by hand or a search: no language model, no key, no cost."""
     return model in (BUILTIN, REFERENCE, SEARCH)
@@ -123,7 +133,7 @@ def price_of(name: str) -> Price:
     """Return what tells the price of a call to a model; a replayed one is free, a person's is not known."""
     if name.startswith(REPLAY):
         return lambda _input_tokens, _output_tokens: 0.0
-    return partial(list_price_usd, name) if not name.startswith("manual:") else lambda _in, _out: None
+    return partial(list_price_usd, name) if not name.startswith(MANUAL) else lambda _in, _out: None
 
 
 class _Capped:
