@@ -25,6 +25,8 @@ class Say:
     cached_tokens: int = 0
     cost_usd: float | None = None
     """What a router reports; providers themselves report no cost."""
+    counted: bool = True
+    """Whether tokens are reported at all; some servers of one's own report none."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,11 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
 
 def _shape(path: str, say: Say) -> dict[str, Any]:
     """Return a reply in the wire format that belongs to a path."""
+    shape = _counted_shape(path, say)
+    return shape if say.counted else {key: value for key, value in shape.items() if not key.startswith("usage")}
+
+
+def _counted_shape(path: str, say: Say) -> dict[str, Any]:
     if path.endswith("/chat/completions"):
         return _chat_completion(say)
     if path.endswith("/responses"):

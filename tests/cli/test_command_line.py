@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import aidsr.tasks
 from aidsr.cli import app, main
 from aidsr.cli.doctor import checks
 from aidsr.cli.view import model_of
@@ -16,6 +17,8 @@ from aidsr.pipeline import work
 from aidsr.runs import layout_text
 from aidsr.sim.mjcf import BOUNDS
 from scripted import Script, Scripted, new_run, parts
+
+PLACE = str(Path(aidsr.tasks.__file__).with_name("reaching") / "button_pushing.xml")
 
 
 def run_main(*words: str) -> int:
@@ -35,6 +38,8 @@ def run_main(*words: str) -> int:
         (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
         (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train needs a measure of success"),
         (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "only tasks come at levels"),
+        (["design", "press it", "--environment", PLACE, "--task-feedback", "--dry-run"], "needs a measure of success"),
+        (["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"], "ask for --task-feedback"),
         (["show"], "the folder of a run was expected"),
         (["show", "."], "run.json"),
         (["resume", "nowhere"], "run.json"),

@@ -17,6 +17,8 @@ from aidsr.errors import ModelError, UserError
 from aidsr.models import ManualModel, connect
 from aidsr.models.manual import estimated_tokens, waiting_prompts
 
+NO_PROC = {"condition": not Path("/proc/self").is_dir(), "reason": "needs a directory that nobody can write"}
+
 
 def question(text: str, role="coder") -> Question:
     turns = (("system", "You write robots."), ("user", "First."), ("assistant", "A try."), ("user", text))
@@ -166,6 +168,13 @@ def test_a_directory_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match="name another directory"):
         model(tmp_path / "file").ask(question("x"))
+
+
+@pytest.mark.parametrize("place", ["file", pytest.param("/proc", marks=pytest.mark.skipif(**NO_PROC))])
+def test_a_directory_that_cannot_be_written_is_said_before_a_run_is_made(tmp_path: Path, place: str) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match=r"no prompt can be written into .*; name another directory"):
+        model(tmp_path / place).check_free()
 
 
 def test_pictures_lie_beside_the_prompt_that_names_them(tmp_path: Path) -> None:

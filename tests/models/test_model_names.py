@@ -42,6 +42,10 @@ def test_names_that_are_understood(name: str, address: Address) -> None:
         ("openrouter:qwen3", 'for example "openrouter:qwen/'),
         ("@http://localhost:8000/v1", "lacks the model"),
         ("qwen3@http:///v1", "no usable URL"),
+        ("qwen3@http://[::1/v1", "no usable URL"),
+        ("qwen3@http://localhost:80a/v1", "no usable URL"),
+        ("qwen3@http://localhost:99999/v1", "no usable URL"),
+        ("qwen3@http://local host/v1", "no usable URL"),
     ],
 )
 def test_names_that_are_not(name: str, words: str) -> None:
@@ -50,7 +54,9 @@ def test_names_that_are_not(name: str, words: str) -> None:
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize("url", ["http://me:secret@localhost/v1", "https://example.org/v1?key=secret"])
+@pytest.mark.parametrize(
+    "url", ["http://me:secret@localhost/v1", "http://me:secret@localhost:80a/v1", "https://example.org/v1?key=secret"]
+)
 def test_a_url_with_a_secret_is_refused_without_repeating_it(url: str) -> None:
     with pytest.raises(UserError, match="AIDSR_API_KEY") as caught:
         parse_address(f"qwen3@{url}")

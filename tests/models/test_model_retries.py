@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+from test_model_wire import NAMES, loop_model
 
 from aidsr.calls import CallRecord, FailedAttempt, Message, Question
 from aidsr.errors import ModelError, UserError
@@ -43,6 +44,35 @@ def test_every_transient_failure_is_ridden_out_and_kept(fake_clock: FakeClock) -
     ]  # fmt: skip
     assert record.usage.retries == 5
     assert record.usage.latency_s == sum(fake_clock.slept_s)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "body",
+    [
+        "{}",
+        "null",
+        "[]",
+        '{"error": {"message": "Upstream overloaded", "code": 502}}',
+        '{"error": "model not loaded"}',
+        '{"id": "1", "object": "chat.completion", "created": 1, "model": "m", "choices": []}',
+    ],
+)
+def test_a_reply_that_is_not_in_the_providers_format_is_asked_for_again(
+    fake_clock: FakeClock, name: str, body: str
+) -> None:
+    with Loopback([Raw(body.encode()), Say("ok")]) as server:
+        record = loop_model(name, server, fake_clock.clock()).ask(QUESTION)
+    assert record.reply == "ok"
+    assert len(record.failed_attempts) == 1
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.startswith("google")])  # which sends it escaped
+def test_a_question_that_cannot_be_sent_is_a_bug_and_not_tried_again(fake_clock: FakeClock, name: str) -> None:
+    unsendable = Question(role="judge", messages=(Message(role="user", text="half \ud83d"),))
+    with Loopback([]) as server, pytest.raises(UnicodeEncodeError):
+        loop_model(name, server, fake_clock.clock()).ask(unsendable)
+    assert fake_clock.slept_s == []
 
 
 @pytest.mark.parametrize("status", [408, 409, 429, 500, 502, 503, 504, 529])

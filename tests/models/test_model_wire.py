@@ -13,7 +13,8 @@ import pytest
 
 from aidsr.calls import CallRecord, Message, Question
 from aidsr.errors import ModelError, UserError
-from aidsr.models import Access, Model, connect
+from aidsr.models import Access, Clock, Model, connect
+from aidsr.models.manual import estimated_tokens
 from aidsr.models.remote import RemoteModel
 from loopback import Act, Fail, Loopback, Received, Say
 
@@ -31,7 +32,7 @@ QUESTION = Question(
 )
 
 
-def loop_model(name: str, server: Loopback) -> Model:
+def loop_model(name: str, server: Loopback, clock: Clock | None = None) -> Model:
     access = Access(
         openai_api_key="sk-loop",
         anthropic_api_key="sk-loop",
@@ -43,7 +44,7 @@ def loop_model(name: str, server: Loopback) -> Model:
         openrouter_base_url=f"{server.url}/v1",
         ollama_base_url=f"{server.url}/v1",
     )
-    return connect(name.replace("LOOPBACK", f"{server.url}/v1"), access=access)
+    return connect(name.replace("LOOPBACK", f"{server.url}/v1"), access=access, clock=clock)
 
 
 def asked(name: str, act: Act) -> tuple[CallRecord, Received]:
@@ -173,6 +174,21 @@ def test_every_ending_is_told_apart(name: str, act: Say, finish: str, reply: str
     assert (record.finish, record.reply) == (finish, reply)
 
 
+@pytest.mark.parametrize(
+    ("said", "reply"),
+    [
+        ('<think>a {x}</think>\n{"p": 1}', '\n{"p": 1}'),
+        ('a {x}</think>\n{"p": 1}', '{"p": 1}'),
+        ("a</think>b</think>c", "c"),
+        ("only reasoned</think>", ""),
+        (" no reasoning ", " no reasoning "),
+    ],
+)
+def test_reasoning_is_no_part_of_the_answer_though_a_template_opens_it(said: str, reply: str) -> None:
+    record, _ = asked("m@LOOPBACK", Say(said))
+    assert record.reply == reply
+
+
 def test_chat_completions_content_filter_is_a_refusal() -> None:
     record, _ = asked("m@LOOPBACK", Say("", finish="content_filter"))
     assert record.finish == "refusal"
@@ -182,6 +198,25 @@ def test_chat_completions_content_filter_is_a_refusal() -> None:
 def test_a_server_of_ones_own_has_no_invented_price(name: str) -> None:
     record, _ = asked(name, Say("fine"))
     assert record.usage.cost_usd is None
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.startswith("anthropic")])
+def test_tokens_that_nobody_counted_are_estimated(name: str) -> None:
+    record, _ = asked(name, Say("word " * 600, counted=False))
+    assert record.usage.tokens_estimated
+    assert record.usage.input_tokens == estimated_tokens("\n".join(TEXTS))
+    assert record.usage.output_tokens == 1000
+    assert record.usage.cost_usd is None
+    counted, _ = asked(name, Say("word", output_tokens=20))
+    assert not counted.usage.tokens_estimated
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_half_a_character_does_not_keep_a_reply_from_being_recorded(name: str) -> None:
+    with Loopback([Fail(503, "busy \ud83d", {"Retry-After": "0"}), Say("half \ud83d")]) as server:
+        record = loop_model(name, server).ask(QUESTION)
+    assert (record.reply, record.failed_attempts[0].error) == ("half ?", "HTTP 503: busy ?")
+    assert CallRecord.model_validate_json(record.model_dump_json()) == record
 
 
 def test_the_cost_a_router_reports_is_taken() -> None:

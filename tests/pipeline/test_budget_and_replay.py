@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from killing import AskingTeam
 
+import aidsr
+from aidsr.artifacts import Outcome
 from aidsr.calls import CallRecord, Message, Question, Usage
+from aidsr.cli import main
 from aidsr.errors import BudgetError, ModelError, ReplyError, UserError
 from aidsr.models.manual import estimated_tokens
-from aidsr.pipeline import Parts, give_budget, work
+from aidsr.pipeline import Parts, give_budget, parts_of, resume, work
 from aidsr.pipeline.budgeting import Budgeted, Ledger, check_prices
 from aidsr.pipeline.estimating import estimate
 from aidsr.pipeline.person import approve_at_once
+from aidsr.pipeline.teams import from_anywhere
 from aidsr.roles import Team
-from aidsr.runs import Budget, RecordedModel, Run, RunConfig, read_status
+from aidsr.runs import Budget, EventLog, RecordedModel, Run, RunConfig, read_status
 from aidsr.runs.replaying import ReplayedModel
-from scripted import assemble, new_run, repair, validate
+from loopback import Act, Fail, Loopback, Received
+from scripted import assemble, brief, new_run, repair, validate
 
 
 def price(input_tokens: int, output_tokens: int) -> float:
@@ -101,22 +109,83 @@ def test_a_run_out_of_budget_ends_as_that_and_goes_on_with_a_larger_one(tmp_path
     assert (run.path / "designs" / "1" / "outcome_before_1.json").exists()
 
 
-def test_calls_in_flight_are_reserved_at_their_upper_bound(tmp_path: Path) -> None:
-    run = new_run(tmp_path)
-    text = "x" * 300
-    assert estimated_tokens(text) == 100
-    ledger = Ledger(run, Budget(tokens=239), 1, price)
+ENDINGS = {
+    "cheap": "it was answered: 2",
+    "as dear as it may be": "$0.0120 are spent",
+    "failed": "it was answered: 1",
+    "interrupted": "it was answered: 1",
+    "asked to stop": "interrupted before it could be asked",
+}
+"""What becomes of a call in flight, and of one for which there is no room beside it."""
 
-    class AskingMeanwhile(Paid):
-        def ask(self, asked: Question) -> CallRecord:
-            if not self.count:
-                self.count += 1
-                with pytest.raises(BudgetError, match="120 are used or set aside"):
-                    ledger.ask(self, run.path / "designs" / "2" / "01", question(text))
-            return super().ask(asked)
 
-    ledger.ask(AskingMeanwhile(), run.path / "designs" / "1" / "01", question(text))
-    assert ledger.ask(Paid(), run.path, question(text)).reply == "1", "110 used, 120 more fit"
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_call_without_room_beside_one_in_flight_waits_until_that_has_ended(tmp_path: Path, ending: str) -> None:
+    run, both_asked, paid = new_run(tmp_path), threading.Event(), Paid()
+    threads: set[int] = set()
+
+    def watched_price(input_tokens: int, output_tokens: int) -> float:
+        """Tell once two threads hold the ledger to ask; it lets the first one's call end only when the other waits."""
+        threads.add(threading.get_ident())
+        if len(threads) == 2:
+            both_asked.set()
+        return price(input_tokens, output_tokens)
+
+    ledger = Ledger(run, Budget(cost_usd=0.0239), 1, watched_price)
+    asked = question("x" * 300)
+    assert price(estimated_tokens("x" * 300), 20) == pytest.approx(0.012)
+
+    class InFlight(Paid):
+        def ask(self, question: Question) -> CallRecord:
+            second.append(pool.submit(ledger.ask, paid, run.path / "designs" / "2" / "01", asked))
+            assert both_asked.wait(20)
+            match ending:
+                case "failed":
+                    raise ModelError("no reply")
+                case "interrupted":
+                    raise KeyboardInterrupt
+                case "asked to stop":
+                    ledger.interrupt()
+                    with pytest.raises(ModelError, match="interrupted"):
+                        second[0].result(timeout=20)
+            record = paid.ask(question)
+            dear = record.usage.model_copy(update={"cost_usd": 0.012})
+            return record.model_copy(update={"usage": dear}) if ending.startswith("as dear") else record
+
+    second: list[Future[CallRecord]] = []
+    with ThreadPoolExecutor(1) as pool:
+        try:
+            with suppress(ModelError, KeyboardInterrupt):
+                ledger.ask(InFlight(), run.path / "designs" / "1" / "01", asked)
+            error = second[0].exception(timeout=20)
+        finally:
+            ledger.interrupt()
+    assert ENDINGS[ending] in (str(error) if error else f"it was answered: {second[0].result().reply}")
+
+
+def test_asking_a_run_to_stop_reaches_calls_that_wait_for_each_other(tmp_path: Path) -> None:
+    told: list[str] = []
+
+    def answer(_: Received) -> Act:
+        """Ask while a call is in flight, of a run that was asked to stop."""
+        parts.interrupt()
+        thread = threading.Thread(target=ask_too, daemon=True)
+        thread.start()
+        thread.join(20)
+        return Fail(400)
+
+    def ask_too() -> None:
+        try:
+            parts.team_for(run.design(2).iteration(1).path).designer.propose(brief(), 1)
+        except ModelError as error:
+            told.append(str(error))
+
+    with Loopback(answer) as server:
+        run = new_run(tmp_path, model=f"m@{server.url}/v1", max_output_tokens=100_000, budget=Budget(tokens=150_000))
+        parts = parts_of(run)
+        with pytest.raises(ModelError, match="HTTP 400"):
+            parts.team_for(run.path).designer.propose(brief(), 1)
+    assert told == ["interrupted before it could be asked"]
 
 
 class Unpriced(Paid):
@@ -137,7 +206,7 @@ def test_a_call_without_a_price_is_still_paid_when_a_run_goes_on(tmp_path: Path)
 
     ask("a" * 300)
     ask("b" * 300)
-    with pytest.raises(BudgetError, match=r"\$0\.0220 are spent or set aside"):
+    with pytest.raises(BudgetError, match=r"\$0\.0220 are spent"):
         ask("c" * 300)
 
 
@@ -153,6 +222,25 @@ def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:
         give_budget(run, Budget(cost_usd=5))
     give_budget(run, Budget(tokens=5))
     assert run.budget() == Budget(tokens=5)
+
+
+def test_a_run_at_work_is_given_no_other_budget(tmp_path: Path) -> None:
+    run = new_run(tmp_path, budget=Budget(tokens=60))
+    run.design(1).outcome.write(Outcome(outcome="out_of_budget", reason="60 tokens", iteration=1))
+    with EventLog(run.events), pytest.raises(UserError, match="another process is at work"):
+        give_budget(run, Budget(tokens=10**6))
+    assert run.budget() == Budget(tokens=60)
+    assert run.design(1).outcome.read() is not None
+    give_budget(run, Budget(tokens=10**6))
+    assert run.budget() == Budget(tokens=10**6)
+    assert run.design(1).outcome.read() is None
+
+
+def test_a_run_whose_price_is_no_longer_known_does_not_go_on(tmp_path: Path) -> None:
+    run = new_run(tmp_path, model="m@http://localhost:1/v1")
+    run.larger_budget.write_text(Budget(cost_usd=5).model_dump_json())
+    with pytest.raises(UserError, match="is not known, so a limit on money cannot be kept"):
+        parts_of(run)
 
 
 def test_a_run_replays_itself_free_and_to_the_same_files(tmp_path: Path) -> None:
@@ -181,6 +269,33 @@ def test_a_changed_prompt_is_told_with_its_difference_and_never_answered(tmp_pat
         model.ask(question("one\ntwo\nthree"))
     with pytest.raises(ModelError, match="no call of the judge"):
         model.ask(question("one", "judge"))
+
+
+@pytest.mark.parametrize(
+    "begin",
+    [
+        lambda name: aidsr.design(task="button_pushing", model=name),
+        lambda name: main(["design", "--task", "button_pushing", "--model", name]),
+    ],
+)
+def test_a_run_goes_on_from_another_directory_with_the_same_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begin: Callable[[str], object]
+) -> None:
+    earlier = new_run(tmp_path / "earlier")
+    RecordedModel(Paid(), earlier.path).ask(question("one"))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ModelError, SystemExit)):
+        begin(f"replay:earlier/{earlier.path.name}")
+    (record,) = tmp_path.glob("runs/*/run.json")
+    monkeypatch.chdir(tmp_path / "earlier")
+    with pytest.raises(ModelError, match="no call of the designer"):
+        resume(record.parent)
+
+
+@pytest.mark.parametrize("name", ["builtin", "openai:gpt-5", "m@http://localhost:8000/v1", "manual:", "manual:/there"])
+def test_a_model_without_a_relative_folder_keeps_its_name(name: str) -> None:
+    assert from_anywhere(name) == name
+    assert from_anywhere("manual:letters") == f"manual:{Path.cwd() / 'letters'}"
 
 
 def test_a_run_without_calls_cannot_be_replayed(tmp_path: Path) -> None:

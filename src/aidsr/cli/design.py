@@ -111,14 +111,15 @@ def design(
     from aidsr.cli.teaching import train_designs
     from aidsr.extras import require_extra
     from aidsr.pipeline import BUILTIN, brief_for, parts_of, start
-    from aidsr.pipeline.teams import check_model
+    from aidsr.pipeline.teams import check_model, from_anywhere
+    from aidsr.pipeline.trials import check_trial
     from aidsr.runs import RunConfig
 
     _check_measure(task, level, goal, train=train)
     if train:
         require_extra("rl", "training")
     config = RunConfig(
-        model=model,
+        model=from_anywhere(model),
         concepts=concepts,
         iterations=iterations,
         max_output_tokens=max_output_tokens,
@@ -135,10 +136,12 @@ def design(
     brief = brief_for(
         objective or "", task=task or "", level=level, environment=environment or "", robot=robot or "", goal=goal or ""
     )
+    if dry_run:
+        check_model(config, config.budget)
+        check_trial(config, measured=bool(brief.task or goal))
     if config.model != BUILTIN or dry_run:
         print_estimate(config, runs)
     if dry_run:
-        check_model(config, config.budget)
         return 0
     run = start(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
     code = follow(run, parts_of(run))

@@ -77,12 +77,17 @@ def _named(model: str, name: str) -> str:
 
 def _checked_url(url: str, name: str) -> str:
     """Return the URL without a trailing slash; the name is recorded, so it must not carry a secret."""
-    parts = urlsplit(url)
-    if parts.username or parts.password or parts.query or parts.fragment:
-        raise UserError(
-            "A model's URL is written into run folders, so it must not contain a user, a password or a query; "
-            "put the key into the environment variable AIDSR_API_KEY."
-        )
-    if parts.scheme not in {"http", "https"} or not parts.hostname:
-        raise UserError(f'"{name}" has no usable URL; write for example "qwen3@http://localhost:8000/v1".')
+    unusable = UserError(f'"{name}" has no usable URL; write for example "qwen3@http://localhost:8000/v1".')
+    try:
+        parts = urlsplit(url)
+        if parts.username or parts.password or parts.query or parts.fragment:
+            raise UserError(
+                "A model's URL is written into run folders, so it must not contain a user, a password or a query; "
+                "put the key into the environment variable AIDSR_API_KEY."
+            )
+        host, _ = parts.hostname, parts.port
+    except ValueError:  # brackets without an end, or a port that is no number
+        raise unusable from None
+    if parts.scheme not in {"http", "https"} or not host or " " in url:
+        raise unusable
     return url.rstrip("/")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import traceback
 from collections.abc import Iterable
 
 from aidsr.errors import ModelError, UserError
 from aidsr.models.retrying import TransientError
 
-__all__ = ["explain", "wipe"]
+__all__ = ["explain", "wipe", "writable"]
 
+_READING = frozenset({"_process_response", "_finish_response"})
+"""Functions in which pydantic-ai's clients read a reply; what goes wrong before them is no fault of the server."""
 _LONGEST_DETAIL = 300
 """Characters of a provider's own words that are kept. Source: our choice; HTML error pages run to kilobytes."""
 
@@ -25,12 +28,12 @@ def explain(error: Exception, name: str, key_variable: str, keys: Iterable[str])
 
     Returns:
         TransientError when asking again may help, UserError when the person must act, ModelError when the provider
-        said no for good; an exception that no provider raised, which is a bug, comes back as it is unless it
-        contains a key.
+        said no for good; an exception that neither a provider nor the reading of its reply raised, which is a bug,
+        comes back as it is unless it contains a key.
     """
     from pydantic_ai import exceptions as ai
 
-    detail = wipe(_detail(error), keys)
+    detail = wipe(writable(_detail(error)), keys)
     match error:
         case ai.ModelAuthenticationError():
             return UserError(f"{name} refused the key ({detail}); check the environment variable {key_variable}.")
@@ -52,7 +55,7 @@ def explain(error: Exception, name: str, key_variable: str, keys: Iterable[str])
             return TransientError(detail, error.retry_after)
         case ai.ModelHTTPError() | ai.ModelRequestRejectedError() | ai.UserError():
             return ModelError(f"{name} rejected the request ({detail}).")
-        case ai.AgentRunError():
+        case _ if isinstance(error, ai.AgentRunError) or _arose_while_reading(error):
             return TransientError(f"the reply could not be read: {detail}")
         case _ if wipe(repr(error), keys) != repr(error):
             return ModelError(f"The client of {name} failed ({detail}).")
@@ -60,11 +63,20 @@ def explain(error: Exception, name: str, key_variable: str, keys: Iterable[str])
             return error
 
 
+def _arose_while_reading(error: Exception) -> bool:
+    return any(frame.f_code.co_name in _READING for frame, _ in traceback.walk_tb(error.__traceback__))
+
+
 def wipe(text: str, keys: Iterable[str]) -> str:
     """Return the text with every key replaced by asterisks."""
     for key in keys:
         text = text.replace(key, "***")
     return text
+
+
+def writable(text: str) -> str:
+    """Return the text with "?" for each half of a character (a lone surrogate), which no file can hold."""
+    return text.encode("utf-8", "replace").decode()
 
 
 def _detail(error: Exception) -> str:

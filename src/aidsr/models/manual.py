@@ -111,13 +111,13 @@ class ManualModel:
         return _record(question, self.name, sheet)
 
     def check_free(self) -> None:
-        """Refuse a directory that another run uses, before anything is asked.
+        """Refuse a directory that another run uses or that cannot be written, before anything is asked.
 
         Raises:
-            UserError: Another run uses it.
+            UserError: Another run uses it, it cannot be written, or it is none.
         """
-        if self._directory.is_dir():
-            Claim(self._directory).release()
+        if self._directory.exists():
+            self._take().release()
 
     def kept(self, record: CallRecord) -> None:
         """Take notice that a reply is recorded elsewhere: asked once more, the same question is a new one."""

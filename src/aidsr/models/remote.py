@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -10,8 +10,9 @@ from aidsr.calls import CallRecord, FailedAttempt, Finish, Message, Question, Us
 from aidsr.errors import ModelError, UserError
 from aidsr.models import background
 from aidsr.models.access import Access
-from aidsr.models.failures import explain
-from aidsr.models.retrying import Clock, Patience, persist
+from aidsr.models.failures import explain, writable
+from aidsr.models.manual import estimated_input_tokens, estimated_tokens
+from aidsr.models.retrying import Clock, Patience, TransientError, persist
 
 if TYPE_CHECKING:
     from pydantic_ai.messages import ModelMessage, ModelResponse
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["RemoteModel", "cost_usd"]
 
 _WITHOUT_PICTURES = "start the run without --judge-pictures, or name a model that takes images"
+
+_REASONING_ENDS = "</think>"
+"""Alone, without its opening, where that stands in the server's chat template; pydantic-ai takes out whole pairs."""
 
 _FINISHES: dict[str | None, Finish] = {"stop": "stop", "length": "length", "content_filter": "refusal"}
 
@@ -65,9 +69,9 @@ class RemoteModel:
         return CallRecord(
             question=question,
             model=self.name,
-            reply=response.text or (response.provider_details or {}).get("refusal", ""),
+            reply=_answer(response),
             finish=_FINISHES.get(response.finish_reason, "other"),
-            usage=self._usage(response, self.clock.now() - begin, failed),
+            usage=self._usage(question, response, self.clock.now() - begin, failed),
             started=started.isoformat(timespec="milliseconds"),
             failed_attempts=failed,
         )
@@ -84,9 +88,13 @@ class RemoteModel:
         which may echo a key, does not travel along as the context.
         """
         try:
-            return background.run(self._request(messages, question.max_output_tokens, limit_s))
+            response = background.run(self._request(messages, question.max_output_tokens, limit_s))
         except Exception as error:
             failure = explain(error, self.name, self.key_variable, self.access.keys())
+        else:
+            if not (response.parts or response.finish_reason or response.usage.has_values()):
+                raise TransientError("the reply could not be read: it has neither words nor an end nor tokens")
+            return response
         if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
             failure = UserError(f"{failure} It was shown pictures: if it takes none, {_WITHOUT_PICTURES}.")
         raise failure
@@ -105,13 +113,17 @@ class RemoteModel:
         async with self.client:
             return await model_request(self.client, messages, model_settings=settings)
 
-    def _usage(self, response: ModelResponse, latency_s: float, failed: tuple[FailedAttempt, ...]) -> Usage:
+    def _usage(
+        self, question: Question, response: ModelResponse, latency_s: float, failed: tuple[FailedAttempt, ...]
+    ) -> Usage:
+        counted = _counted(question, response)
         return Usage(
             calls=1,
-            input_tokens=response.usage.input_tokens,
-            cached_input_tokens=response.usage.cache_read_tokens,
-            output_tokens=response.usage.output_tokens,
-            cost_usd=cost_usd(response, self.priced),
+            input_tokens=counted.usage.input_tokens,
+            cached_input_tokens=counted.usage.cache_read_tokens,
+            output_tokens=counted.usage.output_tokens,
+            tokens_estimated=counted is not response,
+            cost_usd=cost_usd(counted, self.priced),
             latency_s=latency_s,
             retries=len(failed),
         )
@@ -135,6 +147,25 @@ def cost_usd(response: ModelResponse, priced: bool) -> float | None:
         return float(response.cost().total_price)
     except (LookupError, ValueError):
         return None
+
+
+def _answer(response: ModelResponse) -> str:
+    """Return the words of a response, without reasoning, as a file can hold them."""
+    words = response.text or (response.provider_details or {}).get("refusal", "")
+    _, ended, answer = words.rpartition(_REASONING_ENDS)
+    return writable(answer.lstrip() if ended else words)
+
+
+def _counted(question: Question, response: ModelResponse) -> ModelResponse:
+    """Return a response with its tokens, estimated from what is visible where its server did not count them."""
+    told = response.usage
+    visible = writable((response.thinking or "") + (response.text or ""))
+    usage = replace(
+        told,
+        input_tokens=told.input_tokens or estimated_input_tokens(question),
+        output_tokens=told.output_tokens or estimated_tokens(visible),
+    )
+    return response if usage == told else replace(response, usage=usage)
 
 
 def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from aidsr.calls import CallRecord, Question, Usage
-from aidsr.errors import BudgetError, Limit, UserError
+from aidsr.errors import BudgetError, Limit, ModelError, UserError
 from aidsr.models import Model
 from aidsr.models.manual import estimated_input_tokens
 from aidsr.runs import Run
@@ -48,10 +48,11 @@ def spent_by(run: Run, price: Price) -> dict[int, Usage]:
 
 
 class Ledger:
-    """What a run and its designs have spent, with what calls in flight may still cost.
+    """What a run and its designs have spent, and what calls in flight may still cost.
 
     A call is made only if its upper bound fits into what is left: the prompt's tokens, and as many in reply as its cap
-    allows. So budgets are kept, and a little of them may stay unspent. The Designer's calls for all concepts count
+    allows. Where it would fit but for calls in flight, it waits until they ended, for most cost far less than their
+    bounds. So budgets are kept, and a little of them may stay unspent. The Designer's calls for all concepts count
     for the run, and in even shares for each design.
     """
 
@@ -60,55 +61,75 @@ class Ledger:
         self._budget = budget
         self._concepts = concepts
         self._price = price
-        self._lock = threading.Lock()
         self._spent = spent_by(run, price)
-        """Calls in flight at their upper bounds."""
+        self._in_flight: list[tuple[int, Usage]] = []
+        """Designs with a call under way, and its upper bound."""
+        self._interrupted = False
+        self._changed = threading.Condition()
+        """Guards all of this; notified when a call in flight has ended, or nobody shall wait any more."""
 
     def ask(self, model: Model, folder: Path, question: Question) -> CallRecord:
-        """Ask if the budget allows it.
+        """Ask if the budget allows it, once it is known to.
 
         Raises:
             BudgetError: The call could exceed what is left.
+            ModelError: Waiting for calls in flight was interrupted.
         """
         number = self._number(folder)
-        bound = self._bound(question)
-        with self._lock:
-            self._check(number, bound)
-            self._add(number, bound, 1)
+        with self._changed:
+            bound = self._bound(question)
+            self._wait_for_room(number, bound)
+            self._in_flight.append((number, bound))
         used = Usage()
         try:
             record = model.ask(question)
             used = priced(record.usage, self._price)
         finally:
-            with self._lock:
-                self._add(number, bound, -1)
-                self._add(number, used, 1)
+            with self._changed:
+                self._in_flight.remove((number, bound))
+                self._spent[number] = self._spent.get(number, Usage()) + used
+                self._changed.notify_all()
         return record
+
+    def interrupt(self) -> None:
+        """Let every call that waits for others give up, now and from now on."""
+        with self._changed:
+            self._interrupted = True
+            self._changed.notify_all()
 
     def _bound(self, question: Question) -> Usage:
         tokens = estimated_input_tokens(question)
         cost = self._price(tokens, question.max_output_tokens) if self._budget.limits_cost else 0.0
         return Usage(input_tokens=tokens, output_tokens=question.max_output_tokens, cost_usd=cost)
 
-    def _check(self, number: int, bound: Usage) -> None:
+    def _wait_for_room(self, number: int, bound: Usage) -> None:
+        """Return when the call fits beside those in flight; without any, it fits or is refused."""
+        while self._refusal(self._spent_at_most(), number, bound):
+            if refusal := self._refusal(self._spent, number, bound):
+                raise refusal
+            if self._interrupted:
+                raise ModelError("interrupted before it could be asked")
+            self._changed.wait()
+
+    def _spent_at_most(self) -> dict[int, Usage]:
+        """Return what will be spent if each call in flight costs as much as it may."""
+        spent = dict(self._spent)
+        for number, bound in self._in_flight:
+            spent[number] = spent.get(number, Usage()) + bound
+        return spent
+
+    def _refusal(self, spent: dict[int, Usage], number: int, bound: Usage) -> BudgetError | None:
+        """Return why the call may not be made when so much is spent; None if it may."""
         budget = self._budget
-        run = sum(self._spent.values(), Usage())
-        _refuse_beyond(budget.tokens, budget.cost_usd, run, bound, "run")
-        if number:
-            shared = self._spent[0]
-            own = self._spent.get(number, Usage()) + Usage(
+        refused = _beyond(budget.tokens, budget.cost_usd, sum(spent.values(), Usage()), bound, "run")
+        if number and not refused:
+            shared = spent[0]
+            own = spent.get(number, Usage()) + Usage(
                 input_tokens=(shared.input_tokens + shared.output_tokens) // self._concepts,
                 cost_usd=(shared.cost_usd or 0.0) / self._concepts,
             )
-            _refuse_beyond(budget.tokens_per_design, budget.cost_per_design_usd, own, bound, "design")
-
-    def _add(self, number: int, usage: Usage, sign: int) -> None:
-        before = self._spent.get(number, Usage())
-        self._spent[number] = Usage(
-            input_tokens=max(0, before.input_tokens + sign * usage.input_tokens),
-            output_tokens=max(0, before.output_tokens + sign * usage.output_tokens),
-            cost_usd=max(0.0, (before.cost_usd or 0.0) + sign * (usage.cost_usd or 0.0)),
-        )
+            refused = _beyond(budget.tokens_per_design, budget.cost_per_design_usd, own, bound, "design")
+        return BudgetError(" ".join(refused.values()), *refused) if refused else None
 
     def _number(self, folder: Path) -> int:
         parts = folder.relative_to(self._run.path).parts
@@ -129,19 +150,17 @@ class Budgeted:
         return self._ledger.ask(self._model, self._folder, question)
 
 
-def _refuse_beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usage, what: str) -> None:
+def _beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usage, what: str) -> dict[Limit, str]:
+    """Return the limits that the next call could exceed, and a sentence about each."""
     used, more = (each.input_tokens + each.output_tokens for each in (spent, bound))
     refused: dict[Limit, str] = {}
     if tokens is not None and used + more > tokens:
         refused["tokens"] = (
-            f"The {what} may use {tokens:,} tokens; {used:,} are used or set aside, and the next call could take "
-            f"{more:,}."
+            f"The {what} may use {tokens:,} tokens; {used:,} are used, and the next call could take {more:,}."
         )
     paid, price = spent.cost_usd or 0.0, bound.cost_usd or 0.0
     if cost_usd is not None and paid + price > cost_usd:
         refused["cost_usd"] = (
-            f"The {what} may cost ${cost_usd:.2f}; ${paid:.4f} are spent or set aside, and the next call could cost "
-            f"${price:.4f}."
+            f"The {what} may cost ${cost_usd:.2f}; ${paid:.4f} are spent, and the next call could cost ${price:.4f}."
         )
-    if refused:
-        raise BudgetError(" ".join(refused.values()), *refused)
+    return refused

@@ -107,4 +107,5 @@ class Parts:
     task_rounds: int = 0
     """How often a design may be sent back after it was tried."""
     interrupt: Callable[[], None] = lambda: None
-    """Lets calls that wait for a person's reply give up; called when work is asked to stop, and when it is over."""
+    """Lets calls that wait, for a person's reply or for each other, give up; called when work is asked to stop, and
+    when it is over."""

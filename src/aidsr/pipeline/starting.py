@@ -14,10 +14,10 @@ from aidsr.pipeline.ablations import without
 from aidsr.pipeline.parts import Parts, Person
 from aidsr.pipeline.person import DecisionFile, Said, approve_at_once
 from aidsr.pipeline.stalling import keep_trying, same_again
-from aidsr.pipeline.teams import BUILTIN, check_model, team_of
+from aidsr.pipeline.teams import BUILTIN, check_model, from_anywhere, team_of
 from aidsr.pipeline.trials import check_trial, trial_of
 from aidsr.pipeline.working import Listen, work
-from aidsr.runs import Budget, Run, RunConfig, RunRecord, new_run
+from aidsr.runs import Budget, EventLog, Run, RunConfig, RunRecord, new_run
 from aidsr.runs.files import replace_file
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def design(
         ModelError: The language model could not be reached before there were concepts.
     """
     config = RunConfig(
-        model=model,
+        model=from_anywhere(model),
         concepts=concepts,
         iterations=iterations,
         max_output_tokens=max_output_tokens,
@@ -132,12 +132,13 @@ def give_budget(run: Run, budget: Budget) -> None:
     """Let another budget hold for a run, and take its designs that ran out of the last one up again.
 
     Raises:
-        UserError: Money is limited and the model's price is not known.
+        UserError: Money is limited and the model's price is not known, or a process is at work on the run.
     """
     check_model(run.asked().config, budget)
-    replace_file(run.larger_budget, budget.model_dump_json(indent=2).encode() + b"\n")
-    for design in run.designs:
-        design.reopen()
+    with EventLog(run.events):
+        replace_file(run.larger_budget, budget.model_dump_json(indent=2).encode() + b"\n")
+        for design in run.designs:
+            design.reopen()
 
 
 def brief_for(

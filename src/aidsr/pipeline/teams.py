@@ -10,6 +10,7 @@ from aidsr.calls import CallRecord, Question
 from aidsr.errors import UserError
 from aidsr.extras import require_extra
 from aidsr.models import ManualModel, Model, connect
+from aidsr.models.manual import MANUAL
 from aidsr.models.prices import list_price_usd
 from aidsr.pipeline.budgeting import Budgeted, Ledger, Price, check_prices
 from aidsr.pipeline.looking import pictures_of
@@ -19,7 +20,7 @@ from aidsr.runs import RecordedModel, Run, RunConfig
 from aidsr.runs.record import Budget
 from aidsr.runs.replaying import REPLAY, ReplayedModel
 
-__all__ = ["BUILTIN", "REFERENCE", "SEARCH", "asks_nobody", "check_model", "price_of", "team_of"]
+__all__ = ["BUILTIN", "REFERENCE", "SEARCH", "asks_nobody", "check_model", "from_anywhere", "price_of", "team_of"]
 
 BUILTIN = "builtin"
 """Model name of the rules. They are no language model, need no key and cost nothing."""
@@ -53,14 +54,19 @@ def check_model(config: RunConfig, budget: Budget) -> None:
 
 
 def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
-    """Return what makes the teams of a run, and what lets their calls that wait for a person give up."""
+    """Return what makes the teams of a run, and what lets calls that wait for a person or for each other give up.
+
+    Raises:
+        UserError: The model lacks its key, or money is limited and its price is not known, or no longer.
+    """
     if asks_nobody(config.model):
         team = _team_without_a_model(run, config)
         return lambda _folder: team, lambda: None
     from aidsr import agents
 
-    model = _connected(config.model)
-    ledger = Ledger(run, run.budget(), config.concepts, price_of(config.model))
+    model, price = _connected(config.model), price_of(config.model)
+    check_prices(run.budget(), config.model, price)
+    ledger = Ledger(run, run.budget(), config.concepts, price)
     by_hand = model if isinstance(model, ManualModel) else None
     kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
 
@@ -70,7 +76,21 @@ def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
             return agents.direct_team(capped)
         return agents.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else agents.blind)
 
-    return team_for, by_hand.interrupt if by_hand else lambda: None
+    def interrupt() -> None:
+        ledger.interrupt()
+        if by_hand:
+            by_hand.interrupt()
+
+    return team_for, interrupt
+
+
+def from_anywhere(model: str) -> str:
+    """Return the name of a model as it holds in every directory: a folder in it, of replies or of a run, absolute."""
+    for kind in (MANUAL, REPLAY):
+        folder = model.removeprefix(kind)
+        if model.startswith(kind) and folder.strip():
+            return f"{kind}{Path(folder).absolute()}"
+    return model
 
 
 def asks_nobody(model: str) -> bool:
@@ -113,7 +133,7 @@ def price_of(name: str) -> Price:
     """Return what tells the price of a call to a model; a replayed one is free, a person's is not known."""
     if name.startswith(REPLAY):
         return lambda _input_tokens, _output_tokens: 0.0
-    return partial(list_price_usd, name) if not name.startswith("manual:") else lambda _in, _out: None
+    return partial(list_price_usd, name) if not name.startswith(MANUAL) else lambda _in, _out: None
 
 
 class _Capped:
