@@ -31,7 +31,7 @@ def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
         Cable(tendon=name, actuator=name, guides=(), wraps=False, length_mm=100.0, largest_pull_n=10.0, torques_mm={})
         for name in asked
     )
-    winches = string(Anatomy(parts=(), joints=(), cables=cables, held=True), asked, {})
+    winches = string(Anatomy(parts=(), joints=(), cables=cables), asked, {})
     assert len({(winch.fit.motor.name, winch.fit.spool_radius_m) for winch in winches}) == 1
     for winch in winches:
         radius_mm = 1000 * winch.fit.spool_radius_m
