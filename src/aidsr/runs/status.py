@@ -12,7 +12,6 @@ from aidsr.runs.events import (
     Begun,
     DecisionUnreadable,
     Event,
-    Finished,
     Stopped,
     Waiting,
     read_events,
@@ -143,9 +142,9 @@ def newest(values: Iterable[Value | None]) -> Value | None:
 
 
 def _proposing_s(events: Sequence[Event], now: datetime | None) -> float:
-    """How long the Designer worked on the concepts, by the log of the run [s]."""
-    at_work = tuple(event for event in events if not isinstance(event, Finished))
-    return working_time_s(at_work, now if at_work and isinstance(at_work[-1], Begun) else None)
+    """How long the Designer worked on the concepts [s]; the log of the run goes on while designs grow and wait."""
+    last = max((at for at, event in enumerate(events) if isinstance(event, Begun)), default=-1)
+    return working_time_s(events[: last + 2], now if last == len(events) - 1 else None)
 
 
 def _state(events: Sequence[Event]) -> State:
