@@ -25,6 +25,7 @@ from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
 from aidsr.web.choosing_a_model import budget_from, cost_in_advance
+from aidsr.web.live import working
 from aidsr.web.manual_panel import answer, prompts_of
 from aidsr.web.mjcf_text import difference, highlighted
 from aidsr.web.pages import add_pages
@@ -355,6 +356,28 @@ def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: 
         answer(prompt, "second")
     assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
     assert prompt.reply.read_text() == "first"
+
+
+@visiting
+async def test_a_double_click_does_a_thing_once(user: User, site: Site) -> None:
+    done: list[str] = []
+
+    def pay() -> str:
+        done.append("paid")
+        return f"paid {len(done)}"
+
+    @ui.page("/double")
+    def double() -> None:
+        go = ui.button("Pay", on_click=lambda: working(go, pay, ui.label))
+
+    await user.open("/double")
+    press(user, "Pay")
+    press(user, "Pay")
+    await user.should_see("paid 1")
+    press(user, "Pay")
+    await user.should_see("paid 2")
+    await asyncio.sleep(0.3)  # a click that counted twice would show by now
+    assert len(done) == 2, "once for two clicks while it was being done, and once for a click afterwards"
 
 
 @visiting

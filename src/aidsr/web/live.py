@@ -78,10 +78,12 @@ def acting(do: Callable[[], object]) -> Callable[[], None]:
 
 
 def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
-    """Do something that takes seconds in a thread while a button shows that it is being done."""
+    """Do something that takes seconds in a thread while a button shows that it is being done, and is deaf to more clicks."""
+    if element.props.get("loading"):
+        return
+    element.props["loading"] = True
 
     async def act() -> None:
-        element.props["loading"] = True
         try:
             made = await run.io_bound(do)
         except AidsrError as error:
