@@ -9,6 +9,7 @@ from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunConfig, RunRecord, new_run, read_status
 from aidsr.runs.events import Begun, Done, Event, Finished, Started, Stopped, Waiting
+from aidsr.runs.stages import attempts
 
 CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
 SUMMARY = EnvironmentSummary(
@@ -149,6 +150,20 @@ def test_a_refinement_opens_a_round(run) -> None:
     assert read_status(run).designs[0].round == 1
     run.design(1).iteration(2).concept.write(CONCEPT)
     assert read_status(run).designs[0].round == 2
+
+
+@pytest.mark.parametrize(
+    "written", ['{"verdict": "approve"}', '{"verdict": "quit"}', '{"verdict": "appr', '{"verdict": "refine"}']
+)
+def test_no_other_decision_opens_a_round_where_a_later_iteration_fell_short(run, written: str) -> None:
+    with_concepts(run, 1)
+    design = run.design(1)
+    for number in (2, 3):
+        design.iteration(number).concept.write(CONCEPT)
+    design.iteration(2).decision.path.write_text(written)
+    (status,) = read_status(run).designs
+    assert status.round == 1
+    assert [attempt.round for attempt in attempts(design, status)] == [1, 1, 1]
 
 
 def test_the_designers_call_is_split_evenly_and_completely(run) -> None:

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Literal, TypeVar
 
-from aidsr.artifacts import Artifact, Outcome
+from aidsr.artifacts import Artifact, Decision, Outcome
 from aidsr.calls import Usage
+from aidsr.errors import UserError
 from aidsr.runs.events import (
     Begun,
     DecisionUnreadable,
@@ -17,10 +18,10 @@ from aidsr.runs.events import (
     read_events,
     working_time_s,
 )
-from aidsr.runs.folders import DesignFolder, Run
+from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.record import RunRecord
 
-__all__ = ["DesignStatus", "RunStatus", "State", "newest", "read_status"]
+__all__ = ["DesignStatus", "RunStatus", "State", "decided", "newest", "read_status"]
 
 Value = TypeVar("Value")
 State = Literal["running", "waiting", "stopped", "finished"]
@@ -124,7 +125,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
         iteration=iterations[-1].number if iterations else 0,
         stands_at=shown[0].number if shown else 0,
         mechanical_repairs=sum(repairs.total for it in iterations if (repairs := it.repairs.read())),
-        round=1 + sum(it.decision.read() is not None for it in iterations[:-1]),
+        round=1 + sum(said.verdict == "refine" for it in iterations[:-1] if (said := decided(it))),
         doing=_doing(events),
         stable=report.stable if report else None,
         judged=critique.passed if critique else None,
@@ -139,6 +140,14 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
 def newest(values: Iterable[Value | None]) -> Value | None:
     """The first value that is there, of values listed newest first."""
     return next((value for value in values if value is not None), None)
+
+
+def decided(iteration: IterationFolder) -> Decision | None:
+    """A person's decision; None where there is none, or it is half written or does not say what it must."""
+    try:
+        return iteration.decision.read()
+    except UserError:
+        return None
 
 
 def _proposing_s(events: Sequence[Event], now: datetime | None) -> float:
