@@ -115,7 +115,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     before = Attempted(
         number=1,
         concept=concept,
-        robot="<a/>\n<b/>",
+        robot="<a/>\n<b/>\n-- of a comment -->",
         placement=Placement(mount="mount", base="fixed"),
         report=ValidationReport(stable=False, faults=(fault("chatter", 9.0), fault("underdamped", 3.0))),
         judged=None,
@@ -123,7 +123,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     after = before.model_copy(
         update={
             "concept": concept.model_copy(update={"parameters": {"length_m": 0.25}}),
-            "robot": "<a/>\n<c/>\n<d/>",
+            "robot": "<a/>\n<c/>\n<d/>\n++ of a comment -->",
             "placement": Placement(mount="mount", base="fixed", scale=0.8),
             "report": ValidationReport(stable=False, faults=(fault("chatter", 2.0), fault("sinks", 3.0))),
         }
@@ -131,7 +131,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     told = compare(before, after)
     assert told.changed == (
         "length_m: 0.3 → 0.25",
-        "the robot's MJCF: 2 lines added, 1 removed",
+        "the robot's MJCF: 3 lines added, 2 removed",
         "scale: 1 → 0.8",
     )
     assert told.better == ("underdamped is gone (1 place)", "chatter: 9 → 2 mm (at most 1)")

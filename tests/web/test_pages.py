@@ -4,8 +4,10 @@ import asyncio
 import functools
 import json
 import os
+import re
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -271,6 +273,17 @@ def test_differences_are_marked_line_by_line() -> None:
     assert html.count('class="minus"') == 1
     assert html.count('class="plus"') == 1
     assert difference("<a/>", "<a/>") == ""
+
+
+def test_lines_of_dashes_and_pluses_differ_like_any_other() -> None:
+    html = difference("<!--\n-- old -->\n<a/>", "<!--\n++ new -->\n<a/>")
+    assert html.count('class="minus"') == html.count('class="plus"') == 1
+
+
+@pytest.mark.parametrize("piece", ["a", "<!--", "a.", "'\"", "<a"])
+def test_no_line_of_a_model_keeps_the_page_busy(piece: str) -> None:
+    line = piece * 100_000  # looked at anew from each character it would take many minutes
+    assert unescape(re.sub(r"<[^>]+>", "", highlighted(line))) == f"1{line}"
 
 
 def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
