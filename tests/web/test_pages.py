@@ -19,7 +19,7 @@ from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
 
-from aidsr.artifacts import Critique, CritiqueIssue, EpisodeResult, Evaluation, PlausibilityCheck, TaskReport
+from aidsr.artifacts import Critique, CritiqueIssue, EpisodeResult, Evaluation, Outcome, PlausibilityCheck, TaskReport
 from aidsr.errors import UserError
 from aidsr.models.manual import waiting_prompts
 from aidsr.runs import Budget, EventLog, RunConfig
@@ -139,6 +139,26 @@ async def test_a_run_that_nobody_works_on_says_so_and_can_go_on(user: User, site
         log.write(Stopped(cause="error", message="the model cannot be reached"))
     await user.open(f"/run/{run.path.name}")
     await user.should_see("the model cannot be reached")
+
+
+@visiting
+async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_other_designs(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, designs=2, model="ollama:made")
+    used_up = Outcome(outcome="out_of_budget", reason="used up", iteration=2)
+    replace_file(run.design(1).outcome.path, used_up.model_dump_json().encode())
+    run.design(2).outcome.path.unlink()
+    replace_file(run.larger_budget, Budget(tokens=9000).model_dump_json().encode())
+    with EventLog(run.events):  # the other design is at work
+        await user.open(f"/run/{run.path.name}")
+        (field,) = user.find("Most tokens of the run, in and out").elements
+        assert field.value == 9000
+        field.set_value(20000)
+        press(user, "Go on with this budget")
+        await user.should_see("is being worked on already; wait for it, or stop it first")
+    assert run.budget() == Budget(tokens=9000)
+    assert run.design(1).outcome.read() == used_up
 
 
 @visiting

@@ -103,14 +103,22 @@ class Site:
         """Whether a process is at work on a run, started here or in a terminal."""
         return self.processes.is_alive(run.path.name) or bool(at_work(run.events))
 
+    def refuse_at_work(self, run: Run) -> None:
+        """Keep from a run what must not happen to it while somebody works on it.
+
+        Raises:
+            UserError: Somebody does.
+        """
+        if self.is_at_work(run):
+            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+
     def go_on(self, run: Run) -> None:
         """Start a process that works on a run until it is finished.
 
         Raises:
             UserError: One is at work already.
         """
-        if self.is_at_work(run):
-            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+        self.refuse_at_work(run)
         self.processes.start(run.path.name, ["resume", str(run.path)])
 
     def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
@@ -132,6 +140,7 @@ class Site:
             UserError: There is no such run, or a process designs, trains or exports there.
         """
         run = self.library.run(name)
+        self.refuse_at_work(run)
         for design in run.designs:
             for process in (self.training_name(run, design.number), self.export_name(run, design.number)):
                 if self.processes.is_alive(process):
