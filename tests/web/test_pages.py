@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, chdir
 from html import unescape
 from pathlib import Path
 
@@ -317,8 +317,10 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     ):
         with pytest.raises(UserError, match=sentence):
             order_from(site, FRESH | change)
-    by_hand = order_from(site, FRESH | {"kind": "manual"}).config.model
-    assert by_hand.startswith(f"manual:{tmp_path}")
+    with chdir(tmp_path):
+        near = Site.at(Path("runs"))
+    by_hand = order_from(near, FRESH | {"kind": "manual"}).config.model
+    assert by_hand.startswith(f"manual:{tmp_path.resolve()}/runs/.web/prompts/"), "found from anywhere"
 
 
 BELL = """<mujoco model="bell"><worldbody>

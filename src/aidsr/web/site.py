@@ -74,6 +74,7 @@ class Site:
     @classmethod
     def at(cls, runs: Path, studies: Sequence[Path] = ()) -> Site:
         """Return the site for a folder of runs, and for studies that lie elsewhere."""
+        runs = runs.resolve()  # what is written into a run must hold wherever it is taken up again
         return cls(Library(runs), Processes(runs / ".web" / "processes"), Studies(runs, studies))
 
     @property
