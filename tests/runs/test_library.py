@@ -11,7 +11,7 @@ from aidsr.runs import EventLog, Library, Run, RunConfig, RunRecord
 from aidsr.runs.comparing import Attempted, compare
 from aidsr.runs.events import Started, at_work
 from aidsr.runs.library import fingerprint
-from aidsr.runs.trainings import Inspection, read_curve, trainings_of
+from aidsr.runs.trainings import Inspection, Training, read_curve, trainings_of
 
 
 def written(folder: Path, name: str, started: str = "2026-01-31T10:00:00+00:00") -> Run:
@@ -99,6 +99,13 @@ def test_a_training_is_read_while_it_goes_on(tmp_path: Path) -> None:
     training.inspect(Inspection(plausible=False, text="it slides"))
     training.inspect(Inspection(plausible=True))
     assert training.inspection.read() == Inspection(plausible=True)
+
+
+@pytest.mark.parametrize("content", ["time,value\n1,2\n", "steps,wall_s\n1,2\n", "steps\nmany\n", b"\xff\xfe\n"])
+def test_a_curve_that_is_none_of_ours_is_named(tmp_path: Path, content: str | bytes) -> None:
+    (tmp_path / "curve.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(UserError, match=r"curve\.csv cannot be read as one"):
+        read_curve(Training(tmp_path))
 
 
 def fault(code: str, measured: float) -> Fault:

@@ -266,6 +266,40 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
 
 
 @visiting
+async def test_of_a_damaged_file_a_sentence_stands_where_it_would_be_shown(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = run.design(1).path / "training" / "001"
+    one = EpisodeResult(variation=0, ended="failed", progress=0.9, best_progress=1, reward=5, time_s=2)
+    verdict = Evaluation(
+        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=(one,), checks=()
+    )
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    replace_file(folder / "best.npz", b"PK")
+    replace_file(folder / "curve.csv", b"time,value\n1,2\n")
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("a recorded episode was expected, and best.npz is none")
+    await user.should_see("It reaches.")
+    user.find("Training").click()
+    await user.should_see("curve.csv cannot be read as one")
+    (folder / "best.npz").unlink()
+    run.design(1).iteration(2).scene.json.path.write_text("{}")
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("scene.json cannot be read")
+
+
+@visiting
+async def test_a_form_kept_for_a_task_that_is_gone_starts_with_another(user: User, site: Site) -> None:
+    await user.open("/new")
+    with user.client:
+        app.storage.user["setup"].update(task="reaching/knob_turning", level="hard", concepts=2)
+    await user.open("/new")
+    with user.client:
+        form = app.storage.user["setup"]
+        assert (form["task"], form["level"], form["concepts"]) == ("reaching/button_pushing", "standard", 2)
+
+
+@visiting
 async def test_text_of_models_and_people_is_never_markup(user: User, site: Site) -> None:
     run = made_run(site.library.path, name=SCRIPT, objective=SCRIPT, task="", model=f"x:{SCRIPT}", designs=1)
     run.design(1).iteration(2).critique.path.unlink()

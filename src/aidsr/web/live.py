@@ -24,7 +24,8 @@ def live(
 
     Args:
         read: Returns values that can be compared; runs in a thread, so that a slow disk holds nobody up.
-        draw: Makes elements of them; what a person opens or types must be remembered elsewhere.
+        draw: Makes elements of them; what a person opens or types must be remembered elsewhere. A mistake that it finds
+            is said in a sentence, as one found while reading is.
         every_s: How often to look.
 
     Returns:
@@ -37,11 +38,14 @@ def live(
         shown[:] = [facts]
         place.clear()
         with place:
-            if isinstance(facts, AidsrError):
-                with ui.element("div").classes("notice bad").props('role="alert"'):
-                    ui.label(str(facts))
-            else:
+            try:
+                if isinstance(facts, AidsrError):
+                    raise facts
                 draw(facts)
+            except AidsrError as error:
+                place.clear()
+                with ui.element("div").classes("notice bad").props('role="alert"'):
+                    ui.label(str(error))
 
     def look() -> Facts | AidsrError:
         try:
