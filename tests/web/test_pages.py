@@ -5,6 +5,7 @@ import functools
 import json
 import os
 import re
+import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, chdir
 from html import unescape
@@ -167,6 +168,21 @@ async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> 
     for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
         await user.open(address)
         await user.should_see("There is nothing here")
+
+
+@visiting
+async def test_a_design_is_found_by_its_number_when_one_before_it_was_deleted(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    shutil.rmtree(run.design(1).path)
+    for number in (2, 3):
+        for address in (f"/run/{run.path.name}/{number}", f"/run/{run.path.name}/{number}/export"):
+            await user.open(address)
+            await user.should_see(f"{number}. Arm {number}")
+    await user.open(f"/run/{run.path.name}")
+    user.find("Side by side").click()
+    await user.should_see("3. Arm 3")
+    with pytest.raises(UserError, match="1 is none; there are: 2, 3"):
+        site.view(run).design(1)
 
 
 @visiting

@@ -79,6 +79,18 @@ class RunStatus(Artifact):
         """How many designs are approved."""
         return sum(design.outcome is not None and design.outcome.outcome == "approved" for design in self.designs)
 
+    def design(self, number: int) -> DesignStatus:
+        """Return one design by its number, which need not be its place: folders before it may have been deleted.
+
+        Raises:
+            UserError: There is none of that number.
+        """
+        found = next((design for design in self.designs if design.number == number), None)
+        if found is None:
+            there = ", ".join(str(design.number) for design in self.designs) or "none yet"
+            raise UserError(f"the number of a design of this run was expected, and {number} is none; there are: {there}")
+        return found
+
 
 def read_status(run: Run, now: datetime | None = None) -> RunStatus:
     """Return the state of a run as its files tell it.

@@ -60,6 +60,14 @@ class RunView:
         record = self.status.record
         return record.task.rpartition("/")[2].replace("_", " ") or record.objective
 
+    def design(self, number: int) -> DesignView:
+        """Return one design by its number.
+
+        Raises:
+            UserError: There is none of that number.
+        """
+        return self.designs[self.status.designs.index(self.status.design(number))]
+
 
 @dataclass(frozen=True)
 class Site:
@@ -92,7 +100,7 @@ class Site:
         known = self._read.get(name)
         if known is None or known[0] != mark:
             status = read_status(run)
-            designs = tuple(_design(run, one, which) for one, which in zip(run.designs, status.designs, strict=True))
+            designs = tuple(_design(run, run.design(each.number), each) for each in status.designs)
             known = self._read[name] = (mark, status, designs)
         _, status, designs = known
         shown: Shown = status.state
