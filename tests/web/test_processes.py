@@ -3,6 +3,7 @@
 import json
 import os
 import time
+from contextlib import chdir
 from pathlib import Path
 
 import pytest
@@ -44,7 +45,9 @@ def _waits(log: Path) -> bool:
 
 def test_what_a_process_says_before_it_fails_is_kept(tmp_path: Path) -> None:
     processes = Processes(tmp_path / "processes")
-    processes.start("nothing", ["resume", str(tmp_path / "nothing")])
+    (tmp_path / "queue.py").write_text("raise SystemExit('no module of ours')")
+    with chdir(tmp_path):  # what lies where the page was started is not imported
+        processes.start("nothing", ["resume", str(tmp_path / "nothing")])
     until(lambda: not processes.is_alive("nothing"), "it never ended")
     assert "the folder of a run was expected" in processes.last_words("nothing")
 
