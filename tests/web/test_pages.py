@@ -241,6 +241,35 @@ async def test_of_two_tabs_that_decide_the_second_is_told(user: User, site: Site
 
 
 @visiting
+async def test_a_decision_that_cannot_be_read_is_named(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}/1")
+        run.design(1).iteration(2).decision.path.write_text("{'verdict': 'approve'}")
+        user.find("Approve").click()
+        await user.should_see("decision.json cannot be read")
+
+
+@visiting
+async def test_of_two_trainings_the_one_at_work_is_told_from_the_stopped_one(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    name = site.training_name(run, 1)
+    site.processes.folder.mkdir(parents=True)
+    (site.processes.folder / f"{name}.json").write_text('{"pid": 0}')
+    for number in ("001", "002"):
+        folder = run.design(1).path / "training" / number
+        replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+        replace_file(folder / "events.jsonl", b"")
+    os.utime(run.design(1).path / "training" / "001" / "events.jsonl", (1, 1))
+    with EventLog(site.processes.folder / f"{name}.log"):  # held as long as the process lives
+        await user.open(f"/run/{run.path.name}/1")
+        user.find("Training").click()
+        await user.should_see("Training 1")
+        badges = [one for one in user.client.elements.values() if "badge" in one.classes]
+        assert [one.text for one in badges if one.text in ("running", "stopped")] == ["running", "stopped"]
+
+
+@visiting
 async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
     folder = run.design(1).path / "training" / "001"
