@@ -32,7 +32,7 @@ def test_runs_come_newest_first_by_what_they_say_themselves(tmp_path: Path) -> N
     assert Library(tmp_path / "nowhere").runs() == ()
 
 
-@pytest.mark.parametrize("name", ["..", ".", "", "../outside", "a/b", "/etc", ".trash", "x\0y", "nowhere", "link"])
+@pytest.mark.parametrize("name", ["..", ".", "", "../outside", "a/b", "/etc", ".trash", "x\0y", "nowhere", "link", "a\\b", " mine", "mine ", "mine\n"])
 def test_only_runs_directly_in_the_folder_have_names(tmp_path: Path, name: str) -> None:
     home, outside = tmp_path / "home", tmp_path / "outside"
     written(home, "mine")
@@ -40,6 +40,13 @@ def test_only_runs_directly_in_the_folder_have_names(tmp_path: Path, name: str) 
     (home / "link").symlink_to(outside)
     with pytest.raises(UserError, match="the name of a run"):
         Library(home).run(name)
+
+
+@pytest.mark.parametrize("name", ["Greifer Versuch 1", "Größe (neu)", "захват", "夹爪_2", "2026-01-31_1002_press_7f3a"])
+def test_a_person_may_call_a_run_what_they_like(tmp_path: Path, name: str) -> None:
+    run, library = written(tmp_path, name), Library(tmp_path)
+    assert library.runs() == (run,)
+    assert library.run(name) == run
 
 
 def test_what_was_thrown_away_can_be_taken_back(tmp_path: Path) -> None:
