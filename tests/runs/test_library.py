@@ -32,7 +32,25 @@ def test_runs_come_newest_first_by_what_they_say_themselves(tmp_path: Path) -> N
     assert Library(tmp_path / "nowhere").runs() == ()
 
 
-@pytest.mark.parametrize("name", ["..", ".", "", "../outside", "a/b", "/etc", ".trash", "x\0y", "nowhere", "link", "a\\b", " mine", "mine ", "mine\n"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "..",
+        ".",
+        "",
+        "../outside",
+        "a/b",
+        "/etc",
+        ".trash",
+        "x\0y",
+        "nowhere",
+        "link",
+        "a\\b",
+        " mine",
+        "mine ",
+        "mine\n",
+    ],
+)
 def test_only_runs_directly_in_the_folder_have_names(tmp_path: Path, name: str) -> None:
     home, outside = tmp_path / "home", tmp_path / "outside"
     written(home, "mine")

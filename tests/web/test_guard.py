@@ -125,7 +125,13 @@ def test_a_token_is_asked_for_once_and_kept_in_a_cookie() -> None:
 
 @pytest.mark.parametrize(
     "token",
-    ["correct-horse-battery", "correct horse battery staple", 'with;"quotes",and\\more', "100 % sure + more", "ключ-Straße-鍵-0123"],
+    [
+        "correct-horse-battery",
+        "correct horse battery staple",
+        'with;"quotes",and\\more',
+        "100 % sure + more",
+        "ключ-Straße-鍵-0123",
+    ],
 )
 def test_any_characters_can_be_a_token(token: str) -> None:
     guard, host = Guard(reached, hosts=frozenset(), token=token), {"host": "lab.example"}

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 from aidsr.artifacts import Robot, Scene
 from aidsr.errors import UserError
-from aidsr.tasks import Task, load_task
+from aidsr.tasks import Level, Task, load_task
 
 __all__ = ["Desk"]
 
@@ -64,4 +65,4 @@ class Desk:
                 f"Expected the scene's task and level in {home}, found no {Path(error.filename).name}; assemble the "
                 "scene anew."
             ) from None
-        return load_task(name, level)
+        return load_task(name, cast("Level", level))  # it says which levels there are

@@ -153,7 +153,7 @@ def _add_physics(server: MCPServer, desk: Desk) -> None:
 def _add_drawing(server: MCPServer, desk: Desk) -> None:
     @server.tool(name="probe")
     def probe_scene(scene: SceneNumber) -> str:
-        """Search, without learning, how far the body of a scene gets on its task, at its level; takes some tens of seconds."""
+        """Search, without learning, how far the body of a scene gets on its task at its level; some tens of seconds."""
         try:
             report = probe(desk.scene(scene), desk.task(scene))
         except AidsrError as error:

@@ -15,7 +15,7 @@ __all__ = ["Library", "fingerprint"]
 
 _TRASH = ".trash"
 _NAME = re.compile(r"\w[\w .+()-]{0,199}(?<! )")
-"""What a folder may be called to be opened by name, in any script: no separator, nothing hidden, nothing that climbs."""
+"""What a folder may be called to be opened by name: no separator, nothing hidden, nothing that climbs."""
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,7 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
         stages.append(_stage("tried", at_work, good, tried.phase.replace("_", " ") if tried else ""))
     decision = decided(iteration)
     if decision is not None:
-        mark: Mark = {"approve": "good", "refine": "done", "quit": "bad"}[decision.verdict]
+        mark: Mark = "good" if decision.verdict == "approve" else "bad" if decision.verdict == "quit" else "done"
         stages.append(Stage(name="decision", mark=mark, text=decision.verdict))
     return tuple(stages)
 

@@ -82,7 +82,7 @@ def acting(do: Callable[[], object]) -> Callable[[], None]:
 
 
 def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
-    """Do something that takes seconds in a thread while a button shows that it is being done, and is deaf to more clicks."""
+    """Do something that takes seconds in a thread; until it is done the button shows so, and is deaf to more clicks."""
     if element.props.get("loading"):
         return
     element.props["loading"] = True
