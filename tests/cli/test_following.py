@@ -1,6 +1,7 @@
 """What a person watching sees, in a terminal and without one."""
 
 import io
+import shutil
 import time
 
 import pytest
@@ -75,6 +76,16 @@ def test_panel_has_two_lines_for_each_design_and_fits(tmp_path) -> None:
     assert "concept 1   iteration 3" in lines[0]
     assert "the Coder writes the robot" in lines[1]
     assert "Judge: passed" in lines[3]
+
+
+def test_panel_knows_a_design_by_its_number(tmp_path) -> None:
+    run, console = new_run(tmp_path, concepts=2, model="ollama:made"), terminal()
+    work(run, parts(Scripted([Script(), Script()])))
+    shutil.rmtree(run.design(1).path)
+    panel = Panel(console, run)
+    panel.heard(2, Done(step="critique", iteration=1, summary="passed"))
+    console.print(panel)
+    assert "2  concept 2   iteration 1   nothing" in console.file.getvalue()
 
 
 @pytest.mark.parametrize(

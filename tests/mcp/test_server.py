@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -17,7 +18,7 @@ from mcp.client import Client
 from mcp.client.stdio import StdioServerParameters
 
 from aidsr import builtin
-from aidsr.artifacts import Placement
+from aidsr.artifacts import Placement, Robot, Scene
 from aidsr.errors import UserError
 from aidsr.mcp.desk import Desk
 from aidsr.tasks import load_task, task_names
@@ -27,7 +28,9 @@ TASK = "reaching/button_pushing"
 
 def session(folder: Path, talk: Callable[[Client], Awaitable[Any]]) -> Any:
     command = StdioServerParameters(
-        command=sys.executable, args=["-c", "from aidsr.cli import main; main()", "mcp", "--folder", str(folder)]
+        command=sys.executable,
+        args=["-c", "from aidsr.cli import main; main()", "mcp", "--folder", str(folder)],
+        env=dict(os.environ),
     )
 
     async def whole() -> Any:
@@ -62,6 +65,7 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
                     "functional_part": robot.functional_part,
                     "task": TASK,
                     "placement": placement.model_dump(mode="json"),
+                    "level": "hard",
                 },
             )
         )
@@ -76,6 +80,7 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
     assert alone["stable"]
     assert made["stable"], made["account"]
     assert Path(made["path"]).read_text().startswith("<mujoco")
+    assert Desk(tmp_path).task(made["scene"]) == load_task(TASK, "hard")
     assert drawn.content[0].mime_type == "image/png"
 
 
@@ -97,6 +102,23 @@ def test_mistakes_are_sentences_and_the_server_goes_on(tmp_path: Path) -> None:
     assert "number of a scene" in outside.content[0].text
     assert not told(hostile)["stable"]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_is_probed_at_its_level(tmp_path: Path) -> None:
+    body = '<body name="robot/tip"><site name="robot/functional_part"/><geom name="robot/tip" size="0.01"/></body>'
+    hard = load_task(TASK, "hard")
+    still = hard.environment.replace("</worldbody>", f"{body}</worldbody>")  # quickly refused: nothing drives it
+    scene = Scene(mjcf=still, placement=Placement(mount="mount", base="fixed"))
+    home = Desk(tmp_path).keep(Robot(mjcf="<mujoco/>", functional_part="tip"), scene, hard)
+
+    async def talk(client: Client) -> list[Any]:
+        found = await client.call_tool("probe", {"scene": home.name})
+        (home / "level.txt").unlink()
+        return [found, await client.call_tool("probe", {"scene": home.name})]
+
+    found, untold = (result.content[0].text for result in session(tmp_path, talk))
+    assert "a robot with actuators was expected" in found, "the scene was taken for one of its level"
+    assert "found no level.txt; assemble the scene anew" in untold
 
 
 def test_a_desk_knows_its_scenes_by_number(tmp_path: Path) -> None:

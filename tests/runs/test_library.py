@@ -11,7 +11,7 @@ from aidsr.runs import EventLog, Library, Run, RunConfig, RunRecord
 from aidsr.runs.comparing import Attempted, compare
 from aidsr.runs.events import Started, at_work
 from aidsr.runs.library import fingerprint
-from aidsr.runs.trainings import Inspection, read_curve, trainings_of
+from aidsr.runs.trainings import Inspection, Training, read_curve, trainings_of
 
 
 def written(folder: Path, name: str, started: str = "2026-01-31T10:00:00+00:00") -> Run:
@@ -32,7 +32,25 @@ def test_runs_come_newest_first_by_what_they_say_themselves(tmp_path: Path) -> N
     assert Library(tmp_path / "nowhere").runs() == ()
 
 
-@pytest.mark.parametrize("name", ["..", ".", "", "../outside", "a/b", "/etc", ".trash", "x\0y", "nowhere", "link"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "..",
+        ".",
+        "",
+        "../outside",
+        "a/b",
+        "/etc",
+        ".trash",
+        "x\0y",
+        "nowhere",
+        "link",
+        "a\\b",
+        " mine",
+        "mine ",
+        "mine\n",
+    ],
+)
 def test_only_runs_directly_in_the_folder_have_names(tmp_path: Path, name: str) -> None:
     home, outside = tmp_path / "home", tmp_path / "outside"
     written(home, "mine")
@@ -40,6 +58,13 @@ def test_only_runs_directly_in_the_folder_have_names(tmp_path: Path, name: str) 
     (home / "link").symlink_to(outside)
     with pytest.raises(UserError, match="the name of a run"):
         Library(home).run(name)
+
+
+@pytest.mark.parametrize("name", ["Greifer Versuch 1", "Größe (neu)", "захват", "夹爪_2", "2026-01-31_1002_press_7f3a"])
+def test_a_person_may_call_a_run_what_they_like(tmp_path: Path, name: str) -> None:
+    run, library = written(tmp_path, name), Library(tmp_path)
+    assert library.runs() == (run,)
+    assert library.run(name) == run
 
 
 def test_what_was_thrown_away_can_be_taken_back(tmp_path: Path) -> None:
@@ -101,6 +126,13 @@ def test_a_training_is_read_while_it_goes_on(tmp_path: Path) -> None:
     assert training.inspection.read() == Inspection(plausible=True)
 
 
+@pytest.mark.parametrize("content", ["time,value\n1,2\n", "steps,wall_s\n1,2\n", "steps\nmany\n", b"\xff\xfe\n"])
+def test_a_curve_that_is_none_of_ours_is_named(tmp_path: Path, content: str | bytes) -> None:
+    (tmp_path / "curve.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(UserError, match=r"curve\.csv cannot be read as one"):
+        read_curve(Training(tmp_path))
+
+
 def fault(code: str, measured: float) -> Fault:
     return Fault(
         code=code, layer="simulate", severity="error", measured=measured, limit=1.0, unit="mm", message="measured"
@@ -115,7 +147,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     before = Attempted(
         number=1,
         concept=concept,
-        robot="<a/>\n<b/>",
+        robot="<a/>\n<b/>\n-- of a comment -->",
         placement=Placement(mount="mount", base="fixed"),
         report=ValidationReport(stable=False, faults=(fault("chatter", 9.0), fault("underdamped", 3.0))),
         judged=None,
@@ -123,7 +155,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     after = before.model_copy(
         update={
             "concept": concept.model_copy(update={"parameters": {"length_m": 0.25}}),
-            "robot": "<a/>\n<c/>\n<d/>",
+            "robot": "<a/>\n<c/>\n<d/>\n++ of a comment -->",
             "placement": Placement(mount="mount", base="fixed", scale=0.8),
             "report": ValidationReport(stable=False, faults=(fault("chatter", 2.0), fault("sinks", 3.0))),
         }
@@ -131,7 +163,7 @@ def test_a_comparison_says_what_changed_and_what_it_brought() -> None:
     told = compare(before, after)
     assert told.changed == (
         "length_m: 0.3 → 0.25",
-        "the robot's MJCF: 2 lines added, 1 removed",
+        "the robot's MJCF: 3 lines added, 2 removed",
         "scale: 1 → 0.8",
     )
     assert told.better == ("underdamped is gone (1 place)", "chatter: 9 → 2 mm (at most 1)")

@@ -61,3 +61,11 @@ def test_a_damaged_file_is_named(tmp_path, content: str) -> None:
     (tmp_path / "placement.json").write_text(content)
     with pytest.raises(UserError, match=r"placement\.json cannot be read"):
         JsonFile(tmp_path / "placement.json", Placement).read()
+
+
+@pytest.mark.parametrize("content", ["{", "[]", "{}", '{"placement": {"mount": "m", "base": "standing"}}'])
+def test_of_a_damaged_scene_the_file_is_named(tmp_path, content: str) -> None:
+    (tmp_path / "scene.xml").write_text("<mujoco/>")
+    (tmp_path / "scene.json").write_text(content)
+    with pytest.raises(UserError, match=r"scene\.json cannot be read"):
+        MjcfFile(tmp_path, "scene", Scene).read()

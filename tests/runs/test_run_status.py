@@ -1,12 +1,15 @@
 """Status is a pure function of the files, whatever part of them is there."""
 
+from datetime import UTC, datetime, timedelta
+
 import pytest
 
 from aidsr.artifacts import Brief, Concept, Critique, Decision, EnvironmentSummary, Fault, Outcome, ValidationReport
 from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunConfig, RunRecord, new_run, read_status
-from aidsr.runs.events import Begun, Started, Stopped, Waiting
+from aidsr.runs.events import Begun, Done, Event, Finished, Started, Stopped, Waiting
+from aidsr.runs.stages import attempts
 
 CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
 SUMMARY = EnvironmentSummary(
@@ -103,12 +106,64 @@ def test_states_of_a_run_follow_from_those_of_its_designs(run) -> None:
     assert (read_status(run).state, read_status(run).approved) == ("finished", 2)
 
 
+BEGIN = datetime(2026, 1, 31, 10, tzinfo=UTC)
+PROPOSED = ((0, Started()), (0, Begun(step="concepts")), (5, Done(step="concepts")))
+GROWN = ((5, Started()), (5, Begun(step="robot", iteration=1)), (25, Done(step="robot", iteration=1)))
+PAUSE = Stopped(cause="interrupted", message="by the person")
+
+
+@pytest.mark.parametrize(
+    ("proposing", "growing", "now_s", "worked_s"),
+    [
+        (PROPOSED[:2], (), 4, 4),
+        ((*PROPOSED[:2], (3, PAUSE)), (), 9000, 3),
+        ((*PROPOSED[:2], (3, PAUSE), (9000, Started()), (9000, Begun(step="concepts")), (9002, Done(step="concepts"))),
+         (), 9900, 5),
+        (PROPOSED, (*GROWN, (25, Waiting(iteration=1))), 43225, 25),
+        ((*PROPOSED, (43225, PAUSE)), (*GROWN, (25, Waiting(iteration=1)), (43225, PAUSE)), 90000, 25),
+        ((*PROPOSED, (30, PAUSE)), (*GROWN, (30, PAUSE)), 90000, 30),
+        ((*PROPOSED, (30, PAUSE), (900, Started()), (910, Finished())),
+         (*GROWN, (30, PAUSE), (900, Started()), (910, Finished())), 90000, 40),
+    ],
+)  # fmt: skip
+def test_only_work_counts_as_worked_and_once(
+    run: Run,
+    proposing: tuple[tuple[int, Event], ...],
+    growing: tuple[tuple[int, Event], ...],
+    now_s: int,
+    worked_s: int,
+) -> None:
+    clock = [BEGIN]
+    for log_of, story in ((run.events, proposing), (run.design(1).events, growing)):
+        with EventLog(log_of, now=lambda: clock[0]) as log:
+            for second, event in story:
+                clock[0] = BEGIN + timedelta(seconds=second)
+                log.write(event)
+    status = read_status(run, now=BEGIN + timedelta(seconds=now_s))
+    assert status.latency_s == worked_s
+    assert [design.latency_s for design in status.designs] == [worked_s]
+
+
 def test_a_refinement_opens_a_round(run) -> None:
     with_concepts(run, 1)
     run.design(1).iteration(1).decision.write(Decision(verdict="refine", text="longer"))
     assert read_status(run).designs[0].round == 1
     run.design(1).iteration(2).concept.write(CONCEPT)
     assert read_status(run).designs[0].round == 2
+
+
+@pytest.mark.parametrize(
+    "written", ['{"verdict": "approve"}', '{"verdict": "quit"}', '{"verdict": "appr', '{"verdict": "refine"}']
+)
+def test_no_other_decision_opens_a_round_where_a_later_iteration_fell_short(run, written: str) -> None:
+    with_concepts(run, 1)
+    design = run.design(1)
+    for number in (2, 3):
+        design.iteration(number).concept.write(CONCEPT)
+    design.iteration(2).decision.path.write_text(written)
+    (status,) = read_status(run).designs
+    assert status.round == 1
+    assert [attempt.round for attempt in attempts(design, status)] == [1, 1, 1]
 
 
 def test_the_designers_call_is_split_evenly_and_completely(run) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 
@@ -62,8 +63,12 @@ def test_another_host_is_refused(host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "http://127.0.0.1:9999", "https://127.0.0.1.evil.example:8080", "file://"]
-)
+    "origin",
+    [
+        "http://evil.example", "null", "http://127.0.0.1:9999", "https://127.0.0.1.evil.example:8080", "file://",
+        "http://[::1",
+    ],
+)  # fmt: skip
 @pytest.mark.parametrize("method", ["GET", "POST"])
 def test_a_foreign_origin_is_refused(origin: str, method: str) -> None:
     assert status(GUARD, {"host": OWN, "origin": origin}, method=method) == 403
@@ -116,6 +121,28 @@ def test_a_token_is_asked_for_once_and_kept_in_a_cookie() -> None:
     assert "HttpOnly" in cookie
     assert "SameSite=Strict" in cookie
     assert status(guard, {"host": "lab.example", "cookie": cookie.partition(";")[0]}) == 200
+
+
+@pytest.mark.parametrize(
+    "token",
+    [
+        "correct-horse-battery",
+        "correct horse battery staple",
+        'with;"quotes",and\\more',
+        "100 % sure + more",
+        "ключ-Straße-鍵-0123",
+    ],
+)
+def test_any_characters_can_be_a_token(token: str) -> None:
+    guard, host = Guard(reached, hosts=frozenset(), token=token), {"host": "lab.example"}
+    for said, answered in ((f"{token}!", 401), (token, 303)):
+        body = urlencode({"token": said}).encode()
+        signed_in = ask(guard, host, method="POST", path="/sign-in", body=body)[0]
+        assert signed_in["status"] == answered
+    cookie = dict(signed_in["headers"])[b"set-cookie"].decode("ascii").partition(";")[0]
+    assert token not in cookie
+    assert status(guard, {**host, "cookie": cookie}) == 200
+    assert status(guard, host, method="POST", path="/sign-in", body=b"token=\xff\xfe") == 401
 
 
 def test_what_is_no_request_passes() -> None:

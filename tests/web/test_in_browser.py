@@ -6,13 +6,16 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Server, browsing, chromium, shoot
 from made import SCRIPT, made_export, made_run
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, WebSocket, expect
 
 import aidsr
+from aidsr.artifacts import EpisodeResult, Evaluation
 from aidsr.runs import Library
+from aidsr.runs.files import replace_file
 
 
 @pytest.fixture
@@ -147,6 +150,34 @@ def test_a_design_is_drawn_without_complaints_of_the_browser(runs: Path, server:
         page.goto(server.address(f"/run/{run.path.name}/1"))
         page.get_by_text("squares of").wait_for()
         assert not complaints
+
+
+def test_an_episode_is_replayed_though_the_view_was_out_of_sight(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    finger = """<mujoco><worldbody><body name="robot/finger"><joint name="robot/bend" axis="0 1 0" damping="0.1"/>
+      <geom type="capsule" size="0.01" fromto="0 0 0 0 0 0.2"/></body></worldbody></mujoco>"""
+    run.design(1).iteration(2).scene.xml.path.write_text(finger)
+    folder = run.design(1).path / "training" / "001"
+    one = EpisodeResult(variation=0, ended="failed", progress=0.9, best_progress=1, reward=5, time_s=2)
+    verdict = Evaluation(
+        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=(one,), checks=()
+    )
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    np.savez(folder / "best.npz", qpos=np.linspace(0, 1, 500).reshape(-1, 1), frame_s=0.02, mjcf="")
+    with browsing(webgl=True, viewport={"width": 1000, "height": 700}) as visitor:
+        page = visitor.new_page()
+        views: list[WebSocket] = []
+        page.on("websocket", lambda socket: views.append(socket) if "/view3d/" in socket.url else None)
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.get_by_text("squares of").wait_for()
+        page.get_by_role("tab", name="Training").click()
+        replay = page.get_by_role("button", name="Replay best")
+        replay.wait_for()
+        with views[0].expect_event("close"):  # nothing is simulated while nobody looks
+            page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        replay.click()
+        expect(page.locator(".v3d-clock b")).to_have_text("Episode: best of training 1")
 
 
 def test_printed_parts_are_drawn_and_pointed_at(runs: Path, server: Server) -> None:

@@ -4,8 +4,11 @@ import asyncio
 import functools
 import json
 import os
+import re
+import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, chdir
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +20,7 @@ from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
 
-from aidsr.artifacts import Critique, CritiqueIssue, EpisodeResult, Evaluation, PlausibilityCheck, TaskReport
+from aidsr.artifacts import Critique, CritiqueIssue, EpisodeResult, Evaluation, Outcome, PlausibilityCheck, TaskReport
 from aidsr.errors import UserError
 from aidsr.models.manual import waiting_prompts
 from aidsr.runs import Budget, EventLog, RunConfig
@@ -25,6 +28,7 @@ from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
 from aidsr.web.choosing_a_model import budget_from, cost_in_advance
+from aidsr.web.live import working
 from aidsr.web.manual_panel import answer, prompts_of
 from aidsr.web.mjcf_text import difference, highlighted
 from aidsr.web.pages import add_pages
@@ -139,11 +143,46 @@ async def test_a_run_that_nobody_works_on_says_so_and_can_go_on(user: User, site
 
 
 @visiting
+async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_other_designs(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, designs=2, model="ollama:made")
+    used_up = Outcome(outcome="out_of_budget", reason="used up", iteration=2)
+    replace_file(run.design(1).outcome.path, used_up.model_dump_json().encode())
+    run.design(2).outcome.path.unlink()
+    replace_file(run.larger_budget, Budget(tokens=9000).model_dump_json().encode())
+    with EventLog(run.events):  # the other design is at work
+        await user.open(f"/run/{run.path.name}")
+        (field,) = user.find("Most tokens of the run, in and out").elements
+        assert field.value == 9000
+        field.set_value(20000)
+        press(user, "Go on with this budget")
+        await user.should_see("is being worked on already; wait for it, or stop it first")
+    assert run.budget() == Budget(tokens=9000)
+    assert run.design(1).outcome.read() == used_up
+
+
+@visiting
 async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> None:
     made = made_run(site.library.path)
     for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
         await user.open(address)
         await user.should_see("There is nothing here")
+
+
+@visiting
+async def test_a_design_is_found_by_its_number_when_one_before_it_was_deleted(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    shutil.rmtree(run.design(1).path)
+    for number in (2, 3):
+        for address in (f"/run/{run.path.name}/{number}", f"/run/{run.path.name}/{number}/export"):
+            await user.open(address)
+            await user.should_see(f"{number}. Arm {number}")
+    await user.open(f"/run/{run.path.name}")
+    user.find("Side by side").click()
+    await user.should_see("3. Arm 3")
+    with pytest.raises(UserError, match="1 is none; there are: 2, 3"):
+        site.view(run).design(1)
 
 
 @visiting
@@ -202,6 +241,35 @@ async def test_of_two_tabs_that_decide_the_second_is_told(user: User, site: Site
 
 
 @visiting
+async def test_a_decision_that_cannot_be_read_is_named(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}/1")
+        run.design(1).iteration(2).decision.path.write_text("{'verdict': 'approve'}")
+        user.find("Approve").click()
+        await user.should_see("decision.json cannot be read")
+
+
+@visiting
+async def test_of_two_trainings_the_one_at_work_is_told_from_the_stopped_one(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    name = site.training_name(run, 1)
+    site.processes.folder.mkdir(parents=True)
+    (site.processes.folder / f"{name}.json").write_text('{"pid": 0}')
+    for number in ("001", "002"):
+        folder = run.design(1).path / "training" / number
+        replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+        replace_file(folder / "events.jsonl", b"")
+    os.utime(run.design(1).path / "training" / "001" / "events.jsonl", (1, 1))
+    with EventLog(site.processes.folder / f"{name}.log"):  # held as long as the process lives
+        await user.open(f"/run/{run.path.name}/1")
+        user.find("Training").click()
+        await user.should_see("Training 1")
+        badges = [one for one in user.client.elements.values() if "badge" in one.classes]
+        assert [one.text for one in badges if one.text in ("running", "stopped")] == ["running", "stopped"]
+
+
+@visiting
 async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
     folder = run.design(1).path / "training" / "001"
@@ -243,6 +311,40 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
 
 
 @visiting
+async def test_of_a_damaged_file_a_sentence_stands_where_it_would_be_shown(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = run.design(1).path / "training" / "001"
+    one = EpisodeResult(variation=0, ended="failed", progress=0.9, best_progress=1, reward=5, time_s=2)
+    verdict = Evaluation(
+        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=(one,), checks=()
+    )
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    replace_file(folder / "best.npz", b"PK")
+    replace_file(folder / "curve.csv", b"time,value\n1,2\n")
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("a recorded episode was expected, and best.npz is none")
+    await user.should_see("It reaches.")
+    user.find("Training").click()
+    await user.should_see("curve.csv cannot be read as one")
+    (folder / "best.npz").unlink()
+    run.design(1).iteration(2).scene.json.path.write_text("{}")
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("scene.json cannot be read")
+
+
+@visiting
+async def test_a_form_kept_for_a_task_that_is_gone_starts_with_another(user: User, site: Site) -> None:
+    await user.open("/new")
+    with user.client:
+        app.storage.user["setup"].update(task="reaching/knob_turning", level="hard", concepts=2)
+    await user.open("/new")
+    with user.client:
+        form = app.storage.user["setup"]
+        assert (form["task"], form["level"], form["concepts"]) == ("reaching/button_pushing", "standard", 2)
+
+
+@visiting
 async def test_text_of_models_and_people_is_never_markup(user: User, site: Site) -> None:
     run = made_run(site.library.path, name=SCRIPT, objective=SCRIPT, task="", model=f"x:{SCRIPT}", designs=1)
     run.design(1).iteration(2).critique.path.unlink()
@@ -272,6 +374,17 @@ def test_differences_are_marked_line_by_line() -> None:
     assert difference("<a/>", "<a/>") == ""
 
 
+def test_lines_of_dashes_and_pluses_differ_like_any_other() -> None:
+    html = difference("<!--\n-- old -->\n<a/>", "<!--\n++ new -->\n<a/>")
+    assert html.count('class="minus"') == html.count('class="plus"') == 1
+
+
+@pytest.mark.parametrize("piece", ["a", "<!--", "a.", "'\"", "<a"])
+def test_no_line_of_a_model_keeps_the_page_busy(piece: str) -> None:
+    line = piece * 100_000  # looked at anew from each character it would take many minutes
+    assert unescape(re.sub(r"<[^>]+>", "", highlighted(line))) == f"1{line}"
+
+
 def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     site = Site.at(tmp_path)
     order = order_from(site, FRESH | {"concepts": 2.0, "human": False})
@@ -283,8 +396,10 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     ):
         with pytest.raises(UserError, match=sentence):
             order_from(site, FRESH | change)
-    by_hand = order_from(site, FRESH | {"kind": "manual"}).config.model
-    assert by_hand.startswith(f"manual:{tmp_path}")
+    with chdir(tmp_path):
+        near = Site.at(Path("runs"))
+    by_hand = order_from(near, FRESH | {"kind": "manual"}).config.model
+    assert by_hand.startswith(f"manual:{tmp_path.resolve()}/runs/.web/prompts/"), "found from anywhere"
 
 
 BELL = """<mujoco model="bell"><worldbody>
@@ -355,6 +470,28 @@ def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: 
         answer(prompt, "second")
     assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
     assert prompt.reply.read_text() == "first"
+
+
+@visiting
+async def test_a_double_click_does_a_thing_once(user: User, site: Site) -> None:
+    done: list[str] = []
+
+    def pay() -> str:
+        done.append("paid")
+        return f"paid {len(done)}"
+
+    @ui.page("/double")
+    def double() -> None:
+        go = ui.button("Pay", on_click=lambda: working(go, pay, ui.label))
+
+    await user.open("/double")
+    press(user, "Pay")
+    press(user, "Pay")
+    await user.should_see("paid 1")
+    press(user, "Pay")
+    await user.should_see("paid 2")
+    await asyncio.sleep(0.3)  # a click that counted twice would show by now
+    assert len(done) == 2, "once for two clicks while it was being done, and once for a click afterwards"
 
 
 @visiting

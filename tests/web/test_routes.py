@@ -1,9 +1,11 @@
 """Files over HTTP: what is given, what never is."""
 
 import io
+import os
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
 from fastapi import FastAPI
@@ -67,6 +69,19 @@ def test_a_design_is_one_archive_without_what_links_point_to(client: TestClient,
     assert f"{run.path.name}_design1/02/scene.xml" in names
     assert not [name for name in names if "stolen" in name]
     assert client.get(f"/download/{run.path.name}/7").status_code == 404
+
+
+def test_an_archive_takes_old_files_and_any_name_and_nothing_hidden(client: TestClient, run: Run) -> None:
+    renamed = Run(run.path.rename(run.path.with_name("Größe (neu)")))
+    os.utime(renamed.design(1).final_scene.path, (0, 0))  # before a ZIP file's time begins
+    hidden = renamed.design(1).path / ".hidden" / "x.json"
+    hidden.parent.mkdir()
+    hidden.write_text("{}")
+    answer = client.get("/download/Größe (neu)/1")
+    names = zipfile.ZipFile(io.BytesIO(answer.content)).namelist()
+    assert "Größe (neu)_design1/final.xml" in names
+    assert not [name for name in names if "hidden" in name]
+    assert quote("Größe (neu)_design1.zip") in answer.headers["content-disposition"]
 
 
 def test_a_task_has_a_picture_that_is_drawn_once(client: TestClient, run: Run) -> None:

@@ -136,7 +136,7 @@ class Panel:
         line.doing = DOING[event.step] if isinstance(event, Begun) else ""
         line.found = sentence(event) or line.found
         if self._paid and number and isinstance(event, Done):
-            line.cost = cost_in_words(read_status(self._run).designs[number - 1].usage)
+            line.cost = cost_in_words(read_status(self._run).design(number).usage)
 
     @contextlib.contextmanager
     def aside(self) -> Iterator[None]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 from aidsr.artifacts import Robot, Scene
 from aidsr.errors import UserError
+from aidsr.tasks import Level, Task, load_task
 
 __all__ = ["Desk"]
 
@@ -24,7 +26,7 @@ class Desk:
 
     folder: Path
 
-    def keep(self, robot: Robot, scene: Scene, task: str) -> Path:
+    def keep(self, robot: Robot, scene: Scene, task: Task) -> Path:
         """Write a scene and what it was made of, and return its folder."""
         taken = [int(path.name) for path in self.folder.glob("*") if _NUMBER.fullmatch(path.name)]
         home = self.folder / f"{max(taken, default=0) + 1:04d}"
@@ -33,7 +35,8 @@ class Desk:
         (home / "robot.xml").write_text(robot.mjcf, encoding="utf-8")
         (home / "robot.json").write_text(robot.model_dump_json(exclude={"mjcf"}, indent=2), encoding="utf-8")
         (home / "placement.json").write_text(scene.placement.model_dump_json(indent=2), encoding="utf-8")
-        (home / "task.txt").write_text(f"{task}\n", encoding="utf-8")
+        (home / "task.txt").write_text(f"{task.name}\n", encoding="utf-8")
+        (home / "level.txt").write_text(f"{task.level}\n", encoding="utf-8")
         return home
 
     def scene(self, number: str) -> Path:
@@ -48,10 +51,18 @@ class Desk:
             raise UserError(f'Expected the number of a scene, found "{number}"; there are: {known or "none yet"}.')
         return path
 
-    def task(self, number: str) -> str:
-        """Return the task that a scene belongs to.
+    def task(self, number: str) -> Task:
+        """Return the task that a scene belongs to, at its level.
 
         Raises:
-            UserError: There is no such scene.
+            UserError: There is no such scene, or its folder does not say what it was made for.
         """
-        return (self.scene(number).parent / "task.txt").read_text(encoding="utf-8").strip()
+        home = self.scene(number).parent
+        try:
+            name, level = ((home / file).read_text(encoding="utf-8").strip() for file in ("task.txt", "level.txt"))
+        except FileNotFoundError as error:
+            raise UserError(
+                f"Expected the scene's task and level in {home}, found no {Path(error.filename).name}; assemble the "
+                "scene anew."
+            ) from None
+        return load_task(name, cast("Level", level))  # it says which levels there are

@@ -144,7 +144,7 @@ def _add_physics(server: MCPServer, desk: Desk) -> None:
             report = validate(scene.mjcf, needs_contact=found.needs_contact)
         except AidsrError as error:
             raise ToolError(str(error)) from None
-        home = desk.keep(robot, scene, found.name)
+        home = desk.keep(robot, scene, found)
         account = "\n".join([report.account(), *scene.notes])
         path = str(home / "scene.xml")
         return Verdict(stable=report.stable, account=account, faults=report.faults, scene=home.name, path=path)
@@ -153,7 +153,7 @@ def _add_physics(server: MCPServer, desk: Desk) -> None:
 def _add_drawing(server: MCPServer, desk: Desk) -> None:
     @server.tool(name="probe")
     def probe_scene(scene: SceneNumber) -> str:
-        """Search, without learning, how far the body of a scene gets on its task; takes some tens of seconds."""
+        """Search, without learning, how far the body of a scene gets on its task at its level; some tens of seconds."""
         try:
             report = probe(desk.scene(scene), desk.task(scene))
         except AidsrError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 from collections import Counter
 from collections.abc import Iterator
 
@@ -91,8 +92,9 @@ def _in_concept(before: Concept | None, after: Concept | None) -> Iterator[str]:
 def _in_robot(before: Attempted, after: Attempted) -> Iterator[str]:
     if before.robot == after.robot:
         return
-    lines = list(difflib.ndiff(before.robot.splitlines(), after.robot.splitlines()))
-    added, removed = (sum(line.startswith(sign) for line in lines) for sign in "+-")
+    told = difflib.unified_diff(before.robot.splitlines(), after.robot.splitlines(), n=0, lineterm="")
+    signs = Counter(line[0] for line in itertools.islice(told, 2, None))  # what comes first are names of files
+    added, removed = signs["+"], signs["-"]
     yield f"the robot's MJCF: {added} {'line' if added == 1 else 'lines'} added, {removed} removed"
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
@@ -105,12 +106,7 @@ class JsonFile(Generic[Value]):
             content = self.path.read_bytes()
         except FileNotFoundError:
             return None
-        try:
-            return TypeAdapter(self.kind).validate_json(content)
-        except ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(str(part) for part in first["loc"]) or "the whole file"
-            raise UserError(f"{self.path} cannot be read ({place}: {first['msg']}); restore or remove it") from None
+        return _valid(self.path, lambda: TypeAdapter(self.kind).validate_json(content))
 
     def write(self, value: Value) -> None:
         """Write the artifact; see `write_once`."""
@@ -139,13 +135,32 @@ class MjcfFile(Generic[Drawn]):
         return JsonFile(self.folder / f"{self.stem}.json", dict[str, Any])
 
     def read(self) -> Drawn | None:
-        """Return the robot or scene, or None while it is not written."""
+        """Return the robot or scene, or None while it is not written.
+
+        Raises:
+            UserError: The JSON beside its XML does not hold what belongs to it.
+        """
         mjcf = self.xml.read()
         if mjcf is None:
             return None
-        return self.kind.model_validate({**(self.json.read() or {}), "mjcf": mjcf.decode()})
+        whole = {**(self.json.read() or {}), "mjcf": mjcf.decode()}
+        return _valid(self.json.path, lambda: self.kind.model_validate(whole))
 
     def write(self, value: Drawn) -> None:
         """Write both files; see `write_once`."""
         self.json.write(value.model_dump(mode="json", exclude={"mjcf"}))
         self.xml.write(value.mjcf.encode())
+
+
+def _valid(path: Path, validate: Callable[[], Value]) -> Value:
+    """Return what a file holds.
+
+    Raises:
+        UserError: It is not valid.
+    """
+    try:
+        return validate()
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"]) or "the whole file"
+        raise UserError(f"{path} cannot be read ({place}: {first['msg']}); restore or remove it") from None

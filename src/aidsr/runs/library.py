@@ -14,7 +14,7 @@ from aidsr.runs.folders import Run
 __all__ = ["Library", "fingerprint"]
 
 _TRASH = ".trash"
-_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,199}")
+_NAME = re.compile(r"\w[\w .+()-]{0,199}(?<! )")
 """What a folder may be called to be opened by name: no separator, nothing hidden, nothing that climbs."""
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 from aidsr.artifacts import Artifact
-from aidsr.errors import UserError
 from aidsr.runs.folders import DesignFolder, IterationFolder
-from aidsr.runs.status import DesignStatus
+from aidsr.runs.status import DesignStatus, decided
 
 __all__ = ["Attempt", "Mark", "Stage", "attempts"]
 
@@ -54,9 +53,9 @@ def attempts(design: DesignFolder, status: DesignStatus) -> tuple[Attempt, ...]:
         stages = _stages(iteration, _AT_WORK.get(at_work, ""), had_robot=had_robot)
         found.append(Attempt(number=iteration.number, round=round_, stages=stages, asked=asked))
         had_robot = had_robot or iteration.robot.xml.path.exists()
-        decision = _decision(iteration)
-        asked = decision[1] if decision else ""
-        round_ += decision is not None and decision[0] == "refine"
+        decision = decided(iteration)
+        asked = decision.text if decision else ""
+        round_ += decision is not None and decision.verdict == "refine"
     return tuple(found)
 
 
@@ -80,10 +79,10 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
     if tried or at_work == "tried":
         good: Mark = "good" if tried and tried.critique.passed else "bad"
         stages.append(_stage("tried", at_work, good, tried.phase.replace("_", " ") if tried else ""))
-    decision = _decision(iteration)
+    decision = decided(iteration)
     if decision is not None:
-        mark: Mark = "good" if decision[0] == "approve" else "bad" if decision[0] == "quit" else "done"
-        stages.append(Stage(name="decision", mark=mark, text=decision[0]))
+        mark: Mark = "good" if decision.verdict == "approve" else "bad" if decision.verdict == "quit" else "done"
+        stages.append(Stage(name="decision", mark=mark, text=decision.verdict))
     return tuple(stages)
 
 
@@ -99,12 +98,3 @@ def _verdict(stable: bool, errors: int) -> tuple[Mark, str]:
 
 def _judged(*, passed: bool) -> tuple[Mark, str]:
     return ("good", "passed") if passed else ("bad", "not passed")
-
-
-def _decision(iteration: IterationFolder) -> tuple[str, str] | None:
-    """The person's verdict and text; None where there is none or it cannot be read yet."""
-    try:
-        decision = iteration.decision.read()
-    except UserError:
-        return None
-    return (decision.verdict, decision.text) if decision else None

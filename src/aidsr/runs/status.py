@@ -6,22 +6,22 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Literal, TypeVar
 
-from aidsr.artifacts import Artifact, Outcome
+from aidsr.artifacts import Artifact, Decision, Outcome
 from aidsr.calls import Usage
+from aidsr.errors import UserError
 from aidsr.runs.events import (
     Begun,
     DecisionUnreadable,
     Event,
-    Finished,
     Stopped,
     Waiting,
     read_events,
     working_time_s,
 )
-from aidsr.runs.folders import DesignFolder, Run
+from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.record import RunRecord
 
-__all__ = ["DesignStatus", "RunStatus", "State", "newest", "read_status"]
+__all__ = ["DesignStatus", "RunStatus", "State", "decided", "newest", "read_status"]
 
 Value = TypeVar("Value")
 State = Literal["running", "waiting", "stopped", "finished"]
@@ -79,6 +79,20 @@ class RunStatus(Artifact):
         """How many designs are approved."""
         return sum(design.outcome is not None and design.outcome.outcome == "approved" for design in self.designs)
 
+    def design(self, number: int) -> DesignStatus:
+        """Return one design by its number, which need not be its place: folders before it may have been deleted.
+
+        Raises:
+            UserError: There is none of that number.
+        """
+        found = next((design for design in self.designs if design.number == number), None)
+        if found is None:
+            there = ", ".join(str(design.number) for design in self.designs) or "none yet"
+            raise UserError(
+                f"the number of a design of this run was expected, and {number} is none; there are: {there}"
+            )
+        return found
+
 
 def read_status(run: Run, now: datetime | None = None) -> RunStatus:
     """Return the state of a run as its files tell it.
@@ -125,7 +139,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
         iteration=iterations[-1].number if iterations else 0,
         stands_at=shown[0].number if shown else 0,
         mechanical_repairs=sum(repairs.total for it in iterations if (repairs := it.repairs.read())),
-        round=1 + sum(it.decision.read() is not None for it in iterations[:-1]),
+        round=1 + sum(said.verdict == "refine" for it in iterations[:-1] if (said := decided(it))),
         doing=_doing(events),
         stable=report.stable if report else None,
         judged=critique.passed if critique else None,
@@ -142,10 +156,18 @@ def newest(values: Iterable[Value | None]) -> Value | None:
     return next((value for value in values if value is not None), None)
 
 
+def decided(iteration: IterationFolder) -> Decision | None:
+    """A person's decision; None where there is none, or it is half written or does not say what it must."""
+    try:
+        return iteration.decision.read()
+    except UserError:
+        return None
+
+
 def _proposing_s(events: Sequence[Event], now: datetime | None) -> float:
-    """How long the Designer worked on the concepts, by the log of the run [s]."""
-    at_work = tuple(event for event in events if not isinstance(event, Finished))
-    return working_time_s(at_work, now if at_work and isinstance(at_work[-1], Begun) else None)
+    """How long the Designer worked on the concepts [s]; the log of the run goes on while designs grow and wait."""
+    last = max((at for at, event in enumerate(events) if isinstance(event, Begun)), default=-1)
+    return working_time_s(events[: last + 2], now if last == len(events) - 1 else None)
 
 
 def _state(events: Sequence[Event]) -> State:

@@ -30,7 +30,7 @@ def write_summary(run: Run) -> Path:
         record=status.record,
         status=status,
         brief=brief,
-        designs=[_card(folder, design) for folder, design in zip(run.designs, status.designs, strict=True)],
+        designs=[_card(run.design(design.number), design) for design in status.designs],
         cost=cost_in_words(status.usage),
         tokens=tokens_in_words(status.usage),
         duration=duration_in_words(status.latency_s),

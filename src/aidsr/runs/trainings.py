@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from aidsr.artifacts import Artifact, Evaluation
+from aidsr.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
@@ -107,23 +108,31 @@ def verdict_in_words(training: Training) -> str:
 
 
 def read_curve(training: Training) -> tuple[CurveRow, ...]:
-    """Return the curve so far; a line that is just being written is left out."""
+    """Return the curve so far; a line that is just being written is left out.
+
+    Raises:
+        UserError: The file is not a curve of ours.
+    """
+    path = training.path / "curve.csv"
     try:
-        text = (training.path / "curve.csv").read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
+        return tuple(_row(row) for row in csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))
     except FileNotFoundError:
         return ()
-    whole = text[: text.rfind("\n") + 1]
-    rows = csv.DictReader(whole.splitlines())
-    return tuple(
-        CurveRow(
-            steps=int(row["steps"]),
-            wall_s=float(row["wall_s"]),
-            success_share=_measured(row["success_share"]),
-            progress=_measured(row["progress"]),
-            reward=_measured(row["reward"]),
-            steps_per_s=float(row["steps_per_s"]),
-        )
-        for row in rows
+    except (KeyError, TypeError, ValueError) as error:  # a column, a field or a number that is not there
+        raise UserError(
+            f"the curve of a training was expected, and {path} cannot be read as one ({error}); restore or remove it"
+        ) from None
+
+
+def _row(row: dict[str, str]) -> CurveRow:
+    return CurveRow(
+        steps=int(row["steps"]),
+        wall_s=float(row["wall_s"]),
+        success_share=_measured(row["success_share"]),
+        progress=_measured(row["progress"]),
+        reward=_measured(row["reward"]),
+        steps_per_s=float(row["steps_per_s"]),
     )
 
 

@@ -49,7 +49,7 @@ def measured_in_words(measurements: dict[str, Any]) -> tuple[tuple[str, str], ..
 
 def _read(site: Site, run: Run) -> tuple[_Column, ...]:
     view = site.view(run)
-    return tuple(_column(folder, design) for folder, design in zip(run.designs, view.designs, strict=False))
+    return tuple(_column(run.design(design.status.number), design) for design in view.designs)
 
 
 def _column(folder: DesignFolder, design: DesignView) -> _Column:

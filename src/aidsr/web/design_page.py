@@ -61,7 +61,7 @@ class _Page:
     def read(self) -> tuple[DesignView, str, int]:
         """Return the design, the state of its run, and the number of the iteration looked at."""
         view = self.site.view(self.run)
-        design = view.designs[self.folder.number - 1]
+        design = view.design(self.folder.number)
         numbers = [attempt.number for attempt in design.attempts]
         return design, view.shown, self.chosen if self.chosen in numbers else design.status.stands_at
 

@@ -57,10 +57,10 @@ def add_export_page(site: Site) -> None:
         try:
             run, design = site.design(name, number)
             view = site.view(run)
+            concept = f"{number}. {view.design(number).status.concept}"
         except AidsrError as error:
             not_found(error)
             return
-        concept = f"{number}. {view.designs[number - 1].status.concept}"
         way = (("Runs", "/"), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
         with frame("Export", *way):
             with box("stack tight"):

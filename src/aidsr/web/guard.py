@@ -8,6 +8,7 @@ can be reached from other machines, a token is asked for as well.
 
 from __future__ import annotations
 
+import hashlib
 import hmac
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
@@ -22,7 +23,7 @@ __all__ = ["LOOPBACK", "MAX_BODY_BYTES", "Guard"]
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 """Names under which a machine reaches itself."""
 MAX_BODY_BYTES = 4_000_000
-"""Largest body of a request. Our choice: above the largest MJCF that `aidsr.sim.mjcf` opens."""
+"""Largest body of a request. Our choice: above the largest file that `aidsr.web.uploading` takes."""
 _COOKIE = "aidsr_token"
 _SIGN_IN = "/sign-in"
 _HEADERS = (
@@ -89,7 +90,7 @@ class Guard:
         if self.hosts and _name(host) not in self.hosts:
             return Refusal(403, f"this page answers to {', '.join(sorted(self.hosts))}; another Host was asked for")
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc.lower() != host:
+        if origin is not None and _asked_from(origin) != host:
             return Refusal(403, "a request from another site was refused")
         opened = (
             scope["type"] == "http"
@@ -108,15 +109,19 @@ class Guard:
             cookie = SimpleCookie(headers.get("cookie", "")).get(_COOKIE)
         except CookieError:
             return False
-        return cookie is not None and hmac.compare_digest(cookie.value.encode(), self.token.encode())
+        return cookie is not None and hmac.compare_digest(cookie.value.encode(), self._mark().encode())
+
+    def _mark(self) -> str:
+        """Return what a browser keeps in its cookie: a token may hold characters that a cookie cannot."""
+        return hashlib.sha256(self.token.encode()).hexdigest()
 
     async def _sign_in(self, scope: Scope, receive: Receive, send: Send) -> None:
         body = await _body(receive) if scope["method"] == "POST" else b""
         shown = parse_qs(body.decode("latin-1")).get("token", [""])[0]
-        if not hmac.compare_digest(shown.encode("latin-1"), self.token.encode()):
+        if not hmac.compare_digest(shown.encode(), self.token.encode()):
             await _refuse(scope, receive, send, Refusal(401, ""))
             return
-        cookie = f"{_COOKIE}={self.token}; HttpOnly; SameSite=Strict; Path=/".encode()
+        cookie = f"{_COOKIE}={self._mark()}; HttpOnly; SameSite=Strict; Path=/".encode()
         await send(
             {"type": "http.response.start", "status": 303, "headers": [(b"location", b"/"), (b"set-cookie", cookie)]}
         )
@@ -126,6 +131,14 @@ class Guard:
 def _name(host: str) -> str:
     """Return a Host without its port."""
     return host[: host.index("]") + 1] if host.startswith("[") and "]" in host else host.partition(":")[0]
+
+
+def _asked_from(origin: str) -> str | None:
+    """Return host and port of an Origin; None where it is no address."""
+    try:
+        return urlsplit(origin).netloc.lower()
+    except ValueError:
+        return None
 
 
 def _too_large(scope: Scope, headers: dict[str, str]) -> Refusal | None:

@@ -24,7 +24,8 @@ def live(
 
     Args:
         read: Returns values that can be compared; runs in a thread, so that a slow disk holds nobody up.
-        draw: Makes elements of them; what a person opens or types must be remembered elsewhere.
+        draw: Makes elements of them; what a person opens or types must be remembered elsewhere. A mistake that it finds
+            is said in a sentence, as one found while reading is.
         every_s: How often to look.
 
     Returns:
@@ -37,11 +38,14 @@ def live(
         shown[:] = [facts]
         place.clear()
         with place:
-            if isinstance(facts, AidsrError):
-                with ui.element("div").classes("notice bad").props('role="alert"'):
-                    ui.label(str(facts))
-            else:
+            try:
+                if isinstance(facts, AidsrError):
+                    raise facts
                 draw(facts)
+            except AidsrError as error:
+                place.clear()
+                with ui.element("div").classes("notice bad").props('role="alert"'):
+                    ui.label(str(error))
 
     def look() -> Facts | AidsrError:
         try:
@@ -78,10 +82,12 @@ def acting(do: Callable[[], object]) -> Callable[[], None]:
 
 
 def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
-    """Do something that takes seconds in a thread while a button shows that it is being done."""
+    """Do something that takes seconds in a thread; until it is done the button shows so, and is deaf to more clicks."""
+    if element.props.get("loading"):
+        return
+    element.props["loading"] = True
 
     async def act() -> None:
-        element.props["loading"] = True
         try:
             made = await run.io_bound(do)
         except AidsrError as error:

@@ -44,7 +44,7 @@ class Processes:
         with self._log(name).open("wb") as log:
             _lock(log.fileno())
             process = subprocess.Popen(
-                [sys.executable, "-m", "aidsr", *command],
+                [sys.executable, "-P", "-m", "aidsr", *command],  # nothing is imported from where the page was started
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

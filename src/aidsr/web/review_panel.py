@@ -46,11 +46,12 @@ def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision)
     """Write a decision, and start work again where nobody is there to read it.
 
     Raises:
-        UserError: Somebody else decided meanwhile, or nothing waits for a decision.
+        UserError: Somebody else decided meanwhile, or wrote a decision that cannot be read.
     """
     try:
         iteration.decision.write(decision)
     except WrittenTwiceError:
+        iteration.decision.read()
         raise UserError("this design was decided in the meantime, perhaps in another tab; reload to see how") from None
     if not site.is_at_work(run):
         site.go_on(run)

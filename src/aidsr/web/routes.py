@@ -7,6 +7,7 @@ import io
 import threading
 import zipfile
 from pathlib import Path
+from urllib.parse import quote
 
 from fastapi import APIRouter, HTTPException
 from fastapi.responses import FileResponse, Response
@@ -123,18 +124,22 @@ def _inside(site: Site, name: str, path: str) -> Path:
     if "\0" in path:
         raise HTTPException(404)
     found = (run.path / path).resolve()
-    hidden = any(part.startswith(".") for part in Path(path).parts)
-    if hidden or not found.is_relative_to(run.path.resolve()) or not found.is_file():
+    if _hidden(Path(path)) or not found.is_relative_to(run.path.resolve()) or not found.is_file():
         raise HTTPException(404)
     return found
 
 
+def _hidden(path: Path) -> bool:
+    return any(part.startswith(".") for part in path.parts)
+
+
 def _archive(folder: Path, name: str) -> Response:
-    """Return a folder as a ZIP file; what lies outside it, by a link, is left out."""
+    """Return a folder as a ZIP file; what is hidden, and what lies outside it, by a link, is left out."""
     home, buffer = folder.resolve(), io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
         for path in sorted(folder.rglob("*")):
-            if path.is_file() and path.resolve().is_relative_to(home) and not path.name.startswith("."):
-                archive.write(path, Path(name) / path.relative_to(folder))
-    headers = {"content-disposition": f'attachment; filename="{name}.zip"'}
+            within = path.relative_to(folder)
+            if path.is_file() and path.resolve().is_relative_to(home) and not _hidden(within):
+                archive.write(path, Path(name) / within)
+    headers = {"content-disposition": f"attachment; filename*=utf-8''{quote(name)}.zip"}
     return Response(buffer.getvalue(), media_type="application/zip", headers=headers)

@@ -132,9 +132,10 @@ def _notes(site: Site, run: Run, told: tuple[RunView, str]) -> None:
 
 def _larger_budget(site: Site, run: Run) -> None:
     """Offer to let a run that used up its budget go on with a larger one."""
-    form: dict[str, Any] = dict(run.asked().config.budget)
+    form: dict[str, Any] = dict(run.budget())
 
     def go_on() -> None:
+        site.refuse_at_work(run)
         give_budget(run, budget_from(form))
         site.go_on(run)
 

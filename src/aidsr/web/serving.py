@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import secrets
+import socket
 import sys
 import threading
 import webbrowser
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import uvicorn
@@ -52,12 +54,11 @@ def serve(
             f"whoever reaches {host} could start programs here; give --token with at least {_SHORTEST_TOKEN} "
             "characters, which the page then asks for, or leave out --host"
         )
+    door = _listening(host, port)
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
     server = uvicorn.Server(
         uvicorn.Config(
             build(runs, studies, hosts=LOOPBACK if alone else frozenset(), token=token),
-            host=host,
-            port=port,
             log_level="warning",
             ws="websockets-sansio",
             timeout_graceful_shutdown=3,
@@ -68,16 +69,27 @@ def serve(
     app.on_startup(
         lambda: sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs go on)\n") and sys.stdout.flush()
     )
-    try:
-        server.run()
-    except KeyboardInterrupt:
-        return
-    if not server.started:
-        raise UserError(f"port {port} of {host} cannot be listened on; it may be taken: choose another with --port")
+    with door, suppress(KeyboardInterrupt):
+        server.run(sockets=[door])
 
 
 _SHORTEST_TOKEN = 16
 """Characters. Our choice: out of reach of guessing over a network."""
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Raises:
+        UserError: There is no such address here, or the port is taken.
+    """
+    try:
+        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+    except OSError as error:
+        raise UserError(
+            f"a free port on this machine was expected, and port {port} of {host} cannot be listened on: "
+            f"{error.strerror}; choose another with --port"
+        ) from None
 
 
 def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = LOOPBACK, token: str = "") -> FastAPI:

@@ -55,6 +55,8 @@ def add_setup(site: Site) -> None:
         form: Form = app.storage.user.setdefault("setup", {})
         for key, value in FRESH.items():
             form.setdefault(key, value)
+        if form["task"] not in task_names():  # of a package that was taken away since
+            form.update(task=FRESH["task"], level=FRESH["level"])
         if task in task_names():
             form.update(source="task", task=task)
         with frame("New run"):

@@ -60,6 +60,14 @@ class RunView:
         record = self.status.record
         return record.task.rpartition("/")[2].replace("_", " ") or record.objective
 
+    def design(self, number: int) -> DesignView:
+        """Return one design by its number.
+
+        Raises:
+            UserError: There is none of that number.
+        """
+        return self.designs[self.status.designs.index(self.status.design(number))]
+
 
 @dataclass(frozen=True)
 class Site:
@@ -74,6 +82,7 @@ class Site:
     @classmethod
     def at(cls, runs: Path, studies: Sequence[Path] = ()) -> Site:
         """Return the site for a folder of runs, and for studies that lie elsewhere."""
+        runs = runs.resolve()  # what is written into a run must hold wherever it is taken up again
         return cls(Library(runs), Processes(runs / ".web" / "processes"), Studies(runs, studies))
 
     @property
@@ -91,7 +100,7 @@ class Site:
         known = self._read.get(name)
         if known is None or known[0] != mark:
             status = read_status(run)
-            designs = tuple(_design(run, one, which) for one, which in zip(run.designs, status.designs, strict=True))
+            designs = tuple(_design(run, run.design(each.number), each) for each in status.designs)
             known = self._read[name] = (mark, status, designs)
         _, status, designs = known
         shown: Shown = status.state
@@ -103,14 +112,22 @@ class Site:
         """Whether a process is at work on a run, started here or in a terminal."""
         return self.processes.is_alive(run.path.name) or bool(at_work(run.events))
 
+    def refuse_at_work(self, run: Run) -> None:
+        """Keep from a run what must not happen to it while somebody works on it.
+
+        Raises:
+            UserError: Somebody does.
+        """
+        if self.is_at_work(run):
+            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+
     def go_on(self, run: Run) -> None:
         """Start a process that works on a run until it is finished.
 
         Raises:
             UserError: One is at work already.
         """
-        if self.is_at_work(run):
-            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+        self.refuse_at_work(run)
         self.processes.start(run.path.name, ["resume", str(run.path)])
 
     def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
@@ -132,6 +149,7 @@ class Site:
             UserError: There is no such run, or a process designs, trains or exports there.
         """
         run = self.library.run(name)
+        self.refuse_at_work(run)
         for design in run.designs:
             for process in (self.training_name(run, design.number), self.export_name(run, design.number)):
                 if self.processes.is_alive(process):

@@ -88,8 +88,15 @@ def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> 
 
 def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
     config, verdict = training.config.read() or {}, training.evaluation.read()
-    running = verdict is None and site.processes.is_alive(site.training_name(run, design.number))
+    running = verdict is None and _at_work(site, site.training_name(run, design.number), training)
     return _Learning(int(config.get("steps", 0)), int(config.get("seed", 0)), read_curve(training), running, verdict)
+
+
+def _at_work(site: Site, name: str, training: Training) -> bool:
+    """Whether the process of a design took this one of its trainings up, to learn or to judge."""
+    events = training.path / "events.jsonl"
+    taken_up = events.exists() and events.stat().st_mtime >= site.processes.begun_s(name)
+    return site.processes.is_alive(name) and (taken_up or training.result.path.exists())
 
 
 def _judged(run: Run, training: Training) -> _Judged:

@@ -16,6 +16,7 @@ export class Connection {
     this.listener = listener;
     this.wait = FIRST_WAIT_MS;
     this.wanted = false;
+    this.waiting = null;
   }
 
   /** Look, or stop looking: without anybody who looks the server simulates nothing. */
@@ -31,6 +32,13 @@ export class Connection {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(command));
   }
 
+  /** Look, and send a command as soon as it can be; of several the last one counts. */
+  ask(command) {
+    this.look(true);
+    if (this.socket?.readyState === WebSocket.OPEN) this.send(command);
+    else this.waiting = command;
+  }
+
   open() {
     if (!this.wanted) return;
     this.listener.status("connecting");
@@ -39,6 +47,8 @@ export class Connection {
     socket.onopen = () => {
       this.wait = FIRST_WAIT_MS;
       this.listener.status("open");
+      if (this.waiting) this.send(this.waiting);
+      this.waiting = null;
     };
     socket.onmessage = (event) => {
       const { kind, value } = readMessage(event.data);

@@ -235,7 +235,7 @@ export default {
     replay(index) {
       if (!this.drawable) return;
       this.$refs.root.scrollIntoView({ block: "center" });
-      this.send({ do: "episode", index });
+      this.connection.ask({ do: "episode", index });
     },
     seek(time) {
       this.time = time;
