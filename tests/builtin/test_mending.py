@@ -10,7 +10,7 @@ from jobs import DESERT, brief, concept, free_brief
 from aidsr import builtin
 from aidsr.artifacts import Critique, CritiqueIssue, Fault, ValidationReport
 from aidsr.builtin.coder import RuleCoder
-from aidsr.builtin.editing import parse, to_text
+from aidsr.builtin.editing import effective, parse, to_text
 from aidsr.builtin.repairs import REPAIRS, Repair, blocks, mend, strength, winches
 from aidsr.errors import UserError
 from aidsr.validation import validate
@@ -158,6 +158,27 @@ def test_numbers_of_default_classes_are_mended_from_what_they_are(
     mended = root.find("actuator")[0]
     assert {name: mended.get(name) for name in written or {}} == (written or {})
     mujoco.MjModel.from_xml_string(to_text(root))
+
+
+@pytest.mark.parametrize(
+    ("defaults", "tag", "attribute", "value", "in_mujoco"),
+    [
+        ('<default><geom mass="1"/></default><default><motor gear="3"/></default>', "motor", "gear", "3", 3.0),
+        ('<default><general gear="3" gainprm="-10"/></default>', "motor", "gear", "3", 3.0),
+        ('<default><general gear="3" gainprm="-10"/></default>', "motor", "gainprm", None, 1.0),
+        ('<default><intvelocity kp="200"/></default>', "position", "kp", None, 1.0),
+        ('<default><position kp="200"/></default>', "position", "kp", "200", 200.0),
+    ],
+)
+def test_values_after_default_classes_are_those_of_mujoco(
+    defaults: str, tag: str, attribute: str, value: str | None, in_mujoco: float
+) -> None:
+    text = f"""<mujoco>{defaults}<worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>
+    <actuator><{tag} joint="j"/></actuator></mujoco>"""
+    root = parse(text)
+    assert effective(root, root.find("actuator")[0], attribute) == value
+    model = mujoco.MjModel.from_xml_string(text)
+    assert (model.actuator_gear if attribute == "gear" else model.actuator_gainprm)[0, 0] == in_mujoco
 
 
 def test_motors_that_push_only_pull_afterwards() -> None:

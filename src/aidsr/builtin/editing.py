@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from aidsr.builtin.writing import written
+from aidsr.sim.document.inheritance import default_classes, setting
 from aidsr.sim.mjcf import parse_document
 
 __all__ = [
@@ -29,6 +30,9 @@ Element = etree._Element
 
 _ROBOT_PREFIX = "robot/"
 """What scene assembly puts before a robot's names; a report about a scene names parts with it."""
+
+_GAINS = ("kp", "kv", "dampratio", "gainprm", "biasprm")
+"""What only descriptions of an actuator's own tag set. Source: seen in MuJoCo 3.17."""
 
 
 def parse(mjcf: str) -> Element:
@@ -87,32 +91,19 @@ def set_numbers(element: Element, attribute: str, *values: float) -> None:
 def effective(root: Element, element: Element, attribute: str) -> str | None:
     """Return the value an attribute has after default classes, or None where nothing sets it.
 
-    Source: MuJoCo manual, Modeling, default settings: own value, then the class, then the classes around that.
+    Source: MuJoCo manual, Modeling, default settings. What actuators of all kinds have comes from descriptions of any
+    kind, their gains only from those of their own.
     """
-    own = element.get(attribute)
-    if own is not None or _inside_default(element):
-        return own
-    default = _default_of(root, element)
-    while default is not None and default.tag == "default":
-        described = default.find(str(element.tag))
-        value = described.get(attribute) if described is not None else None
-        if value is not None:
-            return value
-        default = default.getparent()
-    return None
+    if _inside_default(element):
+        return element.get(attribute)
+    found = setting(element, attribute, default_classes(root))
+    if found is None or (attribute in _GAINS and found.holder.tag != element.tag):
+        return None
+    return found.value
 
 
 def _inside_default(element: Element) -> bool:
     return any(ancestor.tag == "default" for ancestor in element.iterancestors())
-
-
-def _default_of(root: Element, element: Element) -> Element | None:
-    name = element.get("class")
-    holders = (ancestor.get("childclass") for ancestor in element.iterancestors("body", "frame"))
-    name = name or next((holder for holder in holders if holder), None)
-    if name:
-        return next((default for default in root.iter("default") if default.get("class") == name), None)
-    return root.find("default")
 
 
 def gain_sign(root: Element, actuator: Element) -> int:
