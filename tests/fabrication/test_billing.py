@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
-from chains import finger
+from fingers import finger
 
 from aidsr.fabrication.making import make
 from aidsr.fabrication.package import write_package

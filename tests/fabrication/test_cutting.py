@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from chains import finger
+from fingers import finger
 from manifold3d import Manifold
 
 from aidsr.fabrication.cutting import Piece, cut_across

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from chains import BASE, finger, hand
+from fingers import BASE, finger, hand
 from manifold3d import Manifold
 
 from aidsr.fabrication.cutting import Piece

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from chains import finger
+from fingers import finger
 
 from aidsr.fabrication.making import make
 from aidsr.fabrication.package import write_package
