@@ -1,16 +1,19 @@
 """How many approved designs could be built, and what keeps the rest from it.
 
     python benchmarks/fabrication/run.py runs --jobs 2
+    python benchmarks/fabrication/run.py 'build/builtin-300000/runs/builtin/*/2' --jobs 2 --policy
 
-Exports every approved design under a folder of runs or studies. What is there is kept, so that a stopped command goes
-on.
+Exports every approved design under a folder of runs or studies, or under all that a pattern names. What is there is
+kept, so that a stopped command goes on.
 """
 
 from __future__ import annotations
 
 import argparse
+import glob
 import json
 import platform
+import shlex
 import sys
 import time
 from collections import Counter
@@ -36,7 +39,7 @@ Row = dict[str, Any]
 def main() -> None:
     """Export all designs and write table.json and the report."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("runs", type=Path)
+    parser.add_argument("runs", help="a folder, or a pattern of folders in quotes")
     parser.add_argument("--out", type=Path, default=Path("build/fabrication"))
     parser.add_argument("--report", type=Path, help="Markdown to write; OUT/table.md unless named")
     parser.add_argument("--jobs", type=int, default=1, help="exports at once")
@@ -54,15 +57,15 @@ def main() -> None:
             rows.append(row)
             print(json.dumps(row), flush=True)  # noqa: T201
     (asked.out / "table.json").write_text(json.dumps(rows, indent=2) + "\n")
-    text = account(rows, f"python {' '.join(sys.argv)}")
+    text = account(rows, f"python {shlex.join(sys.argv)}")
     (asked.report or asked.out / "table.md").write_text(text)
     print(text)  # noqa: T201
 
 
-def approved(runs: Path) -> list[Path]:
-    """Return the folders of all approved designs below a folder, however deep, in order."""
-    found = []
-    for path in sorted(runs.rglob("designs/*/outcome.json")):
+def approved(runs: str) -> list[Path]:
+    """Return the folders of all approved designs below folders of a pattern, however deep, in order."""
+    found, homes = [], glob.glob(runs)  # noqa: PTH207 - a pattern may be absolute, which that of a Path may not
+    for path in sorted(path for home in homes for path in Path(home).rglob("designs/*/outcome.json")):
         outcome = DesignFolder(path.parent).outcome.read()
         if outcome is not None and outcome.outcome == "approved":
             found.append(path.parent)
