@@ -16,6 +16,10 @@ MASS_TOLERANCE = 0.15
 """The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
 robot is tried with its new mass."""
 
+_ANSWERED = frozenset({"actuator_overforce", "actuator_power", "actuator_speed", "cable_stroke", "implausible_density"})
+"""What the validator asks by rules of thumb, and an export answers with the motors, lines and plastic that it names,
+or with errors of its own where it finds none. Told as warnings."""
+
 
 def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
     """Return what two reports of the validator say of a robot as built."""
@@ -108,19 +112,23 @@ def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
             _unstable("unstable_as_designed", unsound, message, "Mend what aidsr validate says of the design.")
         )
     found += [
-        fault
+        _as_told(fault)
         for fault in retest.designed_faults
         if fault.layer == "realizability"
-        and not any((fault.code, fault.severity, name) in told for name in fault.names)
+        and not any((fault.code, _as_told(fault).severity, name) in told for name in fault.names)
     ]
     return found
+
+
+def _as_told(fault: Fault) -> Fault:
+    return fault.model_copy(update={"severity": "warning"}) if fault.code in _ANSWERED else fault
 
 
 def _retest_reasons(retest: Retest) -> list[Fault]:
     """What the robot as built does wrong that the design does not."""
     had = {fault.code for fault in retest.designed_faults if fault.severity == "error"}
     found = [
-        fault.model_copy(update={"message": f"as built, {fault.message}"})
+        _as_told(fault).model_copy(update={"message": f"as built, {fault.message}"})
         for fault in retest.faults
         if fault.severity == "error" and fault.layer == "realizability" and fault.code not in had
     ]
@@ -138,6 +146,7 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
                 * (1 + math.copysign(REACH_TOLERANCE, retest.reach_m - retest.designed_reach_m)),
                 unit="m",
                 message=f"reaches another distance than the {retest.designed_reach_m:.3g} m designed",
+                cure="Design it with what is built: joints that bend until walls touch, and the masses under changes.",
             )
         )
     return found
