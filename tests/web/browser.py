@@ -19,6 +19,7 @@ from playwright.sync_api import BrowserContext, Page, expect, sync_playwright
 IMAGES = Path(__file__).parents[2] / "docs" / "images" / "web"
 PATIENCE_MS = 300_000
 """How long to wait for anything; nothing here is a measurement."""
+_MISSED_MS = 20_000
 
 
 def chromium() -> str:
@@ -30,6 +31,19 @@ def chromium() -> str:
         missing = "no Chromium on this machine; install the package chromium"
         (pytest.fail if os.environ.get("AIDSR_BROWSER_TESTS") == "required" else pytest.skip)(missing)
     return found
+
+
+def open_tab(page: Page, name: str) -> None:
+    """Click a tab until it is open: while a page loads its parts move, and a click may miss."""
+    tab = page.get_by_role("tab", name=name)
+    for _ in range(PATIENCE_MS // _MISSED_MS):
+        tab.click()
+        try:
+            expect(tab).to_have_attribute("aria-selected", "true", timeout=_MISSED_MS)
+        except AssertionError:
+            continue
+        return
+    pytest.fail(f'the tab "{name}" did not open')
 
 
 @contextmanager
