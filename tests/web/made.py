@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 from aidsr.artifacts import (
@@ -10,9 +11,12 @@ from aidsr.artifacts import (
     Critique,
     CritiqueIssue,
     EnvironmentSummary,
+    EpisodeResult,
+    Evaluation,
     Fault,
     Outcome,
     Placement,
+    PlausibilityCheck,
     Robot,
     Scene,
     ValidationReport,
@@ -21,7 +25,7 @@ from aidsr.calls import CallRecord, Message, Question, Usage
 from aidsr.fabrication.told import Change, PartEntry, Retest, Verdict
 from aidsr.runs import DesignFolder, EventLog, Run, RunConfig, RunRecord, new_run
 from aidsr.runs.events import Done, Finished, Started, Waiting
-from aidsr.runs.files import JsonFile
+from aidsr.runs.files import JsonFile, replace_file
 
 SCRIPT = "<script>window.stolen = 1</script><img src=x onerror='window.stolen = 1'>"
 """What a hostile text would like the page to run."""
@@ -154,3 +158,22 @@ def made_export(design: DesignFolder, *, verdict: str = "buildable with changes"
 
 def blamed() -> Critique:
     return Critique(passed=False, issues=(CritiqueIssue(blame="coder", component="tip", problem=SCRIPT),))
+
+
+def made_training(
+    design: DesignFolder, won: Sequence[bool] = (False,), checks: tuple[PlausibilityCheck, ...] = ()
+) -> Path:
+    """Write the first judged training of a design, and return its folder; `won` says so of each held-out episode."""
+    episodes = [
+        EpisodeResult(
+            variation=i, ended="succeeded" if each else "failed", progress=0.9, best_progress=1, reward=5, time_s=2
+        )
+        for i, each in enumerate(won)
+    ]
+    verdict = Evaluation(
+        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=tuple(episodes), checks=checks
+    )
+    folder = design.path / "training" / "001"
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    return folder

@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Server, browsing, chromium, open_tab, shoot
-from made import SCRIPT, made_export, made_run
+from made import SCRIPT, made_export, made_run, made_training
 from playwright.sync_api import Page, WebSocket, expect
 
 import aidsr
-from aidsr.artifacts import EpisodeResult, Evaluation
 from aidsr.runs import Library
-from aidsr.runs.files import replace_file
 
 
 @pytest.fixture
@@ -159,13 +157,7 @@ def test_an_episode_is_replayed_though_the_view_was_out_of_sight(runs: Path, ser
     finger = """<mujoco><worldbody><body name="robot/finger"><joint name="robot/bend" axis="0 1 0" damping="0.1"/>
       <geom type="capsule" size="0.01" fromto="0 0 0 0 0 0.2"/></body></worldbody></mujoco>"""
     run.design(1).iteration(2).scene.xml.path.write_text(finger)
-    folder = run.design(1).path / "training" / "001"
-    one = EpisodeResult(variation=0, ended="failed", progress=0.9, best_progress=1, reward=5, time_s=2)
-    verdict = Evaluation(
-        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=(one,), checks=()
-    )
-    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
-    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    folder = made_training(run.design(1))
     np.savez(folder / "best.npz", qpos=np.linspace(0, 1, 500).reshape(-1, 1), frame_s=0.02, mjcf="")
     with browsing(webgl=True, viewport={"width": 1000, "height": 700}) as visitor:
         page = visitor.new_page()

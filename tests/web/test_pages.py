@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made import MJCF, SCRIPT, blamed, made_run
+from made import MJCF, SCRIPT, blamed, made_run, made_training
 from nicegui import app, ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
 
-from aidsr.artifacts import Critique, CritiqueIssue, EpisodeResult, Evaluation, Outcome, PlausibilityCheck, TaskReport
+from aidsr.artifacts import Critique, CritiqueIssue, Outcome, PlausibilityCheck, TaskReport
 from aidsr.errors import UserError
 from aidsr.models.manual import waiting_prompts
 from aidsr.runs import Budget, EventLog, RunConfig
@@ -272,19 +272,8 @@ async def test_of_two_trainings_the_one_at_work_is_told_from_the_stopped_one(use
 @visiting
 async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
-    folder = run.design(1).path / "training" / "001"
     check = PlausibilityCheck(name="energy", passed=True, measured=0.01, limit=0.1, unit="J", message="energy kept")
-    episodes = [
-        EpisodeResult(
-            variation=i, ended="succeeded" if i else "failed", progress=0.9, best_progress=1, reward=5, time_s=2
-        )
-        for i in range(4)
-    ]
-    verdict = Evaluation(
-        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=tuple(episodes), checks=(check,)
-    )
-    replace_file(folder / "config.json", json.dumps({"steps": 4000, "seed": 7}).encode())
-    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    folder = made_training(run.design(1), (False, True, True, True), (check,))
     rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n2000,9,4,0.5,0.7,2.0,0,222\n"
     replace_file(folder / "curve.csv", rows.encode())
     np.savez(folder / "best.npz", qpos=np.zeros((3, 1)), frame_s=0.02, variation=3, mjcf=MJCF)
@@ -313,13 +302,7 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
 @visiting
 async def test_of_a_damaged_file_a_sentence_stands_where_it_would_be_shown(user: User, site: Site) -> None:
     run = made_run(site.library.path, designs=1)
-    folder = run.design(1).path / "training" / "001"
-    one = EpisodeResult(variation=0, ended="failed", progress=0.9, best_progress=1, reward=5, time_s=2)
-    verdict = Evaluation(
-        task="reaching/button_pushing", level="standard", benchmark_version=2, episodes=(one,), checks=()
-    )
-    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
-    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    folder = made_training(run.design(1))
     replace_file(folder / "best.npz", b"PK")
     replace_file(folder / "curve.csv", b"time,value\n1,2\n")
     await user.open(f"/run/{run.path.name}/1")

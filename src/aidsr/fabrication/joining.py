@@ -67,9 +67,8 @@ def whole_limbs(
     parts, feet = dict(finished), dict.fromkeys(grown, Manifold())
     for limb, members in grown.items():
         parent = anatomy.joints[limb[0]].parent
-        if (
-            parent in parts and parent not in members
-        ):  # a ring grows from itself, a limb that hangs on the world from none
+        # a ring grows from itself, a limb that hangs on the world from none
+        if parent in parts and parent not in members:
             feet[limb], socket = _plug(skeleton.gaps[limb[0]], parts[parent], printer, drills[parent])
             parts[parent] -= socket
     pieces = []
