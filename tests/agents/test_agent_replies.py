@@ -86,6 +86,13 @@ def test_what_is_wrong_is_said_exactly(reply: str, complaint: str) -> None:
     assert str(caught.value) == complaint
 
 
+@pytest.mark.parametrize("value", ["9" * 5_000, "[" * 100_000 + "]" * 100_000], ids=["digits", "depth"])
+@pytest.mark.parametrize("reply", ['{{"scale": {}}}', '```json\n{{"scale": {}}}\n```'], ids=["bare", "fenced"])
+def test_json_beyond_what_is_read_is_a_mistake_of_the_reply(reply: str, value: str) -> None:
+    with pytest.raises(ReplyError, match="a number too long, or brackets nested too deep"):
+        json_in(reply.format(value))
+
+
 def test_a_critique_that_contradicts_itself_is_asked_again() -> None:
     with pytest.raises(ReplyError, match="A passing critique has no issues and a failing one at least one"):
         read_as(Critique, json_in('{"passed": false, "summary": "bad"}'))
@@ -189,6 +196,13 @@ def test_robots_that_cannot_be_used(reply: str, complaint: str) -> None:
     with pytest.raises(ReplyError) as caught:
         _Reader(BRIEF).read(reply)
     assert complaint in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["pid", "orientation", "dcmotor"])
+def test_a_header_may_group_any_actuator_of_mjcf(kind: str) -> None:
+    header = '{"functional_part": "tip", "actuator_groups": [{"name": "g", "actuators": ["turn"]}]}'
+    turned = MJCF.replace("<actuator>", f'<actuator><{kind} name="turn"/>')
+    assert _Reader(BRIEF).read(f"{header}\n{turned}").actuator_groups[0].actuators == ("turn",)
 
 
 def test_a_wrong_header_is_put_right_by_a_header_alone() -> None:

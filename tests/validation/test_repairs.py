@@ -257,6 +257,19 @@ def test_a_flag_that_no_class_gives_is_written_once_where_the_range_is() -> None
     assert mujoco.MjModel.from_xml_string(answer.mjcf).actuator_ctrllimited[0]
 
 
+def test_ranges_of_every_kind_of_actuator_are_put_in_order() -> None:
+    text = swapped("<motor .*/>", '<pid name="m" tendon="t" kp="9" ctrlrange="5 0"/>')
+    assert repair(text).mjcf == text.replace('ctrlrange="5 0"', 'ctrlrange="0 5"').rstrip("\n")
+
+
+def test_no_flag_is_written_that_the_element_does_not_know() -> None:
+    damper = '<actuator><damper name="m" joint="j1" kv="1" ctrlrange="0 5"/></actuator>'
+    text = swapped("<actuator>.*</actuator>", damper, swapped('autolimits="true"', 'autolimits="false"'))
+    answer = repair(text).mjcf
+    assert "ctrllimited" not in answer
+    assert mujoco.MjModel.from_xml_string(answer).actuator_ctrlrange.tolist() == [[0, 5]]
+
+
 def test_comments_and_layout_survive_a_repair() -> None:
     text = swapped("<sensor>", "<!-- what it feels -->\n  <sensor>", swapped("stiffness=", "stifness="))
     assert repair(text).mjcf == swapped("stifness=", "stiffness=", text).rstrip("\n")

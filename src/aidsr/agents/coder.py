@@ -16,23 +16,9 @@ from aidsr.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critique, R
 from aidsr.errors import MjcfError, ReplyError
 from aidsr.roles import Feedback
 from aidsr.sim.document.keeping import changes_to
+from aidsr.sim.schema import actuator_elements
 
 __all__ = ["CoderAgent"]
-
-_ACTUATORS = (
-    "general",
-    "motor",
-    "position",
-    "velocity",
-    "intvelocity",
-    "damper",
-    "cylinder",
-    "muscle",
-    "adhesion",
-    "dcmotor",
-)
-"""Elements of MJCF's actuator section that need no plugin. Source: MuJoCo XML reference."""
-
 
 _MOST_CHANGES = 6
 """Changes to kept parts that are named in one complaint. Our choice: they mostly have one cause."""
@@ -166,7 +152,7 @@ def _check_names(header: _Header, mjcf: str) -> None:
     parts = names_of(mjcf, "body", "site")
     if header.functional_part not in parts:
         raise ReplyError(_no_such("functional_part", header.functional_part, "body or site", parts))
-    actuators, used = names_of(mjcf, *_ACTUATORS), set[str]()
+    actuators, used = names_of(mjcf, *actuator_elements()), set[str]()
     for name in (name for group in header.actuator_groups for name in group.actuators):
         if name not in actuators:
             raise ReplyError(_no_such("actuator_groups", name, "actuator", actuators))

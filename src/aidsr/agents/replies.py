@@ -117,7 +117,7 @@ def _bare_objects(reply: str) -> list[str]:
         rest = rest[start.end() :]
         try:
             _, end = json.JSONDecoder(strict=False).raw_decode(rest)
-        except json.JSONDecodeError:
+        except (ValueError, RecursionError):
             return found or [rest]  # so that the caller says what is wrong with the only one
         found.append(rest[:end])
         rest = rest[end:]
@@ -130,6 +130,8 @@ def _decoded(text: str) -> dict[str, Any]:
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno} of it"
         raise ReplyError(f"The JSON is not well-formed: {error.msg} at {where}.") from None
+    except (ValueError, RecursionError):  # Python's bounds on digits and on depth
+        raise ReplyError("The JSON has a number too long, or brackets nested too deep, to be read.") from None
     if not isinstance(value, dict):
         raise ReplyError("The JSON must be one object.")
     return value

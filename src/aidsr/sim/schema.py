@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
 
-__all__ = ["Grammar", "mjcf_grammar"]
+__all__ = ["Grammar", "actuator_elements", "mjcf_grammar", "range_flags"]
 
 _ROW = re.compile(
     r'padding-left:(?P<indent>\d+)"[^>]*class="el">(?P<name>[^<]*)</td>\s*'
@@ -73,3 +73,20 @@ def mjcf_grammar() -> Grammar:
         body.children[name] = Grammar(name, once=False, attributes=attributes, children=body.children)
     root.children["worldbody"] = Grammar("worldbody", once=False, attributes=body.attributes, children=body.children)
     return root
+
+
+@cache
+def actuator_elements() -> tuple[str, ...]:
+    """Return the elements that describe an actuator, sorted, without those of plugins."""
+    return tuple(sorted(mjcf_grammar().children["actuator"].children.keys() - {"plugin"}))
+
+
+@cache
+def range_flags() -> dict[tuple[str, str], str]:
+    """Return which attribute says whether a range holds, by element and range: limited for the range of a joint."""
+    return {
+        (grammar.name, name): flag
+        for grammar in mjcf_grammar().walk()
+        for name in grammar.attributes
+        if name.endswith("range") and (flag := name.removesuffix("range") + "limited") in grammar.attributes
+    }

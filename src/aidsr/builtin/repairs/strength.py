@@ -16,6 +16,7 @@ from aidsr.builtin.editing import (
     set_numbers,
     without_prefix,
 )
+from aidsr.sim.schema import actuator_elements
 
 __all__ = [
     "restore_gear",
@@ -30,7 +31,6 @@ __all__ = [
     "widen_joint_ranges",
 ]
 
-_ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
 _SERVO_GAINS = {"position": "kp", "intvelocity": "kp", "velocity": "kv"}
 """What decides the force of a servo. MuJoCo takes 1 where it is not set. Source: MuJoCo XML reference."""
 
@@ -124,7 +124,7 @@ def sort_ranges(root: Element, fault: Fault) -> str | None:
     """Write ranges that stand high to low the right way round."""
     del fault
     changed = 0
-    for item in of(root, "joint", *_ACTUATORS):
+    for item in of(root, "joint", *actuator_elements()):
         for name in ("range", "ctrlrange", "forcerange"):
             low_high = numbers(item, name)
             if len(low_high) == 2 and low_high[0] > low_high[1]:
@@ -156,10 +156,10 @@ def widen_joint_ranges(root: Element, fault: Fault) -> str | None:
 def restore_gear(root: Element, fault: Fault) -> str | None:
     """Give actuators whose gear or gain is zero one that acts, and pulls where only pulling forces are allowed."""
     del fault
-    limits = [numbers(item, "forcerange") for item in of(root, *_ACTUATORS)]
+    limits = [numbers(item, "forcerange") for item in of(root, *actuator_elements())]
     sign = -1.0 if any(limit and max(limit) <= 0 for limit in limits) else 1.0
     changed = 0
-    for item in of(root, *_ACTUATORS):
+    for item in of(root, *actuator_elements()):
         for name in ("gear", "gainprm", "kp"):
             values = numbers(item, name)
             if values and not any(values):

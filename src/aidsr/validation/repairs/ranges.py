@@ -8,21 +8,10 @@ from collections.abc import Iterator
 
 from aidsr.sim.document.inheritance import Setting, default_classes, is_placed, setting
 from aidsr.sim.document.place import Element, elements, numbers
+from aidsr.sim.schema import actuator_elements, range_flags
 from aidsr.validation.repairs.telling import told
 
 __all__ = ["ball_ranges", "degrees_in_radians", "inverted_ranges", "missing_limit_flags"]
-
-_ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
-_FLAGS = {
-    **{(tag, "range"): "limited" for tag in ("joint", "spatial", "fixed", "tendon")},
-    ("joint", "actuatorfrcrange"): "actuatorfrclimited",
-    **{
-        (tag, name): flag
-        for tag in _ACTUATORS
-        for name, flag in (("ctrlrange", "ctrllimited"), ("forcerange", "forcelimited"), ("actrange", "actlimited"))
-    },
-}
-"""Element and range, and the flag that says whether it holds. Source: MuJoCo XML reference, version 3.17."""
 
 _FULL_TURN_RAD = 2.0 * math.pi
 _MEANT_RAD = [half_turns * math.pi for half_turns in range(2, 7)]
@@ -95,7 +84,8 @@ def degrees_in_radians(root: Element) -> Iterator[str]:
 
 def _turn_ranges(root: Element) -> Iterator[str]:
     classes = default_classes(root)
-    driven = {actuator.get("joint") or actuator.get("jointinparent") for actuator in elements(root, *_ACTUATORS)}
+    actuators = elements(root, *actuator_elements())
+    driven = {actuator.get("joint") or actuator.get("jointinparent") for actuator in actuators}
     users: dict[Element, list[tuple[Element, Setting]]] = defaultdict(list)
     for joint in elements(root, "joint"):
         found = setting(joint, "range", classes) if is_placed(joint) else None
@@ -120,7 +110,7 @@ def _ranges(root: Element) -> Iterator[tuple[Element, str, str]]:
     """Yield each element that bears a range, the range's name and its flag's."""
     for element in elements(root):
         for attribute in [str(name) for name in element.attrib]:
-            flag = _FLAGS.get((str(element.tag), attribute))
+            flag = range_flags().get((str(element.tag), attribute))
             if flag:
                 yield element, attribute, flag
 
