@@ -19,6 +19,8 @@ import { isFloor } from "./floor.js";
 
 const ONE = [1, 1, 1];
 const XRAY_OPACITY = 0.16;
+const ENDLESS = 14; // half side of a plane without end, in lengths of the robot; the floor reaches as far
+const ENDLESS_OPACITY = 0.25; // it may stand between the robot and whoever looks or points
 
 /** The shapes of a model. */
 export class Shapes {
@@ -31,7 +33,9 @@ export class Shapes {
     };
     this.surfaces = facts.surfaces.map(surfaceGeometry);
     this.own = [];
-    this.meshes = facts.parts.map((part) => (isFloor(part) ? null : this.mesh(part)));
+    this.endless = ENDLESS * facts.length_m;
+    const floor = facts.parts.find(isFloor);
+    this.meshes = facts.parts.map((part) => (part === floor ? null : this.mesh(part)));
     this.moving = this.meshes.filter((_, index) => facts.parts[index].moves);
   }
 
@@ -44,7 +48,7 @@ export class Shapes {
   xray(on) {
     for (const mesh of this.meshes) {
       if (!mesh || mesh.userData.part.robot) continue;
-      const alpha = mesh.userData.part.rgba[3];
+      const { alpha } = mesh.userData;
       setOpacity(mesh, on ? Math.min(alpha, XRAY_OPACITY) : alpha);
       mesh.castShadow = !on && alpha > 0.6;
     }
@@ -77,10 +81,12 @@ export class Shapes {
     if (flat || part.shape === "plane") material.side = DoubleSide;
     const mesh = new Mesh(geometry, material);
     mesh.matrixAutoUpdate = false;
-    mesh.userData = { part, scale: new Vector3(...scale) };
+    const endless = part.shape === "plane" && !(part.size[0] && part.size[1]);
+    const alpha = endless ? Math.min(part.rgba[3], ENDLESS_OPACITY) : part.rgba[3];
+    mesh.userData = { part, alpha, scale: new Vector3(...scale) };
     setPose(mesh, part.pose);
-    setOpacity(mesh, part.rgba[3]);
-    mesh.castShadow = part.rgba[3] > 0.6 && part.kind === "geom";
+    setOpacity(mesh, alpha);
+    mesh.castShadow = alpha > 0.6 && part.kind === "geom";
     mesh.receiveShadow = part.kind === "geom";
     this.group.add(mesh);
     return mesh;
@@ -91,7 +97,10 @@ export class Shapes {
     const [x, y, z] = part.size;
     if (part.surface !== undefined) return { geometry: this.surfaces[part.surface], scale: ONE };
     if (part.shape === "capsule") return { geometry: this.kept(new CapsuleGeometry(x, 2 * z, 10, 28)), scale: ONE };
-    if (part.shape === "plane") return { geometry: this.kept(new PlaneGeometry(2 * x, 2 * y), false), scale: ONE };
+    if (part.shape === "plane") {
+      const [width, height] = [x, y].map((half) => 2 * (half || this.endless)); // 0 is a side without end
+      return { geometry: this.kept(new PlaneGeometry(width, height), false), scale: ONE };
+    }
     if (part.shape === "cylinder") return { geometry: this.unit.cylinder, scale: part.size };
     if (part.shape === "box") return { geometry: this.unit.box, scale: part.size };
     return { geometry: this.unit.sphere, scale: part.size };
