@@ -32,7 +32,7 @@ class Retest(Artifact):
     stable: bool
     """Whether the robot as built moves without a fault; whether it could be built is another question."""
     reach_m: float
-    """Largest displacement that any single actuator caused."""
+    """Largest displacement in any test, by one actuator or several."""
     designed_reach_m: float
     faults: tuple[Fault, ...]
     designed_faults: tuple[Fault, ...] = ()

@@ -1,6 +1,6 @@
 """Calls that misbehave on purpose, to see that isolation holds on this machine.
 
-`try_isolation` runs them for `aidsr doctor`; the tests run them one by one. Each function is called in a worker.
+`try_isolation` runs some of them; the tests run them one by one. Each function is called in a worker.
 """
 
 from __future__ import annotations

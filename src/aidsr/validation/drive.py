@@ -35,7 +35,7 @@ class Drive:
         pull: The end that pulls a tendon hardest; the high end of any other actuator.
         release: The other end.
         goes_slack: Whether it has no force at all when released, however the robot moves.
-    force_low_n, force_high_n: Force on the tendon or joint at both ends where the robot rests; positive pushes
+        force_low_n, force_high_n: Force on the tendon or joint at both ends where the robot rests; positive pushes
             [N, or N m on a turning joint].
     """
 
