@@ -43,6 +43,7 @@ def test_limits_count_from_the_drawn_pose(joint: str, limits: tuple[float, float
 
 
 TWICE = "".join(WINCH.format(name=name, tendon="flex") for name in ("strong", "weak"))
+LOOP = '<equality><connect name="tie" body1="link_1" body2="link_3" anchor="0 0 0" active="{}"/></equality>'
 COUPLED = '<equality><joint name="same" joint1="bend_1" joint2="bend_2" active="{}"/></equality>'
 
 
@@ -53,13 +54,15 @@ COUPLED = '<equality><joint name="same" joint1="bend_1" joint2="bend_2" active="
         (finger(actuators=TWICE), {("cable_shared", "flex")}),
         (finger(extra=COUPLED.format("true")), {("joints_coupled", "same")}),
         (finger(extra=COUPLED.format("false")), set()),
+        (finger(extra=LOOP.format("true")), {("loop_open", "tie")}),
+        (finger(extra=LOOP.format("false")), set()),
         (finger().replace('name="link_1"', 'name="link_1" gravcomp="1"'), {("weight_lifted", "link_1")}),
         (finger().replace('name="base"', 'name="base" gravcomp="1"'), set()),
     ],
 )
 def test_what_nobody_builds_is_told(mjcf: str, told: set[tuple[str, str]]) -> None:
     faults = make(mjcf, [], printer_named("fdm")).faults
-    codes = ("cable_shared", "joints_coupled", "weight_lifted")
+    codes = ("cable_shared", "joints_coupled", "weight_lifted", "loop_open")
     assert {(fault.code, name) for fault in faults if fault.code in codes for name in fault.names} == told
 
 

@@ -60,7 +60,7 @@ class _Reader:
         loops = [
             name_of(model, _OBJ.mjOBJ_EQUALITY, index)
             for index in range(model.neq)
-            if int(model.eq_type[index]) in _LOOPS and not self._is_rigid_loop(index)
+            if model.eq_active0[index] and int(model.eq_type[index]) in _LOOPS and not self._is_rigid_loop(index)
         ]
         return Anatomy(
             parts=tuple(self._part(root) for root in self.number),

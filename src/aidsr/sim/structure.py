@@ -173,9 +173,9 @@ def read_structure(model: mujoco.MjModel) -> Structure:
 
 
 def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
-    """Return the pairs of bodies that an equality constraint joins at a point, named by bodies or by sites."""
+    """Return the pairs of bodies that an active equality constraint joins at a point, named by bodies or by sites."""
     pairs = set()
-    for equality in np.flatnonzero(np.isin(model.eq_type, _JOINING)):
+    for equality in np.flatnonzero(np.isin(model.eq_type, _JOINING) & (model.eq_active0 != 0)):
         ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
         if int(model.eq_objtype[equality]) == _OF_SITES:
             ends = (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]]))
