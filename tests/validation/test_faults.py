@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import faulty
 import pytest
 
@@ -61,6 +63,11 @@ def test_a_bad_robot_reports_exactly_its_fault_and_the_signal_of_it(bad: faulty.
 
 def test_every_rule_has_a_bad_robot() -> None:
     assert set(EXPLAINS) <= {bad.code for bad in faulty.BAD}
+
+
+def test_the_documentation_lists_every_fault() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "validation.md").read_text(encoding="utf-8")
+    assert [bad.code for bad in faulty.BAD if f"`{bad.code}`" not in page] == []
 
 
 def test_no_fault_explains_itself() -> None:
