@@ -121,6 +121,7 @@ def test_the_number_of_concepts_is_kept() -> None:
         pytest.param(f"```json\n{HEADER}\n```\n```xml\n{MJCF}\n```", id="as asked"),
         pytest.param(f"```xml\n{MJCF}\n```\n```json\n{HEADER}\n```", id="the other way round"),
         pytest.param(f"Here.\n{HEADER}\n\n{MJCF}\nDone.", id="bare with prose"),
+        pytest.param(f"Under one <mujoco>:\n{HEADER}\n{MJCF}\nAll stands before </mujoco>.", id="bare beside its tags"),
         pytest.param(f"{HEADER}\n```mjcf\n{MJCF}\n```", id="bare header"),
         pytest.param(f"```json\n{HEADER}\n```\n```xml\n{MJCF}", id="fence never closed"),
         pytest.param(f'```json\n{HEADER}\n```\n```xml\n<?xml version="1.0"?>\n{MJCF}\n```', id="with a declaration"),

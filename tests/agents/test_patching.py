@@ -88,6 +88,7 @@ PATCH = "<patch><remove sel='//a'/></patch>"
         f"The `<patch>` below softens it:\n```xml\n{PATCH}\n```",
         f"```xml\n{PATCH}\n```\nAll stands between <patch> and </patch>.",
         f"```xml\n<joint/>\n```\n```\n{PATCH}",
+        f"The `<patch>` below softens it:\n{PATCH}\nAll stands between <patch> and </patch>.",
     ],
 )
 def test_a_patch_is_found_wherever_it_stands(reply: str) -> None:

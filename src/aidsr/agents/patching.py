@@ -19,14 +19,13 @@ from difflib import get_close_matches
 
 from lxml import etree
 
-from aidsr.agents.replies import blocks
+from aidsr.agents.replies import blocks, documents_in
 from aidsr.errors import MjcfError, ReplyError
 from aidsr.sim.document.place import Element, attributes, elements
 from aidsr.sim.mjcf import parse_document
 
 __all__ = ["apply_patch", "patch_in"]
 
-_PATCH = re.compile(r"<patch\b[^>]*>.*</patch\s*>", re.DOTALL)
 _OPERATIONS = ("set", "add", "replace", "remove")
 _PLACES = ("last", "first", "before", "after")
 _LONGEST_SELECTION = 300
@@ -44,7 +43,7 @@ def patch_in(reply: str) -> str | None:
         ReplyError: There are several.
     """
     fenced = [block.text for block in blocks(reply) if block.text.lstrip().startswith("<patch")]
-    found = [match[0] for text in fenced or [reply] for match in _PATCH.finditer(text)]
+    found = [patch for text in fenced or [reply] for patch in documents_in(text, "patch")]
     if len(found) > 1 or (found and found[0].count("<patch") > 1):
         raise ReplyError("It has several <patch> blocks; put all operations into one.")
     return found[0] if found else None

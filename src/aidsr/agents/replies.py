@@ -14,12 +14,11 @@ from pydantic import BaseModel, ValidationError
 
 from aidsr.errors import ReplyError
 
-__all__ = ["Block", "blocks", "has_json", "json_in", "mjcf_in", "names_of", "read_as"]
+__all__ = ["Block", "blocks", "documents_in", "has_json", "json_in", "mjcf_in", "names_of", "read_as"]
 
 T = TypeVar("T", bound=BaseModel)
 
 _FENCE = re.compile(r"^[ \t]*```[ \t]*([\w+-]*)[ \t]*\n(.*?)(?:^[ \t]*```[ \t]*$|\Z)", re.MULTILINE | re.DOTALL)
-_BARE_MJCF = re.compile(r"<mujoco\b.*</mujoco\s*>", re.DOTALL)
 _LINE_OPENING_OBJECT = re.compile(r"^[ \t]*(?=\{)", re.MULTILINE)
 _OBJECT_OF_KEYS = re.compile(r"(?=\{\s*[\"'])")
 _ANY_OBJECT = re.compile(r"(?=\{)")
@@ -40,6 +39,13 @@ class Block:
 def blocks(reply: str) -> tuple[Block, ...]:
     """Return the fenced blocks; one that is never closed runs to the end of the reply."""
     return tuple(Block(match[1].lower(), match[2]) for match in _FENCE.finditer(reply))
+
+
+def documents_in(text: str, root: str) -> list[str]:
+    """Return the XML documents with that root; a tag named in a sentence, which no element follows, begins none."""
+    likeliest_first = (rf"<{root}\b[^>]*>(?=\s*<).*?</{root}\s*>", rf"<{root}\b[^>]*>.*</{root}\s*>")
+    found = ([match[0] for match in re.finditer(pattern, text, re.DOTALL)] for pattern in likeliest_first)
+    return next(filter(None, found), [])
 
 
 def read_as(kind: type[T], value: object) -> T:
@@ -86,7 +92,7 @@ def mjcf_in(reply: str) -> str | None:
         ReplyError: There are several, or it has no end.
     """
     fenced = [block.text.strip() for block in blocks(reply) if _opens(block.text, "<")]
-    found = fenced or [match[0] for match in _BARE_MJCF.finditer(reply)]
+    found = fenced or documents_in(reply, "mujoco")
     if len(found) > 1:
         raise ReplyError(f"It has {len(found)} XML blocks; exactly one was asked for.")
     if not found:

@@ -30,7 +30,7 @@ def export(
     """Make an approved design into parts to print, to buy and to assemble, and say what cannot be built.
 
     Exit code 0 means buildable, as it is or with the changes that are told; 1 means not buildable, for the reasons that
-    are told; 2 a mistake in the command. The folder is written in each case.
+    are told; 2 a mistake in the command. With 0 and with 1 the folder is written.
 
         aidsr export runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -45,9 +45,11 @@ def export(
     material
         Material to print limbs of, as tpu95a or petg; the first that can be made of all the printer has unless named.
     out
-        Folder to write; export/ in the design's folder unless named. An earlier export in it is replaced.
+        Folder to write; export/ in the design's folder, or NAME_export beside the file, unless named. An earlier export
+        in it is replaced.
     policy
-        Also let the design's last trained policy act with the robot as built, 20 episodes (half a minute).
+        Also let the design's last trained policy act with the robot as built, 20 episodes (half a minute); needs the
+        extra "rl".
     step
         Also write each part as STEP, with flat facets; needs the extra "cad".
     """
