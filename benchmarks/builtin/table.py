@@ -259,7 +259,7 @@ def _comparison(rows: Sequence[Row], plan: StudyPlan) -> str:
     return (
         f"{len(tried)} of {len(plan.tasks)} tasks have a design that ended, {len(won)} of them a successful one. "
         f"Checks of validity that failed, by designs: {failed}. Published, for orientation only: {PAPER.valid:.1%} "
-        f"valid, {PAPER.successful_by_table:.1%} successful ({PAPER.source})."
+        f"valid, {PAPER.successful:.1%} successful, {PAPER.successful_by_table:.1%} by its own table ({PAPER.source})."
     )
 
 

@@ -27,6 +27,12 @@ def test_the_job_is_read_from_objective_and_environment(task: str, kind: str) ->
     assert job.mount_name == "mount"
 
 
+@pytest.mark.parametrize(("base", "kind"), [("fixed", "reach"), ("moving", "reach"), ("any", "crawl")])
+def test_a_body_whose_base_is_held_is_not_to_crawl(base: str, kind: str) -> None:
+    job = free_brief("Point forward.", LAMP).model_copy(update={"base": base})
+    assert read_job(job).kind == kind
+
+
 def test_distances_are_seen_from_the_mount() -> None:
     button, handle = read_job(brief("button_pushing")).target, read_job(brief("drawer_opening")).target
     assert (button.along_m, button.beside_m) == (pytest.approx(0.26, abs=0.002), pytest.approx(0.12, abs=0.01))

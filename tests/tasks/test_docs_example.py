@@ -54,6 +54,13 @@ def test_the_example_is_a_task_like_any_other(kitchen, level, raised_m):
     assert episode.won
 
 
+def test_the_example_takes_its_environment_along_when_it_is_installed():
+    packed = tomllib.loads(FILES["pyproject.toml"])["tool"]["setuptools"]["package-data"]["kitchen_tasks"]
+    data = [path for path in map(Path, FILES) if path.parent.name == "kitchen_tasks" and path.suffix != ".py"]
+    assert data
+    assert all(any(path.match(pattern) for pattern in packed) for path in data)
+
+
 @pytest.mark.parametrize("level", ["standard", "hard"])
 def test_the_team_reads_the_docstrings_of_the_example(kitchen, level):
     task = load_task("lid_lifting", level)

@@ -41,8 +41,8 @@ _GRASPABLE_M = 0.06
 def kind_of(brief: Brief) -> tuple[Kind, str]:
     """Return the kind of job and what made the rules think so.
 
-    A free base means a body that moves itself, whatever else the words say. Without a known word the environment
-    decides, and the sentence says that a default was taken.
+    A free base means a body that moves itself, whatever else the words say, and one that is held never does. Without a
+    known word the environment decides, and the sentence says that a default was taken.
     """
     found = {kind: _spoken(words, brief.objective) for kind, words in _WORDS.items()}
     if brief.base == "free":
@@ -50,6 +50,8 @@ def kind_of(brief: Brief) -> tuple[Kind, str]:
         if found["squeeze"]:
             return "squeeze", f"{because}, and the objective speaks of {', '.join(found['squeeze'])}"
         return "crawl", because
+    if brief.base != "any":
+        found = {kind: words for kind, words in found.items() if kind not in ("crawl", "squeeze")}
     best = max(found, key=lambda kind: len(found[kind]))
     if found[best]:
         return best, f"the objective speaks of {', '.join(found[best])}"

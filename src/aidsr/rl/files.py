@@ -75,7 +75,7 @@ class TrainingFolder:
     | config.json        | what was asked: task, recipe, seed, budget, groups, versions                   |
     | scene.xml          | the scene it was trained in                                                    |
     | probe.json         | what the probe found, where the policy was to begin with it                    |
-    | events.jsonl       | started, probed, resumed, saturated, finished: order and times                 |
+    | events.jsonl       | started, probed, resumed, tested, checkpoint, finished, evaluated, with times  |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, while training goes on                                      |
     | .in_use            | empty; a process that trains here has it locked                                |
