@@ -18,7 +18,7 @@ from aidsr.fabrication.told import MARK, Retest, Verdict
 from aidsr.fabrication.verdict import retest_of
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.status import newest
-from aidsr.runs.trainings import trainings_of
+from aidsr.runs.trainings import Training, trainings_of
 from aidsr.sim.assembly import assemble
 from aidsr.sim.mjcf import open_mjcf
 from aidsr.sim.resizing import at_size
@@ -88,6 +88,7 @@ def export(
     if policy:
         require_extra("rl", "trying a policy")
     given = _read(subject)
+    learnt = _last_training(given.design) if policy else None
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
         raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
@@ -97,8 +98,8 @@ def export(
     built = as_built(made, given.mjcf)
     tried = validate(built, mount=given.mount, environment=given.environment, realizable=True)
     retest = retest_of(designed, tried)
-    if policy:
-        retest = _with_policy(retest, given, built)
+    if given.design is not None and learnt is not None:
+        retest = _with_policy(retest, given.design, given.environment, built, learnt)
     measured = responses(given.mjcf)
     verdict = write_package(
         target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest, cad=cad
@@ -137,30 +138,34 @@ def _read(subject: Path) -> _Subject:
     )
 
 
-def _with_policy(retest: Retest, given: _Subject, built: str) -> Retest:
-    """Let the design's last finished policy act in the scene with the robot as built."""
+def _last_training(design: DesignFolder | None) -> Training:
+    """Return the design's last finished training."""
+    finished = [one for one in trainings_of(design) if one.result.path.exists()] if design else []
+    if not finished:
+        raise UserError("a trained policy was asked for, and there is none; train the design first, with aidsr train")
+    return finished[-1]
+
+
+def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: str, learnt: Training) -> Retest:
+    """Let what a training learnt act in the scene with the robot as built."""
     from aidsr.episodes.scene import TaskScene
     from aidsr.rl.evaluation import evaluate
     from aidsr.rl.policy import one_torch_thread
     from aidsr.rl.trained import FinishedTraining
 
-    design = given.design
-    finished = [one for one in trainings_of(design) if one.result.path.exists()] if design else []
-    if design is None or not finished:
-        raise UserError("a trained policy was asked for, and there is none; train the design first, with aidsr train")
-    trained = FinishedTraining.load(finished[-1].path)
+    trained = FinishedTraining.load(learnt.path)
     robot = newest(it.robot.read() for it in design.leading_to())
     placement = newest(it.placement.read() for it in design.leading_to())
     assert robot is not None, "only what is approved is trained"
     assert placement is not None, "only a robot that was placed in a scene is approved"
     changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
     as_it_is = placement.model_copy(update={"scale": 1.0})
-    scene = assemble(changed, given.environment, as_it_is, trained.scene.task.sensors)
+    scene = assemble(changed, environment, as_it_is, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
     there = there.driven_as(trained.config.groups, trained.config.groups_from)
     with one_torch_thread():
         verdict, _ = evaluate(there, trained.policy, threads=1, smoothing=trained.config.recipe.smoothing)
-    before = finished[-1].evaluation.read()
+    before = learnt.evaluation.read()
     shares = {
         "success_share": verdict.success_share,
         "designed_success_share": before.success_share if before else None,
