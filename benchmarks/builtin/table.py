@@ -205,7 +205,7 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = "results") -> str:
         f"level {plan.level}, one seed, "
         f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}.",
         "",
-        f"**{len(rows)} of {_planned(plan)} planned designs came to an end**; the others are in no figure. A design "
+        f"**{len(rows)} of {_planned(plan)} planned designs came to an end**; any others are in no figure. A design "
         "ends when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "
         "Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; *progress* is the mean of "
         "the furthest that each held-out episode came, of valid and invalid policies alike. Progress and steps are "
