@@ -19,6 +19,7 @@ from aidsr.errors import IsolationError, MjcfError, UserError
 from aidsr.sim import isolation
 from aidsr.sim.child import Child, child_environment
 from aidsr.sim.isolation import Limits
+from aidsr.sim.trials import try_isolation
 
 TRIALS = "aidsr.sim.trials"
 LIMITS = {"cpu_s": 60, "memory_mib": 4096}
@@ -244,6 +245,12 @@ def test_guarantees_are_those_of_this_platform() -> None:
     holds = {guarantee.name: guarantee.holds for guarantee in isolation.guarantees()}
     assert holds["own process"]
     assert holds["memory"] == (sys.platform == "linux")
+
+
+def test_what_is_promised_is_kept_when_it_is_tried() -> None:
+    promised = {guarantee.name: guarantee.holds for guarantee in isolation.guarantees()}
+    tried = {guarantee.name: guarantee.holds for guarantee in try_isolation()}
+    assert tried == {name: promised[name] for name in tried}
 
 
 def test_the_documentation_lists_every_guarantee() -> None:
