@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aidsr.models import Clock
+from aidsr.teams.providers import Clock
 
 
 @dataclass

@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 
-from aidsr.artifacts import Placement, Robot
-from aidsr.builtin import team
-from aidsr.episodes.batch import Episodes
-from aidsr.episodes.scene import TaskScene
+from aidsr.core.artifacts import Placement, Robot
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import load_task
 from aidsr.tasks.reaching.button_pushing import ButtonPushing
+from aidsr.teams.rules import team
 
 _SEGMENT = """
 <body name="seg{i}" pos="0 0 0.06">

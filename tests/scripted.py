@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from aidsr.artifacts import (
+from aidsr.core.artifacts import (
     Brief,
     Concept,
     Critique,
@@ -19,10 +19,10 @@ from aidsr.artifacts import (
     Scene,
     ValidationReport,
 )
-from aidsr.errors import MjcfError
-from aidsr.pipeline import Parts, start
-from aidsr.pipeline.person import approve_at_once
-from aidsr.roles import Feedback, Team
+from aidsr.core.errors import MjcfError
+from aidsr.core.roles import Feedback, Team
+from aidsr.loop import Parts, start
+from aidsr.loop.human import approve_at_once
 from aidsr.runs import Run, RunConfig
 from aidsr.validation.repairs import Repaired
 

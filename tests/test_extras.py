@@ -10,7 +10,7 @@ import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
-from aidsr.extras import EXTRAS, lack_of, require_extra
+from aidsr.core.extras import EXTRAS, lack_of, require_extra
 
 ROOT = Path(__file__).parents[1]
 STUDY = ("benchmark", "study", "--tasks", "gap", "--designs", "3", "--dry-run")
@@ -29,7 +29,7 @@ ASKED = (
 WITHOUT = f"""
 import contextlib, io, json, sys
 sys.modules.update(dict.fromkeys({[module for modules in EXTRAS.values() for module in modules]!r}))
-from aidsr.cli import main
+from aidsr.apps.cli import main
 answers = []
 for words in json.loads(sys.argv[1]):
     said = io.StringIO()
@@ -62,7 +62,10 @@ def test_what_is_there_is_not_missed() -> None:
 
 
 def test_one_missing_module_of_several_is_named() -> None:
-    code = 'import sys; sys.modules["torch"] = None; from aidsr.extras import lack_of; print(lack_of("rl", "training"))'
+    code = (
+        'import sys; sys.modules["torch"] = None; from aidsr.core.extras import lack_of; '
+        'print(lack_of("rl", "training"))'
+    )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said == 'training needs the extra "rl", and module torch is not installed: pip install "aidsr[rl]"\n'
 

@@ -15,7 +15,7 @@ import pytest
 import robots
 import yaml
 
-from aidsr.cli import app
+from aidsr.apps.cli import app
 
 ROOT = Path(__file__).parents[1]
 HOOKS: list[dict[str, Any]] = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())

@@ -11,9 +11,9 @@ import shutil
 import sys
 from pathlib import Path
 
-from aidsr.benchmark.report import write_report
-from aidsr.benchmark.study import open_study
-from aidsr.benchmark.submitting import submit
+from aidsr.studies.report import write_report
+from aidsr.studies.study import open_study
+from aidsr.studies.submission import submit
 
 HERE = Path(__file__).parent
 KEPT = ("report.html", "report.md", "report.csv", "study.toml")

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from aidsr.benchmark.gallery import Card, gallery
-from aidsr.benchmark.outcomes import read_outcomes
-from aidsr.benchmark.study import Study, StudyPlan, open_study
-from aidsr.sim.rendering import filmstrip
+from aidsr.render.pictures import filmstrip
+from aidsr.studies.gallery import Card, gallery
+from aidsr.studies.outcomes import read_outcomes
+from aidsr.studies.study import Study, StudyPlan, open_study
 from aidsr.tasks import task_names
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -2,7 +2,7 @@
 
     python benchmarks/builtin/table.py --designs 5 --steps 300000 --jobs 2
 
-A study (aidsr.benchmark) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
+A study (aidsr.studies) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
 task gets its first design before any gets its second, so the table means something whenever it is stopped. Raw outcomes
 go to results.jsonl beside this file and the table made of them to results.md, or to files of another name
 (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome is in
@@ -22,20 +22,20 @@ from typing import Any
 
 from pydantic import Field
 
-from aidsr.artifacts import Artifact
-from aidsr.benchmark.driving import Progress, drive
-from aidsr.benchmark.jobs import trained_at
-from aidsr.benchmark.outcomes import DesignRow, read_outcomes
-from aidsr.benchmark.pool import LocalPool
-from aidsr.benchmark.statistics import Rate
-from aidsr.benchmark.study import Arm, Cell, Study, StudyPlan, begin_study, versions_now
-from aidsr.benchmark.tables import PAPER
-from aidsr.errors import UserError
-from aidsr.rl.files import TrainingFolder
-from aidsr.rl.recipe import Recipe
-from aidsr.rl.training import BUDGET_STEPS
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.training import BUDGET_STEPS
+from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs import RunConfig
 from aidsr.runs.files import replace_file
+from aidsr.studies.jobs import trained_at
+from aidsr.studies.outcomes import DesignRow, read_outcomes
+from aidsr.studies.pool import LocalPool
+from aidsr.studies.runner import Progress, drive
+from aidsr.studies.statistics import Rate
+from aidsr.studies.study import Arm, Cell, Study, StudyPlan, begin_study, versions_now
+from aidsr.studies.tables import PAPER
 from aidsr.tasks import load_task, task_names
 
 HOME = Path(__file__).parent

@@ -18,10 +18,11 @@ from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 
-from aidsr import agents, builtin
-from aidsr.calls import CallRecord, Question, Usage
-from aidsr.errors import ReplyError
+from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.core.errors import ReplyError
 from aidsr.tasks import load_task
+from aidsr.teams import llm as agents
+from aidsr.teams import rules as builtin
 from aidsr.validation import validate
 
 HERE = Path(__file__).parent

@@ -24,12 +24,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from aidsr.benchmark.statistics import wilson
-from aidsr.errors import AidsrError
-from aidsr.fabrication.told import MARK
-from aidsr.pipeline.exporting import export
+from aidsr.core.errors import AidsrError
+from aidsr.fabrication.schema import MARK
+from aidsr.loop.export import export
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import trainings_of
+from aidsr.studies.statistics import wilson
 
 __all__ = ["account", "approved"]
 

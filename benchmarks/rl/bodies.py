@@ -9,7 +9,7 @@ from pathlib import Path
 from plain import PlainButton, PlainEnv, PlainGround
 
 import aidsr
-from aidsr import builtin
+from aidsr.teams import rules as builtin
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,14 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecMonitor
 from stepping import subproc
 
-from aidsr.artifacts import Artifact
-from aidsr.episodes.scene import TaskScene
-from aidsr.rl.policy import one_torch_thread
-from aidsr.rl.training import train
-from aidsr.rl.watching import CurvePoint
+from aidsr.core.artifacts import Artifact
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.callbacks import CurvePoint
+from aidsr.learn.rl.policy import one_torch_thread
+from aidsr.learn.rl.training import train
 
 _RECENT = 100
-"""Episodes over which success is told, as in `aidsr.rl.watching`."""
+"""Episodes over which success is told, as in `aidsr.learn.rl.callbacks`."""
 _POINTS = 100
 """Points of a curve, at most."""
 

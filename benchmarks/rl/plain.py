@@ -13,7 +13,7 @@ import gymnasium
 import mujoco
 import numpy as np
 
-from aidsr.episodes.scene import TaskScene
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.structure import read_structure
 from aidsr.tasks.variation import apply_to_simulation
 

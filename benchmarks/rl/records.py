@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from learning import Way
 
-from aidsr.artifacts import Artifact
-from aidsr.rl.recipe import Recipe
+from aidsr.core.artifacts import Artifact
+from aidsr.learn.rl.recipe import Recipe
 from aidsr.runs.files import replace_file
 from aidsr.tasks import BENCHMARK_VERSION
 

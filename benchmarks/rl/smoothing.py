@@ -20,12 +20,12 @@ from importlib.metadata import version
 from pathlib import Path
 
 import aidsr
-from aidsr.artifacts import Evaluation
-from aidsr.episodes.scene import TaskScene
-from aidsr.rl.files import TrainingResult
-from aidsr.rl.recipe import Recipe
-from aidsr.rl.trained import evaluate_training
-from aidsr.rl.training import train
+from aidsr.core.artifacts import Evaluation
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.trained import evaluate_training
+from aidsr.learn.rl.training import train
+from aidsr.learn.rl.training_folder import TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION
 
 HOME = Path(__file__).parent

@@ -12,9 +12,9 @@ from bodies import Body
 from mujoco.batch import Batch
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
-from aidsr.episodes.batch import Episodes
-from aidsr.episodes.scene import TaskScene
-from aidsr.rl.vector_env import BatchedVecEnv
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.vector_env import BatchedVecEnv
 
 SIMULATIONS, PROCESSES, ROUNDS = 64, 8, 15
 _STEPS = 512

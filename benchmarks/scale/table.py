@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 
-from aidsr.benchmark.jobs import trained_at
-from aidsr.benchmark.outcomes import DesignRow, read_outcomes
-from aidsr.benchmark.study import Study, open_study
-from aidsr.benchmark.tables import PAPER
-from aidsr.models.prices import list_price_usd
-from aidsr.rl.training import BUDGET_STEPS
+from aidsr.learn.rl.training import BUDGET_STEPS
+from aidsr.studies.jobs import trained_at
+from aidsr.studies.outcomes import DesignRow, read_outcomes
+from aidsr.studies.study import Study, open_study
+from aidsr.studies.tables import PAPER
 from aidsr.tasks import task_names
+from aidsr.teams.providers.prices import list_price_usd
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "scale.md"

@@ -19,12 +19,12 @@ import time
 from pathlib import Path
 from statistics import median
 
-from aidsr.benchmark.driving import drive, failures_of
-from aidsr.benchmark.jobs import Job, perform
-from aidsr.benchmark.outcomes import read_outcomes
-from aidsr.benchmark.pool import LocalPool
-from aidsr.benchmark.study import Arm, StudyPlan, begin_study, open_study
 from aidsr.runs import RunConfig
+from aidsr.studies.jobs import Job, perform
+from aidsr.studies.outcomes import read_outcomes
+from aidsr.studies.pool import LocalPool
+from aidsr.studies.runner import drive, failures_of
+from aidsr.studies.study import Arm, StudyPlan, begin_study, open_study
 
 TASK = "grasping/dynamic_catching"
 """Short episodes, so that little of a job is judging."""

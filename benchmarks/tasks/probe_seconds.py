@@ -11,8 +11,8 @@ import time
 import mujoco
 
 from aidsr import load_task, probe
-from aidsr.builtin import team
 from aidsr.sim.assembly import assemble
+from aidsr.teams.rules import team
 
 BODIES = "button_pushing:1 button_pushing:2 surface_adapting:2 simple_grasping:1 drawer_opening:2 flat_ground:1"
 

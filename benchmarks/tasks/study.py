@@ -19,14 +19,15 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr import builtin, probe
-from aidsr.artifacts import ActuatorGroup
-from aidsr.episodes.batch import Episodes
-from aidsr.episodes.playing import play
-from aidsr.episodes.scene import TaskScene
-from aidsr.probing.motion import GroupMotion, Motion, Motions, OpenLoop
+from aidsr import probe
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.playing import play
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoop
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
+from aidsr.teams import rules as builtin
 
 HERE = Path(__file__).parent
 FACTS, TABLE = HERE / "results.jsonl", HERE / "results.md"

@@ -27,14 +27,14 @@ import numpy as np
 from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
 from benchmarks.validator.mutation import mutate
 
-from aidsr.errors import IsolationError, MjcfError
-from aidsr.sim import isolation
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.sandbox import isolation
 from aidsr.validation import validate
 
 __all__ = ["Campaign", "main", "run_case", "seeds"]
 
 _HERE = Path(__file__).parent
-_LOOK = "aidsr.validation.examination:examine"
+_LOOK = "aidsr.validation.engine:examine"
 _LIMITS = isolation.Limits(wall_s=30.0, cpu_s=30.0, memory_mib=3072)
 
 

@@ -26,7 +26,7 @@ from benchmarks.validator.oracle.loop import Bench
 from benchmarks.validator.tables import markdown
 
 import aidsr
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.validation import validate
 
 __all__ = ["Verdict", "judge_corpus", "main"]
@@ -127,9 +127,9 @@ def judge_corpus(specimens: Sequence[Specimen], kept: Path, threads: int = 2) ->
 def _fingerprint() -> str:
     """Of everything that decides what the validator says."""
     package = Path(aidsr.__file__).parent
-    sources = [package / "artifacts.py"]
-    for room in ("sim", "validation", "catalogue"):
-        sources += sorted(path for path in (package / room).rglob("*") if path.suffix in (".py", ".toml"))
+    folders = ("core", "sandbox", "mjcf", "sim", "validation")
+    files = (path for folder in folders for path in sorted((package / folder).rglob("*")))
+    sources = [path for path in files if path.suffix in (".py", ".toml")]
     text = "".join(source.read_text("utf-8") for source in sources) + mujoco.__version__
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 

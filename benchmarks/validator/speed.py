@@ -22,11 +22,11 @@ from benchmarks.validator.corpus.physique import Physique
 from benchmarks.validator.corpus.writers.hinges import HingeArms
 from mujoco.batch import Batch
 
-from aidsr.sim.compiling import load_mjcf
+from aidsr.mjcf.compile import load_mjcf
 from aidsr.sim.structure import read_structure
 from aidsr.validation import protocol, validate
-from aidsr.validation.examination import examine_text
-from aidsr.validation.standing import stand
+from aidsr.validation.engine import examine_text
+from aidsr.validation.test_stand import stand
 
 __all__ = ["main"]
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from aidsr.sim.framing import View
-from aidsr.sim.rendering import picture
+from aidsr.render.camera import View
+from aidsr.render.pictures import picture
 from aidsr.tasks import load_task, task_names
 
 

@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from aidsr.pipeline import design
-    from aidsr.probing import probe
+    from aidsr.learn.openloop import probe
+    from aidsr.loop import design
     from aidsr.tasks import load_task
     from aidsr.validation import validate
 
@@ -20,9 +20,9 @@ __all__ = ["__version__", "design", "load_task", "probe", "validate"]
 __version__ = "0.1.0"
 
 _HOMES = {
-    "design": "aidsr.pipeline",
+    "design": "aidsr.loop",
     "load_task": "aidsr.tasks",
-    "probe": "aidsr.probing",
+    "probe": "aidsr.learn.openloop",
     "validate": "aidsr.validation",
 }
 

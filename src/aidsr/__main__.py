@@ -1,5 +1,5 @@
 """`python -m aidsr` is `aidsr`."""
 
-from aidsr.cli import main
+from aidsr.apps.cli import main
 
 main()

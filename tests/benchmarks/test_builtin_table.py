@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
-from aidsr.benchmark.outcomes import DesignRow
-from aidsr.benchmark.study import Arm, StudyPlan, begin_study
-from aidsr.errors import UserError
-from aidsr.rl.recipe import Recipe
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.core.errors import UserError
+from aidsr.learn.rl.recipe import Recipe
 from aidsr.runs import RunConfig
+from aidsr.studies.outcomes import DesignRow
+from aidsr.studies.study import Arm, StudyPlan, begin_study
 from aidsr.tasks import BENCHMARK_VERSION, task_names
 
 PATH = Path(__file__).parents[2] / "benchmarks" / "builtin" / "table.py"

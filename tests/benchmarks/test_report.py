@@ -9,7 +9,7 @@ from benchmarks.validator.corpus.specimen import Specimen
 from benchmarks.validator.report import Verdict, score, summarize
 from benchmarks.validator.tables import markdown
 
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
 
 EMPTY = "<mujoco/>"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from aidsr.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
 
 PATH = Path(__file__).parents[2] / "benchmarks" / "rl" / "smoothing.py"
 

@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 
-from aidsr.artifacts import ValidationReport
-from aidsr.builtin.families import FAMILIES
-from aidsr.builtin.job import read_job
+from aidsr.core.artifacts import ValidationReport
 from aidsr.fabrication.making import Made, make
 from aidsr.fabrication.printers import printer_named
 from aidsr.tasks import load_task
+from aidsr.teams.rules.families import FAMILIES
+from aidsr.teams.rules.job import read_job
 from aidsr.validation import validate
 
 ROBOTS = ("arm", "gripper", "crawler")

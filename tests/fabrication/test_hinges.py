@@ -6,7 +6,7 @@ import pytest
 from exported import ROBOTS, made, mjcf
 from fingers import finger
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.fabrication.anatomy import read_anatomy
 from aidsr.fabrication.hinges import design_hinges
 from aidsr.fabrication.making import make

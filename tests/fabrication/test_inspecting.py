@@ -6,7 +6,7 @@ from fingers import finger
 from manifold3d import Manifold
 
 from aidsr.fabrication.cutting import Piece
-from aidsr.fabrication.inspecting import passages
+from aidsr.fabrication.inspect_parts import passages
 from aidsr.fabrication.making import make
 from aidsr.fabrication.materials import line_for, material_for, sheath_for
 from aidsr.fabrication.printers import printer_named

@@ -8,7 +8,7 @@ from fingers import BASE, finger, hand
 from manifold3d import Manifold
 
 from aidsr.fabrication.cutting import Piece
-from aidsr.fabrication.inspecting import overlap_faults
+from aidsr.fabrication.inspect_parts import overlap_faults
 from aidsr.fabrication.making import make
 from aidsr.fabrication.materials import material_for
 from aidsr.fabrication.printers import printer_named

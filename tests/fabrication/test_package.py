@@ -11,16 +11,16 @@ import pytest
 from exported import made, mjcf, report
 from fingers import finger
 
-from aidsr.artifacts import Outcome, Placement, ValidationReport
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Outcome, Placement, ValidationReport
+from aidsr.core.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
+from aidsr.fabrication.force_response import responses
 from aidsr.fabrication.making import make
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
-from aidsr.fabrication.responding import responses
-from aidsr.fabrication.told import Retest
+from aidsr.fabrication.schema import Retest
 from aidsr.fabrication.verdict import judge, retest_of
-from aidsr.pipeline.exporting import export
+from aidsr.loop.export import export
 from aidsr.runs import RunConfig, RunRecord, new_run
 from aidsr.tasks import load_task
 from aidsr.validation import validate

@@ -54,7 +54,7 @@ def test_every_cable_runs_inside_its_duct(robot: str, material: str) -> None:
 
 
 def test_a_cable_that_lies_in_plastic_is_told() -> None:
-    from aidsr.fabrication.inspecting import duct_faults, passages
+    from aidsr.fabrication.inspect_parts import duct_faults, passages
 
     whole = made("arm", "petg")
     bores = whole.bores

@@ -6,7 +6,7 @@ import mujoco
 import pytest
 from fingers import WINCH, finger
 
-from aidsr.errors import MjcfError
+from aidsr.core.errors import MjcfError
 from aidsr.fabrication.anatomy import read_anatomy
 from aidsr.fabrication.changing import as_built
 from aidsr.fabrication.making import make

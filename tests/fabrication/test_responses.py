@@ -3,7 +3,7 @@
 import pytest
 from fingers import finger
 
-from aidsr.fabrication.responding import responses
+from aidsr.fabrication.force_response import responses
 
 DRIVES = {
     "winch": ('<general tendon="flex" ctrlrange="0 1" gainprm="-10"/>', 1.0),

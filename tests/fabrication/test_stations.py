@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from aidsr.catalogue.motors import catalogue
+from aidsr.core.motors import catalogue
 from aidsr.fabrication.anatomy import Anatomy, Cable
 from aidsr.fabrication.checks import thinnest_wall_mm
 from aidsr.fabrication.materials import lines

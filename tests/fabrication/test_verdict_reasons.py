@@ -5,12 +5,12 @@ from functools import cache
 import pytest
 from fingers import finger
 
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.fabrication.making import Made, make
 from aidsr.fabrication.printers import printer_named
-from aidsr.fabrication.told import Verdict
+from aidsr.fabrication.schema import Verdict
 from aidsr.fabrication.verdict import judge, retest_of
-from aidsr.pipeline.exporting import export
+from aidsr.loop.export import export
 from aidsr.validation import validate
 
 MOTOR = '<motor name="{name}" tendon="{name}" gear="10" ctrllimited="true" ctrlrange="-1 1"/>'

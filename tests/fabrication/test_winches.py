@@ -5,7 +5,7 @@ import math
 import pytest
 from exported import ROBOTS, made, report
 
-from aidsr.artifacts import ValidationReport
+from aidsr.core.artifacts import ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Cable
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.stations import seat_of, station

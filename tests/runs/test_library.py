@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from aidsr.artifacts import Concept, Fault, Placement, ValidationReport
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Concept, Fault, Placement, ValidationReport
+from aidsr.core.errors import UserError
 from aidsr.runs import EventLog, Library, Run, RunConfig, RunRecord
-from aidsr.runs.comparing import Attempted, compare
+from aidsr.runs.compare import Attempted, compare
 from aidsr.runs.events import Started, at_work
 from aidsr.runs.library import fingerprint
 from aidsr.runs.trainings import Inspection, Training, read_curve, trainings_of

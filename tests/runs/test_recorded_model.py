@@ -2,8 +2,8 @@
 
 import pytest
 
-from aidsr.calls import CallRecord, Message, Question, Usage
-from aidsr.errors import ModelError
+from aidsr.core.calls import CallRecord, Message, Question, Usage
+from aidsr.core.errors import ModelError
 from aidsr.runs import RecordedModel
 
 

@@ -4,8 +4,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from aidsr.artifacts import Outcome
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Outcome
+from aidsr.core.errors import UserError
 from aidsr.runs.events import (
     Begun,
     Decided,

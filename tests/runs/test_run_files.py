@@ -2,8 +2,8 @@
 
 import pytest
 
-from aidsr.artifacts import Concept, Placement, Robot, Scene
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Concept, Placement, Robot, Scene
+from aidsr.core.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile, WrittenTwiceError, replace_file, write_once
 
 

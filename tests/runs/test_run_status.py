@@ -4,9 +4,18 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from aidsr.artifacts import Brief, Concept, Critique, Decision, EnvironmentSummary, Fault, Outcome, ValidationReport
-from aidsr.calls import CallRecord, Message, Question, Usage
-from aidsr.errors import UserError
+from aidsr.core.artifacts import (
+    Brief,
+    Concept,
+    Critique,
+    Decision,
+    EnvironmentSummary,
+    Fault,
+    Outcome,
+    ValidationReport,
+)
+from aidsr.core.calls import CallRecord, Message, Question, Usage
+from aidsr.core.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunConfig, RunRecord, new_run, read_status
 from aidsr.runs.events import Begun, Done, Event, Finished, Started, Stopped, Waiting
 from aidsr.runs.stages import attempts

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from aidsr.artifacts import Placement, Robot, Scene
-from aidsr.errors import MjcfError
+from aidsr.core.artifacts import Placement, Robot, Scene
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.read import read_mjcf
 from aidsr.sim.assembly import FUNCTIONAL_SITE, TaskSensor, add_sensors, assemble, assemble_in_worker
-from aidsr.sim.mjcf import read_mjcf
 from aidsr.sim.task_sensors import check_task_sensors
 
 STAGE = """

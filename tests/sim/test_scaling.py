@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from aidsr.errors import MjcfError
-from aidsr.sim.resizing import at_size
+from aidsr.core.errors import MjcfError
+from aidsr.sim.resize import at_size
 from aidsr.sim.scaling import change_units, scale_robot
-from aidsr.sim.units import Units
+from aidsr.sim.unit_scaling import Units
 
 ROBOT = """
 <mujoco>

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aidsr.artifacts import EnvironmentSummary
-from aidsr.errors import MjcfError
-from aidsr.sim.summary import summarize_environment, summarize_in_worker
+from aidsr.core.artifacts import EnvironmentSummary
+from aidsr.core.errors import MjcfError
+from aidsr.sim.environment_summary import summarize_environment, summarize_in_worker
 
 ENVIRONMENT = """
 <mujoco>

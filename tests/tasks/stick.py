@@ -5,7 +5,7 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Placement, Robot
+from aidsr.core.artifacts import Placement, Robot
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Reader, Readings, Task, apply_to_simulation
 from aidsr.tasks.scoring import Score, begin, score

@@ -10,7 +10,7 @@ from lxml import etree
 from mujoco.batch import Batch
 from stick import Episode, scene
 
-from aidsr.sim.mjcf import read_mjcf
+from aidsr.mjcf.read import read_mjcf
 from aidsr.tasks import TASKS, Task, apply_to_batch, apply_to_simulation, load_task
 
 NAMES = tuple(TASKS)

@@ -8,9 +8,9 @@ import pytest
 from stick import Episode
 from table import TABLE
 
-from aidsr.artifacts import Placement, Robot
-from aidsr.episodes.scene import TaskScene
-from aidsr.errors import MjcfError, UserError
+from aidsr.core.artifacts import Placement, Robot
+from aidsr.core.errors import MjcfError, UserError
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import goal_task, parse_goal
 from scenes import small_arm

@@ -9,10 +9,10 @@ from stick import Episode, scene
 from table import TABLE
 
 from aidsr import probe
-from aidsr.cli import main
-from aidsr.episodes.scene import TaskScene
-from aidsr.errors import UserError
-from aidsr.pipeline import brief_for, start
+from aidsr.apps.cli import main
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.loop import brief_for, start
 from aidsr.runs import RunConfig
 from aidsr.tasks import goal_task, read_goal
 
@@ -215,7 +215,7 @@ def test_the_example_is_kept_with_its_run(example):
 
 
 def test_the_example_can_be_done_by_a_small_arm(example, capsys):
-    from aidsr.artifacts import Placement, Robot
+    from aidsr.core.artifacts import Placement, Robot
     from aidsr.sim.assembly import assemble
     from scenes import small_arm
 

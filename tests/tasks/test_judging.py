@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.tasks import TASKS, load_task, task_names
 from aidsr.tasks.judging import judging
 from aidsr.tasks.locomotion.flat_ground import FlatGround

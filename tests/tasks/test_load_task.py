@@ -5,7 +5,7 @@ from importlib.metadata import entry_points
 
 import pytest
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.tasks import ENTRY_POINT_GROUP, TASKS, load_task, task_names
 
 

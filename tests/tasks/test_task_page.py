@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from aidsr.cli import main
+from aidsr.apps.cli import main
 from aidsr.tasks import TASKS
 from aidsr.tasks.page import task_page
 

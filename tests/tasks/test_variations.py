@@ -6,7 +6,7 @@ import pytest
 from mujoco.batch import Batch
 from stick import Episode
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.tasks import TASKS, Change, Variation, apply_to_batch, load_task
 from aidsr.tasks.variation import solid
 

@@ -6,8 +6,8 @@ from typing import Literal
 
 import pytest
 
-from aidsr.artifacts import Fault, PlausibilityCheck, ValidationReport
-from aidsr.wording import compared, written
+from aidsr.core.artifacts import Fault, PlausibilityCheck, ValidationReport
+from aidsr.core.formatting import compared, written
 
 
 def fault(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import faulty
 import pytest
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation import validate
 from aidsr.validation.thresholds import Thresholds
 

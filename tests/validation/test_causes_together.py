@@ -6,7 +6,7 @@ import faulty
 import mujoco
 import pytest
 
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.sim.structure import read_structure
 from aidsr.validation import validate
 from aidsr.validation.causes import without_consequences

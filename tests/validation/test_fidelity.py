@@ -11,8 +11,8 @@ import pytest
 import robots
 from rods import RodChain
 
-from aidsr.errors import MjcfError
-from aidsr.sim.compiling import compile_mjcf
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.elastica import Rod, first_frequency, loaded_tip
 from aidsr.sim.structure import read_structure
 from aidsr.validation.fidelity import FidelityReport, fidelity

@@ -10,12 +10,12 @@ import mujoco
 import pytest
 import robots
 
-from aidsr.artifacts import ValidationReport
-from aidsr.errors import UserError
-from aidsr.sim.compiling import compile_mjcf, load_mjcf
+from aidsr.core.artifacts import ValidationReport
+from aidsr.core.errors import UserError
+from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.validation import validate
-from aidsr.validation.examination import examine_text
-from aidsr.validation.standing import stand
+from aidsr.validation.engine import examine_text
+from aidsr.validation.test_stand import stand
 
 
 def codes(report: ValidationReport) -> list[str]:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from aidsr.artifacts import ValidationReport
+from aidsr.core.artifacts import ValidationReport
 from aidsr.validation import validate
 
 SERVO = '<position name="act{k}" tendon="tendon{k}" kp="500" ctrlrange="0.2 0.4" forcerange="-50 0"/>'

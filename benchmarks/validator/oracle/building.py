@@ -180,7 +180,7 @@ def stroke(bench: Bench) -> float:
 @cache
 def _most_work_j() -> float:
     """Largest torque held / spool radius x ten turns of that spool."""
-    table = tomllib.loads(files("aidsr.catalogue").joinpath("motors.toml").read_text("utf-8"))
+    table = tomllib.loads(files("aidsr.core").joinpath("motors.toml").read_text("utf-8"))
     motors = next(value for value in table.values() if isinstance(value, list))
     held = [max(m.get("rated_torque_n_m", 0.0), 0.2 * m.get("stall_torque_n_m", 0.0)) for m in motors]
     return max(held) * 10 * 2 * math.pi

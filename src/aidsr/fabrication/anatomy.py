@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import Artifact, Vec3
-from aidsr.sim import isolation
-from aidsr.sim.isolation import Limits
+from aidsr.core.artifacts import Artifact, Vec3
+from aidsr.sandbox import isolation
+from aidsr.sandbox.isolation import Limits
 
 __all__ = ["Anatomy", "Cable", "Guide", "Joint", "Part", "Shape", "Vector", "read_anatomy"]
 

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.told import Change
-from aidsr.sim import isolation
-from aidsr.sim.compiling import parse_mjcf
-from aidsr.sim.stripping import settle_inertias
+from aidsr.fabrication.schema import Change
+from aidsr.mjcf.compile import parse_mjcf
+from aidsr.sandbox import isolation
+from aidsr.sim.strip_scenery import settle_inertias
 from aidsr.sim.structure import name_of
 
 __all__ = ["as_built", "changes_of", "rewrite"]

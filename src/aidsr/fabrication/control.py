@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from aidsr.fabrication.force_response import Response
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.responding import Response
 
 __all__ = ["DRIVE", "control_map"]
 

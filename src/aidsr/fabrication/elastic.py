@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
 
 __all__ = ["elastic_faults", "unmakeable"]

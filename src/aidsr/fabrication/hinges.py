@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
 from aidsr.fabrication.elastic import elastic_faults, unmakeable
 from aidsr.fabrication.materials import Material, Rod, rods

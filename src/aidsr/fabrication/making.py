@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from manifold3d import Manifold
 
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
 from aidsr.fabrication.checks import Print, to_print
 from aidsr.fabrication.cutting import Piece, distinct
+from aidsr.fabrication.deduplicate import alike, moments
 from aidsr.fabrication.hinges import Hinges, design_hinges
-from aidsr.fabrication.inspecting import Passage, duct_faults, overlap_faults, passages
-from aidsr.fabrication.likeness import alike, moments
+from aidsr.fabrication.inspect_parts import Passage, duct_faults, overlap_faults, passages
 from aidsr.fabrication.materials import Line, Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
@@ -24,7 +24,7 @@ from aidsr.fabrication.shaping import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
 from aidsr.fabrication.stations import Drum, seat_of, spool, station
-from aidsr.fabrication.unbuilt import unbuilt_faults
+from aidsr.fabrication.unsupported import unbuilt_faults
 from aidsr.fabrication.weighing import Weight, weigh
 from aidsr.fabrication.winches import Demand, Winch, demands, string, winch_faults
 

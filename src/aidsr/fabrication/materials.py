@@ -7,8 +7,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from aidsr.artifacts import Artifact
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
 from aidsr.fabrication.printers import Printer
 
 __all__ = [

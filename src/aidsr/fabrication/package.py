@@ -6,14 +6,14 @@ import json
 import shutil
 from pathlib import Path
 
-from aidsr.fabrication.billing import bill
+from aidsr.fabrication.bill_of_materials import bill
 from aidsr.fabrication.control import DRIVE, control_map
 from aidsr.fabrication.files import stl, three_mf
+from aidsr.fabrication.force_response import Response
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.responding import Response
+from aidsr.fabrication.schema import MARK, PartEntry, Retest, Verdict
 from aidsr.fabrication.sheet import sheet
 from aidsr.fabrication.step import step
-from aidsr.fabrication.told import MARK, PartEntry, Retest, Verdict
 from aidsr.fabrication.verdict import judge
 
 __all__ = ["write_package"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from aidsr.artifacts import Artifact
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
 
 __all__ = ["PRINTERS", "Printer", "printer_named"]
 

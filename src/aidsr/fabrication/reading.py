@@ -9,13 +9,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Fault
-from aidsr.errors import MjcfError
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import MjcfError
 from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Part, Shape, Vector
-from aidsr.sim.compiling import compile_mjcf
+from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
-from aidsr.sim.pulling import pull_of
 from aidsr.sim.structure import name_of
+from aidsr.sim.tendon_effects import pull_of
 
 __all__ = ["read"]
 

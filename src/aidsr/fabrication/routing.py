@@ -9,7 +9,7 @@ from itertools import groupby, pairwise
 import numpy as np
 from manifold3d import Manifold
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Vector
 from aidsr.fabrication.materials import Line, Sheath
 from aidsr.fabrication.printers import Printer

@@ -6,11 +6,11 @@ from typing import Any
 
 import jinja2
 
-from aidsr.fabrication.billing import Item
-from aidsr.fabrication.illustrating import exploded, routing, winch_picture
+from aidsr.core.formatting import finding
+from aidsr.fabrication.bill_of_materials import Item
+from aidsr.fabrication.illustrations import exploded, routing, winch_picture
 from aidsr.fabrication.making import Made, PrintedPart
-from aidsr.fabrication.told import Verdict
-from aidsr.wording import finding
+from aidsr.fabrication.schema import Verdict
 
 __all__ = ["sheet"]
 

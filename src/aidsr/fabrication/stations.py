@@ -14,8 +14,8 @@ from importlib.resources import files
 import numpy as np
 from manifold3d import Manifold
 
-from aidsr.artifacts import Artifact
-from aidsr.catalogue.motors import MOST_TURNS, Motor
+from aidsr.core.artifacts import Artifact
+from aidsr.core.motors import MOST_TURNS, Motor
 from aidsr.fabrication.materials import Sheath
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import rounded, union

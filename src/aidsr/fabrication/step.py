@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from manifold3d import Manifold, Mesh64
 
-from aidsr.extras import require_extra
+from aidsr.core.extras import require_extra
 from aidsr.fabrication.solids import Triangles, triangles
 
 __all__ = ["step"]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from aidsr.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
+from aidsr.core.formatting import finding
 from aidsr.fabrication.changing import changes_of
 from aidsr.fabrication.making import Made
-from aidsr.fabrication.told import REACH_TOLERANCE, Retest, Verdict
-from aidsr.wording import finding
+from aidsr.fabrication.schema import REACH_TOLERANCE, Retest, Verdict
 
 __all__ = ["judge", "retest_of"]
 

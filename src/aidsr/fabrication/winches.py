@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from aidsr.artifacts import Fault, ValidationReport
-from aidsr.catalogue.motors import Fit, cheapest_motor, fastest_motor
+from aidsr.core.artifacts import Fault, ValidationReport
+from aidsr.core.motors import Fit, cheapest_motor, fastest_motor
 from aidsr.fabrication.anatomy import Anatomy
 from aidsr.fabrication.materials import Line, Sheath, line_for, lines, sheath_for
 from aidsr.fabrication.stations import SPARE_TURNS, Drum

@@ -5,7 +5,7 @@ from aidsr.runs.folders import DesignFolder, IterationFolder, Run, new_run
 from aidsr.runs.layout import LAYOUT, layout_text
 from aidsr.runs.library import Library
 from aidsr.runs.record import Budget, RunConfig, RunRecord
-from aidsr.runs.recording import RecordedModel
+from aidsr.runs.recorded_model import RecordedModel
 from aidsr.runs.status import DesignStatus, RunStatus, read_status
 from aidsr.runs.summary import write_summary
 

@@ -18,8 +18,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from aidsr.artifacts import Artifact, Outcome
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Artifact, Outcome
+from aidsr.core.errors import UserError
 
 __all__ = [
     "Begun",
@@ -132,7 +132,7 @@ class Stopped(_Event):
 
     kind: Literal["stopped"] = "stopped"
     cause: Literal["error", "bug", "interrupted"]
-    """"error" is one of `aidsr.errors`, said in a sentence; a "bug" of ours keeps its traceback."""
+    """"error" is one of `aidsr.core.errors`, said in a sentence; a "bug" of ours keeps its traceback."""
     message: str
     traceback: str = ""
 

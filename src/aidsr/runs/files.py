@@ -16,8 +16,8 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from aidsr.artifacts import Robot, Scene
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Robot, Scene
+from aidsr.core.errors import UserError
 
 __all__ = ["BytesFile", "JsonFile", "MjcfFile", "Stored", "WrittenTwiceError", "replace_file", "write_once"]
 

@@ -14,7 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from aidsr.artifacts import (
+from aidsr.core.artifacts import (
     Brief,
     Concept,
     Critique,
@@ -27,9 +27,9 @@ from aidsr.artifacts import (
     TaskReport,
     ValidationReport,
 )
-from aidsr.calls import CallRecord
-from aidsr.errors import UserError
-from aidsr.runs.answered import calls_in
+from aidsr.core.calls import CallRecord
+from aidsr.core.errors import UserError
+from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
 from aidsr.runs.record import Budget, RunRecord
 

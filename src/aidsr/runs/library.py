@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.runs.events import at_work
 from aidsr.runs.folders import Run
 

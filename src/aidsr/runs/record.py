@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from aidsr.artifacts import Artifact
+from aidsr.core.artifacts import Artifact
 
 __all__ = ["Budget", "Method", "RunConfig", "RunRecord"]
 

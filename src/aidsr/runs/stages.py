@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from aidsr.artifacts import Artifact
+from aidsr.core.artifacts import Artifact
 from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import DesignStatus, decided
 

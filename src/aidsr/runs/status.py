@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Literal, TypeVar
 
-from aidsr.artifacts import Artifact, Decision, Outcome
-from aidsr.calls import Usage
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Artifact, Decision, Outcome
+from aidsr.core.calls import Usage
+from aidsr.core.errors import UserError
 from aidsr.runs.events import (
     Begun,
     DecisionUnreadable,

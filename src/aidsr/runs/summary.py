@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aidsr.artifacts import Concept, Fault, Placement
-from aidsr.calls import Usage
+from aidsr.core.artifacts import Concept, Fault, Placement
+from aidsr.core.calls import Usage
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.status import DesignStatus, newest, read_status

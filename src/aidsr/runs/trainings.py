@@ -1,6 +1,6 @@
 """What training made of a design, read from the folders training/001, 002 … beside its iterations.
 
-The files are written by `aidsr.rl`; whoever only wants to look needs none of its libraries.
+The files are written by `aidsr.learn.rl`; whoever only wants to look needs none of its libraries.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aidsr.artifacts import Artifact, Evaluation
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Artifact, Evaluation
+from aidsr.core.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 

@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.sim.units import Coordinate, Units
+from aidsr.sim.unit_scaling import Coordinate, Units
 
 __all__ = ["actuator_coordinate", "has_scaling_rule", "scale_actuator"]
 

@@ -15,17 +15,24 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from aidsr.artifacts import Fault, Placement, Robot, Scene
-from aidsr.errors import MjcfError
-from aidsr.sim import isolation
+from aidsr.core.artifacts import Fault, Placement, Robot, Scene
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.compile import compile_mjcf, load_mjcf, warnings_as_notes
+from aidsr.mjcf.location import Element
+from aidsr.sandbox import isolation
 from aidsr.sim.beam import solref
-from aidsr.sim.compiling import compile_mjcf, load_mjcf, warnings_as_notes
-from aidsr.sim.document.place import Element
 from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_functional_part, part_names
 from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.sim.placing import attach_robot, exclude_mount_contacts, mount_names, mount_pose, refuse_unfit, unused_name
+from aidsr.sim.placement import (
+    attach_robot,
+    exclude_mount_contacts,
+    mount_names,
+    mount_pose,
+    refuse_unfit,
+    unused_name,
+)
 from aidsr.sim.scaling import scale_robot
-from aidsr.sim.stripping import settle_inertias, strip_scenery
+from aidsr.sim.strip_scenery import settle_inertias, strip_scenery
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors, measured_parts
 
 __all__ = ["FUNCTIONAL_SITE", "TaskSensor", "add_sensors", "add_sensors_in_worker", "assemble", "assemble_in_worker"]

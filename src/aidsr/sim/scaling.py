@@ -18,10 +18,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Fault
-from aidsr.errors import MjcfError
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import MjcfError
 from aidsr.sim.actuation_scaling import actuator_coordinate, has_scaling_rule, scale_actuator
-from aidsr.sim.units import Coordinate, Units
+from aidsr.sim.unit_scaling import Coordinate, Units
 
 __all__ = ["change_units", "scale_robot"]
 

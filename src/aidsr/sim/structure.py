@@ -17,7 +17,7 @@ from aidsr.sim.ownership import (
     tendon_bodies,
     tendon_wraps,
 )
-from aidsr.sim.pulling import opposite_pairs, pull_of, symmetric_groups
+from aidsr.sim.tendon_effects import opposite_pairs, pull_of, symmetric_groups
 
 __all__ = ["ROBOT_PREFIX", "Chain", "Structure", "Tendon", "joined_bodies", "name_of", "names_of", "read_structure"]
 

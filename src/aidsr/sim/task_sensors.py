@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal, Self
 import mujoco
 from pydantic import Field, model_validator
 
-from aidsr.artifacts import Artifact, Fault
-from aidsr.errors import MjcfError
+from aidsr.core.artifacts import Artifact, Fault
+from aidsr.core.errors import MjcfError
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.structure import read_structure
 

@@ -15,7 +15,7 @@ import difflib
 from importlib.metadata import entry_points
 from typing import get_args
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.tasks.goal import Goal, parse_goal, read_goal
 from aidsr.tasks.goal_kinds import GoalTask
 from aidsr.tasks.goal_task import goal_task

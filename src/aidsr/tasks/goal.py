@@ -17,8 +17,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError, field_validator, model_validator
 
-from aidsr.artifacts import Artifact, Base
-from aidsr.errors import UserError
+from aidsr.core.artifacts import Artifact, Base
+from aidsr.core.errors import UserError
 
 __all__ = ["GOAL_VERSION", "AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "parse_goal", "read_goal"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-from aidsr.artifacts import BodySummary, EnvironmentSummary
-from aidsr.errors import MjcfError, UserError
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary
+from aidsr.core.errors import MjcfError, UserError
+from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.sim.summary import summarize_environment
 from aidsr.tasks.goal import AnyGoal, Reach, Touch, Travel
 from aidsr.tasks.goal_kinds import GoalTask, MoveTask, ReachTask, TouchTask, TravelTask
 from aidsr.tasks.variation import Change

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from typing import TYPE_CHECKING
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 
 if TYPE_CHECKING:
     from aidsr.tasks.task import Task

@@ -9,7 +9,7 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from aidsr.errors import UserError
+from aidsr.core.errors import UserError
 from aidsr.sim.structure import read_structure
 from aidsr.tasks.readings import FloatArray, Outline, Readings
 from aidsr.tasks.task import Task

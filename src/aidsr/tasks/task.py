@@ -16,7 +16,7 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from lxml import etree
 
-from aidsr.artifacts import Base, Brief
+from aidsr.core.artifacts import Base, Brief
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.judging import judging, said
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
@@ -123,7 +123,7 @@ class Task(ABC):
 
     def brief(self) -> Brief:
         """Return the job as a team of designers gets it."""
-        from aidsr.sim.summary import summarize_environment
+        from aidsr.sim.environment_summary import summarize_environment
 
         environment = self.environment
         return Brief(

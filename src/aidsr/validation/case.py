@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.divergence import sound

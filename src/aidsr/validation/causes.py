@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 
 __all__ = ["EXPLAINS", "is_explained", "without_consequences"]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import copy
 from collections.abc import Sequence
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation.case import Case
+from aidsr.validation.counterfactuals import without_contacts_of
 from aidsr.validation.protocol import gather_evidence
 from aidsr.validation.rules.motion import numerical_instability
 from aidsr.validation.rules.rest import overlaps
-from aidsr.validation.variants import without_contacts_of
 
 __all__ = ["REFUTED", "overlap_explains_divergence", "with_verdict"]
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.structure import Structure
+from aidsr.validation.counterfactuals import mass_ratio
 from aidsr.validation.thresholds import Thresholds
-from aidsr.validation.variants import mass_ratio
 
 __all__ = ["explain_divergence", "integration_numbers"]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from aidsr import __version__
-from aidsr.artifacts import Fault, ValidationReport
-from aidsr.errors import IsolationError, MjcfError, UserError
-from aidsr.sim.isolation import call
-from aidsr.sim.mjcf import open_mjcf
+from aidsr.core.artifacts import Fault, ValidationReport
+from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.mjcf.read import open_mjcf
+from aidsr.sandbox.isolation import call
 
 __all__ = ["Mount", "unexamined", "validate"]
 
@@ -54,7 +54,7 @@ def validate(
     options = {"mount": mount, "needs_contact": needs_contact, "environment": environment, "realizable": realizable}
     try:
         argument = {"text": open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf, **options}
-        return ValidationReport.model_validate(call("aidsr.validation.examination:examine", argument))
+        return ValidationReport.model_validate(call("aidsr.validation.engine:examine", argument))
     except (IsolationError, MjcfError) as error:
         return unexamined(error)
 

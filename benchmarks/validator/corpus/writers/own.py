@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from benchmarks.validator.corpus.writers.written import Written
 
-from aidsr.builtin import team
 from aidsr.tasks import load_task, task_names
+from aidsr.teams.rules import team
 
 __all__ = ["write_own_robot"]
 

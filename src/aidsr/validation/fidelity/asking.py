@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aidsr.sim.isolation import call
+from aidsr.sandbox.isolation import call
 from aidsr.validation.fidelity.report import FidelityReport
 
 __all__ = ["fidelity"]
@@ -24,7 +24,7 @@ def fidelity(mjcf: str | Path) -> FidelityReport:
         MjcfError: The text is no model; `aidsr.validate` says what is wrong with it.
         IsolationError: The check took too long or its process died.
     """
-    from aidsr.sim.mjcf import open_mjcf
+    from aidsr.mjcf.read import open_mjcf
 
     text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
     return FidelityReport.model_validate(call("aidsr.validation.fidelity.examining:examine", {"text": text}))

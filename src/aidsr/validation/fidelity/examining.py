@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.sim.compiling import load_mjcf
+from aidsr.mjcf.compile import load_mjcf
 from aidsr.sim.structure import Chain, Structure, name_of, read_structure
 from aidsr.validation.fidelity.cables import Cable, cables_along
 from aidsr.validation.fidelity.comparing import compare
@@ -15,7 +15,7 @@ from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
 from aidsr.validation.fidelity.material import rod_of
 from aidsr.validation.fidelity.refining import half_step_percent, twice_the_segments_percent
 from aidsr.validation.fidelity.report import Comparison, FidelityReport, LimbFidelity
-from aidsr.validation.standing import stand
+from aidsr.validation.test_stand import stand
 
 __all__ = ["examine"]
 

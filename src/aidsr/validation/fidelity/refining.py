@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sim.compiling import compile_mjcf
+from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.elastica import Rod, Tip
 from aidsr.sim.rollout import Simulation, integration_state, simulate
 from aidsr.sim.structure import Chain, Structure, read_structure

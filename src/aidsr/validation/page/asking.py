@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from aidsr.artifacts import Artifact, ValidationReport
-from aidsr.errors import IsolationError, MjcfError
-from aidsr.sim.isolation import call
+from aidsr.core.artifacts import Artifact, ValidationReport
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.sandbox.isolation import call
 from aidsr.validation.page.traces import ActuatorTrace, Signal
 from aidsr.validation.validating import Mount, unexamined
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation.page.plots import plotted
 from aidsr.validation.page.traces import Signal
 

@@ -6,8 +6,8 @@ import io
 import re
 from typing import TYPE_CHECKING, Any
 
+from aidsr.core.formatting import written
 from aidsr.validation.page.traces import Signal
-from aidsr.wording import written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
 from aidsr.validation.divergence import divergence

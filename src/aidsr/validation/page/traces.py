@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aidsr.artifacts import Artifact
+from aidsr.core.artifacts import Artifact
 
 __all__ = ["ActuatorTrace", "Line", "Signal"]
 

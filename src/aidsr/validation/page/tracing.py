@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from aidsr.validation.examination import examine_text
+from aidsr.validation.engine import examine_text
 from aidsr.validation.page.acting import actuator_traces
 from aidsr.validation.page.signals import signal_of
 

@@ -9,14 +9,14 @@ from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aidsr.artifacts import Fault, Repairs
-from aidsr.errors import IsolationError, MjcfError
+from aidsr.core.artifacts import Fault, Repairs
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.formatting import absolute, allowed
 from aidsr.validation.fidelity import FidelityReport
 from aidsr.validation.page.asking import Traced
 from aidsr.validation.page.cards import cards, number
 from aidsr.validation.page.plots import spark
 from aidsr.validation.page.traces import ActuatorTrace
-from aidsr.wording import absolute, allowed
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -102,7 +102,7 @@ def _verdict(faults: tuple[Fault, ...]) -> _Verdict:
 
 def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:
     """Return a picture with the offending parts lit, as a data URL; "" where the text cannot be drawn."""
-    from aidsr.sim.rendering import picture
+    from aidsr.render.pictures import picture
 
     errors = [fault for fault in faults if fault.severity == "error"] or list(faults)
     if any(fault.layer == "load" for fault in errors):

@@ -8,10 +8,10 @@ from typing import cast
 import mujoco
 from lxml import etree
 
-from aidsr.errors import MjcfError
-from aidsr.sim.compiling import compile_mjcf
-from aidsr.sim.document.naming import named
-from aidsr.sim.document.place import Element
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.compile import compile_mjcf
+from aidsr.mjcf.location import Element
+from aidsr.mjcf.names import named
 from aidsr.sim.structure import read_structure
 from aidsr.validation.repairs.telling import told
 from aidsr.validation.thresholds import Thresholds

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
 
-from aidsr.sim.document.inheritance import default_classes
-from aidsr.sim.document.naming import named, references
-from aidsr.sim.document.place import Element, attributes, elements
-from aidsr.sim.schema import Grammar, mjcf_grammar
+from aidsr.mjcf.defaults import default_classes
+from aidsr.mjcf.location import Element, attributes, elements
+from aidsr.mjcf.names import named, references
+from aidsr.mjcf.schema import Grammar, mjcf_grammar
 from aidsr.validation.repairs.telling import told
 
 __all__ = ["duplicate_names", "missing_classes", "misspelt_attributes"]

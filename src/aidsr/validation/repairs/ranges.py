@@ -6,9 +6,9 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 
-from aidsr.sim.document.inheritance import Setting, default_classes, is_placed, setting
-from aidsr.sim.document.place import Element, elements, numbers
-from aidsr.sim.schema import actuator_elements, range_flags
+from aidsr.mjcf.defaults import Setting, default_classes, is_placed, setting
+from aidsr.mjcf.location import Element, elements, numbers
+from aidsr.mjcf.schema import actuator_elements, range_flags
 from aidsr.validation.repairs.telling import told
 
 __all__ = ["ball_ranges", "degrees_in_radians", "inverted_ranges", "missing_limit_flags"]

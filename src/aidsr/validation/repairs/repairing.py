@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from aidsr.artifacts import Repairs
-from aidsr.errors import IsolationError
-from aidsr.sim.isolation import call
+from aidsr.core.artifacts import Repairs
+from aidsr.core.errors import IsolationError
+from aidsr.sandbox.isolation import call
 
 __all__ = ["REPAIRS", "Repaired", "leave_as_written", "repair"]
 

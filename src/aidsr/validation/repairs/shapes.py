@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from aidsr.sim.document.inheritance import default_classes, is_placed, setting
-from aidsr.sim.document.place import Element, elements, numbers
+from aidsr.mjcf.defaults import default_classes, is_placed, setting
+from aidsr.mjcf.location import Element, elements, numbers
 from aidsr.validation.repairs.telling import told
 
 __all__ = ["fromto_and_pos", "fromto_without_shape", "inherited_fromto", "repeated_guides"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aidsr.sim.document.place import Element, line_of, words
+from aidsr.mjcf.location import Element, line_of, words
 
 __all__ = ["told"]
 

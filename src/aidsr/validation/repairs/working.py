@@ -8,9 +8,9 @@ from typing import Any
 
 from lxml import etree
 
-from aidsr.errors import MjcfError
-from aidsr.sim.document.place import Element
-from aidsr.sim.mjcf import Document, parse_document, unsafe
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.location import Element
+from aidsr.mjcf.read import Document, parse_document, unsafe
 from aidsr.validation.repairs import attachment, markup, naming, ranges, shapes
 
 __all__ = ["repair_text"]

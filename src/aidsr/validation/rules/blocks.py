@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation.case import Case
 
 __all__ = ["no_actuators", "no_sensors", "no_tendons", "tendons_not_actuated"]

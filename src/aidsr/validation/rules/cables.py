@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Tendon
 from aidsr.validation.case import Case

@@ -8,13 +8,19 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
+from aidsr.core.formatting import written
 from aidsr.sim.structure import joined_bodies
 from aidsr.validation.case import Case
 from aidsr.validation.causes import is_explained
+from aidsr.validation.counterfactuals import (
+    mass_ratio,
+    softer,
+    without_limits,
+    without_outlier_mass,
+    without_self_contact,
+)
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
-from aidsr.validation.variants import mass_ratio, softer, without_limits, without_outlier_mass, without_self_contact
-from aidsr.wording import written
 
 __all__ = ["antagonist_lock", "no_effect", "self_collision_lock"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aidsr.artifacts import Fault
-from aidsr.catalogue.motors import can_hold, cheapest_motor
+from aidsr.core.artifacts import Fault
+from aidsr.core.motors import can_hold, cheapest_motor
 from aidsr.validation.case import Case
 from aidsr.validation.drive import Drive
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.sim.rollout import Recording
 from aidsr.validation.case import Case
 from aidsr.validation.divergence import divergence, sound

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 

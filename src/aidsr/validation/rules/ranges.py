@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Chain
 from aidsr.validation.case import Case
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation.case import Case
 from aidsr.validation.poses import bent_pose
 

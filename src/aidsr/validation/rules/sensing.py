@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from aidsr.artifacts import Fault
+from aidsr.core.artifacts import Fault
 from aidsr.validation.case import Case
 
 __all__ = ["sensor_constant"]

@@ -1,0 +1,89 @@
+"""The command line. Each command has its own file, and imports what it needs only when it is used."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+from cyclopts import App
+
+from aidsr import __version__
+from aidsr.apps.cli import (
+    benchmark,
+    design,
+    doctor,
+    evaluate,
+    export,
+    mcp,
+    probe,
+    resume,
+    show,
+    tasks,
+    train,
+    validate,
+    view,
+    web,
+)
+from aidsr.core.errors import AidsrError, UserError
+
+__all__ = ["app", "main"]
+
+app = App(
+    name="aidsr",
+    version=__version__,
+    help="""Design tendon-driven continuum robots from words.
+
+    Say what a robot should do and where; a team of four roles designs it in MuJoCo, measured faults are repaired, and
+    everything is kept in one folder. The team is a set of built-in rules unless you name a language model.
+
+    Start with `aidsr design --task button_pushing`.""",
+    help_format="markdown",
+    version_flags=["--version"],
+    result_action="return_value",
+)
+
+for command in (
+    design.design,
+    resume.resume,
+    show.show,
+    tasks.tasks,
+    validate.validate,
+    view.view,
+    probe.probe,
+    train.train,
+    evaluate.evaluate,
+    export.export,
+    web.web,
+    mcp.mcp,
+    benchmark.benchmark,
+    benchmark.report,
+    benchmark.compare,
+    benchmark.submit,
+    benchmark.leaderboard,
+    doctor.doctor,
+):
+    app.command(command)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command line and exit: 0 for success, 2 for a mistake of the person's, else what the command says."""
+    # A scheduler, or the page, ends a command as a person's Control-C does: what is done is kept and said to be.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        code = app(arguments)
+    except UserError as error:
+        _say(error)
+        code = 2
+    except AidsrError as error:
+        _say(error)
+        code = 1
+    except KeyboardInterrupt:
+        code = 130
+    sys.exit(code)
+
+
+def _say(error: AidsrError) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]aidsr:[/] {escape(str(error))}")

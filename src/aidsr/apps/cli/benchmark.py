@@ -1,0 +1,225 @@
+"""`aidsr benchmark`, `report`, `compare`, `submit` and `leaderboard`: studies of many runs."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from aidsr.apps.cli.plan_options import PlanOptions
+from aidsr.apps.cli.spending import StudyLimits
+
+if TYPE_CHECKING:
+    from aidsr.studies.pool import Pool
+    from aidsr.studies.study import Study
+
+__all__ = ["benchmark", "compare", "leaderboard", "report", "submit"]
+
+
+def benchmark(
+    study: Path,
+    /,
+    *,
+    options: PlanOptions | None = None,
+    limits: StudyLimits | None = None,
+    jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
+    ray: str = "",
+    resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
+    """Design, train and judge robots for many tasks, and write the tables.
+
+    A study is a folder with a frozen plan. The same command goes on with it after anything; --resume does so without
+    saying the plan again.
+
+        aidsr benchmark studies/first --tasks button_pushing flat_ground --designs 3 --steps 50000
+
+        aidsr benchmark studies/first --resume --jobs 4
+
+        aidsr benchmark studies/second --tasks gap --model openai:gpt-5 --max-cost 20
+
+    Exit code 0 means that all jobs were done, 1 that some were given up (see failures.jsonl) or not paid for, 130 an
+    interruption.
+
+    Parameters
+    ----------
+    study
+        Folder of the study.
+    jobs
+        How many jobs at a time on this machine; each uses one core.
+    ray
+        Address of a Ray cluster to do the jobs on, "auto" for the one that is running here; needs the extra "ray".
+    resume
+        Go on with the study as its plan says.
+    dry_run
+        Say what it would take, and begin nothing.
+    """
+    from rich.console import Console
+
+    from aidsr.apps.cli.studies import StudyTable, say_forecast, say_unpaid
+    from aidsr.core.extras import require_extra
+    from aidsr.studies.budget import check_limit, limit_of, limit_study
+    from aidsr.studies.report import write_report
+    from aidsr.studies.runner import drive
+    from aidsr.studies.study import begin_study
+
+    console = Console(highlight=False)
+    found = _study(study, options or PlanOptions(), resume)
+    limit = (limits or StudyLimits()).changed(limit_of(found))
+    check_limit(found, limit)
+    say_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
+    if ray:
+        require_extra("ray", "--ray")
+    else:
+        _check_this_machine(found)
+    if dry_run:
+        return 0
+    begin_study(study, found.plan)
+    if limits:
+        limit_study(found, limit)
+    try:
+        with StudyTable(console, found) as table:
+            progress = drive(found, _pool(study, jobs, ray), table.listen)
+    except KeyboardInterrupt:
+        console.print(f"\nInterrupted; aidsr benchmark {study} --resume goes on", soft_wrap=True)
+        return 130
+    console.print(f"Report: {write_report(found)}", soft_wrap=True)
+    if progress.unpaid:
+        say_unpaid(console, found, progress.refused)
+    return 1 if progress.failed or progress.unpaid else 0
+
+
+def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
+    """Return the study that is asked for, which may not be begun yet.
+
+    Raises:
+        UserError: There is none to go on with, or its plan is another one.
+    """
+    from aidsr.core.errors import UserError
+    from aidsr.studies.study import Study, begin_study, open_study
+
+    if resume:
+        if options.said:
+            raise UserError(
+                f"--resume goes on with the plan in {path / 'study.toml'}, found {', '.join(options.said)} beside it; "
+                "leave one of the two out"
+            )
+        return open_study(path)
+    plan = options.plan()
+    return begin_study(path, plan) if (path / "study.toml").exists() else Study(path, plan)
+
+
+def _check_this_machine(study: Study) -> None:
+    """Refuse a study whose jobs would all fail here.
+
+    Raises:
+        UserError: A model cannot be asked, or what learning needs is not installed.
+    """
+    from aidsr.core.extras import require_extra
+    from aidsr.loop.teams import check_model
+
+    for arm in study.plan.arms:
+        check_model(arm.config, arm.config.budget)
+    if study.plan.seeds:
+        require_extra("rl", "training")
+
+
+def report(study: Path, /) -> int:
+    """Write the report of a study as it stands: report.html, .md, .csv and .json in its folder.
+
+        aidsr report studies/first
+
+    Parameters
+    ----------
+    study
+        Folder of the study.
+    """
+    from rich.console import Console
+
+    from aidsr.studies.report import write_report
+    from aidsr.studies.study import open_study
+
+    Console(highlight=False).print(str(write_report(open_study(study))), soft_wrap=True)
+    return 0
+
+
+def compare(one: Path, other: Path, /) -> int:
+    """Say whether one study is better than another by more than noise.
+
+    Designs are paired by task, run and number; the first arm of each study is compared.
+
+        aidsr compare studies/before studies/after
+
+    Parameters
+    ----------
+    one
+        Folder of a study.
+    other
+        Folder of another.
+    """
+    from rich.console import Console
+
+    from aidsr.apps.cli.studies import say_comparison
+    from aidsr.studies.study import open_study
+
+    return say_comparison(Console(highlight=False), open_study(one), open_study(other))
+
+
+def submit(study: Path, /, *, out: Path | None = None) -> int:
+    """Write a study's results into one small file that others can check and merge.
+
+        aidsr submit studies/first --out first.json
+
+    Parameters
+    ----------
+    study
+        Folder of the study.
+    out
+        The file; submission.json in the study's folder unless named.
+    """
+    from rich.console import Console
+
+    from aidsr.studies.study import open_study
+    from aidsr.studies.submission import read_submission
+    from aidsr.studies.submission import submit as write
+
+    path = out if out is not None else study / "submission.json"
+    write(open_study(study), path)
+    found = read_submission(path)
+    Console(highlight=False).print(f"{path}: {len(found.designs)} designs, sha256 {found.sha256}", soft_wrap=True)
+    return 0
+
+
+def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int:
+    """Verify files that others submitted, and merge them into one table.
+
+    The figures of each are computed again from its raw outcomes; a file that was changed is refused.
+
+        aidsr leaderboard ours.json theirs.json > leaderboard.md
+
+    Parameters
+    ----------
+    submissions
+        Files written by `aidsr submit`.
+    study
+        Folder that the first file was made from: also check that it holds the very scenes that were submitted.
+    """
+    from aidsr.studies.leaderboard import check_scenes
+    from aidsr.studies.leaderboard import leaderboard as merged
+    from aidsr.studies.study import open_study
+
+    sys.stdout.write(merged(submissions))
+    if study is not None:
+        count = check_scenes(submissions[0], open_study(study))
+        sys.stdout.write(f"\n{submissions[0]}: all {count} scenes are those in {study}.\n")
+    return 0
+
+
+def _pool(study: Path, jobs: int, ray: str) -> Pool:
+    from aidsr.studies.cluster import RayPool
+    from aidsr.studies.pool import LocalPool
+
+    return RayPool(study, ray) if ray else LocalPool(study, jobs)

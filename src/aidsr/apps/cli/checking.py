@@ -1,0 +1,94 @@
+"""What `aidsr validate` does with one file: repair, validate, write."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from aidsr.core.artifacts import ValidationReport
+from aidsr.core.errors import UserError
+from aidsr.mjcf.read import decode_mjcf, open_mjcf
+from aidsr.validation import validate
+from aidsr.validation.fidelity import fidelity
+from aidsr.validation.json_report import FileReport
+from aidsr.validation.page import GENERATOR, Traced, page_html, traced
+from aidsr.validation.repairs import repair
+
+__all__ = ["Check", "refuse_to_overwrite"]
+
+STANDARD_INPUT = "-"
+_HEAD_BYTES = 400
+"""Of a page, in which it says what made it."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """How files are checked, as the options of `aidsr validate` say."""
+
+    mount: Literal["auto", "fixed", "free"] = "auto"
+    needs_contact: bool = False
+    realizable: bool = False
+    fidelity: bool = False
+    repair: Path | None = None
+    """Where the repaired text goes; None to check the text as it is."""
+    page: Path | None = None
+    """Where the page goes; None for none."""
+
+    def run(self, file: str) -> FileReport:
+        """Check one file; a repaired text is written before it is validated.
+
+        Raises:
+            UserError: The file cannot be read, or what is asked for cannot be written.
+            MjcfError: The file is too large to be read.
+        """
+        text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if file == STANDARD_INPUT else Path(file)
+        repairs = None
+        if self.repair is not None:
+            answer = repair(_opened(text))
+            text, repairs = answer.mjcf, answer.repairs
+            _write(self.repair, text)
+        shown = self._traced(_opened(text)) if self.page is not None else None
+        report = shown.report if shown is not None else self._validated(text)
+        loads = not any(fault.layer == "load" for fault in report.errors)
+        trust = fidelity(text) if self.fidelity and loads else None
+        if shown is not None and self.page is not None:
+            name = "standard input" if file == STANDARD_INPUT else Path(file).name
+            _write(self.page, page_html(_opened(text), shown, file=name, repairs=repairs, fidelity=trust))
+        return FileReport(**dict(report), file=file, repairs=repairs, fidelity=trust)
+
+    def _validated(self, text: str | Path) -> ValidationReport:
+        return validate(text, mount=self.mount, needs_contact=self.needs_contact, realizable=self.realizable)
+
+    def _traced(self, mjcf: str) -> Traced:
+        return traced(mjcf, mount=self.mount, needs_contact=self.needs_contact, realizable=self.realizable)
+
+
+def _opened(text: str | Path) -> str:
+    return open_mjcf(text) if isinstance(text, Path) else text
+
+
+def refuse_to_overwrite(path: Path, *, option: str) -> None:
+    """Raise a UserError where something stands already; a page that this command wrote may be written anew.
+
+    Raises:
+        UserError: Something does.
+    """
+    if path.exists() and not _is_our_page(path):
+        raise UserError(f"{option} writes a new file, and {path} exists; name another, or add --force to replace it")
+
+
+def _is_our_page(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return f'content="{GENERATOR}"'.encode() in file.read(_HEAD_BYTES)
+    except OSError:
+        return False
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"Expected a place to write to, could not write {path}: {error.strerror}.") from error

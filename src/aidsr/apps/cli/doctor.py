@@ -1,0 +1,117 @@
+"""`aidsr doctor`."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import tempfile
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Literal
+
+__all__ = ["Check", "checks", "doctor"]
+
+_PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic", "lxml", "pydantic-ai-slim", "av")
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the doctor's account."""
+
+    topic: str
+    result: Literal["ok", "absent", "problem"]
+    """Absent is said and does no harm; a problem keeps AID-SR from working."""
+    text: str
+
+
+def doctor() -> int:
+    """Check this installation: versions, graphics, isolation, keys.
+
+    Says which keys are set and never what they are. Exit code 0 means that AID-SR works here, 1 that something is
+    wrong.
+
+        aidsr doctor
+    """
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=False)
+    marks = {"ok": "[green]ok[/]", "absent": "[yellow]–[/]", "problem": "[bold red]problem[/]"}
+    found = checks()
+    for check in found:
+        table.add_row(marks[check.result], f"[bold]{check.topic}[/]", escape(check.text))
+    Console(highlight=False).print(table)
+    return 1 if any(check.result == "problem" for check in found) else 0
+
+
+def checks() -> tuple[Check, ...]:
+    """Return everything the doctor looks at."""
+    return (*_versions(), _extras(), *_machine(), *_isolation(), *_keys())
+
+
+def _versions() -> tuple[Check, ...]:
+    enough = sys.version_info >= (3, 11)
+    found = {package: _version(package) for package in _PACKAGES}
+    missing = [package for package, number in found.items() if number is None]
+    text = ", ".join(f"{package} {number}" for package, number in found.items() if number)
+    return (
+        Check(
+            "Python", "ok" if enough else "problem", f"{platform.python_version()} on {platform.platform(terse=True)}"
+        ),
+        Check(
+            "packages", "problem" if missing else "ok", text + (f"; missing: {', '.join(missing)}" if missing else "")
+        ),
+    )
+
+
+def _extras() -> Check:
+    from aidsr.core.extras import EXTRAS, lack_of
+
+    present = [extra for extra in EXTRAS if not lack_of(extra, "")]
+    text = ", ".join(present) if present else 'none; pip install "aidsr[rl]" adds one'
+    return Check("extras", "ok" if present else "absent", text)
+
+
+def _machine() -> tuple[Check, ...]:
+    from aidsr.render.pictures import gl_status
+
+    threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    try:
+        with tempfile.TemporaryFile(dir=Path.cwd()):
+            writable = Check("files", "ok", f"runs can be written under {Path.cwd()}")
+    except OSError as error:
+        writable = Check("files", "problem", f"{Path.cwd()} cannot be written ({error.strerror}); use --runs")
+    return (
+        Check("processor", "ok", f"{threads} {'thread' if threads == 1 else 'threads'} for simulation"),
+        Check("graphics", "ok", gl_status()),
+        writable,
+    )
+
+
+def _isolation() -> tuple[Check, ...]:
+    from aidsr.sandbox.isolation import guarantees
+
+    all_of_them = guarantees()
+    held = ", ".join(guarantee.name for guarantee in all_of_them if guarantee.holds)
+    missing = ", ".join(guarantee.name for guarantee in all_of_them if not guarantee.holds)
+    found = (Check("isolation", "ok", f"models are opened in child processes: {held}"),)
+    return (*found, Check("isolation", "absent", f"not on this platform: {missing}")) if missing else found
+
+
+def _keys() -> tuple[Check, ...]:
+    from aidsr.teams.providers.credentials import Access
+
+    present = [name.upper() for name, value in Access() if name.endswith("_api_key") and value is not None]
+    if present:
+        return (Check("keys", "ok", f"set: {', '.join(present)}; used only when you name a model of theirs"),)
+    return (Check("keys", "absent", "none set, and none needed for --model builtin"),)
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

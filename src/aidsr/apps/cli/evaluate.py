@@ -1,0 +1,58 @@
+"""`aidsr evaluate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+__all__ = ["evaluate"]
+
+
+def evaluate(
+    training: Path,
+    /,
+    *,
+    episodes: Annotated[int, Parameter(validator=Number(gte=20))] = 20,
+    threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    videos: bool = True,
+    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
+    """Judge a trained policy on variations of its task that it has never seen.
+
+    Writes evaluation.json, curve.png and two videos beside the policy. Exit code 0 means a successful policy, 1 another
+    one, 2 a mistake in the command.
+
+        aidsr evaluate runs/2026-01-31_1002_button_pushing_7f3a/designs/1/training/001
+
+    Parameters
+    ----------
+    training
+        Folder of a finished training.
+    episodes
+        How many held-out variations.
+    threads
+        Native threads for physics; 0 takes all processors.
+    videos
+        Draw the best and the median episode.
+    json
+        Print the whole evaluation as JSON.
+    """
+    import sys
+
+    from rich.console import Console
+
+    from aidsr.apps.cli.learning import print_evaluation
+    from aidsr.core.extras import require_extra
+
+    require_extra("rl", "evaluating a policy")
+    from aidsr.learn.rl.trained import evaluate_training
+
+    evaluation = evaluate_training(training, episodes=episodes, threads=threads, videos=videos)
+    if json:
+        sys.stdout.write(evaluation.model_dump_json(indent=2) + "\n")
+    else:
+        print_evaluation(Console(highlight=False), training, evaluation)
+    return 0 if evaluation.successful else 1

@@ -1,0 +1,95 @@
+"""`aidsr export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from aidsr.core.formatting import finding
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from aidsr.loop.export import Exported
+
+__all__ = ["export"]
+
+
+def export(
+    design: Path,
+    /,
+    *,
+    printer: Literal["fdm", "sla"] = "fdm",
+    material: str | None = None,
+    out: Path | None = None,
+    policy: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    step: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
+    """Make an approved design into parts to print, to buy and to assemble, and say what cannot be built.
+
+    Exit code 0 means buildable, as it is or with the changes that are told; 1 means not buildable, for the reasons that
+    are told; 2 a mistake in the command. With 0 and with 1 the folder is written.
+
+        aidsr export runs/2026-01-31_1002_button_pushing_7f3a/designs/1
+
+        aidsr export robot.xml --printer sla --out workshop
+
+    Parameters
+    ----------
+    design
+        Folder of an approved design, or MJCF of a robot.
+    printer
+        What the parts are printed on: "fdm" lays filament, "sla" cures resin.
+    material
+        Material to print limbs of, as tpu95a or petg; the first that can be made of all the printer has unless named.
+    out
+        Folder to write; export/ in the design's folder, or NAME_export beside the file, unless named. An earlier export
+        in it is replaced.
+    policy
+        Also let the design's last trained policy act with the robot as built, 20 episodes (half a minute); needs the
+        extra "rl".
+    step
+        Also write each part as STEP, with flat facets; needs the extra "cad".
+    """
+    from rich.console import Console
+
+    from aidsr.core.extras import require_extra
+    from aidsr.sandbox.isolation import prepare
+
+    require_extra("fabrication", "making parts")
+    prepare()  # the worker starts while the rest is imported
+    from aidsr.loop.export import export as make_package
+
+    exported = make_package(design, out, printer=printer, material=material, policy=policy, cad=step)
+    _say(Console(highlight=False), exported)
+    return 1 if exported.verdict.verdict == "not buildable" else 0
+
+
+def _say(console: Console, exported: Exported) -> None:
+    """Print the verdict, its reasons, and where to look."""
+    verdict, made = exported.verdict, exported.made
+
+    def line(text: str, style: str = "") -> None:
+        console.print(text, style=style, markup=False, soft_wrap=True)
+
+    line(verdict.verdict, "bold " + {"buildable": "green", "not buildable": "red"}.get(verdict.verdict, "yellow"))
+    for fault in verdict.reasons:
+        names = ", ".join(fault.names[:3]) + (" …" if len(fault.names) > 3 else "")
+        line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {finding(fault)}")
+    printed = sum(len(part.used_for) for part in made.parts)
+    line(f"  {printed} parts of {len(made.parts)} kinds, limbs of {made.material.label}")
+    line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")
+    motors = sorted({winch.fit.motor.name for winch in made.winches if winch.fit is not None})
+    unknown = f", and {len(verdict.unpriced)} without a known price" if verdict.unpriced else ""
+    line(f"  {len(made.winches)} winches ({'; '.join(motors)}); about {verdict.cost_usd:.0f} USD{unknown}")
+    if verdict.retest is not None:
+        stable = "stable" if verdict.retest.stable else "not stable"
+        reach = f"{1000 * verdict.retest.reach_m:.0f} mm (designed {1000 * verdict.retest.designed_reach_m:.0f} mm)"
+        line(f"  simulated as built: {stable}, reach {reach}")
+        if verdict.retest.success_share is not None:
+            line(
+                f"  trained policy with the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed"
+            )
+    line(f"{exported.folder}/sheet.html: open it to build the robot")

@@ -1,0 +1,169 @@
+"""The progress of a run in the terminal: one calm line for each design, or plain lines where there is no terminal."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.markup import escape
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
+
+from aidsr.apps.cli.asking import Asker
+from aidsr.apps.cli.mailbox import Mailbox
+from aidsr.apps.cli.reporting import print_introduction, print_result
+from aidsr.loop import Parts, work
+from aidsr.runs import Run, read_status
+from aidsr.runs.event_text import DOING, sentence
+from aidsr.runs.events import Begun, Done, Event
+from aidsr.runs.status import newest
+from aidsr.runs.summary import cost_in_words
+
+__all__ = ["Lines", "Panel", "View", "follow"]
+
+
+def follow(run: Run, parts: Parts) -> int:
+    """Work on a run while a person watches; return 0 if a design is approved, 1 if none, 130 if interrupted."""
+    console = Console(highlight=False)
+    print_introduction(console, run)
+    view: View = Panel(console, run) if console.is_terminal else Lines(console)
+    asker = Asker(console, run, view.aside)
+    try:
+        with view, asker, Mailbox(console, run.asked().config.model):
+
+            def heard(number: int, event: Event) -> None:
+                view.heard(number, event)
+                asker.heard(number, event)
+
+            work(run, parts, heard)
+    except KeyboardInterrupt:
+        console.print(
+            f"\nInterrupted. What is done is kept; go on with [bold]aidsr resume {escape(str(run.path))}[/]",
+            soft_wrap=True,
+        )
+        return 130
+    return print_result(console, run)
+
+
+class View(Protocol):
+    """Shows events as they come."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def heard(self, number: int, event: Event) -> None:
+        """Take notice of an event of a design, or of the run as number 0."""
+        ...
+
+    def aside(self) -> contextlib.AbstractContextManager[None]:
+        """Keep the terminal free for a question, as long as the context lasts."""
+        ...
+
+
+class Lines:
+    """One line for each result, as for a log file or a pipe."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pass
+
+    def heard(self, number: int, event: Event) -> None:
+        """Print the event if it says something."""
+        said = sentence(event)
+        iteration = getattr(event, "iteration", None)
+        if said:
+            place = (f"design {number}  " if number else "") + (f"iteration {iteration}  " if iteration else "")
+            self._console.print(escape(place + said), soft_wrap=True)
+
+    def aside(self) -> contextlib.AbstractContextManager[None]:
+        """Change nothing: lines do not disturb a question."""
+        return contextlib.nullcontext()
+
+
+@dataclass
+class _Line:
+    """What the panel knows of one design."""
+
+    concept: str = ""
+    iteration: int | None = None
+    doing: str = ""
+    found: str = ""
+    cost: str = ""
+
+
+class Panel:
+    """One line for each design, rewritten in place."""
+
+    def __init__(self, console: Console, run: Run) -> None:
+        self._run = run
+        self._paid = run.asked().config.model != "builtin"
+        self._lines: dict[int, _Line] = {}
+        self._spinner = Spinner("dots", style="cyan")
+        self._live = Live(self, console=console, refresh_per_second=8, transient=True)
+
+    def __enter__(self) -> Self:
+        self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._live.stop()
+
+    def heard(self, number: int, event: Event) -> None:
+        """Bring the line of the design up to date."""
+        line = self._lines.setdefault(number, _Line())
+        if number and (not line.concept or (isinstance(event, Done) and event.step == "concept")):
+            concept = newest(it.concept.read() for it in self._run.design(number).leading_to())
+            line.concept = concept.name if concept else ""
+        line.iteration = getattr(event, "iteration", None) or line.iteration
+        line.doing = DOING[event.step] if isinstance(event, Begun) else ""
+        line.found = sentence(event) or line.found
+        if self._paid and number and isinstance(event, Done):
+            line.cost = cost_in_words(read_status(self._run).design(number).usage)
+
+    @contextlib.contextmanager
+    def aside(self) -> Iterator[None]:
+        """Take the panel away while a question is asked."""
+        self._live.stop()
+        try:
+            yield
+        finally:
+            self._live.start()
+
+    def __rich__(self) -> RenderableType:
+        """Draw the panel."""
+        designs = {number: line for number, line in sorted(self._lines.items()) if number}
+        if not designs:
+            return self._with_mark(Text(DOING["concepts"], style="cyan"), working=True)
+        return Group(*(self._draw(number, line) for number, line in designs.items()))
+
+    def _draw(self, number: int, line: _Line) -> RenderableType:
+        title = Text.assemble((f"{number}  {line.concept}", "bold"), no_wrap=True, overflow="ellipsis")
+        if line.iteration:
+            title.append(f"   iteration {line.iteration}", "dim")
+        title.append(f"   {line.cost}", "dim")
+        story = Text(no_wrap=True, overflow="ellipsis")
+        story.append(line.doing, "cyan").append("   " if line.doing and line.found else "").append(line.found)
+        return self._with_mark(Group(title, story), working=bool(line.doing))
+
+    def _with_mark(self, content: RenderableType, *, working: bool) -> RenderableType:
+        grid = Table.grid(padding=(0, 1))
+        grid.add_row(self._spinner if working else Text("·", style="dim"), content)
+        return grid

@@ -1,0 +1,54 @@
+"""Prompts of a run that a person answers in files: said in the terminal as they come."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.markup import escape
+
+from aidsr.teams.providers.manual import MANUAL, waiting_prompts
+
+__all__ = ["Mailbox"]
+
+_LOOK_S = 0.3
+"""How often to look for new prompts [s]."""
+
+
+class Mailbox:
+    """Names each prompt that waits for a reply, once, while a run is at work; nothing for other models."""
+
+    def __init__(self, console: Console, model: str) -> None:
+        self._console = console
+        self._directory = Path(model.removeprefix(MANUAL)) if model.startswith(MANUAL) else None
+        self._said: set[Path] = set()
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="mailbox", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while self._directory and not self._ended.wait(_LOOK_S):
+            self.look(self._directory)
+
+    def look(self, directory: Path) -> None:
+        """Say which prompts came since the last look."""
+        for waiting in waiting_prompts(directory):
+            if waiting.prompt not in self._said:
+                self._said.add(waiting.prompt)
+                self._console.print(
+                    f"[yellow]waiting for a reply[/] of the {waiting.role}: read {escape(str(waiting.prompt))}, "
+                    f"save the reply as [bold]{escape(waiting.reply.name)}[/] beside it",
+                    soft_wrap=True,
+                )

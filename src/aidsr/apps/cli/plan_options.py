@@ -1,0 +1,159 @@
+"""Options that say what a study asks: its plan, before that is frozen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+if TYPE_CHECKING:
+    from aidsr.studies.study import StudyPlan
+
+__all__ = ["PlanOptions"]
+
+Way = Literal[
+    "full",
+    "human",
+    "human_only",
+    "no_judge",
+    "no_integrator",
+    "no_judge_or_integrator",
+    "no_validation",
+    "direct",
+    "no_repairs",
+    "no_groups",
+    "from_probe",
+    "task_feedback",
+]
+"""As `aidsr.studies.arms.Way`, which would load what a command line without a command does not need."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class PlanOptions:
+    """What a study asks; the same options go on with it, and others are refused."""
+
+    tasks: Annotated[
+        list[str] | None,
+        Parameter(negative="", consume_multiple=True, help='Names of tasks, or "all", which it is unless said.'),
+    ] = None
+    level: Annotated[Literal["standard", "hard"], Parameter(help="Level of the tasks.")] = "standard"
+    model: Annotated[
+        list[str] | None,
+        Parameter(
+            negative="",
+            consume_multiple=True,
+            help='One or more models to compare, "builtin" for the rules; each is an arm of the study.',
+        ),
+    ] = None
+    method: Annotated[
+        list[Way] | None,
+        Parameter(
+            negative="",
+            consume_multiple=True,
+            help="The full method, or ways of leaving something out of it or adding to it; each is an arm for each "
+            "model.",
+        ),
+    ] = None
+    feedback: Annotated[
+        Path | None,
+        Parameter(
+            help='TOML file with what a person says to the designs of each task, for the methods "human" and '
+            '"human_only".'
+        ),
+    ] = None
+    baseline: Annotated[
+        list[Literal["reference", "search"]] | None,
+        Parameter(
+            negative="",
+            consume_multiple=True,
+            help='What they are measured against: "reference" for robots designed by hand, one a task, "search" for '
+            'CMA-ES over the numbers of a built-in family, one design a run (extra "search"); each is an arm.',
+        ),
+    ] = None
+    search_robots: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=8, lte=8000),
+            help='Robots that "search" tries for each design, in generations of eight; each takes seconds of one core.',
+        ),
+    ] = 32  # as in RunConfig, which would load what a command line without a command does not need
+    designs: Annotated[
+        int,
+        Parameter(validator=Number(gte=1), help="Designs of each task and model, in runs of --concepts."),
+    ] = 15
+    concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Concepts of each run.")] = 3
+    seeds: Annotated[
+        int,
+        Parameter(validator=Number(gte=0, lte=100), help="Policies trained for each approved design; 0 trains none."),
+    ] = 1
+    steps: Annotated[int, Parameter(validator=Number(gte=1), help="Budget of control steps a policy.")] = 300_000
+    probe: Annotated[bool, Parameter(help="Also probe each approved design without learning.")] = True
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Options that were given another value than the usual one, as a person writes them."""
+        return tuple(
+            f"--{each.name.replace('_', '-')}" for each in fields(self) if getattr(self, each.name) != each.default
+        )
+
+    def plan(self) -> StudyPlan:
+        """Return the plan that is asked for.
+
+        Raises:
+            UserError: Something is not known or does not fit together.
+        """
+        from pydantic import ValidationError
+
+        from aidsr.core.errors import UserError
+        from aidsr.studies.arms import arms_of, read_feedback
+        from aidsr.studies.file_errors import mistake_in
+        from aidsr.studies.study import StudyPlan, versions_now
+        from aidsr.tasks import load_task, task_names
+
+        self._check()
+        chosen = task_names() if self.tasks in (None, ["all"]) else tuple(load_task(n).name for n in self.tasks or ())
+        said = read_feedback(self.feedback, chosen) if self.feedback else {}
+        try:
+            return StudyPlan(
+                tasks=chosen,
+                level=self.level,
+                arms=arms_of(
+                    self.model or ["builtin"],
+                    self.method or ["full"],
+                    concepts=self.concepts,
+                    feedback=said,
+                    baselines=self.baseline or [],
+                    search_robots=self.search_robots,
+                ),
+                runs=self.designs // self.concepts,
+                seeds=self.seeds,
+                steps=self.steps,
+                probe=self.probe,
+                versions=versions_now(),
+            )
+        except ValidationError as error:
+            raise UserError(mistake_in(error)) from None
+
+    def _check(self) -> None:
+        from aidsr.core.errors import UserError
+
+        if self.designs % self.concepts:
+            whole = self.designs // self.concepts * self.concepts
+            near = [str(each) for each in (whole, whole + self.concepts) if each > 0]
+            raise UserError(
+                f"--designs must be whole runs of --concepts {self.concepts}, found {self.designs}; "
+                f"{' or '.join(near)} would do, or --concepts {self.designs if self.designs <= 20 else 1}"
+            )
+        empty = [name for name in ("tasks", "model", "method", "baseline") if getattr(self, name) == []]
+        if empty:
+            raise UserError(f"a name was expected after --{empty[0]}, found none; leave it out for the usual")
+        if self.search_robots % 8:
+            whole = self.search_robots // 8 * 8
+            raise UserError(
+                f"--search-robots must be whole generations of 8, found {self.search_robots}; {whole} or {whole + 8} "
+                "would do"
+            )

@@ -1,0 +1,149 @@
+"""`aidsr probe`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from aidsr.learn.openloop import ProbeReport
+
+__all__ = ["probe"]
+
+
+def probe(
+    scene: Path,
+    /,
+    *,
+    task: str | None = None,
+    level: Literal["standard", "hard"] | None = None,
+    goal: Path | None = None,
+    candidates: Annotated[int, Parameter(validator=Number(gte=16))] = 128,
+    variations: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 2,
+    max_steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    grouping: Literal["auto", "off"] = "auto",
+    threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    out: Path | None = None,
+    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
+    """Say how far a body gets on its task without learning.
+
+    Many open-loop motions are played at once: pulls that ramp from one value to another, and sinusoids. What the best
+    of them reach tells a bad body from a bad policy. Exit code 0 means that some motion succeeds, 1 that none does, 2 a
+    mistake in the command.
+
+        aidsr probe runs/2026-01-31_1002_button_pushing_7f3a/designs/1
+
+        aidsr probe scene.xml --task button_pushing --candidates 512
+
+    Parameters
+    ----------
+    scene
+        Folder of an approved design, or MJCF of a robot placed in the environment of a task.
+    task
+        Task to try; a design knows its own.
+    level
+        Level of the task.
+    goal
+        Goal in a file, instead of a task, for an environment of your own.
+    candidates
+        Motions tried for each variation, in whole generations of 16: of 100 only 96 are tried.
+    variations
+        How many variations of the task; each is searched for itself.
+    max_steps
+        Physics steps of all simulations together; the default takes seconds to a minute.
+    seed
+        The same seed tries the same motions.
+    grouping
+        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" moves each by itself.
+    threads
+        Native threads for physics; 0 takes all processors. Results do not depend on it.
+    out
+        File for the whole report; probe.json in a design's folder unless named, none for a lone scene.
+    json
+        Print the whole report as JSON.
+    """
+    from rich.console import Console
+
+    from aidsr.apps.cli.subject import subject_of
+    from aidsr.learn.openloop import probe as try_out
+
+    subject = subject_of(scene, task, level, goal)
+    with Console(stderr=True, highlight=False).status("trying motions") as status:
+        report = try_out(
+            subject.scene,
+            subject.task,
+            level=subject.level,
+            groups=subject.groups,
+            grouping=grouping,
+            candidates=candidates,
+            variations=variations,
+            max_steps=max_steps,
+            seed=seed,
+            threads=threads,
+            listen=lambda played, progress: status.update(f"{played} motions tried, progress {progress:.2f}"),
+        )
+    _tell(report, out if out is not None else scene / "probe.json" if scene.is_dir() else None, json=json)
+    return 0 if report.success_share else 1
+
+
+def _tell(report: ProbeReport, kept: Path | None, *, json: bool) -> None:
+    """Keep the report where it is to be kept, and print it."""
+    from rich.console import Console
+
+    text = report.model_dump_json(indent=2) + "\n"
+    if kept is not None:
+        _keep(kept, text)
+    if json:
+        sys.stdout.write(text)
+    else:
+        _print(Console(highlight=False), report, kept)
+
+
+def _keep(path: Path, text: str) -> None:
+    """Write the report; a later probe takes its place.
+
+    Raises:
+        UserError: The file cannot be written.
+    """
+    from aidsr.core.errors import UserError
+    from aidsr.runs.files import replace_file
+
+    try:
+        replace_file(path, text.encode())
+    except OSError as error:
+        raise UserError(f"the report cannot be written to {path} ({error.strerror}); name another file") from None
+
+
+def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
+    """Say how far the body got, and how."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    solved = sum(one.episode.ended == "succeeded" for one in report.variations)
+    all_of_them = len(report.variations)
+    console.print(
+        f"[bold]{escape(report.task)}[/]: some motion succeeds in [bold]{solved} of {all_of_them}[/] variations, one "
+        f"and the same in {round(report.same_motion_share * all_of_them)}; progress {report.progress:.2f}",
+        soft_wrap=True,
+    )
+    console.print(f"The best came so far: {escape(report.reached)}.", soft_wrap=True)
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+    for title in ("variation", "ended", "progress", "after", "best motion"):
+        table.add_column(title, overflow="fold")
+    for one in report.variations:
+        episode = one.episode
+        ended = f"[green]{episode.ended}[/]" if episode.ended == "succeeded" else episode.ended.replace("_", " ")
+        row = (str(episode.variation), ended, f"{episode.best_progress:.2f}", f"{episode.time_s:.1f} s")
+        table.add_row(*row, escape(one.motion.in_words))
+    console.print(table)
+    console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
+    if kept is not None:
+        console.print(f"The motions stand in {escape(str(kept))}", soft_wrap=True)

@@ -1,0 +1,104 @@
+"""What the terminal says about a run: before it starts, when it ends, and when asked."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from aidsr.loop import BUILTIN
+from aidsr.loop.teams import asks_nobody
+from aidsr.runs import DesignStatus, Run, RunStatus, read_status
+from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
+from aidsr.runs.trainings import trainings_of, verdict_in_words
+from aidsr.teams.providers.manual import MANUAL
+
+__all__ = ["print_files", "print_introduction", "print_result", "print_status"]
+
+_COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "red", "waiting": "yellow"}
+
+
+def print_introduction(console: Console, run: Run) -> None:
+    """Say what is designed, by whom, and where it is kept."""
+    record = run.asked()
+    console.print(f"[bold]{escape(record.objective)}[/]")
+    if record.config.model == BUILTIN:
+        console.print(
+            f"Model: [cyan]builtin[/], seed {record.config.seed}. These are fixed rules, not a language model: "
+            "no key is used and nothing is paid."
+        )
+    elif asks_nobody(record.config.model):
+        console.print(f"Model: [cyan]{record.config.model}[/]. No language model: no key is used and nothing is paid.")
+    elif record.config.model.startswith(MANUAL):
+        console.print(
+            f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "
+            "beside it; Control-C and `aidsr resume` lose nothing."
+        )
+    else:
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Every call may cost money.")
+    console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
+
+
+def print_status(console: Console, run: Run, status: RunStatus) -> None:
+    """Print one line for each design, what went wrong, and the page to open."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for title in ("design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"):
+        table.add_column(title, overflow="fold", no_wrap=title != "concept")
+    for design in status.designs:
+        state = design.outcome.outcome if design.outcome else design.state
+        table.add_row(
+            str(design.number),
+            escape(design.concept),
+            f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
+            str(design.iteration),
+            str(design.mechanical_repairs),
+            tokens_in_words(design.usage),
+            cost_in_words(design.usage),
+            duration_in_words(design.latency_s),
+        )
+    console.print(table)
+    for design in status.designs:
+        _print_reason(console, design)
+    for folder in run.designs:
+        for training in trainings_of(folder):
+            console.print(f"design {folder.number}, {escape(verdict_in_words(training))}", soft_wrap=True)
+    if status.stopped:
+        console.print(f"\nStopped: {escape(status.stopped.message)}", soft_wrap=True)
+    if run.summary.exists():
+        console.print(f"\nOpen [bold]{escape(str(run.summary))}[/]", soft_wrap=True)
+    if status.state != "finished":
+        when = "Go on" if status.state == "stopped" else "If no process is at work on it, go on"
+        console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
+
+
+def print_result(console: Console, run: Run) -> int:
+    """Print how the run ended; return 0 if at least one design is approved, else 1."""
+    status = read_status(run)
+    console.print()
+    print_status(console, run, status)
+    return 0 if status.approved else 1
+
+
+def print_files(console: Console, run: Run) -> None:
+    """Print the files of a run as a tree of relative paths."""
+    from rich.tree import Tree
+
+    root = Tree(f"[bold]{escape(str(run.path))}[/]", guide_style="dim")
+    branches = {run.path: root}
+    for path in sorted(run.path.rglob("*")):
+        if not path.name.startswith("."):
+            branches[path] = branches[path.parent].add(escape(path.name))
+    console.print()
+    console.print(root)
+
+
+def _print_reason(console: Console, design: DesignStatus) -> None:
+    """Say why a design is not approved, and give the traceback of a bug."""
+    if design.stopped and not design.outcome:
+        console.print(f"\nDesign {design.number} stopped: {escape(design.stopped.message)}", soft_wrap=True)
+        if design.stopped.traceback:
+            console.print(escape(design.stopped.traceback), style="dim", soft_wrap=True)
+    elif design.outcome and design.outcome.outcome != "approved":
+        console.print(
+            f"\nDesign {design.number}, {design.outcome.outcome}: {escape(design.outcome.reason)}", soft_wrap=True
+        )

@@ -1,0 +1,58 @@
+"""`aidsr show`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+__all__ = ["show"]
+
+
+def show(
+    run: Path | None = None,
+    /,
+    *,
+    json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    layout: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
+    """Show where a run stands and which files it holds.
+
+        aidsr show runs/2026-01-31_1002_button_pushing_7f3a
+
+        aidsr show runs/2026-01-31_1002_button_pushing_7f3a --json
+
+        aidsr show --layout
+
+    Parameters
+    ----------
+    run
+        Folder of the run.
+    json
+        Print the status as JSON.
+    layout
+        Print which files a run may hold and what is in them.
+    """
+    import sys
+
+    from rich.console import Console
+
+    from aidsr.core.errors import UserError
+    from aidsr.runs import Run, layout_text, read_status
+
+    if layout:
+        sys.stdout.write(layout_text() + "\n")
+        return 0
+    if run is None:
+        raise UserError("the folder of a run was expected; give one, for example one under runs/")
+    status = read_status(Run(run))
+    if json:
+        sys.stdout.write(status.model_dump_json(indent=2) + "\n")
+        return 0
+    from aidsr.apps.cli.reporting import print_files, print_status
+
+    console = Console(highlight=False)
+    print_status(console, Run(run), status)
+    print_files(console, Run(run))
+    return 0

@@ -1,0 +1,237 @@
+"""What the terminal says of studies."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from aidsr.core.errors import Limit
+from aidsr.loop.teams import SEARCH
+from aidsr.runs import Budget
+from aidsr.studies.budget import Purse, limit_of
+from aidsr.studies.estimate import Forecast, forecast
+from aidsr.studies.jobs import Job, finished, in_words
+from aidsr.studies.outcomes import paid_usd, read_outcomes
+from aidsr.studies.runner import Progress
+from aidsr.studies.study import Study
+from aidsr.studies.tables import differences
+from aidsr.teams.baselines.generations import read_search, search_in_words
+
+__all__ = ["StudyTable", "say_comparison", "say_forecast", "say_unpaid"]
+
+
+def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:
+    """Say what is still to be done and what it may take.
+
+    Args:
+        console: Where to say it.
+        study: The study.
+        jobs: Done side by side; 0 where that is not known.
+        limit: What the study may use of language models.
+    """
+    arms = Table(box=None, pad_edge=False)
+    for name in ("arm", "model", "what is not as usual"):
+        arms.add_column(name, overflow="fold")
+    for arm in study.plan.arms:
+        arms.add_row(arm.name, arm.config.model, arm.settings or "nothing, the full method")
+    console.print(arms)
+    found = forecast(study)
+    left = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
+    console.print(f"[bold]{study.path.name}[/]: jobs to do: {left}", soft_wrap=True)
+    basis = "from this study's own designs" if found.measured else "a first guess"
+    took = f", {_hours(found.core_hours / jobs)} with --jobs {jobs}" if jobs > 1 and found.core_hours else ""
+    price = f"${found.cost_usd:.2f}" + (" (at the published cost of GPT-5)" if found.published_costs else "")
+    console.print(
+        f"Estimate ({basis}): {_hours(found.core_hours)} of one core{took}, {price}, {found.disk_mb:,.0f} MB",
+        soft_wrap=True,
+    )
+    above = _above(study, found, limit)
+    if above:
+        console.print(f"[yellow]Above the limit:[/] {above}; the study would end before all is done", soft_wrap=True)
+
+
+def _above(study: Study, coming: Forecast, limit: Budget) -> str:
+    """Return by how much an estimate and what was used before are above a limit, nothing where they are not."""
+    purse, said = Purse(study, limit), []
+    if limit.cost_usd is not None and purse.paid_usd + coming.cost_usd > limit.cost_usd:
+        said.append(f"${purse.paid_usd + coming.cost_usd:.2f} in all of ${limit.cost_usd:.2f} allowed")
+    if limit.tokens is not None and purse.tokens + coming.tokens > limit.tokens:
+        said.append(f"{purse.tokens + coming.tokens:,} tokens in all of {limit.tokens:,} allowed")
+    return " and ".join(said)
+
+
+def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> None:
+    """Say what a study left undone that ended at its limit, and how to go on.
+
+    Args:
+        console: Where to.
+        study: It ended.
+        refused: Which of its limits left too little.
+    """
+    limit, coming = limit_of(study), forecast(study)
+    undone = [cell for cell in study.cells if not finished(study.run(cell))]
+    purse, said, options = Purse(study, limit), [], []
+    if limit.cost_usd is not None:
+        said.append(f"${purse.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
+        if "cost_usd" in refused:
+            options.append(f"--max-cost {math.ceil(max(purse.paid_usd, limit.cost_usd) + coming.cost_usd)}")
+    if limit.tokens is not None:
+        said.append(f"{purse.tokens:,} of {limit.tokens:,} tokens are used")
+        if "tokens" in refused:
+            options.append(f"--max-tokens {max(purse.tokens, limit.tokens) + coming.tokens}")
+    names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
+    runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
+    console.print(
+        f"The study's limit is reached: {' and '.join(said)}; of {in_words(refused)} too little is left for the next "
+        f"call. {runs} not "
+        f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
+        f"--resume {' '.join(options)}",
+        soft_wrap=True,
+    )
+
+
+_NAMED = 3
+"""Runs that are named where a study ends early; the report has the others."""
+
+
+def _hours(hours: float) -> str:
+    """Return a time as a person says it."""
+    return f"{60 * hours:.0f} min" if hours < 1 else f"{hours:,.1f} h"
+
+
+class StudyTable:
+    """A live table of a study: done, running, to do, given up, paid and the time left; lines where no terminal is."""
+
+    def __init__(self, console: Console, study: Study) -> None:
+        self._console = console
+        self._study = study
+        self._live = Live(console=console, refresh_per_second=2)
+        self._left = forecast(study)
+        self._paid = _paid(study)
+        self._next_look_s = 0.0
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._live.stop()
+
+    def listen(self, progress: Progress) -> None:
+        """Show where the study stands."""
+        last = progress.last
+        if last is not None and last.error and not last.short:
+            line = escape(last.error.splitlines()[-1][:200])
+            self._console.print(f"[red]{escape(last.job.name)}[/]: {line}", soft_wrap=True)
+        self._look(at_the_end=not progress.running)
+        to_do = max(0, sum(self._left.jobs.values()) - len(progress.running) - len(progress.failed))
+        counts = (progress.done, len(progress.running), to_do, len(progress.failed))
+        cells = (*(str(count) for count in counts), self._paid, self._time_left(progress))
+        if not self._console.is_terminal:
+            words = ", ".join(f"{name} {cell}" for name, cell in zip(_HEADS, cells, strict=True) if cell)
+            self._console.print(words, soft_wrap=True)
+            return
+        table = Table(box=None, pad_edge=False)
+        for name in _HEADS:
+            table.add_column(name, justify="right")
+        table.add_row(*cells)
+        at_work = [_AtWork(self._study, job) for job in progress.running]
+        self._live.update(Group(table, *at_work), refresh=True)
+
+    def _look(self, at_the_end: bool) -> None:
+        """Read the study's folder anew, unless that would take a notable part of the time."""
+        began_s = time.monotonic()
+        if began_s < self._next_look_s and not at_the_end:
+            return
+        self._left, self._paid = forecast(self._study), _paid(self._study)
+        ended_s = time.monotonic()
+        self._next_look_s = ended_s + _LOOKING_SHARE * (ended_s - began_s)
+
+    def _time_left(self, progress: Progress) -> str:
+        if not progress.running:
+            return ""
+        return f"about {_hours(self._left.core_hours / len(progress.running))}"
+
+
+@dataclass(frozen=True)
+class _AtWork:
+    """A job's line, made anew whenever the terminal is drawn: a search is minutes at work and tells how far it is."""
+
+    study: Study
+    job: Job
+
+    def __rich__(self) -> Text:
+        run = self.study.run(self.job.cell) if self._searches else None
+        told = search_in_words(read_search(run)) if run else ""
+        return Text(f"  {self.job.name}" + (f": {told}" if told else ""), style="dim")
+
+    @property
+    def _searches(self) -> bool:
+        return self.job.stage == "design" and self.study.arm(self.job.cell.arm).config.model == SEARCH
+
+
+_HEADS = ("done", "running", "to do", "given up", "paid", "time left")
+_LOOKING_SHARE = 20
+"""Between two looks at a study pass so many times the time that a look takes. Our choice: at most 5 % of the driver."""
+
+
+def _paid(study: Study) -> str:
+    cost, limit = paid_usd(study, read_outcomes(study)), limit_of(study).cost_usd
+    allowed = "" if limit is None else f" of ${limit:.2f}"
+    return "unknown" if cost is None else f"${cost:.2f}{allowed}"
+
+
+def say_comparison(console: Console, one: Study, other: Study) -> int:
+    """Say whether the first arm of one study differs from that of another; return the exit code."""
+    rows = [
+        row.model_copy(update={"arm": name})
+        for study, name in ((one, "first"), (other, "second"))
+        for row in read_outcomes(study)
+        if row.arm == study.plan.arms[0].name
+    ]
+    found = differences(rows, "first")
+    if not found:
+        console.print(
+            "The two studies have no design in common that came to an end: none of the same task, run and number."
+        )
+        return 1
+    names = [f"{study.path.name} ({study.plan.arms[0].name})" for study in (other, one)]
+    table = Table(box=None, pad_edge=False, title=escape(" against ".join(names)), title_justify="left")
+    for name in ("what", "difference", "95 %", "chance", ""):
+        table.add_column(name, justify="left" if name in ("what", "") else "right")
+    for each in found:
+        value, low, high = each.in_words
+        verdict = "more than noise" if each.real else "within noise"
+        table.add_row(each.what, value, f"{low} to {high}", f"{each.chance:.3f}", verdict)
+    console.print(table)
+    console.print(
+        f"{found[0].pairs} designs that came to an end in both, paired by task, run and number. Chance: how often "
+        "signs drawn at random come as far; fewer than six designs are never more than noise.",
+        soft_wrap=True,
+    )
+    unlike = _unlike(one, other)
+    if unlike:
+        console.print(f"[yellow]Not the same study:[/] {escape('; '.join(unlike))}", soft_wrap=True)
+    return 0
+
+
+def _unlike(one: Study, other: Study) -> list[str]:
+    """Return what else differs between two plans and may be the reason of a difference."""
+    return [
+        f"{name} {getattr(one.plan, name)} and {getattr(other.plan, name)}"
+        for name in ("benchmark_version", "level", "seeds", "steps", "versions")
+        if getattr(one.plan, name) != getattr(other.plan, name)
+    ]

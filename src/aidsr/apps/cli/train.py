@@ -1,0 +1,110 @@
+"""`aidsr train`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+__all__ = ["train"]
+
+
+def train(
+    scene: Path,
+    /,
+    *,
+    task: str | None = None,
+    level: Literal["standard", "hard"] | None = None,
+    goal: Path | None = None,
+    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
+    first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    out: Path | None = None,
+    grouping: Literal["auto", "off"] = "auto",
+    from_probe: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    smoothing: Annotated[float, Parameter(validator=Number(gte=0, lt=1))] = 0.0,
+    threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    tensorboard: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    evaluate: bool = True,
+    videos: bool = True,
+    again: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
+    """Teach a robot its task by reinforcement learning, and judge the policy.
+
+    Exit code 0 means that at least one policy is successful (or that none was to be judged), 1 that none is, 2 a
+    mistake in the command, 130 an interruption. The same command goes on where an earlier one stopped; what that one
+    finished is not trained again, and its verdict is told once more.
+
+        aidsr train runs/2026-01-31_1002_button_pushing_7f3a/designs/1
+
+        aidsr train scene.xml --task button_pushing --seeds 3 --out learned
+
+        aidsr train scene.xml --goal goal.toml
+
+    Parameters
+    ----------
+    scene
+        Folder of an approved design, or MJCF of a robot placed in the environment of a task.
+    task
+        Task to learn; a design knows its own.
+    level
+        Level of the task.
+    goal
+        Goal in a file, instead of a task, for an environment of your own.
+    steps
+        Budget of control steps for each seed; training ends earlier when success is saturated.
+    seeds
+        How many policies to train, one after the other.
+    first_seed
+        Seed of the first; the others follow it.
+    out
+        Where folders 001, 002 … are made: training/ in the design's folder, or here, unless named.
+    grouping
+        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
+    from_probe
+        Look for an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
+    smoothing
+        Share of the previous action that is kept in the next, 0 to below 1. Try 0.7 for a soft body that trembles
+        at its goal; a crawler may need quick strokes.
+    threads
+        Native threads for physics; 0 takes all processors. Results do not depend on it.
+    tensorboard
+        Also write logs for TensorBoard.
+    evaluate
+        Judge each policy on held-out variations.
+    videos
+        Draw the best and the median of those episodes.
+    again
+        Train anew, into the next folders, whatever earlier commands have left.
+    """
+    from rich.console import Console
+
+    from aidsr.apps.cli.subject import subject_of
+    from aidsr.core.extras import require_extra
+
+    require_extra("rl", "training")
+    from aidsr.apps.cli.teaching import Teacher
+    from aidsr.learn.rl.recipe import Recipe
+
+    subject = subject_of(scene, task, level, goal)
+    console = Console(highlight=False)
+    teacher = Teacher(
+        console,
+        steps,
+        range(first_seed, first_seed + seeds),
+        Recipe(from_probe=from_probe, smoothing=smoothing),
+        threads=threads,
+        tensorboard=tensorboard,
+        evaluate=evaluate,
+        videos=videos,
+        again=again,
+    )
+    try:
+        successful = teacher.teach(subject.to_learn_in(grouping), out if out is not None else subject.home / "training")
+    except KeyboardInterrupt:
+        same = "the same command without --again" if again else "the same command"
+        console.print(f"\nInterrupted. What was learned is kept; {same} goes on", soft_wrap=True)
+        return 130
+    return 0 if successful else 1

@@ -1,0 +1,112 @@
+"""`aidsr validate`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from aidsr.apps.cli.checking import Check
+    from aidsr.validation.json_report import FileReport
+
+__all__ = ["validate"]
+
+_Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+_Path = Annotated[Path | None, Parameter(show_default=False)]
+
+
+def validate(
+    *files: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    json: _Flag = False,
+    realizable: _Flag = False,
+    mount: Literal["auto", "fixed", "free"] = "auto",
+    needs_contact: _Flag = False,
+    fidelity: _Flag = False,
+    repair: _Path = None,
+    report: _Path = None,
+    force: _Flag = False,
+    schema: _Flag = False,
+) -> int:
+    """Say what is physically wrong with robots or scenes.
+
+    The model is loaded by strict rules, every actuator is driven in simulation, and all faults are told at once. Exit
+    code 0 means stable, 1 means faults, 2 a mistake in the command; of several files the worst.
+
+        aidsr validate robot.xml
+
+        aidsr validate robot.xml --report robot.html
+
+        aidsr validate robots/*.xml --realizable
+
+        cat robot.xml | aidsr validate - --mount free --json
+
+    Parameters
+    ----------
+    files
+        MJCF of robots or scenes; "-" reads standard input.
+    json
+        Print the whole report as JSON: an object for one file, a list of them for several.
+    realizable
+        Ask for a robot that could be built too: a fault of realizability is an error, and motors are named.
+    mount
+        How a robot alone is held: "fixed" to the world, "free" on a plane, or as its freejoint says.
+    needs_contact
+        Whether the robot's job can only be done by touching something.
+    fidelity
+        Also say how far the simulation can be trusted: each limb against exact elastic rods, twice the segments and
+        half the time step.
+    repair
+        Put right what can mean only one thing, write the repaired text to this file, and validate that.
+    report
+        Also write a page to look at, one HTML file that needs nothing else.
+    force
+        Let --repair and --report replace files that exist. A page that this command wrote is replaced without.
+    schema
+        Print the schema of the JSON, and nothing else.
+    """
+    from aidsr.core.errors import UserError
+    from aidsr.sandbox.isolation import prepare
+
+    if schema:
+        from aidsr.validation.json_report import schema_text
+
+        sys.stdout.write(schema_text())
+        return 0
+    prepare()  # the worker starts while the rest is imported
+    from aidsr.apps.cli.checking import Check, refuse_to_overwrite
+
+    unknown = next((file for file in files if file.startswith("--")), None)
+    if unknown or not files:
+        said = f"{unknown} is no option of this command" if unknown else "none was named"
+        raise UserError(f"a file was expected, and {said}; see aidsr validate --help")
+    for option, path in (("--repair", repair), ("--report", report)):
+        if path is not None and len(files) > 1:
+            raise UserError(f"{option} writes one file, and {len(files)} were named; name one at a time")
+        if path is not None and not force:
+            refuse_to_overwrite(path, option=option)
+    if repair is not None and report is not None and repair.resolve() == report.resolve():
+        raise UserError(f"--repair and --report write a file each, and both name {repair}; name two")
+    check = Check(mount, needs_contact, realizable, fidelity, repair, report)
+    return _said(check, files, as_json=json)
+
+
+def _said(check: Check, files: tuple[str, ...], *, as_json: bool) -> int:
+    """Check files, print what was found, and return the exit code."""
+    from aidsr.apps.cli.verdicts import told
+
+    reports: list[FileReport] = []
+    code = 0
+    for file in files:
+        report = check.run(file)
+        reports.append(report)
+        code = max(code, 0 if report.stable else 1)
+        if not as_json:
+            text = told(report, repaired=check.repair, named=len(files) > 1, motors=check.realizable)
+            sys.stdout.write(text + "\n" * (1 + (len(files) > 1)))
+    if as_json:
+        texts = [report.model_dump_json(indent=2) for report in reports]
+        sys.stdout.write((texts[0] if len(files) == 1 else "[" + ",\n".join(texts) + "]") + "\n")
+    return code

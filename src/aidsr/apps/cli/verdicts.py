@@ -1,0 +1,79 @@
+"""What `aidsr validate` says about a file in plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.formatting import written
+from aidsr.validation.json_report import FileReport
+
+__all__ = ["told", "verdict"]
+
+_REALIZABILITY_BYTES = 1000
+"""Bound on what is said about building it, beside the 1,600 bytes about how it moves."""
+
+
+def verdict(report: FileReport) -> str:
+    """Return the verdict in a few words."""
+    if any(fault.layer != "realizability" for fault in report.errors):
+        return "not stable"
+    if report.errors:
+        return "stable, but could not be built"
+    return "stable, with warnings" if report.faults else "stable"
+
+
+def told(report: FileReport, *, repaired: Path | None = None, named: bool = False, motors: bool = False) -> str:
+    """Return the account of a file: repairs, the verdict, what is wrong, what could not be built, what trust it merits.
+
+    Args:
+        report: The report on it.
+        repaired: Where its repaired text was written.
+        named: Whether the verdict begins with the name of the file.
+        motors: Whether to name motors.
+    """
+    return "\n\n".join(_parts(report, repaired, named, motors)).rstrip()
+
+
+def _parts(report: FileReport, repaired: Path | None, named: bool, motors: bool) -> Iterator[str]:
+    if report.repairs is not None and repaired is not None:
+        yield _repairs_told(report, repaired)
+    moving = tuple(fault for fault in report.faults if fault.layer != "realizability")
+    building = tuple(fault for fault in report.faults if fault.layer == "realizability")
+    head = (f"{report.file}: " if named else "") + verdict(report) + ("" if report.faults else ": no faults found")
+    yield "\n".join([head, _account(report, moving)] if moving else [head])
+    if building:
+        enforced = any(fault.severity == "error" for fault in building)
+        about = "Could it be built" + (":" if enforced else " (told apart; --realizable asks for it):")
+        yield f"{about}\n{_account(report, building, _REALIZABILITY_BYTES)}"
+    if motors and (lines := list(_motors_told(report))):
+        yield "\n".join(["The cheapest motor of the catalogue for what the tests asked of each cable:", *lines])
+    if report.fidelity is not None:
+        yield report.fidelity.account()
+
+
+def _account(report: FileReport, faults: tuple[Fault, ...], max_bytes: int = 1600) -> str:
+    return report.model_copy(update={"faults": faults}).account(max_bytes)
+
+
+def _repairs_told(report: FileReport, place: Path) -> str:
+    repairs = report.repairs
+    if repairs is None or not repairs.total:
+        return f"nothing to repair; the text was written to {place} as it is"
+    changes = "1 mechanical repair" if repairs.total == 1 else f"{repairs.total} mechanical repairs"
+    return "\n".join([f"{changes}, written to {place}:", *(f"- {note}" for note in repairs.notes)])
+
+
+def _motors_told(report: FileReport) -> Iterator[str]:
+    """One line for all actuators that need the same motor, with the most that any of them asks."""
+    groups: dict[str, list[str]] = {}
+    asked = report.measurements.get("motors", {})
+    for actuator, needs in asked.items():
+        groups.setdefault(needs["cheapest_motor"] or "no motor of the catalogue does that", []).append(actuator)
+    for motor, actuators in groups.items():
+        tension_n, speed_m_s, stroke_m = (
+            max(asked[actuator][name] for actuator in actuators) for name in ("tension_n", "speed_m_s", "stroke_m")
+        )
+        needs = f"{written(tension_n)} N, {written(speed_m_s)} m/s, stroke {written(1000 * stroke_m)} mm"
+        yield f"- {', '.join(actuators)} ({needs}): {motor}"

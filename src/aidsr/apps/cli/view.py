@@ -1,0 +1,62 @@
+"""`aidsr view`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["model_of", "view"]
+
+
+def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
+    """Look at a design, a scene or a robot.
+
+    Opens MuJoCo's viewer, where the actuators can be moved by hand; without a display, draws a picture instead.
+
+        aidsr view runs/2026-01-31_1002_button_pushing_7f3a/designs/1
+
+        aidsr view robot.xml --picture robot.png
+
+    Parameters
+    ----------
+    path
+        MJCF file, or the folder of a design or of one iteration.
+    picture
+        Where the picture goes when there is no display.
+    """
+    from rich.console import Console
+    from rich.markup import escape
+
+    from aidsr.mjcf.read import open_mjcf
+    from aidsr.render.viewer import view as look
+
+    drawn = look(open_mjcf(model_of(path)), picture)
+    if drawn is not None:
+        Console(highlight=False, soft_wrap=True).print(
+            f"There is no display here; drawn as [bold]{escape(str(drawn))}[/]"
+        )
+    return 0
+
+
+def model_of(path: Path) -> Path:
+    """Return the MJCF file that a path stands for: of a design its final scene, else the newest scene or robot.
+
+    Raises:
+        UserError: There is nothing to look at.
+    """
+    from aidsr.core.errors import UserError
+
+    if (path / "run.json").exists():
+        raise UserError(f"one design was expected, and {path} is a whole run; name one, as {path / 'designs' / '1'}")
+    if not path.is_dir():
+        return path
+    iterations = [path, *sorted(path.glob("[0-9]*"))]
+    candidates = [
+        path / "final.xml",
+        *(it / f"{stem}.xml" for it in reversed(iterations) for stem in ("scene", "robot")),
+    ]
+    found = next((candidate for candidate in candidates if candidate.exists()), None)
+    if found is None:
+        raise UserError(
+            f"an MJCF file or the folder of a design was expected, and {path} holds neither scene nor robot"
+        )
+    return found

@@ -1,0 +1,54 @@
+"""`aidsr web`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+__all__ = ["web"]
+
+
+def web(
+    *,
+    runs: Path = Path("runs"),
+    studies: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=True)] = None,
+    port: Annotated[int, Parameter(validator=Number(gte=1, lte=65_535))] = 8080,
+    host: str = "127.0.0.1",
+    token: Annotated[str, Parameter(env_var="AIDSR_WEB_TOKEN", show_default=False)] = "",
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+) -> int:
+    """Open the page: set up runs, watch them, review and train designs.
+
+    Runs are processes of their own and go on when the page is closed. The page can only be reached from this machine
+    unless you give --host, which then needs --token.
+
+        aidsr web
+
+        aidsr web --runs /data/runs --port 9000 --no-browser
+
+    Parameters
+    ----------
+    runs
+        Folder of the runs that are shown and made.
+    studies
+        Folders of studies to list as well; those in the folder of the runs always are.
+    port
+        Port to listen on.
+    host
+        Address to listen on. Any but this machine's own lets others reach the page, and start runs.
+    token
+        What the page asks visitors for, at least 16 characters; the environment variable keeps it out of the list of
+        processes.
+    browser
+        Open the page in a browser.
+    """
+    from aidsr.core.extras import require_extra
+
+    require_extra("web", "the page")
+    from aidsr.apps.web.serving import serve
+
+    serve(runs, studies=studies or (), host=host, port=port, token=token, browser=browser)
+    return 0

@@ -1,0 +1,149 @@
+"""Who designs: the built-in rules, a language model, or a person who carries prompts to a model of their own."""
+
+from __future__ import annotations
+
+import secrets
+from functools import partial
+from typing import Any
+
+from nicegui import run as background
+from nicegui import ui
+from pydantic import ValidationError
+
+from aidsr.apps.web.parts import box, choice, text, tokens_in_words
+from aidsr.apps.web.site import Site
+from aidsr.core.errors import UserError
+from aidsr.loop import BUILTIN
+from aidsr.loop.estimate import estimate
+from aidsr.runs import Budget, RunConfig
+from aidsr.runs.summary import cost_in_words
+from aidsr.teams.providers import key_variables
+from aidsr.teams.providers.manual import MANUAL
+from aidsr.teams.providers.model_names import PROVIDERS
+
+__all__ = ["LIMITS", "budget_from", "choose_model", "cost_in_advance", "model_name"]
+
+LIMITS = {
+    "cost_usd": ("Most the run may cost, in dollars", 0.1),
+    "tokens": ("Most tokens of the run, in and out", 1000),
+    "cost_per_design_usd": ("Most one design may cost, in dollars", 0.1),
+    "tokens_per_design": ("Most tokens of one design", 1000),
+}
+"""The fields of a budget, what they mean, and steps of their numbers."""
+
+_KINDS = {
+    "builtin": ("Built-in rules", "Fixed rules written by people. No key, nothing paid, half a minute."),
+    "language": (
+        "A language model",
+        "Of a provider or of a server of your own. Only the one named here is ever paid for.",
+    ),
+    "manual": (
+        "By hand",
+        "You carry each prompt to any chat product, or think for yourself, and bring back the reply.",
+    ),
+}
+
+
+def model_name(site: Site, form: dict[str, Any]) -> str:
+    """Return the name that a run is given.
+
+    Raises:
+        UserError: A language model is wanted and none is named.
+    """
+    if form["kind"] == "builtin":
+        return BUILTIN
+    if form["kind"] == "manual":
+        return f"{MANUAL}{site.own / 'prompts' / secrets.token_hex(4)}"
+    name = str(form["model"] or "").strip()
+    if not name:
+        raise UserError(f'the name of a language model was expected, for example "openai:{PROVIDERS["openai"]}"')
+    return name
+
+
+def choose_model(site: Site, form: dict[str, Any]) -> None:
+    """Show the choice, which keys are set (never the keys), and what such runs cost before."""
+
+    @ui.refreshable
+    def shown() -> None:
+        def take(kind: str) -> None:
+            form["kind"] = kind
+            shown.refresh()
+
+        with box("models", role="radiogroup", aria_label="who designs"):
+            for kind, (title, says) in _KINDS.items():
+                with choice(partial(take, kind), chosen=form["kind"] == kind), box("words only"):
+                    text(title, tag="h3")
+                    text(says, "small soft")
+        if form["kind"] == "language":
+            _language_model(site, form)
+
+    with box("stack"):
+        text("Who designs", tag="h2")
+        shown()
+
+
+def _language_model(site: Site, form: dict[str, Any]) -> None:
+    with box("sheet stack"):
+        examples = [f"{provider}:{model}" for provider, model in PROVIDERS.items()]
+        field = ui.input("Model: PROVIDER:MODEL, or MODEL@URL", autocomplete=examples).props("outlined dense")
+        cost = ui.label("").classes("small soft")
+
+        async def told() -> None:
+            name, concepts = str(form["model"] or "").strip(), int(form["concepts"] or 1)
+            cost.text = await background.io_bound(cost_in_advance, site, name, concepts) or ""
+
+        field.props["debounce"] = 400
+        field.bind_value(form, "model").on_value_change(told)
+        _limits(form)
+        with box("scroll"), box("list plain", "table"), box(tag="tbody"):
+            for provider, (variable, is_set) in key_variables().items():
+                with box(tag="tr"):
+                    text(provider, "mono", "td")
+                    text(f"for example {provider}:{PROVIDERS[provider]}", "small soft mono hide-narrow", "td")
+                    with box(tag="td"):
+                        optional = provider == "ollama"
+                        said = "key set" if is_set else "no key needed" if optional else "no key"
+                        text(said, f"badge {'yes' if is_set or optional else ''}")
+                    text(variable, "small soft mono", "td")
+        text(
+            "Keys are read from the environment in which aidsr web was started, and are never shown or written down.",
+            "small soft",
+        )
+        ui.timer(0.05, told, once=True)
+
+
+def _limits(form: dict[str, Any]) -> None:
+    """Ask what may be spent; a call that could exceed it is not made."""
+    with box("form"):
+        for key, (said, step) in LIMITS.items():
+            field = ui.number(said, min=step, step=step).props("outlined dense clearable").bind_value(form, key)
+            field.props["placeholder"] = "no limit"
+
+
+def budget_from(form: dict[str, Any]) -> Budget:
+    """Return the limits in a form; what is left empty has none.
+
+    Raises:
+        UserError: A limit is not above zero.
+    """
+    given = {key: form.get(key) for key in LIMITS if form.get(key) is not None}
+    try:
+        return Budget.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UserError(
+            f"{LIMITS[str(first['loc'][0])][0]}: {first['msg']}, found {first['input']}; change it"
+        ) from None
+
+
+def cost_in_advance(site: Site, model: str, concepts: int) -> str:
+    """Say what a run will about cost, and on what that rests; empty while no model is named that is understood."""
+    try:
+        found = estimate(RunConfig(model=model, concepts=concepts), site.library.path)
+    except (UserError, ValidationError):
+        return ""
+    used = found.usage
+    return (
+        f"About {used.calls} calls, {tokens_in_words(used)} tokens, cost {cost_in_words(used)}: {found.basis}. "
+        "The real figures may differ several times over."
+    )

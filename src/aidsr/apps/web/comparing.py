@@ -1,0 +1,112 @@
+"""The designs of a run side by side, by what was measured of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from nicegui import ui
+
+from aidsr.apps.web.live import live
+from aidsr.apps.web.parts import badge, box, file_address, image, text
+from aidsr.apps.web.site import DesignView, Site
+from aidsr.core.artifacts import Evaluation
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.compare import attempted
+from aidsr.runs.summary import cost_in_words, duration_in_words
+from aidsr.runs.trainings import trainings_of
+
+__all__ = ["measured_in_words", "side_by_side"]
+
+_MEASURED = (
+    ("length of a limb", "characteristic_length_m", "{:.3g} m"),
+    ("moving mass", "moving_mass_kg", "{:.3g} kg"),
+    ("tendons", "tendons", "{}"),
+    ("actuators", "actuators", "{}"),
+    ("degrees of freedom", "degrees_of_freedom", "{}"),
+    ("largest motion / length", "largest_effect_over_length", "{:.3g}"),
+    ("fastest part", "fastest_body_m_s", "{:.3g} m/s"),
+)
+"""What the validator measured, as a person reads it."""
+
+
+@dataclass(frozen=True)
+class _Column:
+    design: DesignView
+    rows: tuple[tuple[str, str], ...]
+    motion: str
+
+
+def side_by_side(site: Site, run: Run) -> None:
+    """Show all designs of a run as columns of one table."""
+    live(lambda: _read(site, run), lambda columns: _table(run, columns))
+
+
+def measured_in_words(measurements: dict[str, Any]) -> tuple[tuple[str, str], ...]:
+    """Return the measurements that describe a robot as pairs of name and value."""
+    return tuple((name, form.format(measurements[key])) for name, key, form in _MEASURED if key in measurements)
+
+
+def _read(site: Site, run: Run) -> tuple[_Column, ...]:
+    view = site.view(run)
+    return tuple(_column(run.design(design.status.number), design) for design in view.designs)
+
+
+def _column(folder: DesignFolder, design: DesignView) -> _Column:
+    status = design.status
+    state = attempted(folder, status.stands_at) if status.stands_at else None
+    concept, report = (state.concept, state.report) if state else (None, None)
+    found = sum(stage.mark == "bad" for attempt in design.attempts for stage in attempt.stages)
+    rows = [
+        ("family", status.family),
+        ("body", concept.morphology if concept else ""),
+        ("actuation", concept.actuation if concept else ""),
+        *measured_in_words(report.measurements if report else {}),
+        ("iterations", str(status.iteration)),
+        ("sent back", f"{found} times" if found != 1 else "once"),
+        ("worked", duration_in_words(status.latency_s)),
+        ("paid", cost_in_words(status.usage)),
+        *_trained(folder),
+    ]
+    return _Column(design, tuple((name, said) for name, said in rows if said), design.motion)
+
+
+def _trained(folder: DesignFolder) -> list[tuple[str, str]]:
+    verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
+    if not verdicts:
+        return []
+    best: Evaluation = max(verdicts, key=lambda verdict: verdict.success_share)
+    return [
+        ("held-out success", f"{best.success_share:.0%} of {len(best.episodes)}"),
+        ("valid", "yes" if best.valid else "no"),
+        ("successful", "yes" if best.successful else "no"),
+    ]
+
+
+def _table(run: Run, columns: tuple[_Column, ...]) -> None:
+    if not columns:
+        with box("sheet empty"):
+            text("There are no designs to compare yet.", "soft")
+        return
+    names = list(dict.fromkeys(name for column in columns for name, _ in column.rows))
+    with box("sheet flush scroll"), box("list compare", "table"), box(tag="tbody"):
+        with box(tag="tr"):
+            text("", tag="th")
+            for column in columns:
+                _title(run, column)
+        for name in names:
+            with box(tag="tr"):
+                text(name, tag="th")
+                for column in columns:
+                    text(dict(column.rows).get(name, "–"), "numbers", "td")
+
+
+def _title(run: Run, column: _Column) -> None:
+    status = column.design.status
+    with box(tag="td"), box("stack tight"):
+        image(file_address(run.path.name, column.design.picture), f"design {status.number}")
+        if column.motion:
+            image(file_address(run.path.name, column.motion), "its motion", "wide")
+        with box("row apart"):
+            ui.link(f"{status.number}. {status.concept}", f"/run/{run.path.name}/{status.number}")
+            badge(status.outcome.outcome if status.outcome else status.state)

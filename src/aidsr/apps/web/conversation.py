@@ -1,0 +1,162 @@
+"""What was said and done in a run, newest first: events as sentences, calls with prompt and reply to unfold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from nicegui import run as background
+from nicegui import ui
+
+from aidsr.apps.web.parts import box, text, tokens_in_words
+from aidsr.core.calls import CallRecord
+from aidsr.core.errors import UserError
+from aidsr.runs import Run, read_events
+from aidsr.runs.event_text import sentence
+from aidsr.runs.files import JsonFile
+from aidsr.runs.summary import cost_in_words
+
+__all__ = ["Entry", "History", "conversation"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of the log."""
+
+    time: str
+    design: int
+    """0 for the run."""
+    iteration: int | None
+    said: str
+    call: CallRecord | None = None
+
+
+@dataclass
+class History:
+    """Reads what is new in a run since it was last asked; call files never change and are read once."""
+
+    run: Run
+    design: int | None = None
+    """Only this design; None for all."""
+    _events: dict[Path, int] = field(default_factory=dict)
+    """How many events of each log were told."""
+    _calls: set[Path] = field(default_factory=set)
+
+    def news(self) -> tuple[Entry, ...]:
+        """Return what was not told before, the oldest first.
+
+        Raises:
+            UserError: A file of the run is damaged.
+        """
+        logs = {0: self.run.events} | {one.number: one.events for one in self.run.designs}
+        wanted = {number: log for number, log in logs.items() if self.design in (None, number)}
+        found = [entry for number, log in wanted.items() for entry in self._new_events(number, log)]
+        found += [entry for number in wanted for entry in self._new_calls(number)]
+        return tuple(sorted(found, key=lambda entry: _moment(entry.time)))
+
+    def _new_events(self, number: int, log: Path) -> Iterator[Entry]:
+        events = read_events(log)
+        told = self._events.get(log, 0)
+        self._events[log] = len(events)
+        for event in events[told:]:
+            said = sentence(event)
+            if said:
+                yield Entry(event.time, number, getattr(event, "iteration", None), said)
+
+    def _new_calls(self, number: int) -> Iterator[Entry]:
+        home = self.run.design(number).path if number else self.run.path
+        pattern = "[0-9]*/calls/*.json" if number else "calls/*.json"
+        for path in sorted(set(home.glob(pattern)) - self._calls):
+            record = JsonFile(path, CallRecord).read()
+            if record is not None:
+                self._calls.add(path)
+                iteration = int(path.parent.parent.name) if number else None
+                yield Entry(record.started, number, iteration, _summary(record), record)
+
+
+def conversation(run: Run, design: int | None = None) -> None:
+    """Show the log of a run or of one design, and keep it up to date."""
+    history = History(run, design)
+    trouble = ui.label("").classes("notice bad")
+    trouble.set_visibility(False)
+    with box("log") as lines:
+        pass
+
+    def add(entries: tuple[Entry, ...]) -> None:
+        for entry in entries:
+            with lines:
+                _line(entry).move(target_index=0)
+
+    def news() -> tuple[Entry, ...] | str:
+        try:
+            return history.news()
+        except UserError as error:
+            return str(error)
+
+    async def look() -> None:
+        take(await background.io_bound(news))
+
+    def take(found: tuple[Entry, ...] | str | None) -> None:
+        if found is None or lines.is_deleted:
+            return
+        trouble.set_visibility(isinstance(found, str))
+        if isinstance(found, str):
+            trouble.text = found
+        else:
+            add(found)
+
+    take(news())
+    ui.timer(1.0, look, immediate=False)
+
+
+def _line(entry: Entry) -> ui.element:
+    with box("entry") as line:
+        text(entry.time[11:19], "when")
+        place = f"design {entry.design}" if entry.design else "run"
+        text(place + (f" · {entry.iteration}" if entry.iteration else ""), "who")
+        if entry.call is None:
+            text(entry.said)
+        else:
+            _call(entry.said, entry.call)
+    return line
+
+
+def _call(said: str, call: CallRecord) -> None:
+    """Prompt and reply are long, so they travel to the browser only when they are asked for."""
+    with ui.expansion(said).props("dense dense-toggle switch-toggle-side").classes("full") as fold:
+        pass
+
+    def unfold(*, is_open: bool) -> None:
+        if not is_open or fold.default_slot.children:
+            return
+        with fold:
+            for message in call.question.messages:
+                text(message.role, "label")
+                text(message.text, "text", "pre")
+            text("reply", "label")
+            text(call.reply, "text", "pre")
+            for attempt in call.failed_attempts:
+                text(f"tried before, in vain: {attempt.error}", "small bad", "p")
+
+    fold.on_value_change(lambda event: partial(unfold, is_open=bool(event.value))())
+
+
+def _summary(record: CallRecord) -> str:
+    cost = f", {cost_in_words(record.usage)}" if record.usage.cost_usd else ""
+    ended = "" if record.finish == "stop" else f", ended by {record.finish}"
+    role = {"integrator": "Scene Integrator"}.get(record.question.role, record.question.role.capitalize())
+    return (
+        f"{role} asked {record.model}: {tokens_in_words(record.usage)} tokens in "
+        f"{record.usage.latency_s:.1f} s{cost}{ended}"
+    )
+
+
+def _moment(time: str) -> float:
+    from datetime import datetime
+
+    try:
+        return datetime.fromisoformat(time).timestamp()
+    except ValueError:
+        return 0.0

@@ -1,0 +1,281 @@
+"""One design: seen, reviewed, understood iteration by iteration, trained, taken home."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from nicegui import app, ui
+
+from aidsr.apps.web.comparing import measured_in_words
+from aidsr.apps.web.conversation import conversation
+from aidsr.apps.web.frame import frame
+from aidsr.apps.web.live import live
+from aidsr.apps.web.mjcf_panel import mjcf_panel
+from aidsr.apps.web.parts import (
+    badge,
+    box,
+    button,
+    clock,
+    fact,
+    fault_found,
+    file_address,
+    image,
+    notice,
+    points,
+    strip,
+    text,
+    usage_facts,
+)
+from aidsr.apps.web.replaying import Motion, Stage, motions_of
+from aidsr.apps.web.review_panel import Draft, part_names, review_panel
+from aidsr.apps.web.run_page import concept_in_words, not_found
+from aidsr.apps.web.scene_place import show_scene
+from aidsr.apps.web.site import DesignView, Site
+from aidsr.apps.web.training_panel import training_panel
+from aidsr.apps.web.view3d import Episode
+from aidsr.core.artifacts import Critique
+from aidsr.core.errors import AidsrError
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.compare import Comparison, attempted, compare
+from aidsr.runs.event_text import DOING
+from aidsr.runs.status import newest
+from aidsr.runs.summary import duration_in_words
+
+__all__ = ["add_design_page"]
+
+_TABS = {"found": "Findings", "concept": "Concept", "mjcf": "MJCF", "log": "Log", "training": "Training"}
+
+
+@dataclass(frozen=True)
+class _Page:
+    """A design, and which of its iterations is looked at."""
+
+    site: Site
+    run: Run
+    folder: DesignFolder
+    chosen: int
+    """0 for the one that the design stands at, whichever that is."""
+    stage: Stage
+
+    def read(self) -> tuple[DesignView, str, int]:
+        """Return the design, the state of its run, and the number of the iteration looked at."""
+        view = self.site.view(self.run)
+        design = view.design(self.folder.number)
+        numbers = [attempt.number for attempt in design.attempts]
+        return design, view.shown, self.chosen if self.chosen in numbers else design.status.stands_at
+
+    def number(self) -> int:
+        """Return the number of the iteration looked at."""
+        return self.read()[2]
+
+    def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
+        """Return which iteration is looked at, whether its scene is validated and pictured, what can be replayed."""
+        number = self.number()
+        iteration = self.folder.iteration(number)
+        validated, pictured = iteration.scene_report.path.exists(), iteration.preview.path.exists()
+        return number, validated, pictured, motions_of(self.folder)
+
+
+def add_design_page(site: Site) -> None:
+    """Answer at /run/NAME/NUMBER."""
+
+    @ui.page("/run/{name}/{number}")
+    def design_page(name: str, number: int, iteration: int = 0) -> None:
+        try:
+            run, folder = site.design(name, number)
+            page = _Page(site, run, folder, iteration, Stage())
+            design, _, _ = page.read()
+            title = site.view(run).title
+        except AidsrError as error:
+            not_found(error)
+            return
+        with frame(f"{number}. {design.status.concept}", ("Runs", "/"), (title, f"/run/{name}")):
+            live(page.read, partial(_head, page))
+            with box("split"):
+                with box("stack wide"):
+                    live(page.seen, partial(_scene, page))
+                    live(page.read, partial(_iterations, page))
+                with box("stack wide"):
+                    live(partial(_awaited, page), partial(_review, page))
+                    _tabs(page)
+
+
+def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
+    design, shown, _ = told
+    status = design.status
+    with box("stack"):
+        with box("row apart top"):
+            with box("row grow"):
+                text(f"{status.number}. {status.concept}", tag="h1")
+                stale = status.state == "running" and shown == "interrupted"
+                badge(status.outcome.outcome if status.outcome else "interrupted" if stale else status.state)
+            address = f"/download/{page.run.path.name}/{status.number}"
+            with box("row"):
+                if status.outcome and status.outcome.outcome == "approved":
+                    parts = f"/run/{page.run.path.name}/{status.number}/export"
+                    hint = "Parts to print, motors, cables and a sheet to build it by"
+                    button("Export", lambda: ui.navigate.to(parts), "quiet", "construction", hint)
+                hint = "The folder of this design as a ZIP file"
+                button("Download", lambda: ui.download(address), "quiet", "download", hint)
+        with box("facts"):
+            fact("family", status.family)
+            fact("iterations", str(status.iteration))
+            fact("worked", duration_in_words(status.latency_s))
+            usage_facts(status.usage)
+            if status.mechanical_repairs:
+                fact("mended by code", str(status.mechanical_repairs))
+        if status.outcome:
+            notice(status.outcome.reason, "good" if status.outcome.outcome == "approved" else "bad")
+        elif status.stopped:
+            notice(f"Stopped: {status.stopped.message}", "bad")
+        elif status.doing and shown == "running":
+            with box("row small"):
+                text(f"{DOING[status.doing][0].upper()}{DOING[status.doing][1:]}", "accent")
+                clock(design.since)
+
+
+def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> None:
+    number, _, _, motions = seen
+    iteration = page.folder.iteration(number)
+    scene = iteration.scene.read()
+    state = attempted(page.folder, number)
+    report = (iteration.scene_report if scene else iteration.robot_report).read()
+    robot = newest(it.robot.read() for it in page.folder.leading_to(number))
+    page.stage.view = show_scene(
+        scene.mjcf if scene else state.robot,
+        f"{page.run.path.name} design {page.folder.number} iteration {number}",
+        _picture(page, number),
+        faults=report.errors if report else (),
+        groups=robot.actuator_groups if robot else (),
+        environment="" if scene else page.run.brief().environment,
+        episodes=[Episode.read(motion.path, motion.name) for motion in motions],
+        on_pick=Draft(page.run, iteration).pin,
+    )
+
+
+def _iterations(page: _Page, told: tuple[DesignView, str, int]) -> None:
+    design, _, number = told
+    home = f"/run/{page.run.path.name}/{page.folder.number}"
+    if page.folder.iteration(number).motion.path.exists():
+        with box("sheet flush", "figure"):
+            motion = f"designs/{page.folder.number}/{number:02d}/motion.png"
+            image(file_address(page.run.path.name, motion), "its motion while the actuators swing", "wide")
+    with box("sheet stack", "section", aria_label="iterations"):
+        text("Iterations", tag="h2")
+        if len(design.attempts) > 1:
+            with box("film"):
+                for attempt in design.attempts:
+                    _frame(page, attempt.number, f"{home}?iteration={attempt.number}", current=attempt.number == number)
+        strip(design.attempts, lambda each: f"{home}?iteration={each}")
+
+
+def _frame(page: _Page, number: int, address: str, *, current: bool) -> None:
+    with ui.link(target=address) as link:
+        image(_picture(page, number), f"iteration {number}", "thumb")
+        text(str(number))
+    link.props["aria-current"] = "true" if current else "false"
+
+
+def _picture(page: _Page, number: int) -> str:
+    """Return the address of an iteration's picture, empty where there is none."""
+    exists = page.folder.iteration(number).preview.path.exists()
+    picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if exists else ""
+    return file_address(page.run.path.name, picture)
+
+
+def _awaited(page: _Page) -> int:
+    """Return the number of the iteration that waits for a decision; 0 for none."""
+    design = page.read()[0]
+    return design.status.stands_at if design.status.state == "waiting" else 0
+
+
+def _review(page: _Page, number: int) -> None:
+    if not number:
+        return
+    scene = page.folder.iteration(number).scene.xml.read()
+    review_panel(page.site, page.run, page.folder, number, part_names(scene.decode()) if scene else [])
+
+
+def _tabs(page: _Page) -> None:
+    opened = app.storage.user.get("design_tab", "found")
+    with ui.tabs().props("dense align=left no-caps") as tabs:
+        for key, title in _TABS.items():
+            ui.tab(key, title)
+    tabs.on_value_change(lambda event: app.storage.user.update(design_tab=event.value))
+    with ui.tab_panels(tabs, value=opened if opened in _TABS else "found", animated=False).classes("full"):
+        with ui.tab_panel("found"):
+            live(page.read, partial(_found, page))
+        with ui.tab_panel("concept"):
+            live(
+                page.number, lambda number: concept_in_words(attempted(page.folder, number).concept if number else None)
+            )
+        with ui.tab_panel("mjcf"):
+            live(page.number, partial(mjcf_panel, page.run, page.folder))
+        with ui.tab_panel("log"):
+            conversation(page.run, page.folder.number)
+        with ui.tab_panel("training"):
+            training_panel(page.site, page.run, page.folder, page.stage)
+
+
+def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:
+    number = told[2]
+    if not number:
+        text("Nothing was found yet.", "soft")
+        return
+    iteration = page.folder.iteration(number)
+    with box("stack wide"):
+        if number > 1:
+            _change(compare(attempted(page.folder, number - 1), attempted(page.folder, number)), number - 1)
+        critique = iteration.critique.read()
+        if critique:
+            with box("stack"):
+                text("The Judge", tag="h2")
+                _critique(critique)
+        tried = iteration.task_report.read()
+        if tried:
+            with box("stack"):
+                text(f"Tried on its task: {tried.phase.replace('_', ' ')}, progress {tried.progress:.2f}", tag="h2")
+                _critique(tried.critique)
+        report = iteration.scene_report.read() or iteration.robot_report.read()
+        if report is None:
+            text("This iteration was not validated yet.", "soft")
+            return
+        with box("stack"):
+            what = "the scene" if iteration.scene_report.path.exists() else "the robot alone"
+            many = f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}"
+            stable = many if report.errors else "stable, with warnings" if report.warnings else "stable, no faults"
+            text(f"The validator on {what}: {stable}", tag="h2")
+            for fault in (*report.errors, *report.warnings):
+                fault_found(fault)
+        measured = measured_in_words(report.measurements)
+        if measured:
+            with box("facts"):
+                for name, value in measured:
+                    fact(name, value)
+        repairs = iteration.repairs.read()
+        if repairs:
+            with box("stack tight"):
+                text("Put right by code", "label")
+                points(repairs.notes)
+
+
+def _critique(critique: Critique) -> None:
+    text(critique.summary, "pre", "p")
+    points(f"{one.component} ({one.blame}): {one.problem} {one.suggestion}" for one in critique.issues)
+
+
+def _change(change: Comparison, before: int) -> None:
+    with box("sheet stack"):
+        text(f"Since iteration {before}", tag="h2")
+        if not (change.changed or change.better or change.worse):
+            text("Nothing changed.", "soft")
+        for title, sentences, kind in (
+            ("changed", change.changed, ""),
+            ("better", change.better, "better"),
+            ("worse", change.worse, "worse"),
+        ):
+            if sentences:
+                with box("stack tight"):
+                    text(title, "label")
+                    points(sentences, kind)

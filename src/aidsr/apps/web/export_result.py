@@ -1,0 +1,179 @@
+"""What came of an export: verdict and reasons, parts as they lie on the bed, changes, the second simulation."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from nicegui import ui
+
+from aidsr.apps.web.parts import box, button, fact, fault_found, file_address, text
+from aidsr.apps.web.view3d import Lying, PartsView
+from aidsr.fabrication.materials import materials
+from aidsr.fabrication.printers import PRINTERS
+from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
+from aidsr.runs import DesignFolder, Run
+
+__all__ = ["letters", "show_export"]
+
+_BADGES = {"buildable": "yes", "buildable with changes": "waiting", "not buildable": "no"}
+_COLOURS = ((0.66, 0.73, 0.80), (0.36, 0.56, 0.72), (0.93, 0.64, 0.31), (0.50, 0.69, 0.52))
+"""Of the pieces of the robot, in the order of the sheet's colours."""
+_BENCH = (0.55, 0.56, 0.60)
+"""Of what stands beside it."""
+
+
+def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[PartEntry, ...], made: str) -> None:
+    """Show an export.
+
+    Args:
+        run: The run.
+        design: The design.
+        verdict: What is said of it.
+        parts: What is printed.
+        made: When it was written, ISO 8601; also the version of its files.
+    """
+    home = f"{run.path.name}/{design.number}"
+    with box("row apart"):
+        with box("row"):
+            text(verdict.verdict, f"badge {_BADGES[verdict.verdict]}")
+            text(f"for {_label(verdict)}, {made[:10]} {made[11:16]} UTC", "small soft")
+        with box("row"):
+            ui.link("Assembly sheet", f"/sheet/{home}", new_tab=True).classes("button")
+            hint = "Everything as a ZIP file: 3MF and STL, sheet, bill, cable cuts, control program"
+            button("Download", lambda: ui.download(f"/download/{home}/export"), "quiet", "download", hint)
+    _facts(verdict, parts)
+    with box("split"):
+        with box("stack wide"):
+            _bed(run, design, parts, made)
+        with box("stack wide"):
+            _reasons(verdict)
+            if verdict.retest is not None:
+                _retest(verdict.retest)
+            _changes(verdict.changes)
+
+
+def letters(parts: tuple[PartEntry, ...]) -> tuple[str, ...]:
+    """Return a letter for each piece of the robot, as on the sheet, and a number for what stands beside it."""
+    robot = [part.file for part in parts if part.what == "robot"]
+    bench = [part.file for part in parts if part.what != "robot"]
+    return tuple(
+        chr(65 + robot.index(part.file) % 26) if part.what == "robot" else str(1 + bench.index(part.file))
+        for part in parts
+    )
+
+
+def _label(verdict: Verdict) -> str:
+    printer = next((one.label for one in PRINTERS if one.name == verdict.printer), verdict.printer)
+    return f"a {printer}, limbs of {_material(verdict.material)}"
+
+
+def _material(name: str) -> str:
+    return next((one.label for one in materials() if one.name == name), name)
+
+
+def _facts(verdict: Verdict, parts: tuple[PartEntry, ...]) -> None:
+    with box("facts"):
+        fact("parts to print", f"{sum(part.copies for part in parts)}, of {len(parts)} kinds")
+        fact("moving mass, simulated", f"{verdict.moving_simulated_g:.0f} g")
+        fact("moving mass, built", f"{verdict.moving_built_g:.0f} g")
+        if verdict.winches_g is not None:
+            fact("motors beside it", f"{verdict.winches_g:.0f} g")
+        more = f" and {len(verdict.unpriced)} without a price" if verdict.unpriced else ""
+        fact("to buy, about", f"${verdict.cost_usd:.0f}{more}")
+
+
+def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str) -> None:
+    def address(part: PartEntry, ending: str) -> str:
+        return file_address(run.path.name, f"designs/{design.number}/export/parts/{part.file}{ending}", version=made)
+
+    marks = letters(parts)
+    pieces = [part.file for part in parts if part.what == "robot"]
+    lying = [
+        Lying(
+            part.file,
+            mark,
+            _about(part),
+            address(part, ".stl"),
+            _COLOURS[pieces.index(part.file) % len(_COLOURS)] if part.what == "robot" else _BENCH,
+        )
+        for part, mark in zip(parts, marks, strict=True)
+    ]
+    with box("sheet flush view"):
+        view = PartsView(lying, title=f"{run.path.name} design {design.number} parts")
+    with box("sheet flush scroll"), box("list", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for title in ("", "part", "copies", "of", "mass", "size", "checks", "files"):
+                text(title, "num" if title in ("copies", "mass", "size") else "", "th")
+        with box(tag="tbody"):
+            for part, mark in zip(parts, marks, strict=True):
+                with box(tag="tr"):
+                    with box(tag="td"):
+                        button(mark, partial(view.choose, part.file), "bare", hint=f"Show {part.file}")
+                    text(part.file.replace("_", " "), "small", "td")
+                    text(str(part.copies), "num", "td")
+                    text(_material(part.material), "small line", "td")
+                    text(f"{part.mass_g:.1f} g", "num", "td")
+                    text(_size(part), "num small", "td")
+                    found = _found(part)
+                    text(", ".join(found) or "passed", f"small {'bad' if found else 'good'}", "td")
+                    with box(tag="td"), box("row small together"):
+                        for ending in (".3mf", ".stl"):
+                            ui.link(ending[1:].upper(), address(part, ending))
+
+
+def _about(part: PartEntry) -> str:
+    copies = f"{part.copies} × " if part.copies > 1 else ""
+    return f"{copies}{part.file}, {part.mass_g:.0f} g, {_size(part)}"
+
+
+def _size(part: PartEntry) -> str:
+    return " × ".join(f"{side:.0f}" for side in part.size_mm) + " mm"
+
+
+def _found(part: PartEntry) -> list[str]:
+    """Return what was found wrong with a part as it lies on the bed."""
+    return [
+        said for bad, said in ((not part.watertight, "not closed"), (not part.fits_bed, "larger than the bed")) if bad
+    ]
+
+
+def _reasons(verdict: Verdict) -> None:
+    with box("sheet stack", "section", aria_label="verdict"):
+        text("Can it be built?", tag="h2")
+        errors = [fault for fault in verdict.reasons if fault.severity == "error"]
+        if verdict.verdict == "buildable":
+            text("Yes, as it was simulated.", "", "p")
+        elif not errors:
+            text("Yes, with the changes below.", "", "p")
+        else:
+            text("No, for these reasons. The files are there all the same, to see what is wrong.", "", "p")
+        for fault in verdict.reasons:
+            fault_found(fault)
+
+
+def _retest(retest: Retest) -> None:
+    with box("sheet stack", "section", aria_label="simulated as built"):
+        text("Simulated as it will be built", tag="h2")
+        with box("facts small"):
+            fact("stable", "yes" if retest.stable else "no")
+            fact("reach, built", f"{1000 * retest.reach_m:.0f} mm")
+            fact("reach, designed", f"{1000 * retest.designed_reach_m:.0f} mm")
+            if retest.success_share is not None:
+                fact("trained policy succeeds", f"{retest.success_share:.0%}")
+            if retest.designed_success_share is not None:
+                fact("before", f"{retest.designed_success_share:.0%}")
+        for fault in retest.faults:
+            if fault.severity == "error":
+                fault_found(fault)
+
+
+def _changes(changes: tuple[Change, ...]) -> None:
+    if not changes:
+        return
+    with box("sheet stack", "section", aria_label="changes"):
+        text("What differs from the simulation", tag="h2")
+        for change in changes:
+            with box("stack tight"):
+                text(change.what, "label")
+                text(f"Simulated: {change.simulated}", "small soft", "p")
+                text(f"Built: {change.built}", "small", "p")

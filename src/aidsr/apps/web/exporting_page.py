@@ -1,0 +1,161 @@
+"""A design as parts: exported by a process of its own, its verdict, its parts on the bed, its sheet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from typing import Any
+
+from nicegui import app, ui
+
+from aidsr.apps.web.export_result import show_export
+from aidsr.apps.web.frame import frame
+from aidsr.apps.web.live import acting, live
+from aidsr.apps.web.parts import box, button, clock, notice, text
+from aidsr.apps.web.run_page import not_found
+from aidsr.apps.web.site import Site
+from aidsr.core.errors import AidsrError
+from aidsr.core.extras import lack_of
+from aidsr.fabrication.materials import materials
+from aidsr.fabrication.printers import PRINTERS
+from aidsr.fabrication.schema import MARK, PartEntry, Verdict
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.files import JsonFile
+from aidsr.runs.trainings import trainings_of
+
+__all__ = ["add_export_page"]
+
+_WISH: dict[str, Any] = {"printer": "fdm", "material": "", "policy": False}
+"""As `aidsr export` has it."""
+_ANY = "The first that it can be made of"
+
+
+@dataclass(frozen=True)
+class State:
+    """How far the export of a design is."""
+
+    missing: str
+    """What must be installed first; empty where all is there."""
+    approved: bool
+    trained: bool
+    since: str = ""
+    """When the process that is at work began, ISO 8601; empty where none is."""
+    last_words: str = ""
+    """Of a process that ended without an export."""
+    verdict: Verdict | None = None
+    parts: tuple[PartEntry, ...] = ()
+    made: str = ""
+    """When the export was written, ISO 8601."""
+
+
+def add_export_page(site: Site) -> None:
+    """Answer at /run/NAME/NUMBER/export."""
+
+    @ui.page("/run/{name}/{number}/export")
+    def export_page(name: str, number: int) -> None:
+        try:
+            run, design = site.design(name, number)
+            view = site.view(run)
+            concept = f"{number}. {view.design(number).status.concept}"
+        except AidsrError as error:
+            not_found(error)
+            return
+        way = (("Runs", "/"), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
+        with frame("Export", *way):
+            with box("stack tight"):
+                text(f"{concept}, as parts", tag="h1")
+                text(
+                    "Parts to print, motors and cables to buy, a sheet to assemble by, and what cannot be built.",
+                    "soft",
+                    "p",
+                )
+            live(partial(read_export, site, run, design), partial(draw_export, site, run, design))
+
+
+def read_export(site: Site, run: Run, design: DesignFolder) -> State:
+    """Return how far the export of a design is.
+
+    Raises:
+        UserError: An export is there and cannot be read.
+    """
+    name = site.export_name(run, design.number)
+    missing = lack_of("fabrication", "making parts")
+    trained = any(one.result.path.exists() for one in trainings_of(design))
+    approved, begun_s = design.final_robot.path.exists(), site.processes.begun_s(name)
+    if site.processes.is_alive(name):
+        return State(missing, approved, trained, since=_iso(begun_s))
+    folder = design.path / "export"
+    mark = folder / MARK
+    written_s = mark.stat().st_mtime if mark.exists() else 0.0
+    if written_s < begun_s:
+        return State(missing, approved, trained, last_words=site.processes.last_words(name) or "it said nothing")
+    if not written_s:
+        return State(missing, approved, trained)
+    verdict = JsonFile(mark, Verdict).read()
+    parts = JsonFile(folder / "parts.json", tuple[PartEntry, ...]).read() or ()
+    return State(missing, approved, trained, verdict=verdict, parts=parts, made=_iso(written_s))
+
+
+def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> None:
+    """Show what starts an export, one at work, or what came of it."""
+    if not state.approved:
+        with box("sheet empty"):
+            text("A design can be exported once it is approved.", "soft", "p")
+        return
+    if state.since:
+        name = site.export_name(run, design.number)
+        with box("notice", role="status"), box("row apart"):
+            with box("row"):
+                text("Parts are drawn, checked and driven in simulation once more; this takes about 20 seconds.")
+                clock(state.since)
+            button("Stop", acting(lambda: site.processes.stop(name)), "danger", "stop")
+        return
+    if state.last_words:
+        notice("The last export ended without parts. It said:", "bad")
+        text(state.last_words, "text last", "pre")
+    if state.verdict is not None:
+        show_export(run, design, state.verdict, state.parts, state.made)
+    if state.missing:
+        notice(f"To export a design, install what is missing on this machine first: {state.missing}", "wait")
+    else:
+        _start(site, run, design, state)
+
+
+def _start(site: Site, run: Run, design: DesignFolder, state: State) -> None:
+    wish: dict[str, Any] = app.storage.user.setdefault("export", dict(_WISH))
+
+    def start() -> None:
+        words = ["export", str(design.path), "--printer", str(wish["printer"])]
+        words += ["--material", str(wish["material"])] if wish["material"] else []
+        words += ["--policy"] if state.trained and wish["policy"] else []
+        site.processes.start(site.export_name(run, design.number), words)
+
+    def fitting(printer: object) -> dict[str, str]:
+        return {"": _ANY} | {one.name: one.label for one in materials() if printer in one.printers}
+
+    def turn(printer: object) -> None:
+        offered = fitting(printer)
+        material.set_options(offered, value=wish["material"] if wish["material"] in offered else "")
+
+    with box("sheet stack", "section", aria_label="export this design"):
+        text("Make parts of it again" if state.verdict else "Make parts of it", tag="h2")
+        with box("form"):
+            labels = {one.name: one.label[0].upper() + one.label[1:] for one in PRINTERS}
+            printer = ui.select(labels, label="Printer").props("outlined dense").bind_value(wish, "printer")
+            material = ui.select(fitting(wish["printer"]), label="Material of the limbs").props("outlined dense")
+            material.bind_value(wish, "material")
+            printer.on_value_change(lambda event: turn(event.value))
+        if state.trained:
+            ui.switch("Let the trained policy act with the robot as built (half a minute more)").bind_value(
+                wish, "policy"
+            )
+        with box("row"):
+            if state.verdict:
+                button("Export again", acting(start), "quiet", "construction")
+            else:
+                button("Export", acting(start), "primary", "construction")
+
+
+def _iso(time_s: float) -> str:
+    return datetime.fromtimestamp(time_s, UTC).isoformat(timespec="seconds")

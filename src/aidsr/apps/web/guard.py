@@ -1,0 +1,182 @@
+"""Who may ask the page for anything: checked before any page, file or WebSocket is reached.
+
+A page on this machine can start programs, so another site open in the same browser must not be able to use it. Three
+things keep it out: the Host must be one this page answers to (against DNS rebinding), the Origin of every request and
+WebSocket must be the page itself, and what the browser marks as coming from another site is refused. Where the page
+can be reached from other machines, a token is asked for as well.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+from dataclasses import dataclass
+from http.cookies import CookieError, SimpleCookie
+from typing import TYPE_CHECKING
+from urllib.parse import parse_qs, urlsplit
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["LOOPBACK", "MAX_BODY_BYTES", "Guard"]
+
+LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
+"""Names under which a machine reaches itself."""
+MAX_BODY_BYTES = 4_000_000
+"""Largest body of a request. Our choice: above the largest file that `aidsr.apps.web.uploading` takes."""
+_COOKIE = "aidsr_token"
+_SIGN_IN = "/sign-in"
+_HEADERS = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (
+        b"content-security-policy",
+        b"default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+        b"img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; form-action 'self'; base-uri 'self'; "
+        b"object-src 'none'; frame-ancestors 'none'",
+    ),
+)
+"""Sent with every answer. Vue compiles its templates in the browser, hence unsafe-eval; nothing is loaded from afar."""
+_SIGN_IN_PAGE = b"""<!doctype html><meta charset=utf-8><title>AID-SR</title>
+<style>body{font:16px/1.5 system-ui,sans-serif;margin:20vh auto;max-width:26rem;padding:0 1rem;color-scheme:light dark}
+input,button{font:inherit;padding:.5rem .7rem;width:100%;box-sizing:border-box;margin:.4rem 0}</style>
+<h1>AID-SR</h1><p>This page asks for the token that was given to <code>aidsr web --token</code>.
+<form method=post action=/sign-in><label>Token<input type=password name=token autofocus required></label>
+<button>Open</button></form>"""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a request gets no further."""
+
+    status: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Guard:
+    """Stands before an ASGI application.
+
+    Attributes:
+        app: What is guarded.
+        hosts: Host names, in lower case and without port, under which the page may be asked for; empty for any.
+        token: What a browser must have shown once; empty where none is needed.
+    """
+
+    app: ASGIApp
+    hosts: frozenset[str] = LOOPBACK
+    token: str = ""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on what may go on, and refuse the rest."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        refusal = self._refusal(scope, headers)
+        if refusal is None and scope["type"] == "http" and scope["path"] == _SIGN_IN and self.token:
+            await self._sign_in(scope, receive, send)
+        elif refusal is not None:
+            await _refuse(scope, receive, send, refusal)
+        elif not self._knows(headers):
+            await _refuse(scope, receive, send, Refusal(401, ""))
+        else:
+            await self.app(scope, receive, _with_headers(send))
+
+    def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
+        host = headers.get("host", "").lower()
+        if self.hosts and _name(host) not in self.hosts:
+            return Refusal(403, f"this page answers to {', '.join(sorted(self.hosts))}; another Host was asked for")
+        origin = headers.get("origin")
+        if origin is not None and _asked_from(origin) != host:
+            return Refusal(403, "a request from another site was refused")
+        opened = (
+            scope["type"] == "http"
+            and scope["method"] == "GET"
+            and headers.get("sec-fetch-mode") == "navigate"
+            and headers.get("sec-fetch-dest") == "document"
+        )
+        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and not opened:
+            return Refusal(403, "a request from another site was refused")
+        return _too_large(scope, headers)
+
+    def _knows(self, headers: dict[str, str]) -> bool:
+        if not self.token:
+            return True
+        try:
+            cookie = SimpleCookie(headers.get("cookie", "")).get(_COOKIE)
+        except CookieError:
+            return False
+        return cookie is not None and hmac.compare_digest(cookie.value.encode(), self._mark().encode())
+
+    def _mark(self) -> str:
+        """Return what a browser keeps in its cookie: a token may hold characters that a cookie cannot."""
+        return hashlib.sha256(self.token.encode()).hexdigest()
+
+    async def _sign_in(self, scope: Scope, receive: Receive, send: Send) -> None:
+        body = await _body(receive) if scope["method"] == "POST" else b""
+        shown = parse_qs(body.decode("latin-1")).get("token", [""])[0]
+        if not hmac.compare_digest(shown.encode(), self.token.encode()):
+            await _refuse(scope, receive, send, Refusal(401, ""))
+            return
+        cookie = f"{_COOKIE}={self._mark()}; HttpOnly; SameSite=Strict; Path=/".encode()
+        await send(
+            {"type": "http.response.start", "status": 303, "headers": [(b"location", b"/"), (b"set-cookie", cookie)]}
+        )
+        await send({"type": "http.response.body", "body": b""})
+
+
+def _name(host: str) -> str:
+    """Return a Host without its port."""
+    return host[: host.index("]") + 1] if host.startswith("[") and "]" in host else host.partition(":")[0]
+
+
+def _asked_from(origin: str) -> str | None:
+    """Return host and port of an Origin; None where it is no address."""
+    try:
+        return urlsplit(origin).netloc.lower()
+    except ValueError:
+        return None
+
+
+def _too_large(scope: Scope, headers: dict[str, str]) -> Refusal | None:
+    if scope["type"] != "http" or scope["method"] in ("GET", "HEAD", "OPTIONS"):
+        return None
+    length = headers.get("content-length")
+    if length is None:
+        return None if "transfer-encoding" not in headers else Refusal(411, "say how long the body is")
+    if not length.isdigit() or int(length) > MAX_BODY_BYTES:
+        return Refusal(413, f"at most {MAX_BODY_BYTES} bytes can be sent at once")
+    return None
+
+
+async def _body(receive: Receive) -> bytes:
+    content = b""
+    while True:
+        message = await receive()
+        content += bytes(message.get("body", b""))
+        if not message.get("more_body", False) or len(content) > MAX_BODY_BYTES:
+            return content
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": refusal.reason})
+        return
+    asks = refusal.status == 401
+    kind = b"text/html; charset=utf-8" if asks else b"text/plain; charset=utf-8"
+    answer = _with_headers(send)
+    await answer({"type": "http.response.start", "status": refusal.status, "headers": [(b"content-type", kind)]})
+    await answer({"type": "http.response.body", "body": _SIGN_IN_PAGE if asks else refusal.reason.encode()})
+
+
+def _with_headers(send: Send) -> Send:
+    async def answer(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message.get("headers", []), *_HEADERS]}
+        await send(message)
+
+    return answer

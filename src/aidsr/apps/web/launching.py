@@ -1,0 +1,58 @@
+"""From what a person filled in to a run that is being worked on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+from aidsr.apps.web.site import Site
+from aidsr.loop.run import brief_for, start
+from aidsr.runs import Run, RunConfig
+
+__all__ = ["DEMO", "Order", "launch"]
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be designed, and how."""
+
+    config: RunConfig
+    task: str = ""
+    level: Literal["standard", "hard"] = "standard"
+    objective: str = ""
+    environment: str = ""
+    """MJCF, for an objective in words."""
+    goal: str = ""
+    """TOML that says how success is measured in that environment; empty where nothing measures it."""
+    robot: str = ""
+    """MJCF of a robot to start from."""
+
+
+DEMO = Order(RunConfig(seed=1), task="reaching/button_pushing")
+"""Three robots that push a button, by the built-in rules: no key, nothing paid."""
+
+
+def launch(site: Site, order: Order) -> Run:
+    """Make the folder of a run and start a process that works on it; may take seconds.
+
+    Raises:
+        UserError: Something asked for does not exist or does not fit together.
+    """
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "goal.toml"
+        file.write_text(order.goal, encoding="utf-8")
+        goal = file if order.goal else ""
+        brief = brief_for(
+            order.objective,
+            task=order.task,
+            level=order.level,
+            environment=order.environment,
+            robot=order.robot,
+            goal=goal,
+        )
+        level = order.level if order.task else ""
+        run = start(brief, order.config, level=level, runs=site.library.path, goal=goal)
+    site.go_on(run)
+    return run

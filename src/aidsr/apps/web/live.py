@@ -1,0 +1,108 @@
+"""Parts of a page that keep up with what happens, and actions that may fail for a person's mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
+
+from nicegui import Client, background_tasks, run, ui
+
+from aidsr.core.errors import AidsrError
+
+__all__ = ["acting", "live", "say_mistake", "working"]
+
+Facts = TypeVar("Facts")
+_LOOKS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, None]]]] = WeakKeyDictionary()
+"""How each open page looks again at what it shows."""
+
+
+def live(
+    read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
+) -> Callable[[], Coroutine[Any, Any, None]]:
+    """Draw what was read, and draw it anew whenever it has changed.
+
+    Args:
+        read: Returns values that can be compared; runs in a thread, so that a slow disk holds nobody up.
+        draw: Makes elements of them; what a person opens or types must be remembered elsewhere. A mistake that it finds
+            is said in a sentence, as one found while reading is.
+        every_s: How often to look.
+
+    Returns:
+        A function that looks at once, for after an action.
+    """
+    place = ui.element("div").classes("live")
+    shown: list[Facts | AidsrError] = []
+
+    def show(facts: Facts | AidsrError) -> None:
+        shown[:] = [facts]
+        place.clear()
+        with place:
+            try:
+                if isinstance(facts, AidsrError):
+                    raise facts
+                draw(facts)
+            except AidsrError as error:
+                place.clear()
+                with ui.element("div").classes("notice bad").props('role="alert"'):
+                    ui.label(str(error))
+
+    def look() -> Facts | AidsrError:
+        try:
+            return read()
+        except AidsrError as error:
+            return error
+
+    async def again() -> None:
+        facts = await run.io_bound(look)
+        if facts is None or place.is_deleted:  # the server, or this page, is closing
+            return
+        same = str(facts) == str(shown[0]) if isinstance(facts, AidsrError) else facts == shown[0]
+        if not same:
+            show(facts)
+
+    show(look())
+    ui.timer(every_s, again, immediate=False)
+    _LOOKS.setdefault(ui.context.client, []).append(again)
+    return again
+
+
+def acting(do: Callable[[], object]) -> Callable[[], None]:
+    """Return an action of a button: a mistake is said in a sentence, and what came of it is shown at once."""
+
+    def act() -> None:
+        try:
+            do()
+        except AidsrError as error:
+            say_mistake(error)
+        for look in _LOOKS.get(ui.context.client, ()):
+            background_tasks.create(look())
+
+    return act
+
+
+def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
+    """Do something that takes seconds in a thread; until it is done the button shows so, and is deaf to more clicks."""
+    if element.props.get("loading"):
+        return
+    element.props["loading"] = True
+
+    async def act() -> None:
+        try:
+            made = await run.io_bound(do)
+        except AidsrError as error:
+            with element:
+                say_mistake(error)
+        else:
+            if made is not None and not element.is_deleted:
+                with element:
+                    then(made)
+        finally:
+            element.props["loading"] = False
+
+    background_tasks.create(act())
+
+
+def say_mistake(error: AidsrError) -> None:
+    """Show a sentence until it is closed."""
+    ui.notify(str(error), type="negative", multi_line=True, close_button="OK", timeout=0)

@@ -1,0 +1,112 @@
+"""Prompts of a run whose model is a person: copied from here, answered here."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nicegui import app, ui
+
+from aidsr.apps.web.live import acting, live
+from aidsr.apps.web.parts import box, button, notice, text
+from aidsr.apps.web.site import Site
+from aidsr.core.errors import UserError
+from aidsr.runs import Run
+from aidsr.teams.providers.manual import MANUAL, WaitingPrompt, waiting_prompts
+
+__all__ = ["answer", "manual_panel", "prompts_of"]
+
+_MOST_CHARACTERS = 1_000_000
+"""Of a reply. Our choice: several times the longest a language model gives."""
+
+
+@dataclass(frozen=True)
+class _Prompt:
+    """A question as the page shows it."""
+
+    waiting: WaitingPrompt
+    asked: str
+
+
+def prompts_of(site: Site, run: Run) -> Path | None:
+    """Return the directory through which a person answers for a run; None for other models.
+
+    Raises:
+        UserError: It lies outside the folder of runs, where the page writes nothing.
+    """
+    model = run.asked().config.model
+    if not model.startswith(MANUAL):
+        return None
+    directory = Path(model.removeprefix(MANUAL))
+    if not directory.resolve().is_relative_to(site.library.path.resolve()):
+        raise UserError(
+            f"the prompts of this run are in {directory}, outside the folder of runs; answer there by file, or start "
+            "such runs from the page"
+        )
+    return directory
+
+
+def answer(waiting: WaitingPrompt, reply: str) -> None:
+    """Save a reply in one step, so that nobody takes half of it.
+
+    Raises:
+        UserError: It is empty, far too long, or there is one already.
+    """
+    if not reply.strip() or len(reply) > _MOST_CHARACTERS:
+        raise UserError("the whole reply of the language model was expected; paste it here, then send it")
+    draft = waiting.reply.with_name(f".{waiting.reply.name}.{os.getpid()}.tmp")
+    draft.write_text(reply, encoding="utf-8")
+    try:
+        os.link(draft, waiting.reply)  # unlike a rename, this never replaces a reply given in another tab
+    except FileExistsError:
+        raise UserError("this prompt was answered in the meantime, perhaps in another tab") from None
+    finally:
+        draft.unlink()
+
+
+def manual_panel(site: Site, run: Run) -> None:
+    """Show the prompts that wait, each with a copy button and a box for the reply."""
+    if run.asked().config.model.startswith(MANUAL):
+        live(lambda: _read(site, run), lambda prompts: _draw(run, prompts))
+
+
+def _read(site: Site, run: Run) -> tuple[_Prompt, ...]:
+    directory = prompts_of(site, run)
+    if directory is None or not site.is_at_work(run):
+        return ()
+    return tuple(_Prompt(one, one.prompt.read_text(encoding="utf-8")) for one in waiting_prompts(directory))
+
+
+def _draw(run: Run, prompts: tuple[_Prompt, ...]) -> None:
+    if not prompts:
+        return
+    many = f"{len(prompts)} prompts wait" if len(prompts) > 1 else "A prompt waits"
+    with box("stack"):
+        notice(
+            f"{many} for a reply. Copy it into a language model of your choice and bring back the whole reply.", "wait"
+        )
+        for prompt in prompts:
+            _prompt(run, prompt)
+
+
+def _prompt(run: Run, prompt: _Prompt) -> None:
+    drafts: dict[str, Any] = app.storage.user.setdefault("drafts", {})
+    draft: dict[str, Any] = drafts.setdefault(f"{run.path.name}/{prompt.waiting.prompt.name}", {"text": ""})
+
+    def copy() -> None:
+        ui.clipboard.write(prompt.asked)
+        ui.notify("Copied.")
+
+    with box("sheet stack", "section"):
+        with box("row apart"):
+            text(f"Prompt {int(prompt.waiting.prompt.name[:4])}, of the {prompt.waiting.role}", tag="h2")
+            button("Copy the prompt", copy, "quiet", "content_copy")
+        with ui.expansion("Read it").props("dense dense-toggle").classes("full"):
+            text(prompt.asked, "text", "pre")
+        field = ui.textarea("The whole reply").props("outlined").bind_value(draft, "text")
+        field.props["maxlength"] = _MOST_CHARACTERS
+        with box("row"):
+            send = acting(lambda: answer(prompt.waiting, str(draft["text"] or "")))
+            button("Send the reply", send, "primary", "send")

@@ -1,0 +1,96 @@
+"""The MJCF of an iteration, with its faults marked, or as the difference from the iteration before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nicegui import ui
+
+from aidsr.apps.web.mjcf_text import difference, highlighted
+from aidsr.apps.web.parts import box, button, file_address, text
+from aidsr.core.artifacts import Fault
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.status import newest
+
+__all__ = ["mjcf_panel"]
+
+
+@dataclass(frozen=True)
+class _Text:
+    """One document of an iteration."""
+
+    title: str
+    path: str
+    """Relative to the run."""
+    now: str
+    before: str
+    """The same at the iteration before; empty where there was none."""
+    faults: tuple[Fault, ...]
+
+
+def mjcf_panel(run: Run, design: DesignFolder, number: int) -> None:
+    """Show robot, scene, and the robot as it was written before repairs."""
+    documents = _documents(run, design, number)
+    if not documents:
+        text("There is no MJCF yet.", "soft")
+        return
+    names = [one.title for one in documents]
+    with box("row"):
+        which = ui.toggle(names, value=names[0]).props("dense unelevated")
+        how = ui.toggle(["Whole", "Changes"], value="Whole").props("dense unelevated")
+    with box() as place:
+        pass
+
+    def draw() -> None:
+        place.clear()
+        with place:
+            _draw(run, documents[names.index(str(which.value))], changes=how.value == "Changes")
+
+    which.on_value_change(draw)
+    how.on_value_change(draw)
+    draw()
+
+
+def _draw(run: Run, document: _Text, *, changes: bool) -> None:
+    with box("stack"):
+        with box("row apart"):
+            text(f"{len(document.now.splitlines())} lines, {len(document.now.encode()) / 1000:.1f} kB", "small soft")
+            address = file_address(run.path.name, document.path)
+            button("Download", lambda: ui.download(address), "bare", "download")
+        if changes and not document.before:
+            text("Nothing came before it.", "soft")
+            return
+        marks = {fault.line: f"{fault.code}: {fault.message}" for fault in document.faults if fault.line}
+        html = difference(document.before, document.now) if changes else highlighted(document.now, marks)
+        if not html:
+            text("Nothing changed since the iteration before.", "soft")
+            return
+        # our own markup around pieces that were escaped one by one
+        shown = ui.html(html, sanitize=False).classes("code full")
+        shown.props.update({"tabindex": "0", "role": "region", "aria-label": document.title})
+
+
+def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
+    until = design.leading_to(number)
+    found = []
+    for title, name in (("Robot", "robot.xml"), ("Scene", "scene.xml"), ("As written", "robot_as_written.xml")):
+        paths = [it.path / name for it in until if (it.path / name).exists()]
+        if title != "Robot":
+            paths = [path for path in paths if path.parent.name == f"{number:02d}"] or []
+        if not paths:
+            continue
+        earlier = newest(
+            it.path / name if (it.path / name).exists() else None for it in until if it.path != paths[0].parent
+        )
+        report = design.iteration(int(paths[0].parent.name))
+        told = report.scene_report.read() if title == "Scene" else report.robot_report.read()
+        found.append(
+            _Text(
+                title,
+                paths[0].relative_to(run.path).as_posix(),
+                paths[0].read_text(encoding="utf-8"),
+                earlier.read_text(encoding="utf-8") if earlier else "",
+                told.faults if told and title != "As written" else (),
+            )
+        )
+    return found

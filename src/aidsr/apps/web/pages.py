@@ -1,0 +1,18 @@
+"""All pages of the site."""
+
+from __future__ import annotations
+
+from aidsr.apps.web.design_page import add_design_page
+from aidsr.apps.web.exporting_page import add_export_page
+from aidsr.apps.web.home import add_home
+from aidsr.apps.web.run_page import add_run_page
+from aidsr.apps.web.setting_up import add_setup
+from aidsr.apps.web.site import Site
+
+__all__ = ["add_pages"]
+
+
+def add_pages(site: Site) -> None:
+    """Make every page answer at its address."""
+    for add in (add_home, add_setup, add_run_page, add_design_page, add_export_page):
+        add(site)

@@ -1,0 +1,166 @@
+"""Small pieces that pages are made of. Text of models and people is only ever shown as text, never as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
+from urllib.parse import quote
+
+from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.calls import Usage
+from aidsr.core.formatting import finding
+from aidsr.runs.stages import Attempt
+from aidsr.runs.summary import cost_in_words
+
+__all__ = [
+    "badge",
+    "box",
+    "button",
+    "choice",
+    "clock",
+    "fact",
+    "fault_found",
+    "file_address",
+    "image",
+    "notice",
+    "points",
+    "strip",
+    "text",
+    "tokens_in_words",
+    "usage_facts",
+]
+
+Look = Literal["primary", "quiet", "bare", "danger"]
+_SHORT = {"robot": "robot", "robot stable": "stable?", "scene": "scene", "scene stable": "stable?", "judged": "judged"}
+
+
+@contextmanager
+def box(classes: str = "", tag: str = "div", **attributes: str) -> Iterator[ui.element]:
+    """Open an element; attributes are written with an underscore for each hyphen."""
+    element = ui.element(tag).classes(classes)
+    for name, value in attributes.items():
+        element.props[name.replace("_", "-")] = value
+    with element:
+        yield element
+
+
+def text(said: str, classes: str = "", tag: str = "span") -> ui.element:
+    """Show text as it is, whatever it contains."""
+    return TextElement(tag=tag, text=said).classes(classes)
+
+
+def button(
+    said: str, act: Callable[..., Any], look: Look = "quiet", icon: str | None = None, hint: str = ""
+) -> ui.button:
+    """Show a button; without words on it, the hint is its name."""
+    element = ui.button(said, icon=icon, color=None, on_click=act).props("unelevated").classes(look)
+    if hint:
+        element.tooltip(hint)
+    if hint and not said:
+        element.props["aria-label"] = hint
+    return element
+
+
+def image(address: str, what: str, classes: str = "shot") -> None:
+    """Show a picture, or a calm place for one that is not there yet."""
+    if not address:
+        text("no picture yet" if "shot" in classes else "", f"{classes} none")
+        return
+    with box(classes, "img", src=address, alt=what, loading="lazy"):
+        pass
+
+
+def fault_found(fault: Fault) -> None:
+    """Show a fault: what, where, how much, and what usually cures it."""
+    with box(f"fault {fault.severity}"):
+        with box("row"):
+            text(fault.code.replace("_", " "), tag="h3")
+            for name in fault.names[:6]:
+                text(name, "chip")
+            if len(fault.names) > 6:
+                text(f"and {len(fault.names) - 6} more", "small soft")
+        text(finding(fault) + (f", line {fault.line}" if fault.line else ""), "", "p")
+        if fault.likely_cause or fault.cure:
+            said = (said.rstrip(".") for said in (fault.likely_cause, fault.cure) if said)
+            text(" ".join(f"{one[0].upper()}{one[1:]}." for one in said), "small soft", "p")
+
+
+def file_address(run: str, path: str, *, version: str = "") -> str:
+    """Return the address of a file of a run."""
+    return f"/files/{quote(run)}/{quote(path)}" + (f"?v={quote(version)}" if version else "") if path else ""
+
+
+def badge(state: str) -> None:
+    """Show a state."""
+    text(state.replace("_", " "), f"badge {state}")
+
+
+def notice(said: str, kind: Literal["", "bad", "wait", "good"] = "") -> None:
+    """Show a sentence that must not be overlooked."""
+    with box(f"notice {kind}", role="alert" if kind == "bad" else "status"):
+        text(said, "pre")
+
+
+def fact(key: str, value: str) -> None:
+    """Show one number with its name."""
+    with box():
+        text(key, "key")
+        text(value, "value")
+
+
+def points(sentences: Iterable[str], classes: str = "") -> None:
+    """List sentences."""
+    with box(f"plain {classes}", "ul"):
+        for sentence in sentences:
+            text(sentence, tag="li")
+
+
+def clock(since: str) -> None:
+    """Show how long ago something was, counting on in the browser."""
+    with box("numbers", data_since=since, tag="time"):
+        pass
+
+
+def choice(act: Callable[[], Any], *, chosen: bool) -> ui.element:
+    """Return one of several things to choose from, to be filled by the caller."""
+    element = ui.element("button").classes("choice").on("click", act)
+    element.props.update({"type": "button", "role": "radio", "aria-checked": "true" if chosen else "false"})
+    return element
+
+
+def tokens_in_words(usage: Usage) -> str:
+    """Return tokens in and out, in thousands where there are many."""
+
+    def short(count: int) -> str:
+        return str(count) if count < 10_000 else f"{count / 1000:.0f} k"
+
+    return f"{short(usage.input_tokens)} in, {short(usage.output_tokens)} out" if usage.calls else "none"
+
+
+def usage_facts(usage: Usage) -> None:
+    """Show what a run or a design cost."""
+    fact("paid", cost_in_words(usage))
+    if usage.calls:
+        fact("calls", str(usage.calls))
+        fact("tokens", tokens_in_words(usage))
+
+
+def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str]) -> None:
+    """Show iterations as rows: robot, stable?, scene, stable?, judged, perhaps tried and what a person decided."""
+    with box("strip"):
+        before = 1
+        for attempt in attempts:
+            if attempt.round != before:
+                before = attempt.round
+                text(f"round {attempt.round}, you asked: {attempt.asked}", "round")
+            with box("attempt", style=f"--stages: {len(attempt.stages)}"):
+                ui.link(str(attempt.number), open_at(attempt.number)).classes("n").props["aria-label"] = (
+                    f"iteration {attempt.number}"
+                )
+                for stage in attempt.stages:
+                    shown = text(stage.text or _SHORT.get(stage.name, stage.name), f"stage {stage.mark}")
+                    shown.props["title"] = f"{stage.name}: {stage.text or 'not yet'}"

@@ -1,0 +1,115 @@
+"""Runs and trainings as processes of their own: they outlive the page, and a page started later finds them again.
+
+Each has a log file, which is its standard output. The page takes a lock on that file before it hands it over, and the
+system keeps the lock until the process and whatever it started are gone. So whether something is still at work can be
+asked at any time, by anyone, and no process number is ever mistaken for that of a stranger.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from aidsr.core.errors import UserError
+from aidsr.runs.events import at_work
+
+__all__ = ["Processes"]
+
+_LAST_WORDS = 4000
+"""Characters of a log that are shown. Our choice: a traceback fits."""
+
+
+@dataclass(frozen=True)
+class Processes:
+    """The processes that a page started, by name."""
+
+    folder: Path
+
+    def start(self, name: str, command: Sequence[str]) -> None:
+        """Start `aidsr COMMAND` on its own.
+
+        Raises:
+            UserError: One of that name is at work.
+        """
+        if self.is_alive(name):
+            raise UserError(f"{name} is being worked on already; wait for it, or stop it first")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with self._log(name).open("wb") as log:
+            _lock(log.fileno())
+            process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "aidsr", *command],  # nothing is imported from where the page was started
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                env={**os.environ, "COLUMNS": "120", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"},
+            )
+        threading.Thread(target=process.wait, name=f"wait for {name}", daemon=True).start()
+        note = {"pid": process.pid, "command": list(command)}
+        self._note(name).write_text(json.dumps(note), encoding="utf-8")
+
+    def is_alive(self, name: str) -> bool:
+        """Whether the process of that name is still at work."""
+        found = at_work(self._log(name))
+        return self._note(name).exists() and _exists(self._pid(name)) if found is None else found
+
+    def stop(self, name: str) -> bool:
+        """Ask a process to end as Control-C does; return whether there was one.
+
+        What it has done is kept, and starting it again goes on from there.
+        """
+        if not self.is_alive(name) or not self._note(name).exists():
+            return False
+        try:
+            os.kill(self._pid(name), signal.SIGTERM)
+        except ProcessLookupError:  # it ended just now
+            return False
+        return True
+
+    def begun_s(self, name: str) -> float:
+        """Return when the process of that name was last started [s since 1970], 0 when it never was."""
+        try:
+            return self._note(name).stat().st_mtime
+        except FileNotFoundError:
+            return 0.0
+
+    def last_words(self, name: str) -> str:
+        """Return the end of what a process said."""
+        try:
+            said = self._log(name).read_text(encoding="utf-8", errors="replace")
+        except FileNotFoundError:
+            return ""
+        return said[-_LAST_WORDS:].strip()
+
+    def _pid(self, name: str) -> int:
+        return int(json.loads(self._note(name).read_text(encoding="utf-8"))["pid"])
+
+    def _log(self, name: str) -> Path:
+        return self.folder / f"{name}.log"
+
+    def _note(self, name: str) -> Path:
+        return self.folder / f"{name}.json"
+
+
+def _lock(file: int) -> None:
+    """Take a lock that the child inherits with the open file."""
+    try:
+        import fcntl
+    except ImportError:  # Windows: there, the process number has to do
+        return
+    fcntl.flock(file, fcntl.LOCK_EX)
+
+
+def _exists(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return True

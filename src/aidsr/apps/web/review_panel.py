@@ -1,0 +1,109 @@
+"""A person's decision on a design: approve, refine with words about a body or the whole, or quit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import app, ui
+
+from aidsr.apps.web.live import acting
+from aidsr.apps.web.parts import box, button, text
+from aidsr.apps.web.site import Site
+from aidsr.core.artifacts import Decision
+from aidsr.core.errors import AidsrError, UserError
+from aidsr.runs import DesignFolder, IterationFolder, Run
+from aidsr.runs.files import WrittenTwiceError
+
+__all__ = ["Draft", "decide", "part_names", "refinement", "review_panel"]
+
+
+class Draft:
+    """What a person has typed about an iteration and not sent yet; kept over reloads and restarts."""
+
+    def __init__(self, run: Run, iteration: IterationFolder) -> None:
+        drafts: dict[str, Any] = app.storage.user.setdefault("drafts", {})
+        key = "/".join((run.path.name, *iteration.path.parts[-2:]))
+        self.kept: dict[str, Any] = drafts.setdefault(key, {"text": "", "about": ""})
+
+    def pin(self, name: str) -> None:
+        """Take note of the body or tendon that the words are about."""
+        self.kept["about"] = name
+
+
+def refinement(words: str, about: str) -> Decision:
+    """Return the decision that asks for a change.
+
+    Raises:
+        UserError: There are no words.
+    """
+    if not words.strip():
+        raise UserError("a refinement needs words: say what should become different")
+    said = f"About {about}: {words.strip()}" if about else words.strip()
+    return Decision(verdict="refine", text=said)
+
+
+def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision) -> None:
+    """Write a decision, and start work again where nobody is there to read it.
+
+    Raises:
+        UserError: Somebody else decided meanwhile, or wrote a decision that cannot be read.
+    """
+    try:
+        iteration.decision.write(decision)
+    except WrittenTwiceError:
+        iteration.decision.read()
+        raise UserError("this design was decided in the meantime, perhaps in another tab; reload to see how") from None
+    if not site.is_at_work(run):
+        site.go_on(run)
+
+
+def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names: list[str]) -> None:
+    """Ask for the decision on an iteration that waits for one."""
+    iteration = design.iteration(number)
+    draft = Draft(run, iteration)
+
+    def take(decision: Decision) -> None:
+        decide(site, run, iteration, decision)
+        ui.notify(
+            {"approve": "Approved.", "refine": "Sent back to the Designer.", "quit": "Given up."}[decision.verdict]
+        )
+
+    def refine() -> None:
+        take(refinement(str(draft.kept["text"] or ""), str(draft.kept["about"] or "")))
+
+    with box("sheet stack review", "section", aria_label="your decision"):
+        text("Your decision", tag="h2")
+        text(
+            "This design is stable and the Judge passed it. Pull its tendons, look at its motion, then decide.", "soft"
+        )
+        with box("stack"):
+            field = ui.textarea("What should become different?").props("outlined autogrow")
+            field.bind_value(draft.kept, "text")
+            field.props.update({"maxlength": 4000, "placeholder": "Make the last segment shorter and the tip broader."})
+            about = ui.select(["", *names], label="About (click a part in the view, or choose)", with_input=True)
+            about.props("outlined dense clearable").bind_value(draft.kept, "about")
+            if draft.kept["about"] not in ("", *names):
+                about.set_options(["", str(draft.kept["about"]), *names])
+        with box("row"):
+            button("Approve", acting(lambda: take(Decision(verdict="approve"))), "primary", "check")
+            button(
+                "Refine", acting(refine), "quiet", "edit", "Back to the Designer with your words; a new round begins"
+            )
+            button("Quit", acting(lambda: take(Decision(verdict="quit"))), "danger", "close", "Give this design up")
+
+
+def part_names(mjcf: str) -> list[str]:
+    """Return the bodies and tendons of a robot, or of a scene without its environment, by safe loading."""
+    from aidsr.mjcf.read import read_mjcf
+
+    try:
+        root = read_mjcf(mjcf).root
+    except AidsrError:
+        return []
+    found = [
+        str(node.get("name"))
+        for node in root.iter("body", "spatial", "fixed")
+        if node.get("name") and node.getparent() is not None
+    ]
+    ours = [name for name in found if name.startswith("robot/")]
+    return ours or found

@@ -1,0 +1,145 @@
+"""Files over HTTP: pictures and films of runs, documents to download, archives, sheets, reports, pictures of tasks."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import threading
+import zipfile
+from pathlib import Path
+from urllib.parse import quote
+
+from fastapi import APIRouter, HTTPException
+from fastapi.responses import FileResponse, Response
+
+from aidsr.apps.web.site import Site
+from aidsr.core.errors import AidsrError, UserError
+from aidsr.fabrication.schema import MARK
+
+__all__ = ["routes"]
+
+_SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
+_DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip", ".stl", ".3mf"})
+"""Never shown as a page of ours: an HTML or XML file of a stranger's run could carry a script."""
+_ALONE = {
+    "content-security-policy": "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'",
+    "cache-control": "no-cache",
+}
+"""For a whole page out of a folder: it is drawn, and can neither run a script nor reach anything."""
+_PICTURE_PX = (480, 320)
+
+
+def routes(site: Site) -> APIRouter:
+    """Return what answers to addresses of files."""
+    router = APIRouter()
+    _to_look_at(router, site)
+    _to_keep(router, site)
+    return router
+
+
+def _to_look_at(router: APIRouter, site: Site) -> None:
+    """Add what a browser shows."""
+    drawing = threading.Lock()
+
+    @router.get("/files/{name}/{path:path}")
+    def file(name: str, path: str) -> FileResponse:
+        found = _inside(site, name, path)
+        if found.suffix in _SHOWN:
+            # a picture of a run never changes; films of a training may be made anew
+            kept = "private, max-age=3600" if found.suffix == ".png" else "no-cache"
+            return FileResponse(found, media_type=_SHOWN[found.suffix], headers={"cache-control": kept})
+        if found.suffix in _DOWNLOADED:
+            return FileResponse(found, media_type="application/octet-stream", filename=found.name)
+        raise HTTPException(404)
+
+    @router.get("/sheet/{name}/{number}")
+    def sheet(name: str, number: int) -> FileResponse:
+        page = _inside(site, name, f"designs/{number}/export/sheet.html")
+        return FileResponse(page, media_type="text/html", headers=_ALONE)
+
+    @router.get("/studies/{key}/report")
+    def report(key: str) -> FileResponse:
+        try:
+            page = site.studies.report(key)
+        except UserError as error:
+            raise HTTPException(404, str(error)) from None
+        return FileResponse(page, media_type="text/html", headers=_ALONE)
+
+    @router.get("/pictures/{category}/{task}.png")
+    def task_picture(category: str, task: str) -> FileResponse:
+        try:
+            place = _picture_of(site, f"{category}/{task}", drawing)
+        except AidsrError as error:
+            raise HTTPException(404, str(error)) from None
+        return FileResponse(place, media_type="image/png", headers={"cache-control": "max-age=3600"})
+
+
+def _to_keep(router: APIRouter, site: Site) -> None:
+    """Add what is downloaded as an archive."""
+
+    @router.get("/download/{name}/{number}")
+    def design(name: str, number: int) -> Response:
+        try:
+            run, folder = site.design(name, number)
+        except UserError as error:
+            raise HTTPException(404, str(error)) from None
+        if not folder.path.resolve().is_relative_to(run.path.resolve()):
+            raise HTTPException(404)
+        return _archive(folder.path, f"{name}_design{number}")
+
+    @router.get("/download/{name}/{number}/export")
+    def export(name: str, number: int) -> Response:
+        mark = _inside(site, name, f"designs/{number}/export/{MARK}")
+        return _archive(mark.parent, f"{name}_design{number}_export")
+
+
+def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
+    """Return the picture of a task's environment, drawn when it is first asked for.
+
+    Raises:
+        AidsrError: There is no such task, or it cannot be drawn.
+    """
+    from aidsr.render.camera import View
+    from aidsr.render.pictures import picture
+    from aidsr.tasks import load_task
+
+    environment = load_task(task).environment
+    digest = hashlib.sha256(environment.encode()).hexdigest()[:16]
+    place = site.own / "pictures" / f"{digest}_authored.png"
+    with drawing:  # fourteen cards ask at once
+        if not place.exists():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            drawn = picture(environment, width=_PICTURE_PX[0], height=_PICTURE_PX[1], view=View(authored=True))
+            place.with_suffix(".tmp").write_bytes(drawn)
+            place.with_suffix(".tmp").replace(place)
+    return place
+
+
+def _inside(site: Site, name: str, path: str) -> Path:
+    """Return a file of a run; 404 for whatever is none or lies elsewhere, links followed."""
+    try:
+        run = site.library.run(name)
+    except UserError as error:
+        raise HTTPException(404, str(error)) from None
+    if "\0" in path:
+        raise HTTPException(404)
+    found = (run.path / path).resolve()
+    if _hidden(Path(path)) or not found.is_relative_to(run.path.resolve()) or not found.is_file():
+        raise HTTPException(404)
+    return found
+
+
+def _hidden(path: Path) -> bool:
+    return any(part.startswith(".") for part in path.parts)
+
+
+def _archive(folder: Path, name: str) -> Response:
+    """Return a folder as a ZIP file; what is hidden, and what lies outside it, by a link, is left out."""
+    home, buffer = folder.resolve(), io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
+        for path in sorted(folder.rglob("*")):
+            within = path.relative_to(folder)
+            if path.is_file() and path.resolve().is_relative_to(home) and not _hidden(within):
+                archive.write(path, Path(name) / within)
+    headers = {"content-disposition": f"attachment; filename*=utf-8''{quote(name)}.zip"}
+    return Response(buffer.getvalue(), media_type="application/zip", headers=headers)

@@ -1,0 +1,55 @@
+"""The one place where a design is seen: in three dimensions, its tendons to be pulled; before that, nothing yet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from aidsr.apps.web.parts import box, image
+from aidsr.apps.web.view3d import Episode, Pick, SceneView
+from aidsr.core.artifacts import ActuatorGroup, Fault
+
+__all__ = ["show_scene"]
+
+
+def show_scene(
+    mjcf: str,
+    title: str,
+    picture: str,
+    *,
+    faults: Sequence[Fault] = (),
+    groups: Sequence[ActuatorGroup] = (),
+    environment: str = "",
+    episodes: Sequence[Episode] = (),
+    on_pick: Callable[[str], None] = lambda _name: None,
+) -> SceneView | None:
+    """Show a robot or a scene, and return the view, None where there is nothing to see yet.
+
+    Args:
+        mjcf: Its text; empty while there is none.
+        title: What it is.
+        picture: Address of a picture of it, for browsers without WebGL too; empty where there is none.
+        faults: What to light up.
+        groups: Actuators that act together.
+        environment: For a robot alone, the MJCF whose physics hold for it.
+        episodes: Recorded motions to choose from.
+        on_pick: Told the name of a body or tendon that a person clicked; empty takes it back.
+    """
+    if not mjcf:
+        with box("sheet flush"):
+            image(picture, title)
+        return None
+
+    def picked(pick: Pick) -> None:
+        on_pick(pick.name)
+
+    with box("sheet flush view"):
+        return SceneView(
+            mjcf,
+            title=title,
+            picture=picture,
+            faults=faults,
+            groups=groups,
+            environment=environment,
+            episodes=episodes,
+            on_pick=picked,
+        )

@@ -1,0 +1,125 @@
+"""The page as a server: everything put together, and run until it is interrupted."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import uvicorn
+from fastapi import FastAPI
+from nicegui import app, ui
+from nicegui.storage import Storage
+
+from aidsr.apps.web.frame import ASSETS
+from aidsr.apps.web.guard import LOOPBACK, Guard
+from aidsr.apps.web.pages import add_pages
+from aidsr.apps.web.routes import routes
+from aidsr.apps.web.site import Site
+from aidsr.core.errors import UserError
+
+__all__ = ["build", "serve"]
+
+
+def serve(
+    runs: Path,
+    *,
+    studies: Sequence[Path] = (),
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    token: str = "",
+    browser: bool = True,
+) -> None:
+    """Serve the page until interrupted.
+
+    Args:
+        runs: Folder of the runs.
+        studies: Folders of studies that do not lie in it.
+        host: Address to listen on.
+        port: Port to listen on.
+        token: What a browser must show; demanded for every address but this machine's own.
+        browser: Open the page in the person's browser.
+
+    Raises:
+        UserError: Another machine could reach the page and there is no token, or the port is taken.
+    """
+    alone = host in {name.strip("[]") for name in LOOPBACK}
+    if not alone and len(token) < _SHORTEST_TOKEN:
+        raise UserError(
+            f"whoever reaches {host} could start programs here; give --token with at least {_SHORTEST_TOKEN} "
+            "characters, which the page then asks for, or leave out --host"
+        )
+    door = _listening(host, port)
+    address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+    server = uvicorn.Server(
+        uvicorn.Config(
+            build(runs, studies, hosts=LOOPBACK if alone else frozenset(), token=token),
+            log_level="warning",
+            ws="websockets-sansio",
+            timeout_graceful_shutdown=3,
+        )
+    )
+    if browser:
+        app.on_startup(lambda: threading.Timer(0.3, webbrowser.open, (address,)).start())
+    app.on_startup(
+        lambda: sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs go on)\n") and sys.stdout.flush()
+    )
+    with door, suppress(KeyboardInterrupt):
+        server.run(sockets=[door])
+
+
+_SHORTEST_TOKEN = 16
+"""Characters. Our choice: out of reach of guessing over a network."""
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Raises:
+        UserError: There is no such address here, or the port is taken.
+    """
+    try:
+        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+    except OSError as error:
+        raise UserError(
+            f"a free port on this machine was expected, and port {port} of {host} cannot be listened on: "
+            f"{error.strerror}; choose another with --port"
+        ) from None
+
+
+def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = LOOPBACK, token: str = "") -> FastAPI:
+    """Return the application for a folder of runs and some studies, behind its guard."""
+    site = Site.at(runs, studies)
+    site.own.mkdir(parents=True, exist_ok=True)
+    Storage.path = site.own / "people"
+    application = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+    application.include_router(routes(site))
+    app.add_static_files("/assets", ASSETS)
+    add_pages(site)
+    ui.run_with(
+        application,
+        title="AID-SR",
+        favicon=ASSETS / "icon.svg",
+        dark=None,
+        tailwind=False,
+        storage_secret=_secret(site.own / "secret"),
+        show_welcome_message=False,
+        reconnect_timeout=20,
+    )
+    application.add_middleware(Guard, hosts=hosts, token=token)
+    return application
+
+
+def _secret(path: Path) -> str:
+    """Return what signs the cookies of this page; kept, so that a restart forgets nobody."""
+    try:
+        return path.read_text(encoding="ascii")
+    except FileNotFoundError:
+        path.touch(mode=0o600)
+        path.write_text(secrets.token_hex(32), encoding="ascii")
+        return path.read_text(encoding="ascii")

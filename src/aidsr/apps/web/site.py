@@ -1,0 +1,191 @@
+"""What all pages share: the runs, the processes at work on them, and how each run stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from aidsr.apps.web.processes import Processes
+from aidsr.apps.web.studies import Studies
+from aidsr.core.errors import UserError
+from aidsr.runs import DesignFolder, DesignStatus, Library, Run, RunStatus, read_status
+from aidsr.runs.events import at_work
+from aidsr.runs.library import fingerprint
+from aidsr.runs.stages import Attempt, attempts
+from aidsr.runs.status import State, newest
+from aidsr.runs.trainings import trainings_of
+
+__all__ = ["DesignView", "RunView", "Shown", "Site"]
+
+Shown = State | Literal["interrupted"]
+"""A run's state, and "interrupted" where files say "running" and nobody is at work."""
+Fingerprint = tuple[tuple[str, int, int], ...]
+
+
+@dataclass(frozen=True)
+class DesignView:
+    """A design as a page shows it."""
+
+    status: DesignStatus
+    attempts: tuple[Attempt, ...]
+    picture: str
+    """Newest picture, relative to the run; empty where there is none."""
+    motion: str
+    trained: int
+    """How many policies were judged."""
+    valid: bool
+    """By at least one of them."""
+    successful: bool
+    since: str
+    """When something last happened to it, ISO 8601; empty before the first event."""
+
+
+@dataclass(frozen=True)
+class RunView:
+    """A run as a page shows it."""
+
+    name: str
+    status: RunStatus
+    designs: tuple[DesignView, ...]
+    shown: Shown
+    since: str
+    """When something last happened to the run itself, ISO 8601; empty before the first event."""
+
+    @property
+    def title(self) -> str:
+        """The task's name, or what is to be done in a few words."""
+        record = self.status.record
+        return record.task.rpartition("/")[2].replace("_", " ") or record.objective
+
+    def design(self, number: int) -> DesignView:
+        """Return one design by its number.
+
+        Raises:
+            UserError: There is none of that number.
+        """
+        return self.designs[self.status.designs.index(self.status.design(number))]
+
+
+@dataclass(frozen=True)
+class Site:
+    """The folder of runs that the page shows."""
+
+    library: Library
+    processes: Processes
+    studies: Studies
+    _read: dict[str, tuple[Fingerprint, RunStatus, tuple[DesignView, ...]]] = field(default_factory=dict)
+    """By name, what was read when the files last had this fingerprint."""
+
+    @classmethod
+    def at(cls, runs: Path, studies: Sequence[Path] = ()) -> Site:
+        """Return the site for a folder of runs, and for studies that lie elsewhere."""
+        runs = runs.resolve()  # what is written into a run must hold wherever it is taken up again
+        return cls(Library(runs), Processes(runs / ".web" / "processes"), Studies(runs, studies))
+
+    @property
+    def own(self) -> Path:
+        """Folder for what belongs to the page and to no run."""
+        return self.library.path / ".web"
+
+    def view(self, run: Run) -> RunView:
+        """Return how a run stands; read anew only when its files changed.
+
+        Raises:
+            UserError: The folder is not a run, or one of its files is damaged.
+        """
+        name, mark = run.path.name, fingerprint(run)
+        known = self._read.get(name)
+        if known is None or known[0] != mark:
+            status = read_status(run)
+            designs = tuple(_design(run, run.design(each.number), each) for each in status.designs)
+            known = self._read[name] = (mark, status, designs)
+        _, status, designs = known
+        shown: Shown = status.state
+        if shown == "running" and not self.is_at_work(run):
+            shown = "interrupted"
+        return RunView(name, status, designs, shown, _changed(run.events))
+
+    def is_at_work(self, run: Run) -> bool:
+        """Whether a process is at work on a run, started here or in a terminal."""
+        return self.processes.is_alive(run.path.name) or bool(at_work(run.events))
+
+    def refuse_at_work(self, run: Run) -> None:
+        """Keep from a run what must not happen to it while somebody works on it.
+
+        Raises:
+            UserError: Somebody does.
+        """
+        if self.is_at_work(run):
+            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+
+    def go_on(self, run: Run) -> None:
+        """Start a process that works on a run until it is finished.
+
+        Raises:
+            UserError: One is at work already.
+        """
+        self.refuse_at_work(run)
+        self.processes.start(run.path.name, ["resume", str(run.path)])
+
+    def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
+        """Return a design by the names of an address.
+
+        Raises:
+            UserError: There is no such run or design.
+        """
+        run = self.library.run(run_name)
+        design = run.design(number)
+        if not design.path.is_dir():
+            raise UserError(f"design {number} of {run_name} was expected, and there is none yet")
+        return run, design
+
+    def trash(self, name: str) -> None:
+        """Throw a run away that nothing is at work on.
+
+        Raises:
+            UserError: There is no such run, or a process designs, trains or exports there.
+        """
+        run = self.library.run(name)
+        self.refuse_at_work(run)
+        for design in run.designs:
+            for process in (self.training_name(run, design.number), self.export_name(run, design.number)):
+                if self.processes.is_alive(process):
+                    doing = process.rpartition(".")[2]
+                    raise UserError(f"design {design.number} is at its {doing}; stop that first, then delete {name}")
+        self.library.trash(name)
+
+    def training_name(self, run: Run, number: int) -> str:
+        """Return the name of the process that trains a design."""
+        return f"{run.path.name}.design{number}.training"
+
+    def export_name(self, run: Run, number: int) -> str:
+        """Return the name of the process that exports a design."""
+        return f"{run.path.name}.design{number}.export"
+
+
+def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:
+    verdicts = [verdict for one in trainings_of(design) if (verdict := one.evaluation.read()) is not None]
+    newest_first = design.leading_to(status.stands_at)
+    picture = newest(it.preview.path if it.preview.path.exists() else None for it in newest_first)
+    motion = newest(it.motion.path if it.motion.path.exists() else None for it in newest_first)
+    return DesignView(
+        status=status,
+        attempts=attempts(design, status),
+        picture=picture.relative_to(run.path).as_posix() if picture else "",
+        motion=motion.relative_to(run.path).as_posix() if motion else "",
+        trained=len(verdicts),
+        valid=any(verdict.valid for verdict in verdicts),
+        successful=any(verdict.successful for verdict in verdicts),
+        since=_changed(design.events),
+    )
+
+
+def _changed(log: Path) -> str:
+    """When a log was last written to; a page lets a clock run from there."""
+    try:
+        return datetime.fromtimestamp(log.stat().st_mtime, UTC).isoformat(timespec="seconds")
+    except FileNotFoundError:
+        return ""

@@ -1,0 +1,55 @@
+"""Studies on the home page: how far each has got, and its report."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from aidsr.apps.web.live import live
+from aidsr.apps.web.parts import box, text
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.studies import StudyView
+from aidsr.runs.summary import cost_in_words
+
+__all__ = ["studies_panel"]
+
+_COLUMNS = ("study", "runs done", "begun", "policies judged", "given up", "jobs left", "core hours left", "paid", "")
+
+
+def studies_panel(site: Site) -> None:
+    """List the studies; nothing where there are none."""
+    live(site.studies.views, _table)
+
+
+def _table(views: tuple[StudyView, ...]) -> None:
+    if not views:
+        return
+    with box("stack", "section", aria_label="studies"):
+        text("Studies", tag="h2")
+        with box("sheet flush scroll"), box("list", "table"):
+            with box(tag="thead"), box(tag="tr"):
+                for column in _COLUMNS:
+                    text(column, "" if column in ("study", "") else "num", "th")
+            with box(tag="tbody"):
+                for view in views:
+                    with box(tag="tr"):
+                        _cells(view)
+
+
+def _cells(view: StudyView) -> None:
+    text(view.name, "mono", "td")
+    if view.complaint:
+        with box(tag="td", colspan="8"):
+            text(view.complaint, "small bad")
+        return
+    text(f"{view.runs_done} of {view.runs}", "num", "td")
+    for count, look in ((view.begun, ""), (view.policies, ""), (view.failed, "bad"), (view.jobs_left, "")):
+        text(str(count), f"num {look if count else ''}", "td")
+    text(f"{view.core_hours_left:.1f}" if view.jobs_left else "–", "num", "td")
+    paid = cost_in_words(view.usage)
+    with box("num", "td"):
+        text(f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid)
+        for left in view.left:
+            text(left, "small soft", "div")
+    with box(tag="td"):
+        if view.report:
+            ui.link("Report", f"/studies/{view.key}/report", new_tab=True)

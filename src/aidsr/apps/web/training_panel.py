@@ -1,0 +1,290 @@
+"""Train a design, follow its curve, watch its films, and say whether its motion can be believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from nicegui import app, ui
+
+from aidsr.apps.web.curve import curve_svg
+from aidsr.apps.web.live import acting, live
+from aidsr.apps.web.parts import badge, box, button, fact, file_address, notice, text
+from aidsr.apps.web.replaying import Stage, replay_name
+from aidsr.apps.web.site import Site
+from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.errors import UserError
+from aidsr.core.formatting import compared
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.summary import duration_in_words
+from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
+from aidsr.tasks import task_names
+
+__all__ = ["training_panel"]
+
+_WISH: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
+"""As `aidsr train` has it."""
+
+
+@dataclass(frozen=True)
+class _Learning:
+    """How far a training has come."""
+
+    steps: int
+    seed: int
+    curve: tuple[CurveRow, ...]
+    running: bool
+    """Whether a process is still at work on its verdict."""
+    verdict: Evaluation | None
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """What a judged training came to."""
+
+    verdict: Evaluation | None
+    films: tuple[str, ...]
+    """Their addresses."""
+    motions: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class _State:
+    approved: bool
+    alive: bool
+    learning: bool
+    last_words: str
+
+
+def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
+    """Show the trainings of an approved design, and what starts one.
+
+    Args:
+        site: The site.
+        run: The run of the design.
+        design: The design.
+        stage: Where recorded episodes are played.
+    """
+    with box("stack wide"):
+        live(lambda: _state(site, run, design), lambda state: _draw(site, run, design, state))
+        live(lambda: tuple(reversed(trainings_of(design))), partial(_draw_trainings, site, run, design, stage))
+
+
+def _state(site: Site, run: Run, design: DesignFolder) -> _State:
+    name, trainings = site.training_name(run, design.number), trainings_of(design)
+    alive = site.processes.is_alive(name)
+    learning = not trainings or any(training.result.read() is None for training in trainings)
+    last_words = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.last_words(name)
+    return _State(design.final_scene.path.exists(), alive, learning, last_words)
+
+
+def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> bool:
+    """Whether the last process shows in what it made; one that failed, or found all trained already, only says so."""
+    verdict = trainings[-1].evaluation.path if trainings else None
+    return verdict is not None and verdict.exists() and verdict.stat().st_mtime >= site.processes.begun_s(name)
+
+
+def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
+    config, verdict = training.config.read() or {}, training.evaluation.read()
+    running = verdict is None and _at_work(site, site.training_name(run, design.number), training)
+    return _Learning(int(config.get("steps", 0)), int(config.get("seed", 0)), read_curve(training), running, verdict)
+
+
+def _at_work(site: Site, name: str, training: Training) -> bool:
+    """Whether the process of a design took this one of its trainings up, to learn or to judge."""
+    events = training.path / "events.jsonl"
+    taken_up = events.exists() and events.stat().st_mtime >= site.processes.begun_s(name)
+    return site.processes.is_alive(name) and (taken_up or training.result.path.exists())
+
+
+def _judged(run: Run, training: Training) -> _Judged:
+    films = tuple(file_address(run.path.name, film.path.relative_to(run.path).as_posix()) for film in training.films)
+    return _Judged(training.evaluation.read(), films, tuple(motion.path for motion in training.motions))
+
+
+def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
+    if not state.approved:
+        text("A design can be trained once it is approved.", "soft")
+        return
+    name = site.training_name(run, design.number)
+    with box("stack wide"):
+        if state.alive:
+            with box("notice", role="status"), box("row apart"):
+                text("A policy is learning." if state.learning else "The policy is being judged.")
+                button("Stop", acting(lambda: site.processes.stop(name)), "danger", "stop", "What was learned is kept")
+        else:
+            _start(site, run, design, name)
+            if state.last_words:
+                text("What the last training said:", "label")
+                text(state.last_words, "text last", "pre")
+
+
+def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, trainings: tuple[Training, ...]) -> None:
+    """Show trainings; each part is drawn anew by itself, so that nobody's click is lost to a curve that grows."""
+    with box("stack wide"):
+        for training in trainings:
+            with box("sheet stack", "article"):
+                live(partial(_learning, site, run, design, training), partial(_draw_learning, training))
+                live(partial(_judged, run, training), partial(_draw_judged, training, stage))
+                live(partial(_said, training), partial(_inspection, training))
+
+
+def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
+    measured = bool(run.asked().task) or run.goal.path.exists()
+    wish: dict[str, Any] = app.storage.user.setdefault("training", dict(_WISH))
+
+    def start() -> None:
+        steps, seeds = _whole(wish["steps"], "steps"), _whole(wish["seeds"], "policies")
+        task = [] if measured else ["--task", _named(wish["task"])]
+        films = [] if wish.get("films", True) else ["--no-videos"]
+        site.processes.start(
+            name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
+        )
+
+    with box("sheet stack"):
+        text("Train this design", tag="h2")
+        text(
+            "Reinforcement learning finds out whether the body can do its job; the policy is then judged on variations "
+            "of the task that it has never seen.",
+            "soft",
+            "p",
+        )
+        with box("form"):
+            steps = ui.number("Steps, at most", min=1, max=100_000_000, step=1000, precision=0, format="%d")
+            steps.props("outlined dense").bind_value(wish, "steps")
+            seeds = ui.number("Policies, one after the other", min=1, max=100, precision=0, format="%d")
+            seeds.props("outlined dense").bind_value(wish, "seeds")
+            if not measured:
+                task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
+                task.bind_value(wish, "task")
+        ui.switch("Film the best and the median held-out episode").bind_value(wish, "films")
+        with box("row"):
+            button("Start training", acting(start), "primary", "play_arrow")
+
+
+def _draw_learning(training: Training, shown: _Learning) -> None:
+    with box("stack"):
+        with box("row apart"):
+            text(f"Training {training.number}", tag="h2")
+            if shown.verdict:
+                badge("successful" if shown.verdict.successful else "valid" if shown.verdict.valid else "not valid")
+            else:
+                badge("running" if shown.running else "stopped")
+        last = shown.curve[-1] if shown.curve else None
+        success, progress = (last.success_share, last.progress) if last else (None, None)
+        with box("facts"):
+            fact("steps", f"{last.steps if last else 0:,} of {shown.steps:,}".replace(",", " "))
+            fact("success so far", "–" if success is None else f"{success:.0%}")
+            fact("progress", "–" if progress is None else f"{progress:.2f}")
+            fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
+            fact("learned for", duration_in_words(last.wall_s) if last else "–")
+            fact("seed", str(shown.seed))
+        ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
+        with box("row small"):
+            text("━ success", "accent")
+            text("━ progress", "wait")
+
+
+def _draw_judged(training: Training, stage: Stage, shown: _Judged) -> None:
+    if shown.verdict is None:
+        return
+    with box("stack"):
+        _verdict(shown.verdict)
+        _films(shown.films)
+        _motions(training, shown.motions, stage)
+
+
+def _verdict(verdict: Evaluation) -> None:
+    episodes = verdict.episodes
+    won = sum(episode.ended == "succeeded" for episode in episodes)
+    with box("facts"):
+        fact("held-out success", f"{won} of {len(episodes)}")
+        fact("best progress, mean", f"{sum(one.best_progress for one in episodes) / len(episodes):.2f}")
+        fact("valid", "yes" if verdict.valid else "no")
+        fact("successful", "yes" if verdict.successful else "no")
+    text("Can it be believed?", "label")
+    with box("stack"):
+        for check in verdict.checks:
+            with box("check"):
+                text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
+                with box("stack tight grow"):
+                    text(check.message, "small", "p")
+                    text(f"{check.name.replace('_', ' ')}: {compared(check)}", "small soft numbers")
+    with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
+        _episodes(episodes)
+
+
+def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
+    with box("scroll"), box("list plain", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for title in ("variation", "ended", "progress", "best", "reward", "time"):
+                text(title, "" if title in ("variation", "ended") else "num", "th")
+        with box(tag="tbody"):
+            for one in episodes:
+                with box(tag="tr"):
+                    text(str(one.variation), "", "td")
+                    text(one.ended.replace("_", " "), "good" if one.ended == "succeeded" else "", "td")
+                    for number in (one.progress, one.best_progress, one.reward):
+                        text(f"{number:.2f}", "num", "td")
+                    text(f"{one.time_s:.1f} s", "num", "td")
+
+
+def _films(addresses: tuple[str, ...]) -> None:
+    if not addresses:
+        text("There is no film; films need OpenGL on the machine that trains.", "small soft")
+        return
+    with box("columns"):
+        for address in addresses:
+            with box("stack tight", "figure"):
+                with box(tag="video", src=address, controls="", loop="", muted="", autoplay="", preload="auto"):
+                    pass
+                text(f"the {PurePosixPath(address).stem} held-out episode", "small soft")
+
+
+def _motions(training: Training, motions: tuple[Path, ...], stage: Stage) -> None:
+    if not motions:
+        return
+    with box("row"):
+        text("In the 3-D view:", "small soft")
+        for motion in motions:
+            name = replay_name(training.number, motion)
+            button(f"Replay {motion.stem}", acting(partial(stage.replay, name)), "quiet", "play_arrow")
+
+
+def _said(training: Training) -> tuple[bool, Inspection | None]:
+    return training.evaluation.path.exists(), training.inspection.read()
+
+
+def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> None:
+    judged, said = read
+    if not judged:
+        return
+    words = {"text": said.text if said else ""}
+
+    def say(*, plausible: bool) -> None:
+        training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
+
+    with box("stack tight"):
+        text("Your word: does it move as a continuum robot could?", "label")
+        if said:
+            verdict = "confirmed" if said.plausible else "rejected"
+            notice(f"You {verdict} it. {said.text}".strip(), "good" if said.plausible else "bad")
+        with box("row"):
+            field = ui.input("Why (if you like)").props("outlined dense").classes("grow").bind_value(words, "text")
+            field.props["maxlength"] = 1000
+            button("Plausible", acting(lambda: say(plausible=True)), "quiet", "check")
+            button("Not plausible", acting(lambda: say(plausible=False)), "quiet", "close")
+
+
+def _whole(value: object, what: str) -> int:
+    if not isinstance(value, int | float) or value < 1:
+        raise UserError(f"a whole number of {what} was expected, at least 1; fill it in")
+    return int(value)
+
+
+def _named(task: object) -> str:
+    if not task:
+        raise UserError("an objective in words has no measure of success; choose a task to measure it by")
+    return str(task)

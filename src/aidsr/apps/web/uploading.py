@@ -1,0 +1,111 @@
+"""Files that a person gives: looked at by strict rules before they are taken, and kept in the form as text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from nicegui import events, run, ui
+
+from aidsr.apps.web.live import say_mistake
+from aidsr.apps.web.parts import box, button, fact, text
+from aidsr.core.errors import AidsrError, UserError
+
+__all__ = ["ENVIRONMENT", "GOAL", "ROBOT", "Wanted", "upload"]
+
+Form = dict[str, Any]
+Facts = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A kind of file that can be given.
+
+    Attributes:
+        key: Where its text goes in the form; its name goes to the same with "_name".
+        label: On the field.
+        suffixes: As a browser's file dialog filters them.
+        most_bytes: Largest that is taken.
+        look: Takes the text and the form, and returns what is in it, by name. It may take seconds.
+    """
+
+    key: str
+    label: str
+    suffixes: str
+    most_bytes: int
+    look: Callable[[str, Form], Facts]
+
+
+def upload(form: Form, wanted: Wanted) -> None:
+    """Take a file, look at it, and say what is in it or what is wrong with it."""
+    key = wanted.key
+
+    @ui.refreshable
+    def found(facts: Facts = ()) -> None:
+        if form[key]:
+            with box("row"):
+                text(f"{form[f'{key}_name']}, {len(form[key].encode()) / 1000:.1f} kB", "mono")
+                button("Remove", remove, "bare", "close")
+        if facts:
+            with box("facts"):
+                for name, value in facts:
+                    fact(name, value)
+
+    def remove() -> None:
+        form.update({key: "", f"{key}_name": ""})
+        found.refresh()
+
+    async def take(event: events.UploadEventArguments) -> None:
+        field.reset()
+        try:
+            said = (await event.file.read()).decode("utf-8-sig")
+            facts = await run.io_bound(wanted.look, said, dict(form))
+        except UnicodeDecodeError:
+            say_mistake(UserError(f"{event.file.name} is no text; give a file saved as UTF-8"))
+        except AidsrError as error:
+            say_mistake(UserError(f"{event.file.name} cannot be used: {error}"))
+        else:
+            form.update({key: said, f"{key}_name": event.file.name[:100]})
+            found.refresh(facts)
+
+    field = ui.upload(label=wanted.label, max_file_size=wanted.most_bytes, auto_upload=True, on_upload=take)
+    field.props(f"flat accept={wanted.suffixes}")
+    kinds = wanted.suffixes.replace(",", " or ")
+    refused = UserError(f"a {kinds} file of at most {wanted.most_bytes / 1e6:g} MB was expected; give another")
+    field.on("rejected", lambda: say_mistake(refused))
+    found()
+
+
+def _environment(said: str, _form: Form) -> Facts:
+    from aidsr.sim.environment_summary import summarize_environment
+
+    summary = summarize_environment(said)
+    mounts = ", ".join(mount.name for mount in summary.mounts) or "none, only the world"
+    return (("mounts", mounts), ("bodies", str(len(summary.bodies))), ("sensors", str(len(summary.sensors))))
+
+
+def _robot(said: str, _form: Form) -> Facts:
+    from aidsr.mjcf.read import read_mjcf
+
+    read_mjcf(said)
+    return ()
+
+
+def _goal(said: str, form: Form) -> Facts:
+    from aidsr.tasks import goal_task, parse_goal
+
+    goal = parse_goal(said)
+    if form["environment"]:  # without one, names are looked up when the run is started
+        goal_task(goal, form["environment"])
+    return (
+        ("success", goal.kind),
+        ("target", goal.target or "the robot"),
+        ("held for", f"{goal.hold_s:g} s"),
+        ("time limit", f"{goal.time_limit_s:g} s"),
+    )
+
+
+ENVIRONMENT = Wanted("environment", "Environment (MJCF)", ".xml,.mjcf", 2_000_000, _environment)
+ROBOT = Wanted("robot", "Robot (MJCF)", ".xml,.mjcf", 2_000_000, _robot)
+GOAL = Wanted("goal", "Goal (goal.toml)", ".toml", 20_000, _goal)

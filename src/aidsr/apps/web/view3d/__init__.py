@@ -1,0 +1,41 @@
+"""A design in 3-D: simulated live or played back on the server, drawn by three.js in the browser.
+
+    player      the process that compiles and steps a model, started by the server
+    shown, parts, tendons, controls, names     what it tells about a model
+    playing, motions, frames                   what it tells about each moment
+    stream      a player as the server has it, only while somebody watches
+    endpoint    the WebSocket between server and browsers
+    element     the view as a part of a page
+    printed     a view of parts to print, which stand still
+
+The browser's side is in `aidsr/apps/web/static/view3d`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from aidsr.apps.web.view3d.element import Pick, SceneView
+    from aidsr.apps.web.view3d.printed import Lying, PartsView
+    from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
+
+__all__ = ["Episode", "Lying", "Model", "PartsView", "Pick", "SceneStream", "SceneView"]
+
+_HOMES = {
+    "Pick": "element",
+    "SceneView": "element",
+    "Lying": "printed",
+    "PartsView": "printed",
+    "Episode": "stream",
+    "Model": "stream",
+    "SceneStream": "stream",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # the player's process, which imports this package, must not load the page's library
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it offers {', '.join(__all__)}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

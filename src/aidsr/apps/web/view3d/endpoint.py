@@ -1,0 +1,85 @@
+"""The WebSocket over which a browser watches a view and commands it.
+
+Whoever asks was let in by `aidsr.apps.web.guard` before. A view is asked for by the random id that the page
+was given, never by a path.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import TYPE_CHECKING
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from aidsr.apps.web.view3d.stream import SceneStream, Watcher
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+__all__ = ["ADDRESS", "Views", "serve_views"]
+
+ADDRESS = "/view3d"
+_MAX_COMMAND = 16_384
+"""Characters; a command for a hundred actuators has some 3,000."""
+_UNKNOWN_VIEW = 4404
+"""Close code that tells a browser not to try again."""
+
+
+class Views:
+    """The views that are open, by their ids."""
+
+    def __init__(self) -> None:
+        self._streams: dict[str, SceneStream] = {}
+
+    def add(self, stream: SceneStream) -> None:
+        """Let browsers watch a stream."""
+        self._streams[stream.id] = stream
+
+    def remove(self, stream: SceneStream) -> None:
+        """Let nobody watch it any more, and end it."""
+        self._streams.pop(stream.id, None)
+        stream.close()
+
+    def find(self, view: str) -> SceneStream | None:
+        """Return the stream of an id."""
+        return self._streams.get(view)
+
+
+def serve_views(app: FastAPI, views: Views) -> None:
+    """Add the WebSocket to a server."""
+
+    async def watch_view(websocket: WebSocket, view: str) -> None:
+        await websocket.accept()
+        stream = views.find(view)
+        if stream is None:
+            await websocket.close(_UNKNOWN_VIEW, "there is no such view")
+            return
+        async with stream.watch() as watcher:
+            await _converse(websocket, stream, watcher)
+
+    app.add_api_websocket_route(f"{ADDRESS}/{{view}}", watch_view, name="view3d")
+
+
+async def _converse(websocket: WebSocket, stream: SceneStream, watcher: Watcher) -> None:
+    """Send what there is to see and take commands until the browser goes."""
+    telling = asyncio.create_task(_tell(websocket, watcher))
+    try:
+        while True:
+            text = await websocket.receive_text()
+            if len(text) > _MAX_COMMAND:
+                await websocket.close(1009, "the command is too long")
+                return
+            await stream.obey(json.loads(text))
+    except (WebSocketDisconnect, RuntimeError):  # the browser has gone, in the middle of a message or between two
+        return
+    except (ValueError, KeyError):
+        await websocket.close(1008, "that is no command of a view")
+    finally:
+        telling.cancel()
+        await asyncio.gather(telling, return_exceptions=True)
+
+
+async def _tell(websocket: WebSocket, watcher: Watcher) -> None:
+    async for message in watcher:
+        await websocket.send_bytes(message)

@@ -1,0 +1,230 @@
+"""The process that simulates what a view shows: `python -m aidsr.apps.web.view3d.player`, started by `SceneStream`.
+
+Models from outside are compiled and stepped here and never in the server. Over its two pipes it takes commands, as
+JSON, and gives messages (see `frames`), each behind eight bytes of length. It sends frames while something moves, one a
+second while nothing does, and ends when its pipe closes. Like the workers of `aidsr.sandbox.isolation` it has no keys,
+a folder of its own, and bounds on memory and on the processor time between two frames.
+"""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import faulthandler
+import math
+import queue
+import struct
+import sys
+import threading
+import time
+from typing import Any, BinaryIO
+
+import mujoco
+import numpy as np
+
+from aidsr.apps.web.view3d.frames import Kind, pack_frame, pack_json
+from aidsr.apps.web.view3d.motions import Motion, Tests
+from aidsr.apps.web.view3d.playing import SPEED_BOUNDS, Playing
+from aidsr.apps.web.view3d.shown import Shown
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.core.errors import MjcfError
+from aidsr.sandbox.worker import limit_for_good, listen, take_over_pipes
+
+__all__ = ["FRAMES_PER_S", "Player", "main"]
+
+FRAMES_PER_S = 25.0
+"""While something moves. Our choice: smooth to the eye; the screen draws in between what it likes."""
+_HEARTBEAT_S = 1.0
+_SHARE_OF_A_CORE = 0.6
+"""Spent on simulating at most; a model that needs more runs slower than asked for."""
+_MEMORY_MIB = 4096
+_CPU_S = 30
+"""Processor time that loading, a test or a frame may take."""
+_LENGTH = struct.Struct(">Q")
+
+
+class Player:
+    """Obeys commands and tells what is to be seen.
+
+    Args:
+        replies: Where messages go.
+    """
+
+    def __init__(self, replies: BinaryIO) -> None:
+        self._replies = replies
+        self._base: Shown | None = None
+        self._playing: Playing | None = None
+        self._tests: Tests | None = None
+        self._choice: dict[str, Any] = {"mode": "live"}
+        self._told: dict[str, Any] = {}
+        self._changed = False
+        self._last = time.monotonic()
+
+    @property
+    def wait_s(self) -> float:
+        """How long nothing needs to be done [s]."""
+        moving = self._changed or (self._playing is not None and self._playing.runs)
+        return max(0.0, self._last + (1 / FRAMES_PER_S if moving else _HEARTBEAT_S) - time.monotonic())
+
+    def obey(self, command: dict[str, Any]) -> None:
+        """Carry a command out; the next frame shows it. One that makes no sense is answered with trouble."""
+        self._changed = True
+        try:
+            if command.get("do") == "load":
+                self._load(command)
+            elif self._playing is not None:
+                self._obey(self._playing, command)
+        except MjcfError as error:
+            self._tell_trouble(f"This model cannot be shown: {error}")
+        except MemoryError:
+            self._tell_trouble("This model needs more memory than a view may use.")
+        except (ValueError, TypeError, KeyError, LookupError) as error:
+            self._tell_trouble(f"The view could not do that: {error}")
+
+    def tick(self) -> None:
+        """Let as much time pass as has passed, and show it."""
+        passed = time.monotonic() - self._last
+        if self._playing is not None:
+            self._playing.advance(min(passed, 3 / FRAMES_PER_S), _SHARE_OF_A_CORE / FRAMES_PER_S)
+        self.show()
+
+    def show(self) -> None:
+        """Send the present frame, and the state where it has changed."""
+        self._last, self._changed = time.monotonic(), False
+        if self._playing is None:
+            self._say(pack_json(Kind.STATE, self._told))
+            return
+        self._say(pack_frame(self._playing.moment()))
+        motion = self._playing.motion
+        state = self._choice | {
+            "runs": self._playing.runs,
+            "speed": self._playing.speed,
+            "trouble": self._playing.trouble,
+            "duration_s": None if motion is None else round(motion.duration_s, 4),
+        }
+        if state != self._told:
+            self._told = state
+            self._say(pack_json(Kind.STATE, state))
+
+    def _load(self, command: dict[str, Any]) -> None:
+        groups = [ActuatorGroup.model_validate(group) for group in command["groups"]]
+        self._base = Shown.of(
+            command["mjcf"], mount=command["mount"], environment=command["environment"], groups=groups
+        )
+        self._put_on(self._base)
+        self.show()
+        self._tests = Tests(self._base)
+        self._say(pack_json(Kind.TESTS, {"tests": self._tests.labels}))
+
+    def _put_on(self, shown: Shown) -> None:
+        """Show a model in place of another, unless it is shown already."""
+        if self._playing is None or self._playing.shown is not shown:
+            speed = 1.0 if self._playing is None else self._playing.speed
+            self._playing = Playing(shown)
+            self._playing.speed = speed
+            self._say(pack_json(Kind.FACTS, shown.facts))
+        self._choice = {"mode": "live"}
+
+    def _obey(self, playing: Playing, command: dict[str, Any]) -> None:
+        match command:
+            case {"do": "play"}:
+                playing.resume()
+            case {"do": "pause"}:
+                playing.runs = False
+            case {"do": "reset"}:
+                playing.reset()
+            case {"do": "seek", "time_s": time_s}:
+                playing.seek(_number(time_s))
+            case {"do": "speed", "times": times}:
+                playing.speed = min(max(_number(times), SPEED_BOUNDS[0]), SPEED_BOUNDS[1])
+            case {"do": "ctrl", "values": dict(values)}:
+                if self._choice["mode"] != "live":
+                    playing = self._live()
+                playing.command({int(at): _number(value) for at, value in values.items()})
+            case {"do": "live"}:
+                self._live()
+            case {"do": "test", "index": int(index)}:
+                self._live().play_back((self._tests or Tests(playing.shown)).motion(index))
+                self._choice = {"mode": "test", "index": index}
+            case {"do": "episode"}:
+                self._episode(command)
+            case _:
+                raise ValueError(f"there is no such command: {str(command)[:80]}")
+
+    def _live(self) -> Playing:
+        """Go back to the model that was loaded, which a varied episode may have replaced."""
+        if self._base is None:
+            raise ValueError("nothing has been loaded")
+        self._put_on(self._base)
+        if self._playing is None:
+            raise ValueError("nothing is shown")
+        self._playing.go_live()
+        return self._playing
+
+    def _episode(self, command: dict[str, Any]) -> None:
+        """Play an episode back; the server sends its positions along, as 32-bit floats in base64."""
+        if self._base is None:
+            raise ValueError("nothing has been loaded")
+        shown = Shown.of(command["mjcf"]) if command["mjcf"] else self._base
+        flat = np.frombuffer(base64.b64decode(command["qpos"]), "<f4").astype(float)
+        motion = Motion.recorded(shown.model, _number(command["frame_s"]), flat.reshape(-1, max(shown.model.nq, 1)))
+        self._put_on(shown)
+        if self._playing is not None:
+            self._playing.play_back(motion)
+        self._choice = {"mode": "episode", "index": int(command["index"])}
+
+    def _tell_trouble(self, text: str) -> None:
+        self._told = {**self._told, "trouble": text}
+        self._say(pack_json(Kind.STATE, self._told))
+
+    def _say(self, message: bytes) -> None:
+        self._replies.write(_LENGTH.pack(len(message)))
+        self._replies.write(message)
+        self._replies.flush()
+
+
+def main() -> None:
+    """Obey until the server closes the pipe."""
+    requests, replies = take_over_pipes()
+    faulthandler.enable()
+    limit_for_good()
+    _limit_memory()
+    inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    threading.Thread(target=listen, args=(requests, inbox), daemon=True).start()
+    mujoco.set_mju_user_warning(lambda _message: None)
+    player = Player(replies)
+    while True:
+        _renew_cpu_limit()
+        try:
+            command = inbox.get(timeout=player.wait_s)
+        except queue.Empty:
+            player.tick()
+        else:
+            player.obey(command)
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"expected a number, found {str(value)[:40]}")
+    return float(value)
+
+
+def _limit_memory() -> None:
+    if sys.platform == "linux":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_MIB * 2**20, _MEMORY_MIB * 2**20))
+
+
+def _renew_cpu_limit() -> None:
+    """Let the system end this process when what comes next takes too much processor time."""
+    if sys.platform != "win32":
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time()) + _CPU_S, hard))
+
+
+if __name__ == "__main__":
+    with contextlib.suppress(BrokenPipeError):  # the server has gone; so do we
+        main()

@@ -1,0 +1,162 @@
+"""What goes on in a view: a simulation that a person commands, or a motion played back."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from aidsr.apps.web.view3d.frames import Moment
+from aidsr.apps.web.view3d.motions import Motion
+from aidsr.apps.web.view3d.shown import Shown
+from aidsr.apps.web.view3d.tendons import tensions_n
+from aidsr.validation.drive import set_act
+
+__all__ = ["SPEED_BOUNDS", "Playing"]
+
+SPEED_BOUNDS = (0.02, 4.0)
+"""Times real time."""
+_BROKEN = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+    mujoco.mjtWarning.mjWARN_BADCTRL,
+)
+_CHUNK_STEPS = 5
+
+
+class Playing:
+    """One model in motion.
+
+    Attributes:
+        shown: The model.
+        motion: What is played back, None while the simulation is live.
+        runs: Whether time goes on.
+        speed: Times real time that is asked for.
+        pace: Times real time that was reached of late; below `speed` where the machine is too slow.
+        time_s: Time of the simulation, or in the motion [s].
+        trouble: Why the simulation stopped by itself, for the person; empty where it did not.
+    """
+
+    def __init__(self, shown: Shown) -> None:
+        self.shown = shown
+        self.motion: Motion | None = None
+        self.runs, self.speed, self.pace, self.time_s, self.trouble = True, 1.0, 0.0, 0.0, ""
+        self._data = mujoco.MjData(shown.model)
+        self._owed_s = 0.0
+        self.go_live()
+
+    def go_live(self) -> None:
+        """Start the simulation anew, every actuator commanded to do nothing."""
+        self.motion = None
+        self._begin()
+        model, data = self.shown.model, self._data
+        data.ctrl[:] = self.shown.neutral
+        set_act(model, data, self.shown.neutral)
+        mujoco.mj_forward(model, data)
+
+    def play_back(self, motion: Motion) -> None:
+        """Show a motion from its beginning."""
+        self.motion = motion
+        self._begin()
+        self.seek(0.0)
+
+    def reset(self) -> None:
+        """Go back to the beginning of whatever is shown."""
+        if self.motion is None:
+            self.go_live()
+        else:
+            self.play_back(self.motion)
+
+    def resume(self) -> None:
+        """Let time go on; a motion that has ended begins again."""
+        self.runs = True
+        if self.motion is not None and self.time_s >= self.motion.duration_s:
+            self.seek(0.0)
+
+    def command(self, ctrl: Mapping[int, float]) -> None:
+        """Set some controls, by their place in `ctrl`; a motion gives way to the live simulation.
+
+        Raises:
+            ValueError: A place that does not exist, or no number.
+        """
+        if not all(0 <= at < self.shown.model.nu and math.isfinite(value) for at, value in ctrl.items()):
+            raise ValueError(f"expected finite commands for {self.shown.model.nu} controls, found {dict(ctrl)}")
+        if self.motion is not None or self.trouble:
+            self.go_live()
+        self.runs = True
+        for at, value in ctrl.items():
+            self._data.ctrl[at] = value
+
+    def seek(self, time_s: float) -> None:
+        """Go to a moment of the motion that is played back; a live simulation has only its present."""
+        if self.motion is None:
+            return
+        self.time_s = min(max(time_s, 0.0), self.motion.duration_s)
+        at = self.time_s / self.motion.frame_s
+        before, after = math.floor(at), min(math.floor(at) + 1, len(self.motion.qpos) - 1)
+        mixed = self.motion.qpos[before] + (at - before) * (self.motion.qpos[after] - self.motion.qpos[before])
+        self._data.qpos[:] = mixed
+        mujoco.mj_normalizeQuat(self.shown.model, self._data.qpos)
+        mujoco.mj_fwdPosition(self.shown.model, self._data)
+
+    def advance(self, wall_s: float, budget_s: float) -> None:
+        """Let time go on.
+
+        Args:
+            wall_s: Time that has passed for the person [s].
+            budget_s: Most processor time to spend on it [s].
+        """
+        if not self.runs:
+            return
+        if self.motion is None:
+            self._simulate(wall_s, budget_s)
+            return
+        self.pace = self.speed
+        self.seek(self.time_s + wall_s * self.speed)
+        self.runs = self.time_s < self.motion.duration_s
+
+    def moment(self) -> Moment:
+        """Return what there is to be seen now."""
+        model, data, motion = self.shown.model, self._data, self.motion
+        if motion is None:
+            tension, ctrl = tensions_n(model, data.ten_length, data.actuator_force), np.array(data.ctrl)
+        else:
+            row = min(round(self.time_s / motion.frame_s), len(motion.qpos) - 1)
+            tension = np.zeros(model.ntendon) if motion.tension_n is None else motion.tension_n[row]
+            ctrl = np.array(self.shown.neutral) if motion.ctrl is None else motion.ctrl[row]
+        poses, segments = self.shown.parts.poses(data), self.shown.lines.segments(data)
+        return Moment(self.time_s, self.pace, poses, segments, tension, ctrl)
+
+    def _begin(self) -> None:
+        mujoco.mj_resetData(self.shown.model, self._data)
+        self.time_s, self.trouble, self._owed_s, self.runs = 0.0, "", 0.0, True
+
+    def _simulate(self, wall_s: float, budget_s: float) -> None:
+        model, data, end = self.shown.model, self._data, time.thread_time() + budget_s
+        step_s = float(model.opt.timestep)
+        wanted = math.floor((wall_s * self.speed + self._owed_s) / step_s)
+        self._owed_s = min(wall_s * self.speed + self._owed_s - wanted * step_s, step_s)
+        done = 0
+        try:
+            while done < wanted and time.thread_time() < end:
+                steps = min(_CHUNK_STEPS, wanted - done)
+                mujoco.mj_step(model, data, nstep=steps)
+                done += steps
+        except mujoco.FatalError as error:
+            self._stop(str(error))
+        # smoothed over about ten frames, so that the number can be read
+        self.pace += 0.1 * (done * step_s / wall_s - self.pace)
+        self.time_s = float(data.time)
+        if any(data.warning[kind].number for kind in _BROKEN) or not np.isfinite(data.qpos).all():
+            self._stop("the numbers grew without bound")
+
+    def _stop(self, why: str) -> None:
+        self.runs = False
+        self.trouble = f"The simulation broke down at {self.time_s:.3g} s: {why}. Reset it to go on."
+        if not np.isfinite(self._data.qpos).all():
+            mujoco.mj_resetData(self.shown.model, self._data)
+            mujoco.mj_forward(self.shown.model, self._data)

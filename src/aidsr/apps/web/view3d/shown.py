@@ -1,0 +1,101 @@
+"""A model from outside, made ready to be shown and moved. Only ever used inside the player's process."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self, get_args
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.apps.web.view3d.controls import control_facts, group_facts
+from aidsr.apps.web.view3d.names import places_of_names
+from aidsr.apps.web.view3d.parts import Parts, list_parts
+from aidsr.apps.web.view3d.tendons import TendonLines, tendon_facts
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.mjcf.compile import compile_mjcf, load_mjcf
+from aidsr.render.camera import View, frame
+from aidsr.render.stage import staged
+from aidsr.sim.structure import Structure, read_structure
+from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
+from aidsr.validation.test_stand import stand
+from aidsr.validation.validating import Mount
+
+__all__ = ["Shown"]
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A robot as the validator would test it, or a scene, with what a viewer must know about it.
+
+    Attributes:
+        model: What is simulated.
+        structure: What of it is the robot.
+        drives: How its actuators can be commanded.
+        neutral: The command of every actuator that does nothing in the initial state, (nu,).
+        parts: Its shapes.
+        lines: Its tendons.
+        facts: All that a viewer is told once.
+    """
+
+    model: mujoco.MjModel
+    structure: Structure
+    drives: tuple[Drive, ...]
+    neutral: NDArray[np.float64]
+    parts: Parts
+    lines: TendonLines
+    facts: dict[str, Any]
+
+    @classmethod
+    def of(
+        cls, text: str, *, mount: Mount = "auto", environment: str = "", groups: Sequence[ActuatorGroup] = ()
+    ) -> Self:
+        """Return an MJCF text ready to be shown.
+
+        Args:
+            text: Robot or scene.
+            mount: How a robot alone stands; see `aidsr.validation.validate`.
+            environment: MJCF whose physics hold for a robot alone, empty for its own.
+            groups: Actuators that act together, as the robot's author says.
+
+        Raises:
+            MjcfError: The text cannot be loaded.
+            ValueError: There is no such mount.
+        """
+        if mount not in get_args(Mount):
+            raise ValueError(f"expected mount to be one of {get_args(Mount)}, found {mount!r}")
+        standing = stand(load_mjcf(text), mount, compile_mjcf(environment) if environment else None)
+        model, looks = standing.model, staged(standing.spec.copy())
+        model.tendon_width[:] = looks.tendon_width
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        structure, neutral = read_structure(model), neutral_ctrl(model, data)
+        drives = read_drives(model, data, structure)
+        parts = list_parts(looks, data)
+        facts = {
+            "length_m": structure.characteristic_length_m,
+            "is_scene": structure.is_scene,
+            "is_free": bool(structure.free_roots),
+            "parts": parts.facts,
+            "surfaces": parts.surfaces,
+            "tendons": tendon_facts(model, looks, drives),
+            "controls": control_facts(model, drives, neutral),
+            "groups": group_facts(model, structure, groups),
+            "places": places_of_names(model),
+            "camera": _camera(looks, data),
+            "notes": standing.notes,
+        }
+        return cls(model, structure, drives, neutral, parts, TendonLines(model), facts)
+
+
+def _camera(looks: mujoco.MjModel, data: mujoco.MjData) -> dict[str, Any]:
+    camera = frame(looks, [data], View())
+    return {
+        "lookat": [round(float(number), 5) for number in camera.lookat],
+        "distance": round(float(camera.distance), 5),
+        "azimuth_deg": float(camera.azimuth),
+        "elevation_deg": float(camera.elevation),
+        "fovy_deg": float(looks.vis.global_.fovy),
+    }

@@ -1,0 +1,300 @@
+"""One view as the server has it: a player's process while somebody watches, and what it says, passed on."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import contextlib
+import json
+import secrets
+import shutil
+import signal
+import struct
+import sys
+import tempfile
+import zipfile
+from collections.abc import AsyncIterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.apps.web.view3d.frames import Kind, kind_of, pack_json
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.core.errors import UserError
+from aidsr.mjcf.read import open_mjcf
+from aidsr.sandbox.child import child_environment
+from aidsr.validation.validating import Mount
+
+__all__ = ["Episode", "Model", "SceneStream", "Watcher"]
+
+_LENGTH = struct.Struct(">Q")
+_MAX_MESSAGE = 128 * 2**20
+"""Of the facts on a model with large surfaces; a frame has some 10 KB."""
+_MAX_EPISODE = 32 * 2**20
+"""Bytes of an episode when unpacked; one of a minute at 50 rows/s with 100 positions has 1 MiB."""
+_SILENCE_S = 180.0
+"""After which a player is given up: it speaks once a second, and is ended itself after 30 s of processor time, which
+take longer by the clock on a busy machine."""
+_LINGER_S = 5.0
+"""How long a player goes on unwatched: a reload must find the robot as it was left."""
+_FROM_BROWSER = frozenset({"play", "pause", "reset", "seek", "speed", "ctrl", "live", "test", "episode"})
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """A recorded motion of what is shown.
+
+    Attributes:
+        name: For the person who chooses among them.
+        frame_s: Time between two rows [s].
+        qpos: (n_frames, nq).
+        mjcf: The scene with what the episode's variation moved or resized; empty where nothing visible differs.
+    """
+
+    name: str
+    frame_s: float
+    qpos: NDArray[np.floating]
+    mjcf: str = ""
+
+    @classmethod
+    def read(cls, file: Path, name: str) -> Episode:
+        """Return an episode as training writes it: an .npz file with `qpos`, `frame_s` and `mjcf`.
+
+        Raises:
+            UserError: It is no such file.
+        """
+        try:
+            with zipfile.ZipFile(file) as archive:
+                size = sum(one.file_size for one in archive.infolist())
+            if size > _MAX_EPISODE:
+                raise UserError(f"an episode of at most 32 MiB was expected, and {file.name} has {size // 2**20} MiB")
+            with np.load(file, allow_pickle=False) as stored:
+                return cls(name, float(stored["frame_s"]), np.asarray(stored["qpos"], float), str(stored["mjcf"]))
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise UserError(f"a recorded episode was expected, and {file.name} is none ({error})") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What a view shows.
+
+    Attributes:
+        mjcf: Robot or scene, as text or as the path of its file.
+        mount: How a robot alone stands; see `aidsr.validation.validate`.
+        environment: MJCF whose physics hold for a robot alone, empty for its own.
+        groups: Actuators that act together, as the robot's author says.
+        episodes: Recorded motions that can be played.
+    """
+
+    mjcf: str | Path
+    mount: Mount = "auto"
+    environment: str = ""
+    groups: Sequence[ActuatorGroup] = ()
+    episodes: Sequence[Episode] = ()
+
+    @property
+    def command(self) -> dict[str, Any]:
+        """What a player is told to load.
+
+        Raises:
+            UserError: There is no such file.
+            MjcfError: The file is too large.
+        """
+        return {
+            "do": "load",
+            "mjcf": open_mjcf(self.mjcf) if isinstance(self.mjcf, Path) else self.mjcf,
+            "mount": self.mount,
+            "environment": self.environment,
+            "groups": [group.model_dump() for group in self.groups],
+        }
+
+
+class Watcher:
+    """What one browser has not been told yet: of each kind the newest, so that a slow one misses frames, not facts."""
+
+    def __init__(self, known: Mapping[Kind, bytes]) -> None:
+        self._pending = dict(known)
+        self._news = asyncio.Event()
+        if known:
+            self._news.set()
+
+    def tell(self, kind: Kind, message: bytes) -> None:
+        """Put a message in the place of an older one of its kind."""
+        _replace(self._pending, kind, message)
+        self._news.set()
+
+    async def __aiter__(self) -> AsyncIterator[bytes]:
+        """Yield messages as they come, without end."""
+        while True:
+            await self._news.wait()
+            self._news.clear()
+            while self._pending:
+                yield self._pending.pop(next(iter(self._pending)))
+
+
+class SceneStream:
+    """A model in motion, for any number of browsers at once.
+
+    The player runs only while somebody watches, and for some seconds after, and begins anew when somebody comes back
+    later.
+
+    Args:
+        model: What is shown.
+        linger_s: How long it goes on unwatched [s].
+
+    Attributes:
+        id: By which a browser asks for it; cannot be guessed.
+    """
+
+    def __init__(self, model: Model, *, linger_s: float = _LINGER_S) -> None:
+        self.id = secrets.token_urlsafe(18)
+        self._model, self._linger_s = model, linger_s
+        self._watchers: set[Watcher] = set()
+        self._known: dict[Kind, bytes] = {}
+        self._process: asyncio.subprocess.Process | None = None
+        self._reading: asyncio.Task[None] | None = None
+        self._leaving: asyncio.TimerHandle | None = None
+        self._starting = asyncio.Lock()
+
+    @property
+    def runs(self) -> bool:
+        """Whether there is a player at work."""
+        return self._process is not None and self._process.returncode is None
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the player's process, None while there is none."""
+        return self._process.pid if self._process is not None and self.runs else None
+
+    @contextlib.asynccontextmanager
+    async def watch(self) -> AsyncIterator[Watcher]:
+        """Watch for a while; the first who does starts the player."""
+        if self._leaving is not None:
+            self._leaving.cancel()
+            self._leaving = None
+        watcher = Watcher(self._known if self.runs else {})
+        self._watchers.add(watcher)
+        try:
+            await self._start()
+            yield watcher
+        finally:
+            self._watchers.discard(watcher)
+            if not self._watchers:
+                loop = asyncio.get_running_loop()
+                self._leaving = loop.call_later(self._linger_s, self._end)
+
+    async def obey(self, command: object) -> None:
+        """Carry out what a browser asks for; a player that has ended is started again.
+
+        Raises:
+            ValueError: Nothing that a browser may ask for.
+        """
+        if not isinstance(command, dict) or command.get("do") not in _FROM_BROWSER:
+            raise ValueError(f"expected a command of a view, found {str(command)[:80]}")
+        if command["do"] == "episode":
+            command = command | self._episode(command.get("index"))
+        await self._start()
+        await self._send(command)
+
+    def close(self) -> None:
+        """End the player for good; those who still watch see nothing more."""
+        self._end()
+
+    def _episode(self, index: object) -> dict[str, Any]:
+        if not isinstance(index, int) or not 0 <= index < len(self._model.episodes):
+            raise ValueError(f"there is no episode {index} of this design")
+        episode = self._model.episodes[index]
+        qpos = base64.b64encode(np.ascontiguousarray(episode.qpos, "<f4").tobytes()).decode()
+        return {"qpos": qpos, "frame_s": episode.frame_s, "mjcf": episode.mjcf}
+
+    async def _start(self) -> None:
+        async with self._starting:
+            if self.runs:
+                return
+            try:
+                load = self._model.command
+            except Exception as error:  # whatever keeps the file from being read is told to those who want to see it
+                self._tell(pack_json(Kind.STATE, {"trouble": f"This model cannot be shown: {error}"}))
+                return
+            self._known.clear()
+            folder = Path(tempfile.mkdtemp(prefix="aidsr-view-"))
+            self._process = await asyncio.create_subprocess_exec(
+                *(sys.executable, "-P", "-m", "aidsr.apps.web.view3d.player"),
+                stdin=asyncio.subprocess.PIPE,
+                stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.DEVNULL,
+                cwd=folder,
+                env=child_environment(folder),
+                start_new_session=True,
+            )
+            self._reading = asyncio.create_task(self._read(self._process, folder))
+            await self._send(load)
+
+    async def _send(self, command: dict[str, Any]) -> None:
+        pipe = self._process.stdin if self._process is not None else None
+        if pipe is None:
+            return
+        body = json.dumps(command).encode()
+        pipe.write(_LENGTH.pack(len(body)) + body)
+        with contextlib.suppress(ConnectionError):  # it has ended; `_read` tells the watchers
+            await pipe.drain()
+
+    async def _read(self, process: asyncio.subprocess.Process, folder: Path) -> None:
+        """Pass on what a player says until it ends, and say how it ended unless that was wanted."""
+        silent = False
+        try:
+            while True:
+                self._tell(await asyncio.wait_for(_message(process), _SILENCE_S))
+        except asyncio.IncompleteReadError:
+            pass
+        except TimeoutError:
+            silent = True
+        finally:
+            if process.returncode is None:
+                process.kill()
+            code = await process.wait()
+            shutil.rmtree(folder, ignore_errors=True)
+        if self._process is process:
+            self._process = None
+            self._known.clear()
+            self._tell(pack_json(Kind.STATE, {"runs": False, "trouble": _ending(code, silent)}))
+
+    def _tell(self, message: bytes) -> None:
+        kind = kind_of(message)
+        _replace(self._known, kind, message)
+        for watcher in self._watchers:
+            watcher.tell(kind, message)
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        self._known.clear()
+        if process is not None and process.returncode is None:
+            process.kill()
+
+
+def _replace(messages: dict[Kind, bytes], kind: Kind, message: bytes) -> None:
+    messages.pop(kind, None)
+    if kind == Kind.FACTS:
+        messages.pop(Kind.FRAME, None)  # of the model before
+    messages[kind] = message
+
+
+async def _message(process: asyncio.subprocess.Process) -> bytes:
+    pipe = process.stdout
+    if pipe is None:
+        raise RuntimeError("the player was started without a pipe")
+    (length,) = _LENGTH.unpack(await pipe.readexactly(_LENGTH.size))
+    if length > _MAX_MESSAGE:
+        process.kill()
+    return await pipe.readexactly(min(length, _MAX_MESSAGE))
+
+
+def _ending(code: int, silent: bool) -> str:
+    if silent or (sys.platform != "win32" and code == -signal.SIGXCPU):
+        return "This model is too slow to be shown; reset to try again."
+    if sys.platform != "win32" and code == -signal.SIGKILL:
+        return "This model needs more memory than there is; reset to try again."
+    return "The simulation of this model crashed; reset to try again."

@@ -1,0 +1,93 @@
+"""Tendons as MuJoCo routes them, and how hard each is pulled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.apps.web.view3d.parts import MAX_SHAPES
+from aidsr.sim.ownership import read_ownership
+from aidsr.sim.structure import name_of
+from aidsr.validation.drive import Drive
+
+__all__ = ["SEGMENT_NUMBERS", "TendonLines", "tendon_facts", "tensions_n"]
+
+Array = NDArray[np.float64]
+
+SEGMENT_NUMBERS = 8
+"""Of each piece of a tendon in a frame: its tendon, from (3), to (3), radius."""
+
+_TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
+_BY_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+
+
+class TendonLines:
+    """Finds the straight pieces of all tendons; the work of `mjv_updateScene`, which knows how they wrap."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._scene = mujoco.MjvScene(model, maxgeom=MAX_SHAPES)
+        self._camera = mujoco.MjvCamera()
+        self._options = mujoco.MjvOption()
+        self._options.geomgroup[:] = 0
+        self._options.sitegroup[:] = 0
+        self._options.flags[:] = False
+        self._options.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = True
+
+    def segments(self, data: mujoco.MjData) -> NDArray[np.float32]:
+        """Return the pieces in the current state, (n, 8): tendon, from, to, radius [m]."""
+        if not self._model.ntendon:
+            return np.zeros((0, SEGMENT_NUMBERS), np.float32)
+        moving = mujoco.mjtCatBit.mjCAT_DYNAMIC
+        mujoco.mjv_updateScene(self._model, data, self._options, None, self._camera, moving, self._scene)
+        pieces = [piece for piece in self._scene.geoms[: self._scene.ngeom] if piece.objtype == _TENDON]
+        found = np.zeros((len(pieces), SEGMENT_NUMBERS), np.float32)
+        for row, piece in zip(found, pieces, strict=True):
+            along = piece.mat[:, 2] * piece.size[2]
+            row[0], row[1:4], row[4:7], row[7] = piece.objid, piece.pos - along, piece.pos + along, piece.size[0]
+        return found
+
+
+def tensions_n(model: mujoco.MjModel, ten_length: Array, actuator_force: Array) -> Array:
+    """Return how hard each tendon is pulled by its actuators and its own spring, (ntendon,) [N]; negative pushes.
+
+    Source: MuJoCo documentation, Computation, "Actuation model" and "Passive forces"; only the linear part of a spring
+    is counted, which is the one that tendons are given.
+    """
+    spring = np.asarray(model.tendon_lengthspring)
+    stretched = np.maximum(ten_length - spring[:, 1], 0.0) + np.minimum(ten_length - spring[:, 0], 0.0)
+    pull = np.asarray(model.tendon_stiffness) * stretched
+    for actuator in range(model.nactuator):
+        if int(model.actuator_trntype[actuator]) == _BY_TENDON:
+            output = int(model.actuator_outadr[actuator])
+            pull[int(model.actuator_trnid[actuator, 0])] -= actuator_force[output] * model.actuator_gear[actuator, 0]
+    return np.asarray(pull)
+
+
+def tendon_facts(model: mujoco.MjModel, looks: mujoco.MjModel, drives: Sequence[Drive]) -> list[dict[str, Any]]:
+    """Return name, colour and owner of each tendon, and the pull that shall look like full pull [N].
+
+    That is the hardest any actuator of the robot pulls where it rests, the same for all tendons, so that colours can be
+    compared.
+    """
+    hardest = [max(-drive.force_low_n, -drive.force_high_n, 0.0) for drive in drives if drive.on_tendon]
+    full_n = max(hardest, default=0.0) or 1.0
+    owned = read_ownership(model)
+    return [
+        {
+            "name": name_of(model, mujoco.mjtObj.mjOBJ_TENDON, tendon),
+            "rgba": [round(float(number), 4) for number in _colour(looks, tendon)],
+            "robot": owned.tendon(tendon),
+            "full_n": round(full_n, 4),
+        }
+        for tendon in range(model.ntendon)
+    ]
+
+
+def _colour(looks: mujoco.MjModel, tendon: int) -> NDArray[np.float32]:
+    material = int(looks.tendon_matid[tendon])
+    return np.asarray(looks.mat_rgba[material] if material >= 0 else looks.tendon_rgba[tendon])

@@ -1,1 +1,0 @@
-"""What can be bought. Data with its sources, and the arithmetic that picks from it."""

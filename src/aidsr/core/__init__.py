@@ -1,0 +1,1 @@
+"""What every package shares: artifacts, roles, errors, number formats, motors."""

@@ -1,0 +1,436 @@
+"""What flows through AID-SR, in the order it flows. Read this file first.
+
+    Brief -> Concept -> Robot -> ValidationReport -> Placement -> Scene -> ValidationReport -> Critique -> Decision
+
+Every artifact is an immutable value that can be written to a run folder as JSON and read back equal. Nothing in this
+file computes anything about robots: rooms above it make these values and pass them on.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
+
+from aidsr.core.errors import Limit
+from aidsr.core.formatting import account_of
+
+__all__ = [
+    "ActuatorGroup",
+    "Artifact",
+    "Base",
+    "BodySummary",
+    "Brief",
+    "Concept",
+    "Critique",
+    "CritiqueIssue",
+    "Decision",
+    "EnvironmentSummary",
+    "EpisodeResult",
+    "Evaluation",
+    "Fault",
+    "GeomSummary",
+    "Keep",
+    "Layer",
+    "MountSummary",
+    "Outcome",
+    "Placement",
+    "PlausibilityCheck",
+    "Repairs",
+    "Robot",
+    "Role",
+    "Scene",
+    "SiteSummary",
+    "TaskReport",
+    "ValidationReport",
+    "Vec3",
+]
+
+Vec3 = tuple[float, float, float]
+Role = Literal["designer", "coder", "integrator", "judge"]
+Base = Literal["fixed", "free", "moving", "any"]
+Layer = Literal["load", "structure", "simulate", "realizability"]
+
+
+class Artifact(BaseModel):
+    """An immutable value; unknown fields are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+# --- what is asked ---------------------------------------------------------------------------------------------------
+
+
+class GeomSummary(Artifact):
+    """One collision or visual shape of the environment."""
+
+    name: str
+    shape: str
+    size_m: tuple[float, ...]
+    """MuJoCo's size numbers for this shape: radii and half lengths [m]."""
+    position_m: Vec3
+    """Centre in world coordinates at the start of an episode [m]."""
+    z_axis: Vec3 = (0.0, 0.0, 1.0)
+    """Direction of its own z axis in world coordinates: along a cylinder or capsule, out of a plane."""
+    x_axis: Vec3 = (1.0, 0.0, 0.0)
+    """Direction of its own x axis in world coordinates; says how a box or an ellipsoid is turned about its z axis."""
+    solid: bool = True
+    """Whether it can be touched; what cannot is only drawn."""
+    friction: Vec3 = (1.0, 0.005, 0.0001)
+    """Sliding [1], torsional [m] and rolling [m], as MuJoCo's `friction`."""
+    priority: int = 0
+    """Of two shapes that touch, the friction of the one with the higher priority holds; of equal ones, the larger."""
+
+
+class BodySummary(Artifact):
+    """One body of the environment; the world itself is listed when it carries geoms."""
+
+    name: str
+    parent: str
+    position_m: Vec3
+    mass_kg: float
+    joints: tuple[str, ...]
+    """Each joint in words, for example "button_slide: slide along 0 0 1, 0 to 0.008 m"."""
+    free: bool = False
+    """Whether it has a free joint, and so can move in every direction."""
+    movable: bool = False
+    """Whether any joint moves its centre of mass."""
+    geoms: tuple[GeomSummary, ...]
+
+
+class SiteSummary(Artifact):
+    """A named point of the environment."""
+
+    name: str
+    body: str
+    position_m: Vec3
+
+
+class MountSummary(Artifact):
+    """A site where a robot may be attached: any site whose name is "mount" or begins with "mount_"."""
+
+    name: str
+    position_m: Vec3
+    z_axis: Vec3
+    """Direction the robot's own +z takes when it is placed there without rotation, in world coordinates."""
+    x_axis: Vec3
+    moved_by: tuple[str, ...]
+    """Environment joints that move this mount; empty for one that stands still."""
+
+
+class EnvironmentSummary(Artifact):
+    """The environment as facts, so that nobody has to read or retype its MJCF."""
+
+    gravity_m_s2: Vec3
+    timestep_s: float
+    mounts: tuple[MountSummary, ...]
+    bodies: tuple[BodySummary, ...]
+    sites: tuple[SiteSummary, ...]
+    sensors: tuple[str, ...]
+    actuators: tuple[str, ...]
+
+
+class Keep(Artifact):
+    """A named part of a robot that must stay as it is, with everything inside it."""
+
+    name: str
+    """Of a body, tendon, actuator or any other element of the MJCF."""
+    but: tuple[str, ...] = ()
+    """MJCF attributes that may change all the same, such as "stiffness"."""
+
+
+class Brief(Artifact):
+    """The job given to a team: objective and environment."""
+
+    objective: str
+    task: str = ""
+    """Name of the benchmark task, empty for an objective in the user's own words."""
+    environment: str
+    """MJCF of the environment, without a robot."""
+    summary: EnvironmentSummary
+    base: Base = "any"
+    """What the task does with the robot's root: "fixed" to a mount, "free" on the ground, "moving" with a mount that
+    the environment drives, or "any" when the Scene Integrator may choose."""
+    needs_contact: bool = False
+    """Whether the job can only be done by touching something."""
+    judging: dict[str, str] = Field(default_factory=dict)
+    """How the task is judged: what differs between episodes, what counts and what does not, by a title each."""
+    starting_robot: str = ""
+    """MJCF of a robot the user brought along to start from, empty otherwise."""
+    keep: tuple[Keep, ...] = ()
+    """What of the starting robot must stay as it is."""
+
+
+# --- what the team makes ---------------------------------------------------------------------------------------------
+
+
+class ActuatorGroup(Artifact):
+    """Actuators that act together as one action of a policy, as mirrored fingers do."""
+
+    name: str
+    actuators: Annotated[tuple[str, ...], Field(min_length=1)]
+
+
+class Concept(Artifact):
+    """One idea of the Designer."""
+
+    name: str
+    interpretation: str
+    """What the task demands of a body, before any robot is thought of."""
+    morphology: str
+    actuation: str
+    functional_part: str
+    """Which part does the work, in words or as the name it should get in the MJCF."""
+    family: str
+    """Short label of the morphology, for example "arm" or "three-finger gripper"; concepts of a run should differ."""
+    parameters: dict[str, float] = Field(default_factory=dict)
+    """Numbers the idea fixes, SI units in their names: {"length_m": 0.3, "segments": 12}."""
+    actuator_groups: tuple[ActuatorGroup, ...] = ()
+    rationale: str = ""
+
+
+class Robot(Artifact):
+    """The MJCF of a robot alone, and what its author says about it."""
+
+    mjcf: str
+    functional_part: str
+    """Name of the body or site that does the work."""
+    actuator_groups: tuple[ActuatorGroup, ...] = ()
+    notes: str = ""
+
+
+class Repairs(Artifact):
+    """What code put right in a robot's MJCF where only one meaning was possible, before anyone looked at it."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+    notes: tuple[str, ...] = ()
+    """One sentence each: element, name, line, what was done."""
+    counts: dict[str, int] = Field(default_factory=dict)
+    """How often each kind of repair was made; those never made are left out."""
+
+    @property
+    def total(self) -> int:
+        """How many repairs were made."""
+        return sum(self.counts.values())
+
+
+class Placement(Artifact):
+    """Where and how a robot stands in an environment. Decided by the Scene Integrator, carried out by code."""
+
+    mount: str
+    """Name of a mount site of the environment, or "world" for the origin."""
+    base: Literal["fixed", "free"]
+    """Whether the robot's root is held by the mount or moves freely; assembly adds or removes the free joint."""
+    position_m: Vec3 = (0.0, 0.0, 0.0)
+    """Offset of the robot's root in the mount's frame [m]."""
+    rotation_deg: Vec3 = (0.0, 0.0, 0.0)
+    """Rotation about the mount's x, then the new y, then the new z axis [deg]."""
+    scale: Annotated[float, Field(ge=0.5, le=2.0)] = 1.0
+    """Factor on the robot's lengths; the environment is never scaled."""
+    functional_part: str = ""
+    """Body or site of the robot that does the work; empty keeps the Coder's choice."""
+    intended_contacts: tuple[str, ...] = ()
+    """Environment bodies the robot is meant to touch."""
+    reason: str = ""
+
+
+class Scene(Artifact):
+    """MJCF of a robot placed in an environment. The robot's names all begin with "robot/"."""
+
+    mjcf: str
+    placement: Placement
+    notes: tuple[str, ...] = ()
+    """What assembly changed, one sentence each: scaled, floor removed, free joint added."""
+
+
+# --- what is found ---------------------------------------------------------------------------------------------------
+
+
+class Fault(Artifact):
+    """One diagnosed physical problem: what, where, how much, and what usually cures it."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+    code: str
+    """Stable name of the kind of fault."""
+    layer: Layer
+    """What had to be looked at to find it."""
+    severity: Literal["error", "warning"]
+    names: tuple[str, ...] = ()
+    """Bodies, joints, tendons, actuators or sensors concerned."""
+    measured: float | None = None
+    limit: float | None = None
+    """What is allowed: the most where `measured` is above it, the least where it is below."""
+    unit: str = ""
+    whole: float | None = None
+    """What 1 of `unit` is in `whole_unit`, where `unit` is relative: the length that `measured` is a share of."""
+    whole_unit: str = ""
+    """SI unit of `whole`."""
+    message: str
+    """What was measured or read, without guessing why."""
+    likely_cause: str = ""
+    cure: str = ""
+    first_time_s: float | None = None
+    """When it first showed in the test [s of simulation], where that is known."""
+    line: int | None = None
+    """Line of the MJCF text, where that is known."""
+
+
+class ValidationReport(Artifact):
+    """All faults of one model and the measurements behind them."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+    stable: bool
+    """False exactly when a fault of severity "error" is among them."""
+    faults: tuple[Fault, ...] = ()
+    """Errors first."""
+    measurements: dict[str, Any] = Field(default_factory=dict)
+    """What the model is made of and what the tests measured, by names that carry their units."""
+    versions: dict[str, str] = Field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    """What was put aside before looking, for example Markdown fences around the document."""
+
+    @property
+    def errors(self) -> tuple[Fault, ...]:
+        """The faults of severity "error"."""
+        return tuple(fault for fault in self.faults if fault.severity == "error")
+
+    @property
+    def warnings(self) -> tuple[Fault, ...]:
+        """The faults of severity "warning"."""
+        return tuple(fault for fault in self.faults if fault.severity == "warning")
+
+    def account(self, max_bytes: int = 1600) -> str:
+        """Return the report as plain text, one line per fault code, errors first.
+
+        Faults of one code share a line. What does not fit is counted by code in the last line; all of it stands in the
+        report itself.
+
+        Args:
+            max_bytes: Bound on the text in UTF-8, at least 200.
+        """
+        return account_of((*self.errors, *self.warnings), max_bytes)
+
+
+class CritiqueIssue(Artifact):
+    """One reason why the Judge does not pass a scene."""
+
+    blame: Literal["designer", "coder", "integrator"]
+    component: str
+    problem: str
+    suggestion: str = ""
+
+
+class Critique(Artifact):
+    """The Judge's verdict on a stable scene."""
+
+    passed: bool
+    summary: str = ""
+    issues: tuple[CritiqueIssue, ...] = ()
+
+    @model_validator(mode="after")
+    def _reasons_with_a_fail(self) -> Self:
+        if self.passed == bool(self.issues):
+            raise ValueError("a passing critique has no issues and a failing one at least one")
+        return self
+
+
+class Decision(Artifact):
+    """The person's answer to a judged scene."""
+
+    verdict: Literal["approve", "refine", "quit"]
+    text: str = ""
+    keep: tuple[Keep, ...] = ()
+    """What a refinement must leave as it is."""
+
+    @model_validator(mode="after")
+    def _refine_says_what(self) -> Self:
+        if self.verdict == "refine" and not self.text.strip():
+            raise ValueError('a "refine" decision needs a text that says what to change')
+        return self
+
+
+class EpisodeResult(Artifact):
+    """How one episode of a trained policy went."""
+
+    variation: int
+    """Index among the variations of its split."""
+    ended: Literal["succeeded", "failed", "out_of_time", "diverged"]
+    progress: float
+    best_progress: float
+    """The largest at any time, 0 to 1; `progress` is that at the end."""
+    reward: float
+    """Sum over the episode."""
+    time_s: float
+
+
+class PlausibilityCheck(Artifact):
+    """One condition of a valid result: what was measured (None where nothing could be), and whether it holds."""
+
+    name: str
+    passed: bool
+    measured: float | None
+    limit: float
+    bound: Literal["at most", "at least", "limit"] = "limit"
+    """On which side of the limit to be; older results do not say."""
+    unit: str = ""
+    message: str
+
+
+class Evaluation(Artifact):
+    """What a trained policy did at variations of its task it had never seen, and whether to believe it.
+
+    The verdict stands in the file as well; when the file is read, it is computed anew from episodes and checks.
+    """
+
+    model_config = ConfigDict(extra="ignore")
+
+    task: str
+    level: str
+    benchmark_version: int
+    episodes: Annotated[tuple[EpisodeResult, ...], Field(min_length=1)]
+    checks: tuple[PlausibilityCheck, ...]
+    versions: dict[str, str] = Field(default_factory=dict)
+    split: Literal["held_out", "development"] = "held_out"
+    """Only held-out variations score a design; a verdict on others is advice to its designers."""
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def success_share(self) -> float:
+        """Share of the episodes that succeeded."""
+        return sum(episode.ended == "succeeded" for episode in self.episodes) / len(self.episodes)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def valid(self) -> bool:
+        """Trained without failure and plausible as a continuum robot: every check passed."""
+        return all(check.passed for check in self.checks)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def successful(self) -> bool:
+        """Valid, and success in at least half of the episodes."""
+        return self.valid and self.success_share >= 0.5
+
+
+class TaskReport(Artifact):
+    """Where a judged scene stops on its task when it is tried without learning, and whose work that is."""
+
+    phase: Literal["solved", "partial", "never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
+    progress: float
+    critique: Critique
+    policy: Evaluation | None = None
+    """What a policy did after a short training, where one was asked for."""
+
+
+class Outcome(Artifact):
+    """How a design ended."""
+
+    outcome: Literal["approved", "invalid", "quit", "out_of_budget"]
+    reason: str
+    iteration: int | None = None
+    """Folder number of the iteration that was approved or given up."""
+    limits: tuple[Limit, ...] = ()
+    """Which limits a design that is out of budget came to."""

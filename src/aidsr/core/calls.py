@@ -1,0 +1,100 @@
+"""What is asked of a language model, what it answered, and what that cost."""
+
+from __future__ import annotations
+
+import base64
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, PlainSerializer
+
+from aidsr.core.artifacts import Artifact, Role
+
+__all__ = ["CallRecord", "FailedAttempt", "Finish", "Message", "Png", "Question", "Usage"]
+
+Finish = Literal["stop", "length", "refusal", "other"]
+
+
+def _decoded(value: object) -> object:
+    return base64.b64decode(value, validate=True) if isinstance(value, str) else value
+
+
+def _encoded(value: bytes) -> str:
+    return base64.b64encode(value).decode()
+
+
+Png = Annotated[bytes, BeforeValidator(_decoded), PlainSerializer(_encoded, return_type=str, when_used="json")]
+"""A picture; base64 where it is written as JSON."""
+
+
+class Message(Artifact):
+    """One turn of a conversation with a language model."""
+
+    role: Literal["system", "user", "assistant"]
+    text: str
+    pictures: tuple[Png, ...] = ()
+    """Shown after the text; of a user's turn only, and only to a model that takes images."""
+
+
+class Question(Artifact):
+    """Everything that is sent to a language model in one call."""
+
+    role: Role
+    """Which of the four roles is asking."""
+    messages: tuple[Message, ...]
+    max_output_tokens: int = 20_000
+
+
+class Usage(Artifact):
+    """Tokens, money and time of one call or of many."""
+
+    calls: int = 0
+    input_tokens: int = 0
+    cached_input_tokens: int = 0
+    output_tokens: int = 0
+    """Reasoning included."""
+    tokens_estimated: bool = False
+    """Whether tokens were, at least in part, estimated from visible text, because nobody counted them."""
+    cost_usd: float | None = 0.0
+    """None when a price is unknown; unknown is never counted as free."""
+    replayed_cost_usd: float | None = 0.0
+    """What replayed calls cost when they were recorded; not paid again. None when that is unknown."""
+    latency_s: float = 0.0
+    retries: int = 0
+
+    def __add__(self, other: Usage) -> Usage:
+        """Return the sum; one unknown price makes the sum unknown."""
+        once_known = self.replayed_cost_usd is not None and other.replayed_cost_usd is not None
+        once = (self.replayed_cost_usd or 0.0) + (other.replayed_cost_usd or 0.0)
+        known = self.cost_usd is not None and other.cost_usd is not None
+        return Usage(
+            calls=self.calls + other.calls,
+            input_tokens=self.input_tokens + other.input_tokens,
+            cached_input_tokens=self.cached_input_tokens + other.cached_input_tokens,
+            output_tokens=self.output_tokens + other.output_tokens,
+            tokens_estimated=self.tokens_estimated or other.tokens_estimated,
+            cost_usd=(self.cost_usd or 0.0) + (other.cost_usd or 0.0) if known else None,
+            replayed_cost_usd=once if once_known else None,
+            latency_s=self.latency_s + other.latency_s,
+            retries=self.retries + other.retries,
+        )
+
+
+class FailedAttempt(Artifact):
+    """One attempt at a call that brought no reply and was tried again."""
+
+    error: str
+    waited_s: float
+    """Pause before the next attempt [s]."""
+
+
+class CallRecord(Artifact):
+    """One answered call, whole: enough to answer the same question again without asking."""
+
+    question: Question
+    model: str
+    reply: str
+    finish: Finish
+    usage: Usage
+    started: str
+    """Time of the first attempt, ISO 8601 with zone."""
+    failed_attempts: tuple[FailedAttempt, ...] = ()

@@ -1,0 +1,83 @@
+"""The exceptions of AID-SR.
+
+A bad design is never an exception: the validator returns it as faults (see `aidsr.core.artifacts.Fault`). What is left:
+
+    AidsrError
+    ├── UserError         the person must change something: one sentence, exit 2, no traceback
+    ├── MjcfError         an MJCF text that cannot be loaded, as faults; callers turn it into a report
+    ├── IsolationError    a child process ran past its limits or died
+    ├── ReplyError        a language model's reply could not be used: asked again, a bounded number of times
+    ├── BudgetError       the next call could cost more than the person allowed
+    └── ModelError        a language model could not be reached or refused for good
+
+Anything else that is raised is a bug of ours and keeps its traceback.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from aidsr.core.artifacts import Fault
+
+__all__ = ["AidsrError", "BudgetError", "IsolationError", "Limit", "MjcfError", "ModelError", "ReplyError", "UserError"]
+
+Limit = Literal["cost_usd", "tokens"]
+"""What of language models may be limited: money, and tokens in and out."""
+
+
+class AidsrError(Exception):
+    """Base class of everything AID-SR raises on purpose."""
+
+
+class UserError(AidsrError):
+    """The person using AID-SR must change something.
+
+    The message is one sentence or two: what was expected, what was found, and what to do.
+    """
+
+
+class MjcfError(AidsrError):
+    """An MJCF text cannot become a model.
+
+    Attributes:
+        faults: Everything found wrong, never empty.
+    """
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("; ".join(fault.message for fault in self.faults))
+
+
+class IsolationError(AidsrError):
+    """A child process did not come back with an answer.
+
+    Attributes:
+        kind: "time" or "memory" when it ran past a limit, "crash" when it died for another reason.
+    """
+
+    def __init__(self, kind: Literal["time", "memory", "crash"], message: str) -> None:
+        self.kind = kind
+        super().__init__(message)
+
+
+class ReplyError(AidsrError):
+    """A reply arrived and cannot be used. The message is written for the model that is asked again."""
+
+
+class BudgetError(AidsrError):
+    """The next call to a language model could exceed the budget of the run or the design, so it was not made.
+
+    Args:
+        message: Which limit, what was used of it and what the call could take.
+        limits: All limits that refused it.
+    """
+
+    def __init__(self, message: str, *limits: Limit) -> None:
+        super().__init__(message)
+        self.limits = limits
+
+
+class ModelError(AidsrError):
+    """A language model gave no usable reply after all retries. Never contains a key."""

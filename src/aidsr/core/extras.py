@@ -1,0 +1,42 @@
+"""Libraries that come with an extra of the installation, and the one sentence where they are missing."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from aidsr.core.errors import UserError
+
+__all__ = ["EXTRAS", "lack_of", "require_extra"]
+
+EXTRAS: dict[str, tuple[str, ...]] = {
+    "rl": ("gymnasium", "stable_baselines3", "torch"),
+    "web": ("nicegui",),
+    "ray": ("ray",),
+    "mcp": ("mcp",),
+    "search": ("cma",),
+    "fabrication": ("manifold3d",),
+    "cad": ("OCP",),
+}
+"""Modules that our code imports from each extra; pyproject.toml says which packages bring them."""
+
+
+def lack_of(extra: str, what: str) -> str:
+    """Return a sentence that says what is missing and how to install it, nothing where all is there.
+
+    Args:
+        extra: Name of the extra.
+        what: What needs it, as the subject of the sentence.
+    """
+    for module in EXTRAS[extra]:
+        if find_spec(module) is None:
+            return (
+                f'{what} needs the extra "{extra}", and module {module} is not installed: pip install "aidsr[{extra}]"'
+            )
+    return ""
+
+
+def require_extra(extra: str, what: str) -> None:
+    """Raise UserError where a module of an extra is not installed; the arguments are those of `lack_of`."""
+    lack = lack_of(extra, what)
+    if lack:
+        raise UserError(lack)

@@ -1,0 +1,118 @@
+"""What to buy: motors, rods, lines, sheaths, plastic, with prices where they are known."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+from aidsr.core.artifacts import Artifact
+from aidsr.fabrication.making import Made
+from aidsr.fabrication.winches import SHEATH_MM
+
+__all__ = ["Item", "bill"]
+
+
+class Item(Artifact):
+    """One line of the bill."""
+
+    what: str
+    amount: str
+    used_for: str
+    cost_usd: float | None
+    """None where no price is known; unknown is never counted as free."""
+    source: str = ""
+
+
+def bill(made: Made) -> tuple[Item, ...]:
+    """Return all that is bought."""
+    return (*_motors(made), *_rods(made), *_lines(made), *_small(made), *_plastic(made))
+
+
+def _motors(made: Made) -> list[Item]:
+    groups: dict[str, list[str]] = defaultdict(list)
+    motors = {}
+    for winch in made.winches:
+        if winch.fit is not None:
+            motors[winch.fit.motor.name] = winch.fit.motor
+            groups[winch.fit.motor.name].append(made.anatomy.cables[winch.cable].actuator)
+    return [
+        Item(
+            what=f"motor {name}, {motors[name].voltage_v:g} V",
+            amount=str(len(used)),
+            used_for=", ".join(used),
+            cost_usd=None if motors[name].price_usd is None else len(used) * (motors[name].price_usd or 0.0),
+            source=motors[name].source,
+        )
+        for name, used in groups.items()
+    ]
+
+
+def _rods(made: Made) -> list[Item]:
+    lengths: dict[tuple[str, float], list[float]] = defaultdict(list)
+    stock = {}
+    for rod in made.shaping.rods:
+        backbone = made.hinges.backbones[rod.backbone]
+        stock[backbone.rod.label] = backbone.rod
+        lengths[(backbone.rod.label, backbone.diameter_mm)].append(rod.length_mm)
+    return [
+        Item(
+            what=f"{label}, {diameter:g} mm",
+            amount=f"{len(cut)} pieces: " + ", ".join(f"{n} x {mm:.0f} mm" for mm, n in _counted(cut)),
+            used_for="backbones",
+            cost_usd=round(sum(cut) / 1000 * stock[label].cost_usd_m, 2),
+            source=stock[label].source,
+        )
+        for (label, diameter), cut in lengths.items()
+    ]
+
+
+def _counted(lengths: list[float]) -> list[tuple[int, int]]:
+    rounded = [round(length) for length in lengths]
+    return [(length, rounded.count(length)) for length in sorted(set(rounded))]
+
+
+def _lines(made: Made) -> list[Item]:
+    items: list[Item] = []
+    cut: dict[str, float] = defaultdict(float)
+    lines = {winch.line.label: winch.line for winch in made.winches if winch.line is not None}
+    sheaths: dict[str, list[float]] = defaultdict(list)
+    tubes = {winch.sheath.label: winch.sheath for winch in made.winches}
+    for winch in made.winches:
+        sheaths[winch.sheath.label].append(SHEATH_MM)
+        if winch.line is not None:
+            cut[winch.line.label] += winch.cut_mm
+    for label, total in cut.items():
+        cost = round(total / 1000 * lines[label].cost_usd_m, 2)
+        metres = f"{math.ceil(total / 100) / 10:g} m"
+        items.append(Item(what=label, amount=metres, used_for="cables", cost_usd=cost, source=lines[label].source))
+    for label, pieces in sheaths.items():
+        cost = round(sum(pieces) / 1000 * tubes[label].cost_usd_m, 2)
+        amount = f"{len(pieces)} x {SHEATH_MM:.0f} mm"
+        items.append(Item(what=label, amount=amount, used_for="sheaths", cost_usd=cost, source=tubes[label].source))
+    return items
+
+
+def _small(made: Made) -> list[Item]:
+    count = len(made.winches)
+    items = [Item(what="crimp sleeve or bead, 2 mm", amount=str(count), used_for="tied ends", cost_usd=0.1 * count)]
+    if count:
+        screws = 4 * count + (4 if made.shaping.flange_mm else 0)
+        items.append(Item(what="screw M4 x 12", amount=str(screws), used_for="stations, foot", cost_usd=0.1 * screws))
+    return items
+
+
+def _plastic(made: Made) -> list[Item]:
+    masses: dict[str, float] = defaultdict(float)
+    used = {part.material.label: part.material for part in made.parts}
+    for part in made.parts:
+        masses[part.material.label] += part.weight.printed_kg * len(part.used_for)
+    return [
+        Item(
+            what=f"{label} to print",
+            amount=f"{1000 * mass:.0f} g",
+            used_for="printed parts, without support",
+            cost_usd=round(mass * used[label].cost_usd_kg, 2),
+            source=used[label].source,
+        )
+        for label, mass in masses.items()
+    ]

@@ -1,0 +1,140 @@
+"""Does the drawn robot keep what was simulated: cables free in their ducts, walls around them, joints that bend."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+from manifold3d import Manifold
+
+from aidsr.core.artifacts import Fault
+from aidsr.fabrication.anatomy import Anatomy
+from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.routing import Bore, Duct
+from aidsr.fabrication.shaping import Shaping
+from aidsr.fabrication.solids import rounded, union
+
+__all__ = ["Passage", "duct_faults", "overlap_faults", "passages"]
+
+_FREE_SHARE, _HELD_SHARE = 0.01, 0.95
+"""Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a
+drilled circle, and mouths that widen."""
+
+_NEAR_MM = 5.0
+"""More than the radius of any probe."""
+
+_CROWDED_MM3 = 1.0
+"""What two pieces may have in common. Our choice: a knife takes off more."""
+
+_MIDDLE = (0.2, 0.8)
+"""Part of a duct in which its wall is measured: mouths widen at its ends."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """One straight stretch of a cable, measured on the finished solids.
+
+    Attributes:
+        cable: Its index in the anatomy.
+        parts: The part it lies in, or the two it leads from and to.
+        blocked: Share of the cable's own volume that is plastic.
+        held: Share of a wall around the duct that is plastic; 1 between parts, where there is none.
+    """
+
+    cable: int
+    parts: tuple[int, ...]
+    blocked: float
+    held: float
+
+    @property
+    def sound(self) -> bool:
+        """Whether the cable runs free, and inside."""
+        return self.blocked <= _FREE_SHARE and self.held >= _HELD_SHARE
+
+
+def passages(shaping: Shaping, bores: tuple[Bore, ...], line_radii_mm: tuple[float, ...]) -> tuple[Passage, ...]:
+    """Return how each cable passes each part, and the way to the next, by intersecting it with the robot at rest."""
+    whole, near = union([piece.solid for piece in shaping.pieces]), {}
+    found = []
+    for duct in shaping.ducts:
+        if duct.part not in near:
+            near[duct.part] = _around(whole, [one for one in shaping.ducts if one.part == duct.part])
+        solid = near[duct.part]
+        bore = bores[duct.cable]
+        points = duct.path if len(duct.path) > 1 else np.array([duct.begin, duct.end])
+        line = union([rounded(a, b, line_radii_mm[duct.cable]) for a, b in pairwise(points)])
+        begin, end = duct.narrow
+        low, high = (begin + share * (end - begin) for share in _MIDDLE)
+        ring = rounded(low, high, bore.radius_mm + 0.6) - rounded(
+            low - (high - low), high + (high - low), bore.radius_mm + 0.1
+        )
+        found.append(Passage(duct.cable, (duct.part,), _share(line, solid), _share(ring, solid)))
+    for duct, following in pairwise(shaping.ducts):
+        if duct.cable == following.cable:
+            line = rounded(duct.path[-1], following.path[0], line_radii_mm[duct.cable])
+            found.append(Passage(duct.cable, (duct.part, following.part), _share(line, whole), 1.0))
+    return tuple(found)
+
+
+def duct_faults(anatomy: Anatomy, found: tuple[Passage, ...]) -> Iterator[Fault]:
+    """Yield the cables that are blocked by plastic, or run outside of it."""
+    blocked = [one for one in found if one.blocked > _FREE_SHARE]
+    if blocked:
+        yield _fault(
+            anatomy, blocked, max(100 * one.blocked for one in blocked), 100 * _FREE_SHARE, "runs through plastic"
+        )
+    bare = [one for one in found if one.held < _HELD_SHARE]
+    if bare:
+        worst = min(100 * one.held for one in bare)
+        yield _fault(anatomy, bare, worst, 100 * _HELD_SHARE, "has no wall all around it in some part")
+
+
+def overlap_faults(pieces: tuple[Piece, ...]) -> Iterator[Fault]:
+    """Yield the pairs of pieces that would have to be in the same place."""
+    shared = {(one.name, other.name): (one.solid ^ other.solid).volume() for one, other in combinations(pieces, 2)}
+    crowded = {names: volume for names, volume in shared.items() if volume > _CROWDED_MM3}
+    if crowded:
+        yield Fault(
+            code="parts_overlap",
+            layer="realizability",
+            severity="error",
+            names=tuple(f"{one} and {other}" for one, other in crowded),
+            measured=max(crowded.values()),
+            limit=_CROWDED_MM3,
+            unit="mm³",
+            message="are in one place at rest",
+            cure="Move their shapes apart, or make them one body.",
+        )
+
+
+def _fault(anatomy: Anatomy, found: list[Passage], measured: float, limit: float, message: str) -> Fault:
+    names = dict.fromkeys(
+        f"{anatomy.cables[one.cable].tendon} {'in' if len(one.parts) == 1 else 'between'} "
+        + " and ".join(anatomy.parts[part].name for part in one.parts)
+        for one in found
+    )
+    return Fault(
+        code="tendon_through_body" if "plastic" in message else "duct_open",
+        layer="realizability",
+        severity="error" if "plastic" in message else "warning",
+        names=tuple(names),
+        measured=measured,
+        limit=limit,
+        unit="%",
+        message=message,
+        cure="Move the routing sites away from other parts, or nearer to the part they belong to.",
+    )
+
+
+def _around(whole: Manifold, ducts: list[Duct]) -> Manifold:
+    """What of the robot is near the ducts of one part: quicker to intersect with each of them."""
+    points = np.vstack([np.vstack([duct.path, duct.begin, duct.end, duct.seat]) for duct in ducts])
+    low, high = points.min(axis=0) - _NEAR_MM, points.max(axis=0) + _NEAR_MM
+    return whole ^ Manifold.cube(tuple(high - low)).translate(tuple(low))
+
+
+def _share(probe: Manifold, solid: Manifold) -> float:
+    volume = probe.volume()
+    return float((probe ^ solid).volume() / volume) if volume > 0 else 0.0

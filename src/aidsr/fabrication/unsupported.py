@@ -1,0 +1,36 @@
+"""What a simulation can do and no part stands for: a cable with two motors, joints that turn as one, lifted weight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from aidsr.core.artifacts import Fault
+from aidsr.fabrication.anatomy import Anatomy
+
+__all__ = ["unbuilt_faults"]
+
+
+def unbuilt_faults(anatomy: Anatomy) -> Iterator[Fault]:
+    """Yield what would be missing from the built robot."""
+    for code, names, message, cure in (
+        (
+            "cable_shared",
+            anatomy.shared_cables,
+            "is pulled by several actuators, and one winch is built for a cable",
+            "Keep one actuator for each tendon, with the force of all of them.",
+        ),
+        (
+            "joints_coupled",
+            anatomy.couplings,
+            "makes joints or tendons move as one in simulation, and no gear or linkage is built for it",
+            "Leave the equality out, or lead one tendon across all these joints.",
+        ),
+        (
+            "weight_lifted",
+            anatomy.weightless,
+            "is relieved of its weight in simulation (gravcomp), and nothing holds the built part up",
+            "Remove gravcomp, and stiffen the joints until the limb carries itself.",
+        ),
+    ):
+        if names:
+            yield Fault(code=code, layer="realizability", severity="error", names=names, message=message, cure=cure)

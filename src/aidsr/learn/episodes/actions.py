@@ -1,0 +1,165 @@
+"""From an action of -1 to 1 to the controls of actuators, some of which act together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.core.errors import UserError
+from aidsr.sim.structure import ROBOT_PREFIX, Structure, name_of, names_of, read_structure
+from aidsr.tasks.readings import FloatArray
+from aidsr.tasks.task import Task
+
+__all__ = ["ActionMap", "Grouping", "GroupsFrom", "map_actions", "recorded_actions"]
+
+Grouping = Literal["auto", "off"]
+"""Whether actuators that belong together share one action."""
+
+GroupsFrom = Literal["design", "symmetry", "none"]
+"""Who says which actuators belong together."""
+
+_ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
+
+
+@dataclass(frozen=True)
+class ActionMap:
+    """What each number of an action drives; k numbers, m actuators."""
+
+    groups: tuple[ActuatorGroup, ...]
+    """One for each number of an action, in order: the robot's first, then the base that the policy drives."""
+    groups_from: GroupsFrom
+    actuators: tuple[int, ...]
+    """Ids of the actuators driven, m of them."""
+    follows: tuple[int, ...]
+    """Which number of the action each of them follows, m of them."""
+    low: FloatArray
+    """Control at an action of -1, (m,)."""
+    high: FloatArray
+    """Control at an action of 1, (m,)."""
+
+    @property
+    def size(self) -> int:
+        """Numbers in an action."""
+        return len(self.groups)
+
+    @property
+    def rest(self) -> FloatArray:
+        """The action whose controls are nearest to 0, with which an episode begins, (k,)."""
+        mine = np.clip(-(self.high + self.low) / (self.high - self.low), -1.0, 1.0)
+        follows = np.array(self.follows)
+        return np.array([mine[follows == k].mean() for k in range(self.size)])
+
+    def ctrl(self, action: FloatArray) -> FloatArray:
+        """Return the controls of the driven actuators, (n, k) -> (n, m)."""
+        mine = np.clip(action, -1.0, 1.0)[:, list(self.follows)]
+        return self.low + (mine + 1.0) / 2.0 * (self.high - self.low)
+
+
+def map_actions(
+    model: mujoco.MjModel, task: Task, declared: Sequence[ActuatorGroup] = (), grouping: Grouping = "auto"
+) -> ActionMap:
+    """Return how an action drives a scene.
+
+    Args:
+        model: The compiled scene.
+        task: Names the actuators of a base that the policy drives as well.
+        declared: Groups as the robot's author names them, with or without the prefix "robot/".
+        grouping: "auto" takes the declared groups. Where there are none and the robot hangs from a mount, limbs of the
+            same build act together, as symmetric fingers do in the paper. The limbs of a robot that is free must
+            differ to walk, so symmetry groups nothing there. "off" gives each actuator its own action.
+
+    Raises:
+        UserError: The groups do not fit the scene, or an actuator has no control range.
+    """
+    structure = read_structure(model)
+    if not structure.actuators:
+        raise UserError("a robot with actuators was expected, and this scene has none; nothing could be learned")
+    groups, groups_from = _robot_groups(model, structure, declared, grouping)
+    groups += [(name, (int(model.actuator(name).id),)) for name in task.policy_actuators]
+    return _action_map(model, groups, groups_from)
+
+
+def recorded_actions(model: mujoco.MjModel, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> ActionMap:
+    """Return how an action drove a scene before, as an `ActionMap` of it has recorded.
+
+    Args:
+        model: The compiled scene, the same or one with the same actuators.
+        groups: All of them, one for each number of an action, as recorded.
+        groups_from: As recorded.
+
+    Raises:
+        UserError: The scene lacks an actuator, or one has no control range.
+    """
+    ids = {name_of(model, _ACTUATOR, i): i for i in range(model.nactuator)}
+    lacking = [name for group in groups for name in group.actuators if name not in ids]
+    if lacking:
+        raise UserError(
+            f"the policy drives {', '.join(lacking)}, and this scene has only {', '.join(ids)}; train a policy for it"
+        )
+    found = [(group.name, tuple(ids[name] for name in group.actuators)) for group in groups]
+    return _action_map(model, found, groups_from)
+
+
+_Groups = list[tuple[str, tuple[int, ...]]]
+
+
+def _action_map(model: mujoco.MjModel, groups: _Groups, groups_from: GroupsFrom) -> ActionMap:
+    actuators = [member for _, members in groups for member in members]
+    unlimited = [i for i in actuators if not model.actuator_ctrllimited[i]]
+    if unlimited:
+        names = ", ".join(names_of(model, _ACTUATOR, tuple(unlimited)))
+        raise UserError(f"every actuator needs a ctrlrange to be driven by a policy; these have none: {names}")
+    return ActionMap(
+        groups=tuple(ActuatorGroup(name=name, actuators=names_of(model, _ACTUATOR, m)) for name, m in groups),
+        groups_from=groups_from,
+        actuators=tuple(actuators),
+        follows=tuple(k for k, (_, members) in enumerate(groups) for _ in members),
+        low=model.actuator_ctrlrange[actuators, 0].copy(),
+        high=model.actuator_ctrlrange[actuators, 1].copy(),
+    )
+
+
+def _robot_groups(
+    model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup], grouping: Grouping
+) -> tuple[_Groups, GroupsFrom]:
+    """Return groups of actuator ids with names, the robot's actuators each in one, and where they come from."""
+    found: _Groups = []
+    groups_from: GroupsFrom = "none"
+    if grouping == "auto" and declared:
+        found, groups_from = _declared_groups(model, structure, declared), "design"
+    elif grouping == "auto" and not structure.free_roots and structure.symmetric_groups:
+        found = [(f"{name_of(model, _ACTUATOR, ids[0])} and alike", ids) for ids in structure.symmetric_groups]
+        groups_from = "symmetry"
+    grouped = {member for _, members in found for member in members}
+    single: _Groups = [(name_of(model, _ACTUATOR, i), (i,)) for i in structure.actuators if i not in grouped]
+    return sorted(found + single, key=lambda group: group[1][0]), groups_from
+
+
+def _declared_groups(model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup]) -> _Groups:
+    """Return the declared groups as ids.
+
+    Raises:
+        UserError: A member is no actuator of the robot, or stands in two groups.
+    """
+    ids = {name_of(model, _ACTUATOR, i): i for i in structure.actuators}
+    groups: _Groups = []
+    taken: set[int] = set()
+    for group in declared:
+        members = []
+        for name in group.actuators:
+            index = ids.get(name, ids.get(ROBOT_PREFIX + name))
+            if index is None or index in taken:
+                problem = "stands in a group already" if index is not None else f"is none of {', '.join(ids)}"
+                raise UserError(
+                    f'actuator group "{group.name}" must name actuators of the robot, each in one group only; '
+                    f'"{name}" {problem}. Correct the group, or train without groups'
+                )
+            taken.add(index)
+            members.append(index)
+        groups.append((group.name, tuple(members)))
+    return groups

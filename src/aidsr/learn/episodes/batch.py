@@ -1,0 +1,225 @@
+"""Many episodes of one task side by side: all simulations advance in one native call, all numbers are arrays."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch, SimulationError
+from numpy.typing import NDArray
+
+from aidsr.learn.episodes.actions import ActionMap
+from aidsr.learn.episodes.divergence import broken_down, quiet
+from aidsr.learn.episodes.proprioception import Proprioception
+from aidsr.sim.structure import read_structure
+from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
+from aidsr.tasks.readings import BoolArray, FloatArray
+from aidsr.tasks.scoring import begin, restart, score
+
+__all__ = ["OBSERVED_LIMIT", "Episodes", "Moment"]
+
+OBSERVED_LIMIT = 1e6
+"""Observations are cut off here, so that the last moment before a breakdown fits into single precision. Our choice:
+far above any length, speed or force that means something."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What one control step brought to n episodes, each (n,) unless it says otherwise.
+
+    Rows of episodes that had ended before are zero and False.
+    """
+
+    observation: NDArray[np.float32]
+    """What the policy sees now, (n, n_observations)."""
+    reward: FloatArray
+    progress: FloatArray
+    violation: FloatArray
+    succeeded: BoolArray
+    """The goal has been held; the episode ends."""
+    failed: BoolArray
+    """The task's own rule ends the episode."""
+    diverged: BoolArray
+    """The simulation broke down; the episode ends."""
+    out_of_time: BoolArray
+    """The time limit ends the episode, and nothing else does."""
+    time_s: FloatArray
+    """Since the episode began [s]."""
+
+    @property
+    def terminated(self) -> BoolArray:
+        """Where the episode came to an end of its own."""
+        return self.succeeded | self.failed | self.diverged
+
+    @property
+    def ended(self) -> BoolArray:
+        """Where the episode came to any end."""
+        return self.terminated | self.out_of_time
+
+
+class Episodes:
+    """Episodes of a task in one scene. One that has ended stands still until it is begun anew.
+
+    Args:
+        model: The compiled scene; it is copied.
+        task: What is observed and scored.
+        actions: What an action drives.
+        variations: What each episode is started with; as many episodes are run side by side.
+        threads: Native threads, this one included; 0 takes all processors. The results do not depend on it.
+        smoothing: Share of the previous action that is kept in the next, 0 to below 1.
+        record: Fields of MjData to keep from every physics step, see `recorded`.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        task: Task,
+        actions: ActionMap,
+        variations: Sequence[Variation],
+        *,
+        threads: int = 0,
+        smoothing: float = 0.0,
+        record: Sequence[str] = (),
+    ) -> None:
+        if not 0.0 <= smoothing < 1.0:
+            raise ValueError(f"smoothing keeps a share of 0 to below 1 of the previous action, found {smoothing}")
+        self.model = copy.copy(model)
+        # after an automatic reset a simulation that broke down would look like a fresh one
+        self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        self.task, self.actions, self.n, self.smoothing = task, actions, len(variations), smoothing
+        self.batch = Batch(self.model, nsim=self.n, nthread=threads)
+        self.structure = read_structure(self.model)
+        self.physics_steps = max(1, round(task.control_dt_s / self.model.opt.timestep))
+        self.time_limit_s = np.full(self.n, task.time_limit_s)
+        """When each episode ends at the latest; beginning it anew sets it back to the task's limit."""
+        self.running = np.zeros(self.n, dtype=np.bool_)
+        self.variations = list(variations)
+        self.recorded: dict[str, FloatArray] = {}
+        """Of the last control step, (n_running, physics_steps, ...) by field; rows are those of `stepped`."""
+        self.stepped: NDArray[np.intp] = np.arange(0)
+        """Which episodes the last control step advanced."""
+        self._record = ("sensordata", *record)
+        self._reader = Reader.of(task, self.model)
+        self._body = Proprioception.of(self.model, self.structure)
+        self._last_action = np.tile(actions.rest, (self.n, 1))
+        self._template = mujoco.MjData(self.model)
+        self._bind_outputs()
+        self._apply(np.arange(self.n))
+        readings = self._read(self._sensordata[:, None])
+        self._standing = begin(task, readings)
+        self.observation = self._observe(readings)
+        """What the policy sees now, (n, n_observations)."""
+
+    def _bind_outputs(self) -> None:
+        """Name the derived fields that are looked at, so that MuJoCo copies them out."""
+        fields = ["sensordata", "ten_length", "ten_velocity", "actuator_force", "cvel", "xipos", "subtree_com"]
+        for field in [*fields, *(["geom_xpos", "geom_xmat"] if self.task.needs_outline else [])]:
+            self.batch.bind(field)
+        self._sensordata = np.zeros((self.n, self.model.nsensordata))
+
+    # --- beginning ---
+
+    def begin(self, ids: NDArray[np.intp], variations: Sequence[Variation]) -> NDArray[np.float32]:
+        """Begin some episodes anew and return what all policies see now, (n, n_observations).
+
+        Args:
+            ids: Which, in rising order.
+            variations: What each of them is started with.
+        """
+        for index, variation in zip(ids.tolist(), variations, strict=True):
+            self.variations[index] = variation
+        self._apply(ids)
+        which = np.isin(np.arange(self.n), ids)
+        readings = self._read(self._sensordata[:, None])
+        self._standing = restart(self._standing, begin(self.task, readings), which)
+        self.observation = np.where(which[:, None], self._observe(readings), self.observation)
+        return self.observation
+
+    def _apply(self, ids: NDArray[np.intp]) -> None:
+        with quiet():
+            apply_to_batch([self.variations[i] for i in ids.tolist()], self.batch, ids.tolist())
+        self.running[ids] = True
+        self.time_limit_s[ids] = self.task.time_limit_s
+        self._last_action[ids] = self.actions.rest
+        self._sensordata[ids] = self.batch.bind("sensordata")[ids]
+
+    # --- going on ---
+
+    def step(self, action: NDArray[np.floating]) -> Moment:
+        """Advance every running episode by one control step.
+
+        Args:
+            action: What each policy asks for, (n, n_actions), -1 to 1.
+        """
+        asked = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        running = self.running.copy()
+        applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * asked
+        self._last_action = np.where(running[:, None], applied, self._last_action)
+        samples, diverged = self._simulate(running)
+        readings = self._read(samples)
+        after, worth = score(self.task, self._standing, readings, asked)
+        good = running & ~diverged
+        self._standing = restart(self._standing, after, good)
+        # what a broken simulation shows means nothing: the policy keeps its last sight of it
+        self.observation = np.where(good[:, None], self._observe(readings), self.observation)
+        succeeded, failed = good & worth.succeeded, good & worth.failed & ~worth.succeeded
+        over = readings.time_s > self.time_limit_s - self.task.control_dt_s / 2
+        moment = Moment(
+            observation=self.observation,
+            reward=np.where(good, worth.reward, 0.0),
+            progress=np.where(running, self._standing.progress, 0.0),
+            violation=np.where(good, worth.violation, 0.0),
+            succeeded=succeeded,
+            failed=failed,
+            diverged=diverged,
+            out_of_time=good & over & ~succeeded & ~failed,
+            time_s=np.where(running, readings.time_s, 0.0),
+        )
+        self.running = running & ~moment.ended
+        return moment
+
+    def _simulate(self, running: BoolArray) -> tuple[FloatArray, BoolArray]:
+        """Run the physics of one control step; return samples, (n, steps, nsensordata), and what diverged."""
+        self.stepped = ids = np.flatnonzero(running)
+        ctrl = self.batch.bind("ctrl")
+        for name, value in self.task.script(self._read(self._sensordata[:, None])).items():
+            ctrl[ids, self.model.actuator(name).id] = value[ids]
+        ctrl[np.ix_(ids, np.array(self.actions.actuators))] = self.actions.ctrl(self._last_action)[ids]
+        samples = np.repeat(self._sensordata[:, None], self.physics_steps, axis=1)
+        if ids.size:
+            self.recorded = self._rollout(ids)
+            samples[ids] = self.recorded["sensordata"]
+        diverged = running & (broken_down(self.batch) | (self.batch.status != 0))
+        samples[diverged] = self._sensordata[diverged, None]
+        self._sensordata = samples[:, -1].copy()
+        return samples, diverged
+
+    def _rollout(self, ids: NDArray[np.intp]) -> dict[str, FloatArray]:
+        shapes = {name: getattr(self._template, name).shape for name in self._record}
+        out = {name: np.zeros((ids.size, self.physics_steps, *shape)) for name, shape in shapes.items()}
+        # what went wrong in single simulations stands in batch.status
+        with quiet(), contextlib.suppress(SimulationError):
+            self.batch.rollout(self.physics_steps, record=self._record, ids=ids, out=out)
+        return out
+
+    # --- looking ---
+
+    def _read(self, samples: FloatArray) -> Readings:
+        outline = self.task.needs_outline
+        return self._reader.read(
+            samples,
+            self.batch.bind("time").copy(),
+            self.variations,
+            self.batch.bind("geom_xpos") if outline else None,
+            self.batch.bind("geom_xmat") if outline else None,
+        )
+
+    def _observe(self, readings: Readings) -> NDArray[np.float32]:
+        """Return proprioception, last action and the task's features, (n, n_observations)."""
+        features = self.task.features(readings, self._standing.memory)
+        seen = np.concatenate([self._body.read(self.batch), self._last_action, features], axis=1)
+        return np.asarray(np.clip(np.nan_to_num(seen), -OBSERVED_LIMIT, OBSERVED_LIMIT), dtype=np.float32)

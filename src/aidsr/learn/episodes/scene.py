@@ -1,0 +1,144 @@
+"""A scene as training and evaluation take it: text, compiled model, task, and what an action drives."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+import mujoco
+import numpy as np
+from lxml import etree
+
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions, recorded_actions
+from aidsr.mjcf.compile import compile_mjcf
+from aidsr.sim.assembly import add_sensors
+from aidsr.sim.task_sensors import check_task_sensors
+from aidsr.tasks import Level, Task, load_task
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["TaskScene", "read_mjcf_text"]
+
+
+@dataclass(frozen=True, eq=False)
+class TaskScene:
+    """A robot in the environment of a task, ready to be learned with.
+
+    Scenes come from our own assembly, out of a robot that was validated in isolation; here they are checked by the safe
+    loader once more and then stepped in this process, where a policy can be trained at full speed.
+    """
+
+    mjcf: str
+    task: Task
+    model: mujoco.MjModel
+    actions: ActionMap
+
+    @classmethod
+    def of(
+        cls,
+        scene: str | Path,
+        task: str | Task,
+        *,
+        level: Level = "standard",
+        groups: Sequence[ActuatorGroup] = (),
+        grouping: Grouping = "auto",
+    ) -> Self:
+        """Return a scene for a task.
+
+        Args:
+            scene: MJCF of the scene, or the path of a file that holds it.
+            task: A task or its name.
+            level: Level of a task given by name.
+            groups: Actuators that act together, as the robot's author says.
+            grouping: See `map_actions`.
+
+        Raises:
+            UserError: There is no such file or task, or the scene is not one of this task at this level.
+            MjcfError: The scene cannot be loaded, or a sensor of it is called as one of the task's is and measures
+                something else.
+        """
+        task = load_task(task, level) if isinstance(task, str) else task
+        mjcf = _measured(read_mjcf_text(scene), task)
+        model = compile_mjcf(mjcf)
+        check_task_sensors(model, task.sensors)
+        return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
+
+    def driven_as(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
+        """Return the scene with actions as a training has recorded them, however they would be found today.
+
+        Raises:
+            UserError: The scene lacks an actuator.
+        """
+        return replace(self, actions=recorded_actions(self.model, groups, groups_from))
+
+    @property
+    def fingerprint(self) -> str:
+        """Of the scene's text: tells whether a policy was trained on this very scene."""
+        return hashlib.sha256(self.mjcf.encode()).hexdigest()
+
+
+def read_mjcf_text(scene: str | Path) -> str:
+    """Return an MJCF text, given as itself or as the path of its file.
+
+    Raises:
+        UserError: There is no such file.
+    """
+    if isinstance(scene, str) and "<" in scene:
+        return scene
+    try:
+        return Path(scene).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"the MJCF of a scene was expected, and {scene} cannot be read ({error})") from None
+
+
+def _measured(mjcf: str, task: Task) -> str:
+    """Return the MJCF of a scene, with those sensors of a task that it does not have yet.
+
+    Raises:
+        UserError: The scene is not one of this task at this level.
+        MjcfError: The scene cannot be loaded.
+    """
+    try:
+        root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
+    except etree.XMLSyntaxError:
+        return mjcf  # the safe loader says it better
+    names = {element.get("name") for element in root.iter(etree.Element)}
+    missing = [name for name in task.required_names if name not in names]
+    if missing:
+        raise UserError(
+            f"a scene of the task {task.name} was expected, and this one lacks {', '.join(missing)}; "
+            "use the final.xml of a design for this task, or assemble the robot into the task's environment"
+        )
+    _check_measures(root, task)
+    sensors = {
+        element.get("name") for section in root.iter("sensor") for element in section.iterchildren(etree.Element)
+    }
+    return mjcf if all(sensor.name in sensors for sensor in task.sensors) else add_sensors(mjcf, task.sensors)
+
+
+def _check_measures(root: etree._Element, task: Task) -> None:
+    """Refuse a scene whose environment has other measures than the task at its level: it would be another job.
+
+    Raises:
+        UserError: It has.
+    """
+    for place, attributes in task.edits.items():
+        element, _, name = place.partition("/")
+        for node in (node for node in root.iter(element) if node.get("name") == name):
+            for attribute, value in attributes.items():
+                written = node.get(attribute)  # MuJoCo leaves out what is as by default
+                if written is not None and not _alike(written, np.atleast_1d(value)):
+                    raise UserError(
+                        f"a scene of {task.name} at level {task.level} has {attribute} "
+                        f"{' '.join(f'{number:g}' for number in np.atleast_1d(value))} in its {element} {name}, and "
+                        f"this one has {written}; name the level it was made for with --level, or design for this one"
+                    )
+
+
+def _alike(written: str, wanted: FloatArray) -> bool:
+    present = np.array([float(number) for number in written.split()])
+    return present.shape == wanted.shape and np.allclose(present, wanted, rtol=1e-4, atol=1e-6)

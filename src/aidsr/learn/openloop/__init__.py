@@ -1,0 +1,12 @@
+"""How far a body gets on its task without learning: many open-loop motions, played at once.
+
+motion     one motion: pulls that ramp from one value to another, with a sinusoid on top
+searching  random motions first, then the cross-entropy method around the best
+report     what came out, kept as probe.json
+"""
+
+from aidsr.learn.openloop.motion import Motion
+from aidsr.learn.openloop.probe_scene import probe, probe_scene
+from aidsr.learn.openloop.report import ProbeReport
+
+__all__ = ["Motion", "ProbeReport", "probe", "probe_scene"]

@@ -1,0 +1,140 @@
+"""Open-loop motions: what each group of actuators does over time, whatever the body feels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import Artifact
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["GroupMotion", "Motion", "Motions", "OpenLoop"]
+
+_DIGITS = 4
+"""Of the numbers of a motion. Our choice: finer than any winch, and still readable."""
+
+
+class GroupMotion(Artifact):
+    """What one group of actuators does, in actions: -1 to 1 spans the control range, beyond it is cut off."""
+
+    group: str
+    first: float
+    """Until the ramp begins."""
+    last: float
+    """Once the ramp has ended."""
+    amplitude: float = 0.0
+    """Of the sinusoid on top."""
+    phase_rad: float = 0.0
+
+
+class Motion(Artifact):
+    """One motion of a body: each group goes from one value to another and swings about it.
+
+    action(t) = first + (last - first) x ramp(t) + amplitude x sin(2 pi frequency t + phase), cut off at -1 and 1
+    """
+
+    begin_s: float
+    """When the ramp begins."""
+    ramp_s: float
+    """How long it takes."""
+    frequency_hz: float
+    """Of all groups."""
+    groups: tuple[GroupMotion, ...]
+
+    @property
+    def in_words(self) -> str:
+        """The motion as one line, and how many of the groups it moves."""
+        moving = [group for group in self.groups if group.first != group.last or group.amplitude]
+        ramps = any(group.first != group.last for group in self.groups)
+        swings = any(group.amplitude for group in self.groups)
+        how = [f"ramp from {self.begin_s:.2g} s for {self.ramp_s:.2g} s"] * ramps
+        how += [f"swing at {self.frequency_hz:.2g} Hz"] * swings
+        return ", ".join(how or ["hold"]) + f" ({len(moving)} of {len(self.groups)} groups)"
+
+
+@dataclass(frozen=True)
+class Motions:
+    """n motions of k groups as arrays, to be played side by side."""
+
+    first: FloatArray
+    """(n, k)."""
+    change: FloatArray
+    """From first to last, (n, k)."""
+    amplitude: FloatArray
+    """(n, k)."""
+    phase_rad: FloatArray
+    """(n, k)."""
+    frequency_hz: FloatArray
+    """(n,)."""
+    begin_s: FloatArray
+    """(n,)."""
+    ramp_s: FloatArray
+    """(n,)."""
+
+    @classmethod
+    def of(cls, motions: Sequence[Motion]) -> Self:
+        """Return motions as arrays."""
+
+        def each(name: str) -> FloatArray:
+            return np.array([[getattr(group, name) for group in motion.groups] for motion in motions])
+
+        return cls(
+            first=each("first"),
+            change=each("last") - each("first"),
+            amplitude=each("amplitude"),
+            phase_rad=each("phase_rad"),
+            frequency_hz=np.array([motion.frequency_hz for motion in motions]),
+            begin_s=np.array([motion.begin_s for motion in motions]),
+            ramp_s=np.array([motion.ramp_s for motion in motions]),
+        )
+
+    def at(self, time_s: float | FloatArray) -> FloatArray:
+        """Return the actions at a moment, the same for all or one for each (n,); (n, k), -1 to 1."""
+        ramp = np.clip((time_s - self.begin_s) / self.ramp_s, 0.0, 1.0)[:, None]
+        swing = self.amplitude * np.sin(2 * np.pi * (self.frequency_hz * time_s)[:, None] + self.phase_rad)
+        return np.clip(self.first + self.change * ramp + swing, -1.0, 1.0)
+
+    def motion(self, index: int, names: Sequence[str]) -> Motion:
+        """Return one of them in a readable form, rounded."""
+
+        def rounded(value: float) -> float:
+            return round(float(value), _DIGITS)
+
+        return Motion(
+            begin_s=rounded(self.begin_s[index]),
+            ramp_s=rounded(self.ramp_s[index]),
+            frequency_hz=rounded(self.frequency_hz[index]),
+            groups=tuple(
+                GroupMotion(
+                    group=name,
+                    first=rounded(self.first[index, k]),
+                    last=rounded(self.first[index, k] + self.change[index, k]),
+                    amplitude=rounded(self.amplitude[index, k]),
+                    phase_rad=rounded(self.phase_rad[index, k]),
+                )
+                for k, name in enumerate(names)
+            ),
+        )
+
+
+class OpenLoop:
+    """Plays motions from the beginning, one for each episode, without looking.
+
+    Args:
+        motions: As many as there are episodes.
+        control_dt_s: Time between two actions [s].
+    """
+
+    def __init__(self, motions: Motions, control_dt_s: float) -> None:
+        self._motions, self._control_dt_s = motions, control_dt_s
+        self._steps = 0
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """Return the next actions, (n, k)."""
+        del observation
+        self._steps += 1
+        return self._motions.at((self._steps - 1) * self._control_dt_s)

@@ -1,0 +1,103 @@
+"""Which motions are tried: random ones of three families, then the cross-entropy method around the best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from aidsr.learn.openloop.motion import Motions
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["FAMILIES", "Family", "Space"]
+
+Family = Literal["pull", "swing", "both"]
+"""Ramps from one value to another; sinusoids about a value; sinusoids on ramps."""
+
+FAMILIES: tuple[Family, ...] = get_args(Family)
+
+_ELITE = 0.25
+"""Share of the motions of a family around which the search goes on.
+
+Source: de Boer et al. 2005, "A tutorial on the cross-entropy method", where 1 to 10 % of much larger samples are kept.
+"""
+_LEAST_SPREAD = 0.1
+"""Of the search around its elite, in actions and in natural logarithms of times and frequencies. Our choice."""
+_CLOSE = 0.3
+"""Share of the elite's spread with which the very best motion is varied. Our choice: touch has narrow optima."""
+_AT_REST = 0.4
+"""Share of the groups that a random ramp leaves at rest. Our choice: a body bends to one side when few of its tendons
+are pulled."""
+_FREQUENCY_HZ = (0.3, 3.0)
+_FIRST_RAMP_S = 0.1
+"""Our choice: what winches and bodies of this size can follow."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """Motions as rows of numbers, among which the search moves.
+
+    Columns: first, change, sine and cosine of each group, then the logarithms of frequency [Hz], begin and ramp [s].
+    Sine and cosine stand for amplitude and phase, because a phase has no mean.
+    """
+
+    rest: FloatArray
+    """Actions at which the controls are nearest to 0, (k,)."""
+    longest_s: float
+    """How long a motion is played."""
+
+    def random(self, family: Family, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return random motions of a family, (count, 4 k + 3)."""
+        k = self.rest.size
+        first, change, sine, cosine = np.zeros((4, count, k))
+        first += self.rest
+        if family in ("swing", "both"):
+            amplitude, phase = rng.uniform(0.2, 2.0, (count, k)), rng.uniform(0.0, 2 * np.pi, (count, k))
+            sine, cosine = amplitude * np.cos(phase), amplitude * np.sin(phase)
+            first = self.rest + rng.uniform(-1.0, 1.0, (count, k))
+        if family in ("pull", "both"):
+            ends = np.where(rng.random((2, count, k)) < _AT_REST, self.rest, rng.uniform(-1.0, 1.0, (2, count, k)))
+            first = ends[0] if family == "pull" else first
+            change = ends[1] - ends[0]
+        times = [_log_uniform(rng, _FREQUENCY_HZ, count)]
+        times += [_log_uniform(rng, (_FIRST_RAMP_S, part * self.longest_s), count) for part in (0.5, 0.3)]
+        return np.concatenate([first, change, sine, cosine, np.stack(times, axis=1)], axis=1)
+
+    def around(self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return new motions around the best of one family: half about their mean, half close about the very best.
+
+        Args:
+            rows: Motions tried so far, (n, 4 k + 3).
+            fitness: What they were worth, (n,).
+            count: How many new ones.
+            rng: Draws them.
+        """
+        order = np.argsort(-fitness, kind="stable")[: max(2, int(_ELITE * fitness.size))]
+        elite = rows[order]
+        spread = np.maximum(elite.std(axis=0), _LEAST_SPREAD)
+        half = np.arange(count)[:, None] % 2 == 0
+        about, scale = np.where(half, elite.mean(axis=0), elite[0]), np.where(half, 1.0, _CLOSE)
+        drawn = about + scale * spread * rng.standard_normal((count, rows.shape[1]))
+        # a number in which no motion of the family differs is none of the family's
+        return np.asarray(np.where(np.ptp(rows, axis=0) > 0.0, drawn, rows[0]))
+
+    def motions(self, rows: FloatArray) -> Motions:
+        """Return rows of numbers as motions."""
+        k = self.rest.size
+        first, change, sine, cosine = (rows[:, i * k : (i + 1) * k] for i in range(4))
+        frequency, begin, ramp = np.exp(rows[:, 4 * k :]).T
+        return Motions(
+            first=first,
+            change=change,
+            amplitude=np.hypot(sine, cosine),
+            phase_rad=np.arctan2(cosine, sine),
+            frequency_hz=np.clip(frequency, *_FREQUENCY_HZ),
+            begin_s=begin,
+            ramp_s=np.maximum(ramp, _FIRST_RAMP_S),
+        )
+
+
+def _log_uniform(rng: np.random.Generator, span: tuple[float, float], count: int) -> FloatArray:
+    """Return natural logarithms spread evenly over a span, (count,)."""
+    return rng.uniform(np.log(span[0]), np.log(span[1]), count)

@@ -1,0 +1,257 @@
+"""One motion, watched step by step: how near the robot comes, what it touches and how hard, how fast its parts move."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from aidsr.learn.episodes.batch import Episodes, Moment
+from aidsr.learn.episodes.divergence import speeds_m_s
+from aidsr.learn.episodes.playing import Course, play
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.openloop.motion import Motion, Motions, OpenLoop
+from aidsr.sim.assembly import FUNCTIONAL_SITE
+from aidsr.tasks import Variation, apply_to_simulation
+from aidsr.tasks.goal_kinds import MoveTask, ReachTask
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["Look", "Trace", "trace"]
+
+_ROBOT = "robot/"
+_FAR_M = 2.0
+"""Gaps are looked for no further than this. Our choice: beyond any environment of ours."""
+_KEPT_S = 0.2
+"""A force that is kept up so long is the robot's; what is over sooner is an impact. Our choice: as long as the shortest
+hold of a task."""
+_JOINT = mujoco.mjtJoint
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a control step came to."""
+
+    time_s: float
+    progress: float
+    gap_m: float
+    """To the nearest target from the functional part's body, or what carries it where that has no shape, or the whole
+    robot where neither has; to a point that is to be reached from the working point. `_FAR_M` without a target."""
+    nearest: str
+    """That target; empty without one."""
+    force_n: float
+    """Normal forces of the robot on all targets together."""
+    touching: tuple[str, ...]
+    """Bodies of the robot that touch a target."""
+    touched: tuple[str, ...]
+    """Targets that the robot touches."""
+    violation: float
+    """How badly it does what the task forbids, 0 to 1."""
+    moved_m: float
+    """How far the target that was moved most is from where it began."""
+    apart_m: float
+    """From the robot's root to the nearest target, 0 without a target."""
+    reach_m: float
+    """From the robot's root to its functional part."""
+    travelled_m: float
+    """Level distance of the robot's centre of mass from where it began."""
+    fastest: str
+    """Body of the robot that moves fastest."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """How one episode went."""
+
+    looks: tuple[Look, ...]
+    course: Course
+    gives_way_at_n: Mapping[str, float]
+    """Force that moves each target all its way: its friction and spring, or its weight. Those that are fixed, or turn,
+    are not listed."""
+    free: bool
+    """Whether nothing holds the robot's root."""
+
+    @property
+    def takes_n(self) -> float:
+        """Least force that moves a target which the robot touches; 0 where none gives way in one direction."""
+        touched = {name for look in self.looks for name in look.touched}
+        return min((force_n for name, force_n in self.gives_way_at_n.items() if name in touched), default=0.0)
+
+    @property
+    def needed_m(self) -> float:
+        """From the robot's root to the nearest target when that was nearest, 0 without a target."""
+        return min(look.apart_m for look in self.looks)
+
+    @property
+    def best(self) -> Look:
+        """When progress was largest, for the first time."""
+        return max(self.looks, key=lambda look: look.progress)
+
+    @property
+    def nearest(self) -> Look:
+        """When the functional part was nearest to a target."""
+        return min(self.looks, key=lambda look: look.gap_m)
+
+    @property
+    def hardest(self) -> Look:
+        """When the robot pushed hardest on its targets."""
+        return max(self.looks, key=lambda look: look.force_n)
+
+    @property
+    def kept_n(self) -> float:
+        """Largest force on the targets that was kept up; impacts do not count."""
+        span_s = self.looks[-1].time_s / len(self.looks)
+        many = min(len(self.looks), math.ceil(_KEPT_S / span_s) if span_s else 1)
+        return max(min(look.force_n for look in self.looks[i : i + many]) for i in range(len(self.looks) - many + 1))
+
+
+def trace(place: TaskScene, variation: Variation, motion: Motion, targets: Sequence[str]) -> Trace:
+    """Play a motion once more and watch it.
+
+    Args:
+        place: The scene.
+        variation: In which it is played.
+        motion: What the actuators do.
+        targets: Bodies of the environment that the robot is to touch, or the site or body that it is to reach.
+    """
+    watch = _Watch(place, variation, targets)
+    episodes = Episodes(place.model, place.task, place.actions, [variation], threads=1)
+    looks: list[Look] = []
+
+    def look(moment: Moment) -> None:
+        if not moment.diverged[0]:
+            looks.append(watch.look(episodes, moment))
+
+    course = play(episodes, OpenLoop(Motions.of([motion]), place.task.control_dt_s), look)
+    free = bool(episodes.structure.free_roots)
+    return Trace(tuple(looks) or (watch.first(),), course, watch.gives_way_at_n(), free)
+
+
+class _Watch:
+    """Looks at the state of an episode through a simulation of its own."""
+
+    def __init__(self, place: TaskScene, variation: Variation, targets: Sequence[str]) -> None:
+        self._model = model = copy.copy(place.model)
+        self._data = mujoco.MjData(model)
+        apply_to_simulation(variation, model, self._data)
+        self._names = [model.body(body).name for body in range(model.nbody)]
+        self._robot = np.array([name.startswith(_ROBOT) for name in self._names])
+        self._root = int(self._robot.argmax())
+        self._site = model.site(FUNCTIONAL_SITE).id
+        part = int(model.site_bodyid[self._site])
+        while part != self._root and not model.body_geomnum[part]:
+            part = int(model.body_parentid[part])
+        self._parts = [part] if model.body_geomnum[part] else np.flatnonzero(self._robot).tolist()
+        # a goal of reaching is about a point, all others are about bodies
+        self._points = {name: self._point(name) for name in targets if isinstance(place.task, ReachTask)}
+        bodies = {name: model.body(name).id for name in targets if name not in self._points}
+        if isinstance(place.task, MoveTask):  # a body is moved by whatever it is fixed to
+            bodies = {name: int(model.body_weldid[body]) or body for name, body in bodies.items()}
+        self._targets = {body: name for name, first in bodies.items() for body in self._carried_by(first)}
+        self._start = self._data.subtree_com[self._root].copy()
+        self._targets_start = self._centres()
+
+    def _point(self, name: str) -> FloatArray:
+        """Return where a site, or else the origin of a body, is from now on, (3,) [m]."""
+        site = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, name)
+        found: FloatArray = self._data.site_xpos[site] if site >= 0 else self._data.body(name).xpos
+        return found
+
+    def _carried_by(self, body: int) -> list[int]:
+        """Return a body and all that it carries."""
+        found = {body}
+        for other in range(body + 1, self._model.nbody):
+            if int(self._model.body_parentid[other]) in found and body:
+                found.add(other)
+        return [each for each in found if not self._robot[each]]
+
+    def gives_way_at_n(self) -> dict[str, float]:
+        """Return what `Trace.gives_way_at_n` says."""
+        found = {name: self._gives_way_at_n(body) for body, name in self._targets.items()}
+        return {name: force_n for name, force_n in found.items() if force_n}
+
+    def _gives_way_at_n(self, body: int) -> float:
+        """Return the force that moves a body with whatever carries it; 0 where it is fixed, or turns."""
+        model = self._model
+        while body and not model.body_jntnum[body]:
+            body = int(model.body_parentid[body])
+        joint = int(model.body_jntadr[body])
+        if joint < 0:
+            return 0.0
+        if model.jnt_type[joint] == _JOINT.mjJNT_FREE:
+            return float(model.body_subtreemass[body] * np.linalg.norm(model.opt.gravity))
+        if model.jnt_type[joint] != _JOINT.mjJNT_SLIDE:
+            return 0.0
+        farthest_m = np.abs(model.jnt_range[joint] - model.qpos_spring[model.jnt_qposadr[joint]]).max()
+        return float(model.dof_frictionloss[model.jnt_dofadr[joint]] + model.jnt_stiffness[joint] * farthest_m)
+
+    def first(self) -> Look:
+        """Return what is seen before anything happens."""
+        return self._seen(0.0, 0.0, 0.0)
+
+    def look(self, episodes: Episodes, moment: Moment) -> Look:
+        """Return what is seen now."""
+        for field in ("qpos", "qvel", "ctrl"):
+            getattr(self._data, field)[:] = episodes.batch.bind(field)[0]
+        mujoco.mj_forward(self._model, self._data)
+        return self._seen(float(moment.time_s[0]), float(moment.progress[0]), float(moment.violation[0]))
+
+    def _seen(self, time_s: float, progress: float, violation: float) -> Look:
+        data = self._data
+        gap_m, nearest = self._gap()
+        force_n, touching, touched = self._touch()
+        speeds = speeds_m_s(self._model.body_rootid, data.cvel, data.xipos, data.subtree_com)
+        moved = data.subtree_com[self._root] - self._start
+        return Look(
+            time_s=time_s,
+            progress=progress,
+            gap_m=gap_m,
+            nearest=nearest,
+            force_n=force_n,
+            touching=touching,
+            touched=touched,
+            violation=violation,
+            moved_m=float(np.linalg.norm(self._centres() - self._targets_start, axis=1).max(initial=0.0)),
+            apart_m=float(np.linalg.norm(self._centres() - data.xpos[self._root], axis=1).min()) if nearest else 0.0,
+            reach_m=float(np.linalg.norm(data.site_xpos[self._site] - data.xpos[self._root])),
+            travelled_m=float(np.linalg.norm(moved[:2])),
+            fastest=self._names[int(np.where(self._robot, speeds, -1.0).argmax())],
+        )
+
+    def _centres(self) -> FloatArray:
+        """Return where the points to reach and the centres of the targets are, (targets, 3) [m]."""
+        return np.array([*self._points.values(), *self._data.xipos[list(self._targets)]]).reshape(-1, 3)
+
+    def _gap(self) -> tuple[float, str]:
+        """Return the gap between the robot's functional part and the nearest target, and which that is."""
+        at = self._data.site_xpos[self._site]
+        gaps = [(float(np.linalg.norm(point - at)), name) for name, point in self._points.items()]
+        gaps += [
+            (mujoco.mj_geomDistance(self._model, self._data, geom, other, _FAR_M, None), name)
+            for body, name in self._targets.items()
+            for other in self._geoms(body)
+            for part in self._parts
+            for geom in self._geoms(part)
+        ]
+        return min(gaps, default=(_FAR_M, ""))
+
+    def _geoms(self, body: int) -> range:
+        first = int(self._model.body_geomadr[body])
+        return range(first, first + int(self._model.body_geomnum[body]))
+
+    def _touch(self) -> tuple[float, tuple[str, ...], tuple[str, ...]]:
+        """Return the normal forces between robot and targets together, on which of its bodies, and on which targets."""
+        total_n, bodies, targets, force = 0.0, set[int](), set[str](), np.zeros(6)
+        for index in range(self._data.ncon):
+            pair = [int(body) for body in self._model.geom_bodyid[self._data.contact.geom[index]]]
+            mine = [body for body in pair if self._robot[body]]
+            theirs = {self._targets[body] for body in pair if body in self._targets}
+            if len(mine) == 1 and theirs:
+                mujoco.mj_contactForce(self._model, self._data, index, force)
+                total_n += float(force[0])
+                bodies.update(mine if force[0] > 0 else ())
+                targets.update(theirs if force[0] > 0 else ())
+        return total_n, tuple(self._names[body] for body in sorted(bodies)), tuple(sorted(targets))

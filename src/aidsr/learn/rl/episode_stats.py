@@ -1,0 +1,173 @@
+"""What is measured of a robot while a policy plays: motion, energy, limits. Judged in `plausibility`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.learn.episodes.batch import Episodes, Moment
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["RECORDED", "Evidence", "Witness"]
+
+RECORDED = ("energy", "actuator_force", "actuator_length", "qfrc_gravcomp", "qvel")
+"""Fields of MjData that a `Witness` needs from every physics step; the model must have energy enabled."""
+
+Ids = NDArray[np.intp]
+
+OVER_RAD = float(np.deg2rad(30.0))
+OVER_LENGTHS = 0.05
+"""How far a hinge or a ball joint, and a slide in characteristic lengths, may go beyond its range. Source:
+docs/validation.md, limit_overrun, for what turns; for slides our choice: as far as a part of that length moves when it
+turns by 3 degrees."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What was seen of n episodes, each (n,) unless it says otherwise."""
+
+    moved: FloatArray
+    """Farthest that any part of the robot came from where it began, seen from its base, or for a free robot in the
+    world / characteristic length."""
+    energy_gain_j: FloatArray
+    """Largest rise of mechanical energy that no actuator paid for [J]."""
+    work_j: FloatArray
+    """Work that went through the robot's own actuators, both ways added up [J]."""
+    over_limit: FloatArray
+    """Farthest that a joint of the robot went beyond its range, as a share of what is allowed."""
+    qpos: tuple[FloatArray, ...]
+    """Positions at the beginning and after each control step, one (n_frames, nq) for each episode."""
+
+
+class Witness:
+    """Looks on while `play` plays episodes, from their beginning.
+
+    Args:
+        episodes: Just begun; they record `RECORDED`.
+    """
+
+    def __init__(self, episodes: Episodes) -> None:
+        self._episodes = episodes
+        self._motion = _Motion(episodes)
+        self._energy = _Energy(episodes)
+        self._limits = _Limits(episodes)
+        self._frames: list[list[FloatArray]] = [[row.copy()] for row in episodes.batch.bind("qpos")]
+
+    def look(self, moment: Moment) -> None:
+        """Take one control step in. Episodes that diverged in it are left out: their numbers mean nothing."""
+        episodes = self._episodes
+        good = episodes.stepped[~moment.diverged[episodes.stepped]]
+        rows = np.isin(episodes.stepped, good)
+        self._motion.look(good)
+        self._limits.look(good)
+        self._energy.look(good, {name: values[rows] for name, values in episodes.recorded.items()})
+        for index in good.tolist():
+            self._frames[index].append(episodes.batch.bind("qpos")[index].copy())
+
+    def evidence(self) -> Evidence:
+        """Return what was seen."""
+        return Evidence(
+            moved=self._motion.farthest_m / self._episodes.structure.characteristic_length_m,
+            energy_gain_j=self._energy.gain_j,
+            work_j=self._energy.work_j,
+            over_limit=self._limits.over,
+            qpos=tuple(np.array(frames) for frames in self._frames),
+        )
+
+
+class _Motion:
+    """How far the parts of the robot come from where they began."""
+
+    def __init__(self, episodes: Episodes) -> None:
+        self._episodes = episodes
+        structure = episodes.structure
+        self._bodies = list(structure.moving)
+        self._root = structure.roots[0]
+        self._free = bool(structure.free_roots)
+        for field in ("xpos", "xmat"):
+            episodes.batch.bind(field)
+        episodes.batch.forward()
+        self._start = self._seen(np.arange(episodes.n))
+        self.farthest_m = np.zeros(episodes.n)
+
+    def look(self, ids: Ids) -> None:
+        way = np.linalg.norm(self._seen(ids) - self._start[ids], axis=2)
+        self.farthest_m[ids] = np.maximum(self.farthest_m[ids], way.max(axis=1))
+
+    def _seen(self, ids: Ids) -> FloatArray:
+        """Centres of mass of the robot's bodies, (n, bodies, 3) [m]."""
+        batch = self._episodes.batch
+        centres = batch.bind("xipos")[ids][:, self._bodies]
+        if self._free:
+            return np.asarray(centres)
+        from_root = centres - batch.bind("xpos")[ids, None, self._root]
+        return np.asarray(np.einsum("nji,nbj->nbi", batch.bind("xmat")[ids, self._root].reshape(-1, 3, 3), from_root))
+
+
+class _Energy:
+    """Whether the energy of the scene rises by more than the actuators put in.
+
+    Between two physics steps an actuator does the work of its force over the change of its length, and gravity
+    compensation that of its forces over the change of the joints; damping, friction and contacts only take energy away.
+    Springs are part of MuJoCo's potential energy. Soft contacts and limits give back what was stored in them, which is
+    why a rise within a share of the robot's own work is allowed for (see `plausibility`). A heavy stage that the
+    environment moves does many times as much: it pays, and allows for nothing.
+
+    Source: MuJoCo documentation, Computation, "Energy"; the balance is the first law of mechanics.
+    """
+
+    def __init__(self, episodes: Episodes) -> None:
+        n, model = episodes.n, episodes.model
+        self._timestep_s = float(model.opt.timestep)
+        self._own = list(episodes.structure.actuators)
+        self.gain_j, self.work_j = np.zeros(n), np.zeros(n)
+        self._paid_j, self._lowest_j = np.zeros(n), np.full(n, np.inf)
+        self._force, self._length = np.zeros((n, model.nactuator)), np.full((n, model.nactuator), np.nan)
+
+    def look(self, ids: Ids, recorded: dict[str, FloatArray]) -> None:
+        force, length = recorded["actuator_force"], recorded["actuator_length"]
+        before = np.where(np.isnan(self._length[ids]), length[:, 0], self._length[ids])
+        stretched = np.diff(length, axis=1, prepend=before[:, None])
+        pulled = np.concatenate([self._force[ids][:, None], force[:, :-1]], axis=1)
+        work_j = pulled * stretched
+        lifted_j = (recorded["qfrc_gravcomp"] * recorded["qvel"]).sum(axis=2) * self._timestep_s
+        # a recorded energy is that before its physics step, a recorded velocity that after it
+        lifted_before_j = np.cumsum(lifted_j, axis=1) - lifted_j
+        paid_j = self._paid_j[ids, None] + work_j.sum(axis=2).cumsum(axis=1) + lifted_before_j
+        unpaid_j = recorded["energy"].sum(axis=2) - paid_j
+        lowest_j = np.minimum(np.minimum.accumulate(unpaid_j, axis=1), self._lowest_j[ids, None])
+        self.gain_j[ids] = np.maximum(self.gain_j[ids], (unpaid_j - lowest_j).max(axis=1))
+        self.work_j[ids] += np.abs(work_j[..., self._own].sum(axis=2)).sum(axis=1)
+        self._paid_j[ids] += work_j.sum(axis=(1, 2)) + lifted_j.sum(axis=1)
+        self._lowest_j[ids] = lowest_j[:, -1]
+        self._force[ids], self._length[ids] = force[:, -1], length[:, -1]
+
+
+class _Limits:
+    """How far the robot's joints go beyond their ranges."""
+
+    def __init__(self, episodes: Episodes) -> None:
+        model, structure = episodes.model, episodes.structure
+        self._qpos = episodes.batch.bind("qpos")
+        hinge, slide, ball = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "SLIDE", "BALL"))
+        allowed = {hinge: OVER_RAD, slide: OVER_LENGTHS * structure.characteristic_length_m}
+        limited = [joint for joint in structure.joints if model.jnt_limited[joint]]
+        straight = [joint for joint in limited if int(model.jnt_type[joint]) in allowed]
+        balls = [joint for joint in limited if int(model.jnt_type[joint]) == ball]
+        self._columns = [int(model.jnt_qposadr[joint]) for joint in straight]
+        self._range = model.jnt_range[straight].reshape(-1, 2)
+        self._allowed = np.array([allowed[int(model.jnt_type[joint])] for joint in straight])
+        self._quats = model.jnt_qposadr[balls].reshape(-1, 1) + np.arange(4)
+        self._widest = model.jnt_range[balls].reshape(-1, 2)[:, 1]
+        self.over = np.zeros(episodes.n)
+
+    def look(self, ids: Ids) -> None:
+        where = self._qpos[ids][:, self._columns]
+        beyond = np.maximum(self._range[:, 0] - where, where - self._range[:, 1]) / self._allowed
+        quats = self._qpos[ids][:, self._quats]
+        turned = 2.0 * np.arctan2(np.linalg.norm(quats[..., 1:], axis=2), np.abs(quats[..., 0]))
+        both = np.concatenate([beyond, (turned - self._widest) / OVER_RAD], axis=1)
+        self.over[ids] = np.maximum(self.over[ids], both.max(axis=1, initial=0.0))

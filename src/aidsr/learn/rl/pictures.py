@@ -1,0 +1,111 @@
+"""What a person looks at after training: the curve, and two of the held-out episodes, as films and as motions."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from lxml import etree
+
+from aidsr.learn.rl.evaluation import Watched
+from aidsr.render.pictures import video
+from aidsr.tasks import Change, Variation
+
+__all__ = ["curve_picture", "episode_recordings", "episode_videos", "varied_mjcf"]
+
+_MOST_FRAMES = 400
+"""Of one video; longer episodes show every second or third control step. Our choice: some 15 s of drawing."""
+
+_VISIBLE = {
+    "body_pos": "body",
+    "body_quat": "body",
+    "geom_pos": "geom",
+    "geom_quat": "geom",
+    "geom_size": "geom",
+    "site_pos": "site",
+}
+"""Element behind a field of MjModel whose change can be seen. Masses and friction cannot; positions in `qpos` are drawn
+from the motion itself."""
+
+
+def curve_picture(curve: Path) -> bytes:
+    """Return a training's curve.csv as a PNG picture: success, progress and return over control steps."""
+    from matplotlib.figure import Figure
+
+    with curve.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    column = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]} if rows else {}
+    steps = column.get("steps", np.zeros(0))
+    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for name, label in (("success_share", "success"), ("progress", "progress at the end")):
+        left.plot(steps, column.get(name, steps), label=label)
+    left.set(xlabel="control steps", ylabel="last 100 episodes", ylim=(-0.02, 1.02))
+    left.legend(frameon=False)
+    right.plot(steps, column.get("reward", steps), color="0.3")
+    right.set(xlabel="control steps", ylabel="return")
+    for axes in (left, right):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.ticklabel_format(axis="x", scilimits=(0, 0))
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=130)
+    return picture.getvalue()
+
+
+def episode_recordings(mjcf: str, watched: Watched, control_dt_s: float) -> dict[str, bytes]:
+    """Return the best and the median episode by return as motions to be seen from any side, by name.
+
+    Each is an .npz archive without pickled objects: `qpos` (n_frames, nq), `frame_s` between two of its rows [s],
+    `variation`, the index of the held-out variation, and `mjcf`, the scene with what that variation moved or resized.
+    """
+    recorded = {}
+    for name, index in _chosen(watched).items():
+        archive = io.BytesIO()
+        np.savez_compressed(
+            archive,
+            qpos=watched.evidence.qpos[index].astype(np.float32),  # for the eye: half a double's room
+            frame_s=np.float64(control_dt_s),
+            variation=np.int64(index),
+            mjcf=np.array(varied_mjcf(mjcf, watched.variations[index])),
+        )
+        recorded[name] = archive.getvalue()
+    return recorded
+
+
+def episode_videos(mjcf: str, watched: Watched, control_dt_s: float) -> dict[str, bytes]:
+    """Return the best and the median episode by return as MP4, by name; nothing where there is no OpenGL."""
+    drawn = {}
+    for name, index in _chosen(watched).items():
+        qpos = watched.evidence.qpos[index]
+        every = max(1, -(-len(qpos) // _MOST_FRAMES))
+        scene = varied_mjcf(mjcf, watched.variations[index])
+        film = video(scene, qpos=qpos[::every].tolist(), frames_per_s=1.0 / (control_dt_s * every))
+        if film is not None:
+            drawn[name] = film
+    return drawn
+
+
+def varied_mjcf(mjcf: str, variation: Variation) -> str:
+    """Return the text of a scene with what a variation moves or resizes, for pictures of it."""
+    root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
+    elements = {(str(e.tag), e.get("name")): e for e in root.iter(etree.Element) if e.get("name")}
+    for change in variation.changes:
+        if change.field == "geom_type":
+            elements["geom", change.name].set("type", _shape(change))
+        elif change.field in _VISIBLE:
+            numbers = " ".join(f"{number:.9g}" for number in change.value)
+            elements[_VISIBLE[change.field], change.name].set(change.field.partition("_")[2], numbers)
+    return str(etree.tostring(root, encoding="unicode"))
+
+
+def _chosen(watched: Watched) -> dict[str, int]:
+    """Return which episodes a person is shown, by what they are among the others."""
+    order = np.argsort(watched.course.reward)
+    return {"best": int(order[-1]), "median": int(order[(len(order) - 1) // 2])}
+
+
+def _shape(change: Change) -> str:
+    return str(mujoco.mjtGeom(int(change.value[0])).name.removeprefix("mjGEOM_").lower())

@@ -1,0 +1,171 @@
+"""Whether what a policy did is to be believed: the paper's "valid", made checkable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.learn.episodes.playing import Course
+from aidsr.learn.rl.episode_stats import Evidence
+from aidsr.sim.structure import Structure
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["behaviour_checks", "exploit_check", "penetration_check", "structure_check", "training_check"]
+
+MOVED_LENGTHS = 0.02
+"""A robot that moves less than this share of its length stays still. Source: docs/tasks.md, after the paper's word."""
+
+TRAINING_DIVERGED = 0.01
+"""Share of training episodes that may diverge. Source: docs/tasks.md."""
+
+ENERGY_OF_WEIGHT = 0.05
+ENERGY_OF_WORK = 0.1
+"""Rise of energy that nobody paid for, of weight x length and of the robot's work, that is allowed together.
+
+Source: the first is the validator's energy_growth; the second is our choice. Soft contacts store energy that the
+balance does not see: five fingers that squeeze a body and let it pop out gave back 0.07 of their work at most, robots
+that squeeze nothing below 0.002."""
+
+FREAKS = 0.05
+"""Of energy, joints and overlap each check leaves its own worst episodes aside, this share of them, won or lost. Our
+choice: a gripper that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an
+episode it lost."""
+
+DEEP = 1.0
+"""Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
+of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
+
+_ASIDE = "one episode in twenty aside"
+
+SURVIVING = 0.5
+"""Successes there must be in other physics, as a share of those in the scene's own. Source: our choice, the same half
+that makes a design successful."""
+FEWEST_SUCCESSES = 4
+"""So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
+while one that brushed none was not. Luck remains: who wins a fifth of twenty episodes by chance alone, in any physics,
+fails here about one time in ten; who wins half of them hardly ever."""
+
+
+def _all_but_freaks(values: FloatArray) -> float:
+    """Return the largest of the episodes' values when the worst ones, a share of `FREAKS`, are left aside."""
+    return float(np.sort(values)[len(values) - 1 - int(FREAKS * len(values) + 1e-9)])
+
+
+def _at_most(limit: float, name: str, measured: float, message: str, unit: str = "") -> PlausibilityCheck:
+    facts = {"measured": measured, "limit": limit, "unit": unit, "message": message}
+    return PlausibilityCheck(name=name, passed=measured <= limit, bound="at most", **facts)
+
+
+def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
+    """Whether the simulation held while the policy learned."""
+    told = f"the simulation broke down in {diverged} of {episodes} training episodes"
+    return _at_most(TRAINING_DIVERGED, "training_stable", diverged / max(episodes, 1), told)
+
+
+def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -> tuple[PlausibilityCheck, ...]:
+    """Whether the simulation held, the robot moved, gained no energy from nothing and kept to its joints' ranges."""
+    moved = float(np.median(evidence.moved))
+    weight_j = structure.mass_kg * 9.81 * structure.characteristic_length_m
+    allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * evidence.work_j
+    gain = _all_but_freaks(evidence.energy_gain_j / allowed_j)
+    over = _all_but_freaks(evidence.over_limit)
+    broken = f"the simulation broke down in {int(course.diverged.sum())} of {course.diverged.size} episodes"
+    gained = f"largest rise of mechanical energy that no actuator paid for, {_ASIDE}"
+    turned = f"farthest that a joint went beyond its range, {_ASIDE}; 30 degrees are allowed"
+    return (
+        _at_most(0.0, "evaluation_stable", float(course.diverged.mean()), broken),
+        PlausibilityCheck(
+            name="moves",
+            passed=moved > MOVED_LENGTHS,
+            measured=moved,
+            limit=MOVED_LENGTHS,
+            bound="at least",
+            unit="lengths",
+            message="farthest that a part of the robot came from where it began, median over the episodes",
+        ),
+        _at_most(1.0, "energy_paid_for", gain, gained, "of what is allowed"),
+        _at_most(1.0, "within_limits", over, turned, "of what is allowed"),
+    )
+
+
+def penetration_check(
+    models: Sequence[mujoco.MjModel], evidence: Evidence, structure: Structure, *, frames: int = 100
+) -> PlausibilityCheck:
+    """Whether bodies stayed out of each other.
+
+    Args:
+        models: The scene as varied for each episode.
+        evidence: What was seen of them.
+        structure: The robot.
+        frames: Moments looked at in each episode, evenly spread. More of them would find the deep overlap of a single
+            control step, and be another benchmark: `BENCHMARK_VERSION` has to change with this number.
+    """
+    ours = set(structure.geoms)
+    depths = []
+    for model, qpos in zip(models, evidence.qpos, strict=True):
+        data = mujoco.MjData(model)
+        thin_m = model.geom_aabb[:, 3:].min(axis=1)
+        half_m = np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
+        depth = 0.0
+        for row in qpos[np.linspace(0, len(qpos) - 1, frames).astype(int)]:
+            data.qpos[:] = row
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
+            depth = max(depth, _deepest(data, half_m, ours))
+        depths.append(depth)
+    depth = _all_but_freaks(np.array(depths))
+    told = f"deepest overlap of the robot with itself or with anything else, {_ASIDE}"
+    return _at_most(DEEP, "no_deep_overlap", depth, told, "of half the thinner body")
+
+
+def _deepest(data: mujoco.MjData, half_m: FloatArray, ours: set[int]) -> float:
+    """Return the deepest overlap that concerns the robot, as a share of half the thinner geom's thickness."""
+    deepest = 0.0
+    for pair, distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+        if distance < 0.0 and min(pair) >= 0 and not ours.isdisjoint(pair):
+            deepest = max(deepest, -distance / min(half_m[pair[0]], half_m[pair[1]]))
+    return deepest
+
+
+def structure_check(structure: Structure) -> PlausibilityCheck:
+    """Whether the robot is a tendon-driven continuum robot at all.
+
+    Source: docs/validation.md, structure: tendons, driven by actuators, along a series of three turning points or more,
+    in one piece.
+    """
+    joints = structure.longest_series
+    whole = bool(structure.tendons) and bool(structure.tendon_actuators) and len(structure.roots) == 1
+    return PlausibilityCheck(
+        name="continuum_robot",
+        passed=whole and joints >= 3,
+        measured=float(joints),
+        limit=3.0,
+        bound="at least",
+        unit="turning points in series",
+        message=f"{len(structure.tendons)} tendons, {len(structure.tendon_actuators)} of its actuators pull on one, "
+        f"in {len(structure.roots)} piece(s)",
+    )
+
+
+def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
+    """Whether at least half as many episodes succeed when the same physics is computed in another way.
+
+    Args:
+        name: Of the check.
+        how: What was changed, in words.
+        survived: Episodes that succeed then, of the same variations.
+        successes: Episodes that had succeeded; few are no evidence.
+    """
+    share = survived / successes if successes >= FEWEST_SUCCESSES else None
+    too_few = "; too few to tell luck from an exploit" if share is None else ""
+    return PlausibilityCheck(
+        name=name,
+        passed=share is None or share >= SURVIVING,
+        measured=share,
+        limit=SURVIVING,
+        bound="at least",
+        message=f"{survived} episodes succeed {how}, {successes} without that{too_few}",
+    )

@@ -1,0 +1,144 @@
+"""A trained policy: the network, and the normalisation of what it sees."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from aidsr.core.errors import UserError
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.tasks.readings import FloatArray
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.policies import ActorCriticPolicy
+    from stable_baselines3.common.vec_env import VecNormalize
+
+__all__ = ["Normalisation", "TrainedPolicy", "network_options", "one_torch_thread"]
+
+
+@dataclass(frozen=True)
+class Normalisation:
+    """Running statistics of observations and returns, as VecNormalize of Stable-Baselines3 keeps them."""
+
+    mean: FloatArray
+    """Of each observation, (n_observations,)."""
+    var: FloatArray
+    count: float
+    return_mean: float
+    return_var: float
+    return_count: float
+    clip: float
+    epsilon: float
+
+    @classmethod
+    def of(cls, env: VecNormalize) -> Self:
+        """Return the statistics of a training."""
+        seen, returns = env.obs_rms, env.ret_rms
+        assert not isinstance(seen, dict)  # they are one box
+        return cls(
+            mean=seen.mean,
+            var=seen.var,
+            count=float(seen.count),
+            return_mean=float(returns.mean),
+            return_var=float(returns.var),
+            return_count=float(returns.count),
+            clip=env.clip_obs,
+            epsilon=env.epsilon,
+        )
+
+    def restore(self, env: VecNormalize) -> None:
+        """Go on with these statistics in a training."""
+        assert not isinstance(env.obs_rms, dict)  # as above
+        env.obs_rms.mean, env.obs_rms.var, env.obs_rms.count = self.mean.copy(), self.var.copy(), self.count
+        env.ret_rms.mean, env.ret_rms.var = np.array(self.return_mean), np.array(self.return_var)
+        env.ret_rms.count = self.return_count
+
+    def apply(self, observation: NDArray[np.floating]) -> FloatArray:
+        """Return observations as the network sees them."""
+        return np.clip((observation - self.mean) / np.sqrt(self.var + self.epsilon), -self.clip, self.clip)
+
+    def to_json(self) -> str:
+        """Return the statistics as JSON."""
+        plain = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in vars(self).items()}
+        return json.dumps(plain) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Return the statistics that `to_json` wrote."""
+        plain = json.loads(text)
+        return cls(**plain | {"mean": np.array(plain["mean"]), "var": np.array(plain["var"])})
+
+
+def network_options(recipe: Recipe) -> dict[str, Any]:
+    """Return what makes the network of a recipe, in the words of Stable-Baselines3."""
+    return {"net_arch": list(recipe.hidden_sizes), "log_std_init": float(np.log(recipe.action_noise_std))}
+
+
+@contextlib.contextmanager
+def one_torch_thread() -> Iterator[None]:
+    """Let torch use one thread: for networks this small more of them only wait for each other."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+@dataclass(frozen=True)
+class TrainedPolicy:
+    """Acts without noise."""
+
+    network: ActorCriticPolicy
+    normalisation: Normalisation
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """See `Actor`."""
+        action, _ = self.network.predict(self.normalisation.apply(observation).astype(np.float32), deterministic=True)
+        return np.asarray(action, dtype=np.float64)
+
+    @classmethod
+    def load(cls, folder: Path, recipe: Recipe, n_actions: int) -> Self:
+        """Return the policy in a folder.
+
+        Only numbers are read from its policy.zip, never the Python objects that such a file may hold beside them.
+
+        Args:
+            folder: Holds policy.zip and normalisation.json.
+            recipe: What it was trained with.
+            n_actions: Numbers in an action.
+
+        Raises:
+            UserError: There is no such policy, or it is one of another robot.
+        """
+        import torch
+        from stable_baselines3.common.policies import ActorCriticPolicy
+
+        try:
+            normalisation = Normalisation.from_json((folder / "normalisation.json").read_text(encoding="utf-8"))
+            with zipfile.ZipFile(folder / "policy.zip") as archive:
+                weights = torch.load(BytesIO(archive.read("policy.pth")), map_location="cpu", weights_only=True)
+        except (OSError, KeyError, zipfile.BadZipFile) as error:
+            raise UserError(f"a trained policy was expected in {folder}, and there is none ({error})") from None
+        seen = spaces.Box(-np.inf, np.inf, normalisation.mean.shape, np.float32)
+        done = spaces.Box(-1.0, 1.0, (n_actions,), np.float32)
+        network = ActorCriticPolicy(seen, done, lambda _: recipe.learning_rate, **network_options(recipe))
+        try:
+            network.load_state_dict(weights)
+        except RuntimeError:
+            raise UserError(
+                f"the policy in {folder} was trained for a robot with other actuators, or with another recipe"
+            ) from None
+        return cls(network, normalisation)

@@ -1,0 +1,63 @@
+"""How a policy is trained: one set of numbers for all tasks and bodies."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from aidsr.core.artifacts import Artifact
+
+__all__ = ["Recipe"]
+
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class Recipe(Artifact):
+    """Proximal policy optimization (Schulman et al. 2017) as Stable-Baselines3 has it, on batched simulations.
+
+    Source: our choice, measured on an arm and a crawler (docs/learning.md): many simulations with short rollouts and a
+    high learning rate learn several times faster from the same physics than the usual long rollouts.
+    """
+
+    simulations: Annotated[int, Field(ge=1)] = 64
+    """Side by side."""
+    rollout_steps: Annotated[int, Field(ge=1)] = 8
+    """Control steps of each simulation between two updates."""
+    batch_size: Annotated[int, Field(ge=2)] = 128
+    epochs: Annotated[int, Field(ge=1)] = 10
+    learning_rate: Annotated[float, Field(gt=0)] = 1e-3
+    """At the start."""
+    final_learning_rate: Annotated[float, Field(gt=0)] = 1e-4
+    """At the end of the budget; it falls evenly, so that the policy that is kept is not one of many that come by."""
+    gamma: Share = 0.97
+    """Discount of one control step."""
+    gae_lambda: Share = 0.95
+    clip_range: Annotated[float, Field(gt=0)] = 0.2
+    action_noise_std: Annotated[float, Field(gt=0)] = 0.6
+    """Standard deviation of actions at the start; learned from there."""
+    settling_noise_std: Annotated[float, Field(gt=0)] = 3.0
+    """Largest standard deviation that is left to actions when settling begins. Our choice, see docs/learning.md."""
+    final_noise_std: Annotated[float, Field(gt=0)] = 0.2
+    """The same at the end of the budget, see `aidsr.learn.rl.exploration`."""
+    settling: Share = 0.3
+    """Part of the budget, at its end, in which noise is taken from the policy; 0 leaves it."""
+    entropy_bonus: Annotated[float, Field(ge=0)] = 0.01
+    """Weight of the policy's entropy in what is maximised, until the policy settles. Without it noise dies where it
+    costs progress, and the policy stays where it has come to (docs/learning.md)."""
+    hidden_sizes: tuple[int, ...] = (64, 64)
+    """Of policy and of value, which share nothing."""
+    smoothing: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    """Share of the previous action that is kept in the next."""
+    patience_s: Annotated[float, Field(gt=0)] = 5.0
+    """A training episode is cut short, as at its time limit, when its progress has not grown for this long. Where
+    nothing happens any more nothing is learned, and a budget holds few episodes of a minute."""
+    saturation: Share = 0.95
+    """Share of development episodes that succeed without noise when training ends before its budget."""
+    from_probe: bool = False
+    """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
+    starts from a policy that knows nothing."""
+
+    def learning_rate_when(self, left: float) -> float:
+        """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
+        return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)

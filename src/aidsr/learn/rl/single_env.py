@@ -1,0 +1,121 @@
+"""A task as an environment of Gymnasium: one simulation, with the code of the batched one behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import ActuatorGroup
+from aidsr.learn.episodes.actions import Grouping
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.spaces import action_space, observation_space
+from aidsr.tasks import TASKS, Level, Task, task_names
+
+__all__ = ["TaskEnv", "environment_id", "register_environments"]
+
+_Observation = NDArray[np.float32]
+_SEEDS = 2**31
+
+
+class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
+    """One robot at one task.
+
+        import gymnasium
+        import aidsr.learn.rl
+
+        env = gymnasium.make("aidsr/ButtonPushing-v0", scene="runs/…/designs/1/final.xml")
+
+    Actions are -1 to 1, one number for each actuator or group of actuators. The info of every step holds "progress",
+    "violation", "is_success" and "diverged"; that of a reset holds "variation".
+
+    Args:
+        task: A task or its name.
+        scene: MJCF of a robot in the task's environment, or the path of a file that holds it.
+        level: Level of a task given by name.
+        split: Which variations episodes are drawn from; learning should see "development" only.
+        groups: Actuators that act together, as the robot's author says.
+        grouping: Whether they do, see `map_actions`.
+        smoothing: Share of the previous action that is kept in the next.
+        render_mode: Nothing is drawn; `aidsr.render.pictures.video` draws motions.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - Gymnasium declares it like this
+
+    def __init__(
+        self,
+        task: str | Task,
+        scene: str | Path,
+        *,
+        level: Level = "standard",
+        split: Literal["development", "held_out"] = "development",
+        groups: Sequence[ActuatorGroup] = (),
+        grouping: Grouping = "auto",
+        smoothing: float = 0.0,
+        render_mode: None = None,
+    ) -> None:
+        self.render_mode = render_mode
+        self.scene = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
+        self.split = split
+        first = self.scene.task.variation(split, 0)
+        self.episodes = Episodes(
+            self.scene.model, self.scene.task, self.scene.actions, [first], threads=1, smoothing=smoothing
+        )
+        self.observation_space = observation_space(self.episodes)
+        self.action_space = action_space(self.episodes)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[_Observation, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: Of the variations drawn from now on.
+            options: {"variation": index} asks for one variation.
+        """
+        super().reset(seed=seed)
+        drawn = int(self.np_random.integers(_SEEDS))
+        index = (options or {}).get("variation", drawn)
+        observation = self.episodes.begin(np.array([0]), [self.scene.task.variation(self.split, index)])
+        return observation[0], {"variation": index}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[_Observation, float, bool, bool, dict[str, Any]]:
+        """Advance by one control step."""
+        moment = self.episodes.step(np.asarray(action)[None])
+        info = {
+            "progress": float(moment.progress[0]),
+            "violation": float(moment.violation[0]),
+            "is_success": bool(moment.succeeded[0]),
+            "diverged": bool(moment.diverged[0]),
+        }
+        ends = bool(moment.terminated[0]), bool(moment.out_of_time[0])
+        return moment.observation[0], float(moment.reward[0]), *ends, info
+
+
+def environment_id(task: str) -> str:
+    """Return under which id Gymnasium knows a task: "aidsr/ButtonPushing-v0" for "reaching/button_pushing".
+
+    A task of another package whose name is that of other tasks as well has its category before it:
+    "aidsr/Home.ButtonPushing-v0" for "home/button_pushing". The benchmark's own tasks never do.
+    """
+    return _environment_id(task, task_names())
+
+
+def _environment_id(task: str, known: Sequence[str]) -> str:
+    category, _, name = task.rpartition("/")
+    shared = task not in TASKS and sum(other.rpartition("/")[2] == name for other in known) > 1
+    full = f"{category}.{name}" if shared else name
+    return f"aidsr/{full.title().replace('_', '')}-v0"
+
+
+def register_environments() -> None:
+    """Make all tasks known to `gymnasium.make`, as importing `aidsr.learn.rl` does."""
+    known = task_names()
+    for name in known:
+        if (id := _environment_id(name, known)) not in gymnasium.registry:
+            gymnasium.register(id, entry_point="aidsr.learn.rl.single_env:TaskEnv", kwargs={"task": name})

@@ -1,0 +1,130 @@
+"""A finished training on disk: read it, judge it, keep the verdict beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from aidsr.core.artifacts import Evaluation
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
+from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
+from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
+from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.tasks import BENCHMARK_VERSION, goal_task
+from aidsr.tasks.goal import GOAL_VERSION
+
+__all__ = ["FinishedTraining", "evaluate_training"]
+
+
+@dataclass(frozen=True)
+class FinishedTraining:
+    """What a training leaves behind."""
+
+    folder: TrainingFolder
+    config: TrainingConfig
+    result: TrainingResult
+    scene: TaskScene
+    policy: TrainedPolicy
+
+    @classmethod
+    def load(cls, folder: Path) -> Self:
+        """Return the training in a folder.
+
+        Raises:
+            UserError: There is none, it is not finished, an earlier version made it, or its task or scene is another
+                one by now.
+        """
+        home = TrainingFolder(folder)
+        try:
+            config = home.read("config.json", TrainingConfig)
+            result = home.read("training.json", TrainingResult)
+        except FileNotFoundError as error:
+            missing = Path(error.filename).name
+            raise UserError(
+                f"the folder of a finished training was expected, and {folder} has no {missing}; train first, with "
+                "aidsr train"
+            ) from None
+        _check_version(folder, config)
+        scene = TaskScene.of(
+            folder / "scene.xml",
+            goal_task(config.goal, read_mjcf_text(folder / "scene.xml")) if config.goal else config.task,
+            level=config.level,
+            grouping="off",
+        ).driven_as(config.groups, config.groups_from)
+        _check_scene(folder, config, scene)
+        policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
+        return cls(home, config, result, scene, policy)
+
+
+def _check_version(folder: Path, config: TrainingConfig) -> None:
+    """Refuse to judge a policy at another task than it was trained for, before anything is asked of its scene.
+
+    Raises:
+        UserError: The benchmark has changed since, or what a goal of one's own measures.
+    """
+    if config.goal is not None and config.goal_version != GOAL_VERSION:
+        raise UserError(
+            f"a policy for goals as they are measured today was expected, and {folder} holds one from before; train it "
+            "again, with aidsr train"
+        )
+    if config.goal is None and config.benchmark_version != BENCHMARK_VERSION:
+        raise UserError(
+            f"a policy of version {BENCHMARK_VERSION} of the benchmark was expected, and {folder} holds one of version "
+            f"{config.benchmark_version}, whose tasks differ; train it again"
+        )
+
+
+def _check_scene(folder: Path, config: TrainingConfig, scene: TaskScene) -> None:
+    """Refuse to judge a policy in another scene than it was trained in.
+
+    Raises:
+        UserError: The file has changed since.
+    """
+    if scene.fingerprint != config.scene_sha256:
+        raise UserError(
+            f"the scene of the training was expected in {folder / 'scene.xml'}, and that file has changed since; put "
+            "it back, or train again"
+        )
+
+
+def evaluate_training(
+    folder: Path, *, episodes: int = LEAST_EPISODES, threads: int = 0, videos: bool = True
+) -> Evaluation:
+    """Judge a finished training on held-out variations; verdict, curve, two motions and films go into its folder.
+
+    Args:
+        folder: Of the training.
+        episodes: How many held-out variations.
+        threads: Native threads; 0 takes all processors.
+        videos: Whether the best and the median episode are drawn, where there is OpenGL.
+
+    Raises:
+        UserError: The folder holds no finished training.
+    """
+    from aidsr.learn.rl.pictures import curve_picture, episode_recordings, episode_videos
+
+    training = FinishedTraining.load(folder)
+    with one_torch_thread():
+        evaluation, watched = evaluate(
+            training.scene,
+            training.policy,
+            episodes=episodes,
+            threads=threads,
+            smoothing=training.config.recipe.smoothing,
+            training=training.result,
+        )
+    home = training.folder
+    if (home / "curve.csv").exists():  # a head start may have used up the budget
+        home.write("curve.png", curve_picture(home / "curve.csv"))
+    scene, frame_s = training.scene.mjcf, training.scene.task.control_dt_s
+    for name, motion in episode_recordings(scene, watched, frame_s).items():
+        home.write(f"{name}.npz", motion)
+    # a verdict means that all is there but films, which may take minutes and fail
+    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
+    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
+    if videos:
+        for name, film in episode_videos(scene, watched, frame_s).items():
+            home.write(f"{name}.mp4", film)
+    return evaluation

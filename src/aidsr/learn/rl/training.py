@@ -1,0 +1,289 @@
+"""Training of one policy: PPO on batched simulations, kept in a folder, taken up again where it stopped."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.playing import play
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.behavior_cloning import start_from_probe
+from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.training_folder import TakenError, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
+from aidsr.tasks.goal import GOAL_VERSION
+
+if TYPE_CHECKING:
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    from aidsr.learn.rl.callbacks import CurvePoint
+
+__all__ = ["BUDGET_STEPS", "DEVELOPMENT", "folder_for", "train"]
+
+BUDGET_STEPS = 300_000
+"""Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
+
+DEVELOPMENT = 2**31
+"""Development variations to draw from: so many that a policy learns the task, not a few scenes. Those from this index
+on are never drawn."""
+
+_TESTED = 20
+"""Development episodes that say whether training is saturated."""
+
+_PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
+
+
+def train(
+    scene: TaskScene,
+    folder: Path,
+    *,
+    steps: int = BUDGET_STEPS,
+    seed: int = 0,
+    recipe: Recipe | None = None,
+    threads: int = 0,
+    tensorboard: bool = False,
+    listen: Callable[[CurvePoint], None] = lambda _point: None,
+) -> TrainingResult:
+    """Train a policy, or go on where an earlier call with the same folder stopped.
+
+    Args:
+        scene: What to learn in.
+        folder: Becomes the training's folder, see `TrainingFolder`.
+        steps: Budget of control steps over all simulations; training ends earlier when success is saturated.
+        seed: Of the network, of exploration and of the variations drawn.
+        recipe: How to train; the same for every task unless given.
+        threads: Native threads for physics; 0 takes all processors.
+        tensorboard: Also write logs for TensorBoard into the folder.
+        listen: Called with every point of the curve.
+
+    Raises:
+        TakenError: The folder holds a training of something else, or another process is at work in it.
+        UserError: The folder holds a training of an earlier version.
+    """
+    home = TrainingFolder(folder)
+    config = _config(scene, steps, seed, recipe or Recipe())
+    if (finished := _finished(home, config)) is not None:
+        return finished
+    with home.claimed(), one_torch_thread():
+        if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
+            return finished
+        if (home / "config.json").exists():
+            home.note("resumed", versions=config.versions)
+        else:
+            home.write("scene.xml", scene.mjcf)
+            home.write("config.json", config.model_dump_json(indent=2) + "\n")
+            home.note("started")
+        return _Training(scene, home, config, threads, tensorboard).run(listen)
+
+
+def folder_for(
+    home: Path,
+    scene: TaskScene,
+    *,
+    steps: int = BUDGET_STEPS,
+    seed: int = 0,
+    recipe: Recipe | None = None,
+    again: bool = False,
+) -> Path:
+    """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
+
+    It may be begun or finished; `again` asks for the next one in any case.
+    """
+    config = _config(scene, steps, seed, recipe or Recipe())
+    numbered = sorted((path for path in home.glob("[0-9]*") if path.name.isdigit()), key=lambda path: int(path.name))
+    same = [] if again else [path for path in numbered if _holds(path, config)]
+    return same[-1] if same else home / f"{int(numbered[-1].name) + 1 if numbered else 1:03d}"
+
+
+def _holds(path: Path, config: TrainingConfig) -> bool:
+    try:
+        begun = TrainingFolder(path).read("config.json", TrainingConfig)
+    except (FileNotFoundError, UserError):  # nothing was begun, or by a version that asked for other things
+        return False
+    return not _differences(begun, config)
+
+
+def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
+    goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
+    return TrainingConfig(
+        task=scene.task.name,
+        goal=goal,
+        goal_version=GOAL_VERSION if goal else None,
+        level=scene.task.level,
+        benchmark_version=BENCHMARK_VERSION,
+        steps=steps,
+        seed=seed,
+        recipe=recipe,
+        groups=scene.actions.groups,
+        groups_from=scene.actions.groups_from,
+        scene_sha256=scene.fingerprint,
+        versions={package: version(package) for package in _PACKAGES},
+    )
+
+
+def _finished(home: TrainingFolder, config: TrainingConfig) -> TrainingResult | None:
+    """Return how the training in this folder ended; None where it was not begun or is to go on.
+
+    Raises:
+        TakenError: The folder holds another training.
+    """
+    if not (home / "config.json").exists():
+        return None
+    differing = _differences(home.read("config.json", TrainingConfig), config)
+    if differing:
+        raise TakenError(
+            f"{home.path} holds a training that differs in {', '.join(differing)}; name another folder, or ask for "
+            "the same training to go on with it"
+        )
+    return home.read("training.json", TrainingResult) if (home / "training.json").exists() else None
+
+
+def _differences(begun: TrainingConfig, asked: TrainingConfig) -> list[str]:
+    """Return in which fields two trainings differ, versions of libraries aside."""
+    names = TrainingConfig.model_fields.keys() - {"versions"}
+    return sorted(name for name in names if getattr(begun, name) != getattr(asked, name))
+
+
+class _Training:
+    """The moving parts of one call of `train`."""
+
+    def __init__(
+        self, scene: TaskScene, home: TrainingFolder, config: TrainingConfig, threads: int, tensorboard: bool
+    ) -> None:
+        from stable_baselines3.common.vec_env import VecNormalize
+
+        from aidsr.learn.rl.callbacks import History
+        from aidsr.learn.rl.vector_env import BatchedVecEnv
+
+        self.scene, self.home, self.config, self.threads = scene, home, config, threads
+        saved = home / "checkpoint"
+        resumed = home.recover_folder("checkpoint")
+        self.history = History.from_json(home.read_json("checkpoint/history.json")) if resumed else History()
+        # a training taken up again must not draw the same episodes a second time
+        self.rng = np.random.default_rng([config.seed, self.history.steps])
+        recipe = config.recipe
+        first = [self._development() for _ in range(recipe.simulations)]
+        self.env = BatchedVecEnv(self._episodes(first), self._development, patience_s=recipe.patience_s)
+        self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
+        self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
+        if resumed:
+            self.history.resumed += 1
+            Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
+            self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
+            self.model.num_timesteps = self.history.steps
+        elif recipe.from_probe:
+            self._begin_with_the_probe()
+
+    def _development(self) -> Variation:
+        return self.scene.task.variation("development", int(self.rng.integers(DEVELOPMENT)))
+
+    def _episodes(self, variations: list[Variation]) -> Episodes:
+        scene, smoothing = self.scene, self.config.recipe.smoothing
+        return Episodes(scene.model, scene.task, scene.actions, variations, threads=self.threads, smoothing=smoothing)
+
+    def _make_model(self, tensorboard: str | None) -> PPO:
+        from stable_baselines3 import PPO
+
+        recipe = self.config.recipe
+        return PPO(
+            "MlpPolicy",
+            self.normalised,
+            n_steps=recipe.rollout_steps,
+            batch_size=recipe.batch_size,
+            n_epochs=recipe.epochs,
+            learning_rate=recipe.learning_rate_when,
+            gamma=recipe.gamma,
+            gae_lambda=recipe.gae_lambda,
+            clip_range=recipe.clip_range,
+            ent_coef=recipe.entropy_bonus,
+            policy_kwargs=dict(network_options(recipe)),
+            tensorboard_log=tensorboard,
+            seed=int(self.rng.integers(2**31)),
+            device="cpu",
+        )
+
+    def _begin_with_the_probe(self) -> None:
+        """Give the policy a head start, which is part of the budget."""
+        began, seed = time.perf_counter(), int(self.rng.integers(2**31))
+        asked = {"steps": self.config.steps, "seed": seed, "threads": self.threads}
+        report, steps = start_from_probe(self.scene, self.model, self.normalised, **asked)
+        self.home.write("probe.json", report.model_dump_json(indent=2) + "\n")
+        self.history.steps, self.history.wall_s = steps, time.perf_counter() - began
+        self.model.num_timesteps = steps
+        self.home.note("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.in_words)
+
+    def run(self, listen: Callable[[CurvePoint], None]) -> TrainingResult:
+        """Learn to the end of the budget or until there is nothing left to learn."""
+        from aidsr.learn.rl.callbacks import Watch
+        from aidsr.learn.rl.exploration import Exploration
+
+        watch = Watch(
+            self.history,
+            self.config.steps,
+            self.home,
+            checkpoint=self._checkpoint,
+            saturated=self._saturated,
+            listen=listen,
+            begin=lambda: self.env.desynchronize(self.rng),
+        )
+        left = self.config.steps - self.history.steps
+        try:
+            if left > 0:
+                self.model.learn(left, callback=[Exploration(self.config.recipe), watch], reset_num_timesteps=False)
+        except KeyboardInterrupt:
+            self._checkpoint()
+            raise
+        return self._finish("saturated" if watch.is_saturated else "budget")
+
+    def _saturated(self) -> bool:
+        """Whether the policy without noise succeeds at fresh development variations."""
+        policy = TrainedPolicy(self.model.policy, Normalisation.of(self.normalised))
+        self.model.policy.set_training_mode(False)
+        course = play(self._episodes([self._development() for _ in range(_TESTED)]), policy)
+        share = float(course.succeeded.mean())
+        self.home.note("tested", steps=self.history.steps, success_share=share)
+        is_saturated = share >= self.config.recipe.saturation
+        # the one step that PPO still takes must not change what was tested
+        self.normalised.training = not is_saturated
+        return is_saturated
+
+    def _checkpoint(self) -> None:
+        with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:
+            self._save(Path(made) / "checkpoint")
+            self.home.replace_folder("checkpoint", Path(made) / "checkpoint")
+        self.home.note("checkpoint", steps=self.history.steps)
+
+    def _save(self, folder: Path) -> None:
+        saved = TrainingFolder(folder)
+        saved.write("normalisation.json", Normalisation.of(self.normalised).to_json())
+        saved.write_json("history.json", self.history.to_json())
+        self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
+
+    def _finish(self, stopped: Literal["budget", "saturated"]) -> TrainingResult:
+        history = self.history
+        result = TrainingResult(
+            steps=history.steps,
+            wall_s=round(history.wall_s, 2),
+            episodes=history.episodes,
+            diverged_episodes=history.diverged,
+            success_share=history.success_share if history.recent else None,
+            stopped=stopped,
+            resumed=history.resumed,
+        )
+        self._checkpoint()
+        for name in ("normalisation.json", "policy.zip"):
+            self.home.write(name, (self.home / "checkpoint" / name).read_bytes())
+        self.home.write("training.json", result.model_dump_json(indent=2) + "\n")
+        self.home.note("finished", **result.model_dump(mode="json"))
+        self.home.remove_folder("checkpoint")
+        return result

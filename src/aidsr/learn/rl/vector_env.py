@@ -1,0 +1,129 @@
+"""The episodes of a task as a vectorized environment of Stable-Baselines3, in which an episode follows the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+from aidsr.learn.episodes.batch import Episodes, Moment
+from aidsr.learn.rl.spaces import action_space, observation_space
+from aidsr.tasks import Variation
+from aidsr.tasks.readings import FloatArray
+
+__all__ = ["BatchedVecEnv"]
+
+_GAIN = 0.01
+"""Less progress than that is none."""
+
+
+class BatchedVecEnv(VecEnv):
+    """All simulations of a batch step in one native call.
+
+    The infos of an episode's last step carry what Stable-Baselines3 and its Monitor write there:
+    "terminal_observation", "TimeLimit.truncated", "is_success" and "episode" (return "r", steps "l"); and "progress"
+    and "diverged".
+
+    Args:
+        episodes: The simulations.
+        next_variation: Returns what the next episode is started with.
+        patience_s: Cut an episode short, as at its time limit, when its progress has not grown for this long.
+    """
+
+    def __init__(
+        self, episodes: Episodes, next_variation: Callable[[], Variation], *, patience_s: float = np.inf
+    ) -> None:
+        self.episodes = episodes
+        self._next_variation = next_variation
+        self._patience_s = max(patience_s, 2.0 * episodes.task.hold_s)
+        self._furthest = np.zeros(episodes.n)
+        self._gained_s = np.zeros(episodes.n)
+        self._actions: FloatArray = np.zeros((episodes.n, episodes.actions.size))
+        self._return = np.zeros(episodes.n)
+        self._length = np.zeros(episodes.n, dtype=np.int64)
+        self.render_mode = None
+        super().__init__(episodes.n, observation_space(episodes), action_space(episodes))
+
+    def desynchronize(self, rng: np.random.Generator) -> None:
+        """Cut the present episodes short at times spread over the task's time limit.
+
+        Otherwise all episodes of a task without early ends would run in step, and one update of a policy would see
+        only their beginnings, the next one only their middles.
+        """
+        episodes = self.episodes
+        shares = rng.permutation(np.arange(1, episodes.n + 1) / episodes.n)
+        episodes.time_limit_s = np.maximum(shares * episodes.task.time_limit_s, episodes.task.control_dt_s)
+
+    def reset(self) -> VecEnvObs:
+        """Begin every episode anew and return what the policies see."""
+        return self._begin(np.arange(self.num_envs))
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Take the actions of the next step."""
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Advance all episodes by one control step and begin those anew that ended."""
+        moment = self.episodes.step(self._actions)
+        self._return += moment.reward
+        self._length += 1
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        ended = np.flatnonzero(moment.ended)
+        observation = moment.observation
+        for index in ended.tolist():
+            infos[index] = self._farewell(moment, index)
+        self._lose_patience(moment)
+        if ended.size:
+            observation = self._begin(ended)
+        return observation, moment.reward.astype(np.float32), moment.ended, infos
+
+    def _lose_patience(self, moment: Moment) -> None:
+        gained = moment.progress >= self._furthest + _GAIN
+        self._furthest = np.where(gained, moment.progress, self._furthest)
+        self._gained_s = np.where(gained, moment.time_s, self._gained_s)
+        self.episodes.time_limit_s[moment.time_s - self._gained_s >= self._patience_s] = 0.0
+
+    def _begin(self, ids: np.ndarray) -> np.ndarray:
+        self._return[ids], self._length[ids] = 0.0, 0
+        self._furthest[ids], self._gained_s[ids] = 0.0, 0.0
+        return self.episodes.begin(ids, [self._next_variation() for _ in ids])
+
+    def _farewell(self, moment: Moment, index: int) -> dict[str, Any]:
+        return {
+            "terminal_observation": moment.observation[index],
+            "TimeLimit.truncated": bool(moment.out_of_time[index]),
+            "episode": {"r": float(self._return[index]), "l": int(self._length[index])},
+            "is_success": bool(moment.succeeded[index]),
+            "progress": float(moment.progress[index]),
+            "diverged": bool(moment.diverged[index]),
+        }
+
+    # --- what else Stable-Baselines3 asks of a VecEnv: all simulations share these objects ---
+
+    def close(self) -> None:
+        """Do nothing: memory is freed with the object."""
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute, once for each simulation asked for."""
+        return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Refuse: the simulations share their attributes."""
+        raise NotImplementedError(f"simulations of a batch share their attributes; {attr_name} cannot differ")
+
+    def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
+        """Refuse: there are no single environments to call."""
+        raise NotImplementedError(f"a batch has no single environments whose {method_name} could be called")
+
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
+        """Return that nothing is wrapped."""
+        del wrapper_class
+        return [False] * len(list(self._get_indices(indices)))
+
+    def seed(self, seed: int | None = None) -> Sequence[None]:
+        """Do nothing: what varies comes from `next_variation`, which has a seed of its own."""
+        del seed
+        return [None] * self.num_envs

@@ -1,0 +1,90 @@
+"""The method with something left out: other objects in the places of the parts, never a branch in the loop.
+
+Source: AID-SR compares its full method with runs without Judge, without Scene Integrator, without both, without
+validation, and with direct prompting.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
+from aidsr.core.roles import Feedback, Integrator, Judge, Team
+from aidsr.loop.parts import Mount, Parts, TeamFor
+from aidsr.runs.record import Method
+
+__all__ = ["AcceptAll", "ApproveAll", "DefaultPlacement", "without"]
+
+
+class ApproveAll:
+    """A Judge who passes whatever is stable."""
+
+    def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
+        """Return a pass."""
+        del brief, concept, robot, scene, report
+        return Critique(passed=True, summary="Passed without a Judge.")
+
+
+class DefaultPlacement:
+    """An Integrator who puts every robot's origin on the first mount, or on the world's where there is none."""
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return that placement."""
+        del concept, robot
+        mounts = [mount.name for mount in brief.summary.mounts if mount.moved_by or brief.base != "moving"]
+        return Placement(
+            mount=mounts[0] if mounts else "world",
+            base="free" if brief.base == "free" or not mounts else "fixed",
+            reason="Placed without a Scene Integrator, where every robot is.",
+        )
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement as it was."""
+        del brief, concept, robot, feedback
+        return placement
+
+
+class AcceptAll:
+    """A validator that looks at nothing."""
+
+    def __call__(
+        self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
+    ) -> ValidationReport:
+        """Return that all is well."""
+        del mjcf, mount, needs_contact, environment
+        return ValidationReport(stable=True, notes=("not validated",))
+
+
+@dataclass(frozen=True)
+class _With:
+    """A team with other players in some places."""
+
+    team_for: TeamFor
+    integrator: Integrator | None = None
+    judge: Judge | None = None
+
+    def __call__(self, *where: object) -> Team:
+        team = self.team_for(*where)  # type: ignore[arg-type]
+        return replace(team, integrator=self.integrator or team.integrator, judge=self.judge or team.judge)
+
+
+def without(parts: Parts, method: Method) -> Parts:
+    """Return the parts of a method that leaves something out; those of the full method are as they were."""
+    match method:
+        case "full":
+            return parts
+        case "no_judge":
+            return replace(parts, team_for=_With(parts.team_for, judge=ApproveAll()))
+        case "no_integrator":
+            return replace(parts, team_for=_With(parts.team_for, integrator=DefaultPlacement()))
+        case "no_judge_or_integrator":
+            return replace(parts, team_for=_With(parts.team_for, DefaultPlacement(), ApproveAll()))
+        case "no_validation":
+            return replace(parts, validate=AcceptAll())
+        case "no_feedback":
+            return replace(parts, team_for=_With(parts.team_for, judge=ApproveAll()), validate=AcceptAll())
+        case "direct":
+            team_for = _With(parts.team_for, DefaultPlacement(), ApproveAll())
+            return replace(parts, team_for=team_for, validate=AcceptAll())

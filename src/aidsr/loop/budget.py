@@ -1,0 +1,166 @@
+"""No call that could exceed the budget: tokens and money are reserved before a call and settled after it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.core.errors import BudgetError, Limit, ModelError, UserError
+from aidsr.runs import Run
+from aidsr.runs.record import Budget
+from aidsr.teams.providers import Model
+from aidsr.teams.providers.manual import estimated_input_tokens
+
+__all__ = ["Budgeted", "Ledger", "Price", "check_prices", "priced", "spent_by"]
+
+Price = Callable[[int, int], float | None]
+"""Returns what so many tokens in and out cost [USD], None when that is not known."""
+
+
+def check_prices(budget: Budget, model: str, price: Price) -> None:
+    """Refuse a limit on money for a model whose price nobody knows.
+
+    Raises:
+        UserError: The budget cannot be kept.
+    """
+    if budget.limits_cost and price(1, 1) is None:
+        raise UserError(
+            f'the price of "{model}" is not known, so a limit on money cannot be kept; limit tokens instead '
+            "(--max-tokens)"
+        )
+
+
+def priced(usage: Usage, price: Price) -> Usage:
+    """Return what a call used, at list price where its provider did not say what it cost; that is never less."""
+    if usage.cost_usd is not None:
+        return usage
+    return usage.model_copy(update={"cost_usd": price(usage.input_tokens, usage.output_tokens)})
+
+
+def spent_by(run: Run, price: Price) -> dict[int, Usage]:
+    """Return what every design of a run has used, by its number, 0 for the Designer's calls for all concepts."""
+    calls = {0: run.calls}
+    for design in run.designs:
+        calls[design.number] = tuple(call for iteration in design.iterations for call in iteration.calls)
+    return {number: sum((priced(call.usage, price) for call in made), Usage()) for number, made in calls.items()}
+
+
+class Ledger:
+    """What a run and its designs have spent, and what calls in flight may still cost.
+
+    A call is made only if its upper bound fits into what is left: the prompt's tokens, and as many in reply as its cap
+    allows. Where it would fit but for calls in flight, it waits until they ended, for most cost far less than their
+    bounds. So budgets are kept, and a little of them may stay unspent. The Designer's calls for all concepts count
+    for the run, and in even shares for each design.
+    """
+
+    def __init__(self, run: Run, budget: Budget, concepts: int, price: Price) -> None:
+        self._run = run
+        self._budget = budget
+        self._concepts = concepts
+        self._price = price
+        self._spent = spent_by(run, price)
+        self._in_flight: list[tuple[int, Usage]] = []
+        """Designs with a call under way, and its upper bound."""
+        self._interrupted = False
+        self._changed = threading.Condition()
+        """Guards all of this; notified when a call in flight has ended, or nobody shall wait any more."""
+
+    def ask(self, model: Model, folder: Path, question: Question) -> CallRecord:
+        """Ask if the budget allows it, once it is known to.
+
+        Raises:
+            BudgetError: The call could exceed what is left.
+            ModelError: Waiting for calls in flight was interrupted.
+        """
+        number = self._number(folder)
+        with self._changed:
+            bound = self._bound(question)
+            self._wait_for_room(number, bound)
+            self._in_flight.append((number, bound))
+        used = Usage()
+        try:
+            record = model.ask(question)
+            used = priced(record.usage, self._price)
+        finally:
+            with self._changed:
+                self._in_flight.remove((number, bound))
+                self._spent[number] = self._spent.get(number, Usage()) + used
+                self._changed.notify_all()
+        return record
+
+    def interrupt(self) -> None:
+        """Let every call that waits for others give up, now and from now on."""
+        with self._changed:
+            self._interrupted = True
+            self._changed.notify_all()
+
+    def _bound(self, question: Question) -> Usage:
+        tokens = estimated_input_tokens(question)
+        cost = self._price(tokens, question.max_output_tokens) if self._budget.limits_cost else 0.0
+        return Usage(input_tokens=tokens, output_tokens=question.max_output_tokens, cost_usd=cost)
+
+    def _wait_for_room(self, number: int, bound: Usage) -> None:
+        """Return when the call fits beside those in flight; without any, it fits or is refused."""
+        while self._refusal(self._spent_at_most(), number, bound):
+            if refusal := self._refusal(self._spent, number, bound):
+                raise refusal
+            if self._interrupted:
+                raise ModelError("interrupted before it could be asked")
+            self._changed.wait()
+
+    def _spent_at_most(self) -> dict[int, Usage]:
+        """Return what will be spent if each call in flight costs as much as it may."""
+        spent = dict(self._spent)
+        for number, bound in self._in_flight:
+            spent[number] = spent.get(number, Usage()) + bound
+        return spent
+
+    def _refusal(self, spent: dict[int, Usage], number: int, bound: Usage) -> BudgetError | None:
+        """Return why the call may not be made when so much is spent; None if it may."""
+        budget = self._budget
+        refused = _beyond(budget.tokens, budget.cost_usd, sum(spent.values(), Usage()), bound, "run")
+        if number and not refused:
+            shared = spent[0]
+            own = spent.get(number, Usage()) + Usage(
+                input_tokens=(shared.input_tokens + shared.output_tokens) // self._concepts,
+                cost_usd=(shared.cost_usd or 0.0) / self._concepts,
+            )
+            refused = _beyond(budget.tokens_per_design, budget.cost_per_design_usd, own, bound, "design")
+        return BudgetError(" ".join(refused.values()), *refused) if refused else None
+
+    def _number(self, folder: Path) -> int:
+        parts = folder.relative_to(self._run.path).parts
+        return int(parts[1]) if parts[:1] == ("designs",) else 0
+
+
+class Budgeted:
+    """A model asked only within the budget of a run."""
+
+    def __init__(self, model: Model, ledger: Ledger, folder: Path) -> None:
+        self.name = model.name
+        self._model = model
+        self._ledger = ledger
+        self._folder = folder
+
+    def ask(self, question: Question) -> CallRecord:
+        """Ask, or raise BudgetError."""
+        return self._ledger.ask(self._model, self._folder, question)
+
+
+def _beyond(tokens: int | None, cost_usd: float | None, spent: Usage, bound: Usage, what: str) -> dict[Limit, str]:
+    """Return the limits that the next call could exceed, and a sentence about each."""
+    used, more = (each.input_tokens + each.output_tokens for each in (spent, bound))
+    refused: dict[Limit, str] = {}
+    if tokens is not None and used + more > tokens:
+        refused["tokens"] = (
+            f"The {what} may use {tokens:,} tokens; {used:,} are used, and the next call could take {more:,}."
+        )
+    paid, price = spent.cost_usd or 0.0, bound.cost_usd or 0.0
+    if cost_usd is not None and paid + price > cost_usd:
+        refused["cost_usd"] = (
+            f"The {what} may cost ${cost_usd:.2f}; ${paid:.4f} are spent, and the next call could cost ${price:.4f}."
+        )
+    return refused

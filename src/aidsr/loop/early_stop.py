@@ -1,0 +1,78 @@
+"""When repairing leads nowhere: the same role was asked to cure the same problems, and they are as bad as before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from aidsr.core.artifacts import Critique, Fault, ValidationReport
+from aidsr.core.roles import Feedback
+from aidsr.loop.routing import Change
+
+__all__ = ["keep_trying", "same_again"]
+
+_LEAST_IMPROVEMENT = 0.05
+"""Share of its distance to the limit by which a fault must get better to count as better. Our choice: eight iterations
+of less would leave two thirds of the distance."""
+
+
+def keep_trying(changes: Sequence[Change]) -> bool:
+    """Never give up before the attempts are used up, as the paper's method does."""
+    del changes
+    return False
+
+
+def same_again(changes: Sequence[Change]) -> bool:
+    """Whether the newest change asks a role once more for what it did not get any better at when it was last asked.
+
+    The problems are the same when the faults have the same codes and places, or the Judge said the same words. Faults
+    that moved at least a twentieth of their way to the limit are not. A role that has not been asked yet is given its
+    attempt, so what the Scene Integrator could not cure still goes to the Coder.
+
+    Args:
+        changes: What each iteration of the round found wrong, in order.
+    """
+    newest = changes[-1]
+    for before in reversed(changes[:-1]):
+        if not _as_bad(before, newest):
+            return False
+        if _asked(before) == _asked(newest):
+            return True
+    return False
+
+
+def _asked(change: Change) -> tuple[bool, ...]:
+    """Which roles a change goes to."""
+    return bool(change.concept), change.robot is not None, change.placement is not None
+
+
+def _as_bad(before: Change, now: Change) -> bool:
+    """Whether two iterations found the same problems and none of them got better."""
+    first, second = _problems(before), _problems(now)
+    if first.keys() != second.keys():
+        return False
+    return all(second[place] > (1 - _LEAST_IMPROVEMENT) * first[place] or not first[place] for place in first)
+
+
+def _problems(change: Change) -> dict[tuple[str, ...], float]:
+    """Return everything found wrong by code and place, each with its distance to the limit, 0 where none is known."""
+    found: dict[tuple[str, ...], float] = {("concept", change.concept): 0.0} if change.concept else {}
+    for feedback in (change.robot, change.placement):
+        for place, distance in _of(feedback):
+            found[place] = found.get(place, 0.0) + distance
+    return found
+
+
+def _of(feedback: Feedback | None) -> list[tuple[tuple[str, ...], float]]:
+    match feedback:
+        case ValidationReport():
+            return [((fault.code, *fault.names), _distance(fault)) for fault in feedback.errors]
+        case Critique():
+            return [((issue.blame, issue.component, issue.problem), 0.0) for issue in feedback.issues]
+        case _:
+            return []
+
+
+def _distance(fault: Fault) -> float:
+    if fault.measured is None or fault.limit is None:
+        return 0.0
+    return abs(fault.measured - fault.limit)

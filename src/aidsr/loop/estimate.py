@@ -1,0 +1,68 @@
+"""What a run will about cost, said before it starts: from earlier runs of the same model, else a rule of thumb."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from aidsr.core.calls import Usage
+from aidsr.core.errors import UserError
+from aidsr.loop.teams import asks_nobody, price_of
+from aidsr.runs import Run, RunConfig, read_status
+
+__all__ = ["Estimate", "estimate"]
+
+_TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
+"""One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.
+Our guess, for prompts as docs/agents.md has them and short reasoning; models that reason at length take more."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What all designs of a run will about take."""
+
+    usage: Usage
+    basis: str
+    """What the figures rest on, as a clause."""
+
+
+def estimate(config: RunConfig, runs: Path) -> Estimate:
+    """Return what a run will about cost; an estimate and never a promise, since nobody knows how many repairs it takes.
+
+    Args:
+        config: The run to be.
+        runs: Folder of earlier runs.
+    """
+    if asks_nobody(config.model):
+        return Estimate(Usage(), "rules ask no language model")
+    earlier = _earlier(config.model, runs)
+    if earlier:
+        total = sum(earlier, Usage())
+        mean = _times(total, config.concepts / len(earlier))
+        return Estimate(mean, f"the mean of {len(earlier)} designs by this model in {runs}")
+    whole = _times(_TYPICAL, config.concepts)
+    cost = price_of(config.model)(whole.input_tokens, whole.output_tokens)
+    return Estimate(whole.model_copy(update={"cost_usd": cost}), "a rule of thumb, 6 calls a design, and list prices")
+
+
+def _earlier(model: str, runs: Path) -> list[Usage]:
+    """Return what finished designs by a model took; runs that cannot be read are passed over."""
+    found = []
+    for record in sorted(runs.glob("*/run.json")):
+        try:
+            status = read_status(Run(record.parent))
+        except UserError:
+            continue
+        if status.record.config.model == model:
+            found += [design.usage for design in status.designs if design.outcome is not None and design.usage.calls]
+    return found
+
+
+def _times(usage: Usage, factor: float) -> Usage:
+    return Usage(
+        calls=round(usage.calls * factor),
+        input_tokens=round(usage.input_tokens * factor),
+        output_tokens=round(usage.output_tokens * factor),
+        tokens_estimated=True,
+        cost_usd=None if usage.cost_usd is None else usage.cost_usd * factor,
+    )

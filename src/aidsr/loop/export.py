@@ -1,0 +1,173 @@
+"""A design or a robot handed to the workshop: made into parts, tried again as it will be built, and written down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aidsr.core.artifacts import Placement, Robot, ValidationReport
+from aidsr.core.errors import UserError
+from aidsr.core.extras import require_extra
+from aidsr.fabrication.changing import as_built
+from aidsr.fabrication.force_response import responses
+from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.package import write_package
+from aidsr.fabrication.printers import printer_named
+from aidsr.fabrication.schema import MARK, Retest, Verdict
+from aidsr.fabrication.verdict import retest_of
+from aidsr.mjcf.read import open_mjcf
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.status import newest
+from aidsr.runs.trainings import Training, trainings_of
+from aidsr.sim.assembly import assemble
+from aidsr.sim.resize import at_size
+from aidsr.validation import validate
+
+if TYPE_CHECKING:
+    from aidsr.validation.validating import Mount
+
+__all__ = ["Exported", "export"]
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An export on disk."""
+
+    folder: Path
+    verdict: Verdict
+    made: Made
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """What is to be built, and what is known of it.
+
+    Attributes:
+        title: For the sheet.
+        mjcf: The robot alone, at its final size.
+        reports: What the validator recorded of it already.
+        environment: MJCF of the environment it was designed for; empty for a robot from a file.
+        mount: How it is held while it is tested.
+        design: Its folder, where it comes from a run.
+    """
+
+    title: str
+    mjcf: str
+    reports: tuple[ValidationReport, ...]
+    environment: str
+    mount: Mount
+    design: DesignFolder | None
+
+
+def export(
+    subject: Path,
+    folder: Path | None = None,
+    *,
+    printer: str = "fdm",
+    material: str | None = None,
+    policy: bool = False,
+    cad: bool = False,
+) -> Exported:
+    """Export a design's folder, or the MJCF of a robot.
+
+    Args:
+        subject: Folder of an approved design, or a file.
+        folder: Where to; "export" in the design's folder, or NAME_export beside the file, when not given.
+        printer: Name of a printer.
+        material: Name of a material; None tries all the printer has.
+        policy: Whether the design's last trained policy is tried with the robot as built.
+        cad: Whether parts are written as STEP too; needs the extra "cad".
+
+    Raises:
+        UserError: There is nothing to export, or the folder holds something else.
+        MjcfError: The robot cannot be loaded.
+    """
+    if cad:
+        require_extra("cad", "writing STEP")
+    if policy:
+        require_extra("rl", "trying a policy")
+    given = _read(subject)
+    learnt = _last_training(given.design) if policy else None
+    target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
+    if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
+        raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
+    designed = validate(given.mjcf, mount=given.mount, environment=given.environment, realizable=True)
+    reports = (*given.reports, designed)
+    made = make(given.mjcf, reports, printer_named(printer), material=material)
+    built = as_built(made, given.mjcf)
+    tried = validate(built, mount=given.mount, environment=given.environment, realizable=True)
+    retest = retest_of(designed, tried)
+    if given.design is not None and learnt is not None:
+        retest = _with_policy(retest, given.design, given.environment, built, learnt)
+    measured = responses(given.mjcf)
+    verdict = write_package(
+        target, made, title=given.title, built_mjcf=built, responses=measured, retest=retest, cad=cad
+    )
+    return Exported(target, verdict, made)
+
+
+def _read(subject: Path) -> _Subject:
+    """Return what a path stands for."""
+    if not subject.is_dir():
+        return _Subject(subject.stem, open_mjcf(subject), (), "", "auto", None)
+    design = DesignFolder(subject.resolve())
+    robot = design.final_robot.read()
+    if robot is None:
+        raise UserError(
+            f"a design with a final_robot.xml was expected, and {subject} has none; give the folder of an approved "
+            "design, as runs/…/designs/1, or the MJCF of a robot"
+        )
+    brief = Run(design.path.parent.parent).brief()
+    kept = design.leading_to()
+    placement = newest(it.placement.read() for it in kept) or Placement(mount="world", base="fixed")
+    mjcf, found = robot.decode(), [newest(it.scene_report.read() for it in kept)]
+    if placement.scale == 1.0:
+        found.append(newest(it.robot_report.read() for it in kept))
+    else:  # the robot's own report is of another size
+        mjcf = at_size(mjcf, placement.scale)
+    concept = newest(it.concept.read() for it in kept)
+    title = f"{concept.name if concept else 'robot'} for {brief.task or 'an objective in words'}"
+    return _Subject(
+        title=title,
+        mjcf=mjcf,
+        reports=tuple(report for report in found if report),
+        environment=brief.environment,
+        mount=placement.base,
+        design=design,
+    )
+
+
+def _last_training(design: DesignFolder | None) -> Training:
+    """Return the design's last finished training."""
+    finished = [one for one in trainings_of(design) if one.result.path.exists()] if design else []
+    if not finished:
+        raise UserError("a trained policy was asked for, and there is none; train the design first, with aidsr train")
+    return finished[-1]
+
+
+def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: str, learnt: Training) -> Retest:
+    """Let what a training learnt act in the scene with the robot as built."""
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.rl.evaluation import evaluate
+    from aidsr.learn.rl.policy import one_torch_thread
+    from aidsr.learn.rl.trained import FinishedTraining
+
+    trained = FinishedTraining.load(learnt.path)
+    robot = newest(it.robot.read() for it in design.leading_to())
+    placement = newest(it.placement.read() for it in design.leading_to())
+    assert robot is not None, "only what is approved is trained"
+    assert placement is not None, "only a robot that was placed in a scene is approved"
+    changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
+    as_it_is = placement.model_copy(update={"scale": 1.0})
+    scene = assemble(changed, environment, as_it_is, trained.scene.task.sensors)
+    there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
+    there = there.driven_as(trained.config.groups, trained.config.groups_from)
+    with one_torch_thread():
+        verdict, _ = evaluate(there, trained.policy, threads=1, smoothing=trained.config.recipe.smoothing)
+    before = learnt.evaluation.read()
+    shares = {
+        "success_share": verdict.success_share,
+        "designed_success_share": before.success_share if before else None,
+    }
+    return retest.model_copy(update=shares)

@@ -1,0 +1,86 @@
+"""The human step. The answer is a file, so that a terminal, an editor, a browser or a test can give it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from aidsr.core.artifacts import Decision
+from aidsr.core.errors import UserError
+from aidsr.loop.parts import Halt
+from aidsr.loop.steps import HaltedError
+from aidsr.runs import EventLog, IterationFolder
+from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
+
+__all__ = ["DecisionFile", "Said", "approve_at_once"]
+
+
+def approve_at_once(iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
+    """Approve what the Judge passed; nobody is asked and no file is written."""
+    del iteration, log, halt
+    return Decision(verdict="approve")
+
+
+@dataclass(frozen=True)
+class DecisionFile:
+    """Waits until somebody writes decision.json into the folder of the iteration."""
+
+    poll_s: float = 0.5
+
+    def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
+        """Return the decision once it can be read; a file that cannot be is reported once for each way it fails."""
+        decision, complaint = _look(iteration)
+        if decision is not None:
+            return decision
+        log.write(Waiting(iteration=iteration.number))
+        reported = ""
+        while decision is None:
+            if complaint and complaint != reported:
+                reported = complaint
+                log.write(DecisionUnreadable(iteration=iteration.number, reason=complaint))
+            if halt():
+                raise HaltedError
+            time.sleep(self.poll_s)
+            decision, complaint = _look(iteration)
+        log.write(Decided(iteration=iteration.number, verdict=decision.verdict))
+        return decision
+
+
+@dataclass(frozen=True)
+class Said:
+    """Answers for a person who said beforehand what to change: once for each design, in its decision.json."""
+
+    text: str
+
+    def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
+        """Return a refinement with that text for the first scene of a design, and approval for every later one."""
+        del halt
+        written = iteration.decision.read()
+        if written is not None:
+            return written
+        earlier = [path for path in iteration.path.parent.glob("*/decision.json") if path.parent != iteration.path]
+        if earlier:
+            return Decision(verdict="approve")
+        decision = Decision(verdict="refine", text=self.text)
+        iteration.decision.write(decision)
+        log.write(Decided(iteration=iteration.number, verdict=decision.verdict))
+        return decision
+
+
+def _look(iteration: IterationFolder) -> tuple[Decision | None, str]:
+    """Return the decision, or what is wrong with the file; neither while there is none, or one just being written.
+
+    An editor empties a file before it fills it; what is wrong counts only in a file that did not change meanwhile.
+    """
+    before = _content(iteration)
+    if not before:
+        return None, ""
+    try:
+        return iteration.decision.read(), ""
+    except UserError as error:
+        return None, str(error) if _content(iteration) == before else ""
+
+
+def _content(iteration: IterationFolder) -> bytes:
+    path = iteration.decision.path
+    return path.read_bytes() if path.exists() else b""

@@ -1,0 +1,30 @@
+"""What the Judge is shown of a scene, where it is shown pictures."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+from aidsr.core.artifacts import Scene
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.runs import IterationFolder
+
+__all__ = ["pictures_of"]
+
+_STANDING = "The scene as it stands at the start."
+_MOVING = "Five moments, from left to right, while the robot's actuators swing through their ranges."
+
+
+def pictures_of(folder: Path, scene: Scene) -> dict[str, bytes]:
+    """Return pictures of the scene of an iteration by caption; one that cannot be drawn is left out.
+
+    They are files of the iteration, so a resumed run shows the very same and pays for no verdict twice.
+    """
+    from aidsr.render.pictures import filmstrip
+
+    iteration = IterationFolder(folder)
+    if iteration.motion.read() is None:
+        with suppress(MjcfError, IsolationError):  # a picture that cannot be drawn is no reason not to judge
+            iteration.motion.write(filmstrip(scene.mjcf))
+    files = {_STANDING: iteration.preview, _MOVING: iteration.motion}
+    return {caption: png for caption, file in files.items() if (png := file.read()) is not None}

@@ -1,0 +1,111 @@
+"""The parts the loop is made of. It never asks which kind it was given: an ablation is another part, not a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from aidsr.core.artifacts import Decision, Placement, Robot, Scene, TaskReport, ValidationReport
+from aidsr.core.roles import Team
+from aidsr.loop.early_stop import keep_trying
+from aidsr.loop.routing import Change
+from aidsr.runs import EventLog, IterationFolder
+
+if TYPE_CHECKING:
+    from aidsr.validation.repairs import Repaired
+
+__all__ = [
+    "Assemble",
+    "Halt",
+    "Mount",
+    "Parts",
+    "Person",
+    "Picture",
+    "Repair",
+    "Stalled",
+    "TeamFor",
+    "TryOut",
+    "Validate",
+]
+
+Mount = Literal["auto", "fixed", "free"]
+"""How a robot alone is held while it is validated."""
+
+TeamFor = Callable[[Path], Team]
+"""Makes the team that works in one folder, where it may keep what its answers cost."""
+
+Picture = Callable[[str], bytes]
+"""Draws MJCF as a PNG; may raise MjcfError or IsolationError."""
+
+Stalled = Callable[[Sequence[Change]], bool]
+"""Whether another attempt is useless, by what each iteration of the round found wrong."""
+
+Halt = Callable[[], bool]
+"""Whether work should stop as soon as it can."""
+
+
+TryOut = Callable[[Robot, Scene], TaskReport]
+"""Tries a scene that the Judge passed on its task."""
+
+
+class Repair(Protocol):
+    """Puts right by code what can mean only one thing in the MJCF of a robot."""
+
+    def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> Repaired:
+        """Return the text and what was done to it; `kept_names` are referred to from outside the text."""
+        ...
+
+
+class Validate(Protocol):
+    """Finds all faults of a robot or a scene."""
+
+    def __call__(
+        self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
+    ) -> ValidationReport:
+        """Return the report; `environment` is the MJCF whose options a robot alone is tested with."""
+        ...
+
+
+class Assemble(Protocol):
+    """Places a robot in an environment."""
+
+    def __call__(self, robot: Robot, environment: str, placement: Placement) -> Scene:
+        """Return the scene.
+
+        Raises:
+            MjcfError: The two cannot become one model.
+        """
+        ...
+
+
+class Person(Protocol):
+    """Decides about a scene that the Judge passed."""
+
+    def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
+        """Return the decision, however long that takes."""
+        ...
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Everything the loop calls that is not a file."""
+
+    team_for: TeamFor
+    repair: Repair
+    """Between the Coder and the validator."""
+    validate: Validate
+    assemble: Assemble
+    picture: Picture
+    """Draws a model as it stands."""
+    filmstrip: Picture
+    """Draws a few moments of a model while its actuators swing."""
+    person: Person
+    stalled: Stalled = keep_trying
+    try_out: TryOut | None = None
+    task_rounds: int = 0
+    """How often a design may be sent back after it was tried."""
+    interrupt: Callable[[], None] = lambda: None
+    """Lets calls that wait, for a person's reply or for each other, give up; called when work is asked to stop, and
+    when it is over."""

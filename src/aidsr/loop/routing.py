@@ -1,0 +1,100 @@
+"""Who has to change what: faults of a scene and issues of the Judge, sent to the role that can cure them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from aidsr.core.artifacts import Critique, Fault, TaskReport, ValidationReport
+from aidsr.core.roles import Feedback
+
+__all__ = ["Change", "after_critique", "after_scene_faults", "after_trial"]
+
+_CURED_BY_PLACING = frozenset({"free_fall", "base_not_attached"})
+"""Faults that a robot which is stable alone can only have because of where and how it was put. Our choice."""
+
+_ROBOT = "robot/"
+
+_TOLD = 3
+"""Problems told in full when a design is given up; all of them stand in its files. Our choice."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What an iteration is asked to change. Where nothing is asked, only what is missing is made."""
+
+    concept: str = ""
+    """What the Designer is asked to change; the robot and the placement are then made anew."""
+    robot: Feedback | None = None
+    """What the Coder is asked to repair."""
+    placement: Feedback | None = None
+    """What the Scene Integrator is asked to adjust."""
+    after_trial: bool = False
+    """Whether a scene that the Judge passed fell short when it was tried on its task."""
+
+    @property
+    def reason(self) -> str:
+        """The worst problems in a few sentences, for a person; the rest is counted."""
+        for feedback in (self.robot, self.placement):
+            if isinstance(feedback, ValidationReport):
+                return _first([f"{fault.code}: {fault.message.rstrip('.')}." for fault in feedback.errors])
+            if isinstance(feedback, Critique):
+                return _first(_issues(feedback))
+        return _first(self.concept.splitlines())
+
+
+def after_scene_faults(report: ValidationReport, asked: Change) -> Change:
+    """Return who repairs an unstable scene whose robot is stable alone.
+
+    The Scene Integrator, when a fault is one of placing; the Coder otherwise, and also when the Scene Integrator was
+    just asked about the same faults and they are still there.
+
+    Args:
+        report: The scene's report.
+        asked: What the iteration that made the scene was asked to change.
+    """
+    placing = any(_is_of_placing(fault) for fault in report.errors)
+    before = asked.placement
+    still_there = isinstance(before, ValidationReport) and _codes(before) == _codes(report)
+    return Change(placement=report) if placing and not still_there else Change(robot=report)
+
+
+def after_critique(critique: Critique) -> Change:
+    """Return who acts on a failing critique: each role on the issues blamed on it, the Designer on all of them."""
+    if any(issue.blame == "designer" for issue in critique.issues):
+        return Change(concept="\n".join(_issues(critique)))
+    return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
+
+
+def after_trial(report: TaskReport) -> Change:
+    """Return who acts on what a trial showed; the Designer, who has no other report of it, is told how far it came."""
+    change = after_critique(report.critique)
+    concept = f"{report.critique.summary}\n{change.concept}" if change.concept else ""
+    return replace(change, concept=concept, after_trial=True)
+
+
+def _is_of_placing(fault: Fault) -> bool:
+    """Whether the fault names something of the environment, could not be assembled, or comes from where it stands."""
+    touches_environment = any(not name.startswith(_ROBOT) for name in fault.names)
+    return fault.code in _CURED_BY_PLACING or touches_environment
+
+
+def _codes(report: ValidationReport) -> frozenset[str]:
+    return frozenset(fault.code for fault in report.errors)
+
+
+def _blamed(critique: Critique, role: str) -> Critique | None:
+    issues = tuple(issue for issue in critique.issues if issue.blame == role)
+    return critique.model_copy(update={"issues": issues}) if issues else None
+
+
+def _issues(critique: Critique) -> list[str]:
+    return [
+        f"{issue.component}: {issue.problem.rstrip('.')}." + (f" {issue.suggestion}" if issue.suggestion else "")
+        for issue in critique.issues
+    ]
+
+
+def _first(problems: list[str]) -> str:
+    """Return the first problems in full, and how many more there are."""
+    more = len(problems) - _TOLD
+    return " ".join(problems[:_TOLD]) + (f" And {more} more." if more > 0 else "")

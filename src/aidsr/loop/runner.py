@@ -1,0 +1,157 @@
+"""Work on a run: its concepts first, then all designs at once, each in its own thread, until each has an outcome."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+
+from aidsr.core.artifacts import Brief, Concept
+from aidsr.core.errors import AidsrError, ReplyError
+from aidsr.loop.loop import Growth
+from aidsr.loop.parts import Parts
+from aidsr.loop.steps import HaltedError, Steps
+from aidsr.runs import DesignFolder, EventLog, Run, write_summary
+from aidsr.runs.answered_calls import set_calls_aside
+from aidsr.runs.events import Done, Event, Finished, Started, Stopped, Waiting, without_secrets
+
+__all__ = ["Listen", "work"]
+
+Listen = Callable[[int, Event], None]
+"""Told of every event, in the thread that called `work`: the number of the design, 0 for the run, and the event."""
+
+_LAST_STEPS_S = 5.0
+"""How long an interrupted run waits for its threads [s]; what they do after that is lost, as in a kill. Our choice."""
+
+
+def work(run: Run, parts: Parts, listen: Listen = lambda _design, _event: None) -> Run:
+    """Do everything on a run that is not done yet; call it again on a run that was stopped, or killed.
+
+    A design that stops, for a model that cannot be reached or a bug of ours, is recorded and does not keep the others
+    from going on.
+
+    Raises:
+        UserError: Another process is at work on the run, or a file of it is damaged.
+        AidsrError: There are no concepts, because the Designer could not be asked.
+    """
+    try:
+        return _Work(run, parts, listen).run_all()
+    finally:
+        parts.interrupt()
+
+
+@dataclass(frozen=True)
+class _Work:
+    run: Run
+    parts: Parts
+    listen: Listen
+    halted: threading.Event = field(default_factory=threading.Event)
+    news: queue.SimpleQueue[tuple[int, Event | None]] = field(default_factory=queue.SimpleQueue)
+    """Events of the designs, with their numbers; None when a thread ended."""
+
+    def run_all(self) -> Run:
+        config = self.run.asked().config
+        brief = self.run.brief()
+        with EventLog(self.run.events, lambda event: self.listen(0, event)) as log:
+            log.write(Started())
+            with _recorded(log, self.halted):
+                concepts = self._concepts(brief, config.concepts, log)
+            designs = self._designs(concepts)
+            write_summary(self.run)
+            with _recorded(log, self.halted):
+                self._grow_all([Growth(design, brief, config.iterations, self.parts) for design in designs])
+            if all(design.outcome.read() for design in designs):
+                log.write(Finished())
+        write_summary(self.run)
+        return self.run
+
+    def _concepts(self, brief: Brief, count: int, log: EventLog) -> tuple[Concept, ...]:
+        designer = self.parts.team_for(self.run.path).designer
+        try:
+            return Steps(log, self.halted.is_set).take(
+                "concepts",
+                self.run.concepts,
+                lambda: designer.propose(brief, count),
+                lambda concepts: "; ".join(concept.name for concept in concepts),
+            )
+        except ReplyError as error:
+            set_calls_aside(self.run.path)
+            raise ReplyError(f"{error} Resuming the run asks the Designer anew.") from error
+
+    def _designs(self, concepts: tuple[Concept, ...]) -> tuple[DesignFolder, ...]:
+        designs = tuple(self.run.design(number) for number in range(1, len(concepts) + 1))
+        for design, concept in zip(designs, concepts, strict=True):
+            design.iteration(1).concept.write(concept)
+        return designs
+
+    def _grow_all(self, growths: list[Growth]) -> None:
+        threads = [
+            threading.Thread(target=self._grow, args=(growth,), name=f"design {growth.design.number}", daemon=True)
+            for growth in growths
+            if growth.design.outcome.read() is None
+        ]
+        for thread in threads:
+            thread.start()
+        try:
+            self._follow(threads)
+        except KeyboardInterrupt:
+            self.halted.set()
+            self.parts.interrupt()
+            end = time.monotonic() + _LAST_STEPS_S
+            for thread in threads:
+                thread.join(max(0.0, end - time.monotonic()))
+            raise
+
+    def _follow(self, threads: list[threading.Thread]) -> None:
+        """Pass the news on until all threads ended, and keep the summary page up to date meanwhile."""
+        at_work = len(threads)
+        while at_work:
+            number, event = self.news.get()
+            if event is None:
+                at_work -= 1
+                continue
+            self.listen(number, event)
+            if isinstance(event, Waiting) or (
+                isinstance(event, Done) and event.step in ("preview", "critique", "motion")
+            ):
+                write_summary(self.run)
+
+    def _grow(self, growth: Growth) -> None:
+        """Grow one design in its thread; whatever ends it early stays in its log, and the others go on."""
+        number = growth.design.number
+        try:
+            with EventLog(growth.design.events, lambda event: self.news.put((number, event))) as log:
+                log.write(Started())
+                with suppress(Exception), _recorded(log, self.halted):
+                    log.write(Finished(outcome=growth.run(log, self.halted.is_set)))
+        finally:
+            self.news.put((number, None))
+
+
+@contextmanager
+def _recorded(log: EventLog, halted: threading.Event) -> Iterator[None]:
+    """Write into the log why work ended before its outcome, then let the error go on its way."""
+    try:
+        yield
+    except (KeyboardInterrupt, HaltedError):
+        log.write(Stopped(cause="interrupted", message="interrupted by the person at the keyboard"))
+        raise
+    except AidsrError as error:
+        if halted.is_set():
+            log.write(Stopped(cause="interrupted", message=without_secrets(str(error))))
+            raise
+        log.write(Stopped(cause="error", message=without_secrets(str(error))))
+        raise
+    except Exception as error:
+        log.write(
+            Stopped(
+                cause="bug",
+                message=without_secrets(f"{type(error).__name__}: {error}"),
+                traceback=without_secrets(traceback.format_exc()),
+            )
+        )
+        raise

@@ -1,0 +1,60 @@
+"""One step of the method: a value that is made once and kept in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.loop.parts import Halt, Picture
+from aidsr.runs import EventLog
+from aidsr.runs.events import Begun, Done, NoPicture, Step
+from aidsr.runs.files import BytesFile, Stored
+
+__all__ = ["HaltedError", "Steps"]
+
+Value = TypeVar("Value")
+
+
+class HaltedError(Exception):
+    """Work was asked to stop; everything finished so far is on disk."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Takes the steps that are not taken yet. This is all there is to resuming: the code that starts also goes on."""
+
+    log: EventLog
+    halt: Halt
+    iteration: int | None = None
+
+    def take(
+        self,
+        step: Step,
+        file: Stored[Value],
+        compute: Callable[[], Value],
+        summarize: Callable[[Value], str] = lambda _value: "",
+    ) -> Value:
+        """Return what the file of the step holds; compute and write it first if it is not there.
+
+        Raises:
+            HaltedError: Work was asked to stop before the step began.
+        """
+        value = file.read()
+        if value is not None:
+            return value
+        if self.halt():
+            raise HaltedError
+        self.log.write(Begun(step=step, iteration=self.iteration))
+        value = compute()
+        file.write(value)
+        self.log.write(Done(step=step, iteration=self.iteration, summary=summarize(value)))
+        return value
+
+    def draw(self, step: Step, file: BytesFile, picture: Picture, mjcf: str) -> None:
+        """Draw a model once; a picture that cannot be drawn is an event and nothing worse."""
+        try:
+            self.take(step, file, lambda: picture(mjcf))
+        except (MjcfError, IsolationError) as error:
+            self.log.write(NoPicture(step=step, iteration=self.iteration, reason=str(error)))

@@ -1,0 +1,93 @@
+"""How scenes that the Judge passed are tried on the task of a run: by open-loop motions, and by a policy if wanted."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from aidsr.core.artifacts import Critique, Evaluation, Robot, Scene, TaskReport
+from aidsr.core.errors import IsolationError, UserError
+from aidsr.core.extras import require_extra
+from aidsr.loop.parts import TryOut
+from aidsr.runs import Run, RunConfig
+from aidsr.sandbox import isolation
+
+__all__ = ["LIMITS", "check_trial", "trial_of", "with_policy"]
+
+LIMITS = isolation.Limits(wall_s=14_400.0, cpu_s=14_400.0, memory_mib=16_384)
+"""Our choice: many times what a training of 100,000 steps takes; torch alone maps several GiB."""
+
+
+def check_trial(config: RunConfig, *, measured: bool) -> None:
+    """Refuse trials that could not be made.
+
+    Args:
+        config: What is asked for.
+        measured: Whether there is a task or a goal.
+
+    Raises:
+        UserError: Nothing measures success, or what training needs is missing.
+    """
+    if config.task_feedback and not measured:
+        raise UserError(
+            "feedback from the task needs a measure of success; name a task, or give a goal (docs/goals.md)"
+        )
+    if config.task_training and not config.task_feedback:
+        raise UserError("a training beside the trial on the task needs that trial; ask for --task-feedback as well")
+    if config.task_training:
+        require_extra("rl", "training")
+
+
+def trial_of(run: Run) -> TryOut:
+    """Return what tries scenes on the task of a run, or by its goal."""
+    from aidsr.learn.openloop.task_trial import try_out
+
+    record = run.asked()
+    level, goal = record.level or "standard", None if record.task else run.goal.path
+    probe = partial(try_out, task=record.task, level=level, goal=goal)
+    steps = record.config.task_training
+    if not steps:
+        return probe
+
+    def probe_and_train(robot: Robot, scene: Scene) -> TaskReport:
+        report = probe(robot, scene)
+        argument = {
+            "mjcf": scene.mjcf,
+            "groups": [group.model_dump(mode="json") for group in robot.actuator_groups],
+            "task": record.task,
+            "level": level,
+            "goal": str(goal.resolve()) if goal else "",
+            "steps": steps,
+        }
+        try:
+            learned = isolation.call("aidsr.learn.rl.short_training:learn_in_worker", argument, LIMITS)
+        except IsolationError as error:  # advice, as the probe is; what that found still holds
+            return _told(report, f"No policy could be trained: {error}.")
+        return with_policy(report, Evaluation.model_validate(learned), steps)
+
+    return probe_and_train
+
+
+def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskReport:
+    """Return a report with what a policy reached; where it mostly succeeds, nobody has to change anything.
+
+    Args:
+        report: Of the probe.
+        evaluation: Of the policy.
+        steps: How long that was trained.
+    """
+    episodes = evaluation.episodes
+    progress = sum(one.best_progress for one in episodes) / len(episodes)
+    told = (
+        f"After {steps:,} steps of training a policy comes to progress {progress:.2f} on average and succeeds in "
+        f"{evaluation.success_share:.0%} of {len(episodes)} episodes it never saw."
+    )
+    both = _told(report, told).model_copy(update={"policy": evaluation})
+    if report.critique.passed or evaluation.success_share < 0.5:
+        return both
+    passed = Critique(passed=True, summary=both.critique.summary)
+    return both.model_copy(update={"phase": "solved", "progress": max(report.progress, progress), "critique": passed})
+
+
+def _told(report: TaskReport, more: str) -> TaskReport:
+    critique = report.critique.model_copy(update={"summary": f"{report.critique.summary} {more}"})
+    return report.model_copy(update={"critique": critique})

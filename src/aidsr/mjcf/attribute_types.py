@@ -1,0 +1,56 @@
+"""Attributes that do not fit what they stand on, also from a default class, and numbers that are none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from aidsr.core.artifacts import Fault
+from aidsr.mjcf.defaults import default_classes, is_placed, setting
+from aidsr.mjcf.location import Element, attributes, elements, load_fault, numbers
+from aidsr.mjcf.names import REFERENCES
+
+__all__ = ["not_finite", "wrong_for_type"]
+
+_STRETCHED = frozenset({"capsule", "cylinder", "box", "ellipsoid"})
+"""Shapes that `fromto` can span. Source: MuJoCo XML reference, body/geom/fromto."""
+_TEXT = frozenset({"name", "prefix", "sep", "model", "data", "objname", "refname", *REFERENCES})
+
+
+def wrong_for_type(root: Element) -> Iterator[Fault]:
+    """Yield a fault for each geom or site whose `fromto` does not fit its type or meets a `pos`.
+
+    A `pos` of zeros says nothing: MuJoCo takes it for one that was not given, and `fromto` holds.
+    """
+    classes = default_classes(root)
+    for element in elements(root, "geom", "site"):
+        if not is_placed(element):
+            continue
+        fromto, pos = (setting(element, name, classes) for name in ("fromto", "pos"))
+        kind = setting(element, "type", classes)
+        shape = kind.value if kind else "sphere"
+        if fromto and shape not in _STRETCHED:
+            yield load_fault(
+                "wrong_for_type",
+                element,
+                f"has fromto{fromto.origin} and is a {shape}{kind.origin if kind else ''}, which has no two ends",
+                cure='use pos, or type="capsule" with one radius in size',
+            )
+        elif fromto and pos and any(numbers(pos.value)):
+            yield load_fault(
+                "wrong_for_type",
+                element,
+                f"has both fromto{fromto.origin} and pos{pos.origin}",
+                cure="keep one of them: fromto already says where it is",
+            )
+
+
+def not_finite(root: Element) -> Iterator[Fault]:
+    """Yield a fault for each NaN, and for each infinity that is not the open end of a range."""
+    for element in elements(root):
+        for attribute, value in attributes(element):
+            if attribute in _TEXT:
+                continue
+            found = numbers(value)
+            if any(map(math.isnan, found)) or (not attribute.endswith("range") and any(map(math.isinf, found))):
+                yield load_fault("bad_value", element, f'{attribute}="{value[:60]}" is not a finite number')

@@ -1,0 +1,95 @@
+"""Untrusted MJCF text in, compiled model out, or every fault at once.
+
+Compiling is where native code meets a stranger's numbers: call this inside a worker (`aidsr.sandbox.isolation`) unless
+the text is our own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.compile_errors import ask_mujoco
+from aidsr.mjcf.read import Document, document_faults, parse_document, unsafe
+
+__all__ = ["Loaded", "compile_mjcf", "load_mjcf", "parse_mjcf", "warnings_as_notes"]
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A document that MuJoCo accepts."""
+
+    document: Document
+    spec: mujoco.MjSpec
+    model: mujoco.MjModel
+    notes: tuple[str, ...]
+    """What was put aside around the document, and what the compiler warned of."""
+
+
+def compile_mjcf(text: str) -> mujoco.MjModel:
+    """Return the compiled model of an MJCF text.
+
+    Raises:
+        MjcfError: With every fault of the document.
+        MemoryError: MuJoCo could not allocate what the model needs.
+    """
+    return load_mjcf(text).model
+
+
+def parse_mjcf(text: str) -> mujoco.MjSpec:
+    """Return the text as a specification that can be changed before it is compiled, checked like `compile_mjcf`.
+
+    Raises:
+        MjcfError: With every fault of the document.
+        MemoryError: MuJoCo could not allocate what the model needs.
+    """
+    return load_mjcf(text).spec
+
+
+def load_mjcf(text: str) -> Loaded:
+    """Return document, specification and model of an MJCF text.
+
+    Raises:
+        MjcfError: With every fault of the document.
+        MemoryError: MuJoCo could not allocate what the model needs.
+    """
+    document = parse_document(text)
+    dangers = unsafe(document)
+    faults = dangers + document_faults(document)
+    if dangers:
+        raise MjcfError(faults)
+    with warnings_as_notes() as warned:
+        answer = ask_mujoco(document.root)
+    faults += [fault for fault in answer.faults if not _said_already(fault, faults)]
+    if answer.built is None or faults:
+        raise MjcfError(sorted(faults, key=lambda fault: fault.line or 0))
+    spec, model = answer.built
+    return Loaded(document, spec, model, notes=document.notes + tuple(dict.fromkeys(warned)))
+
+
+@contextlib.contextmanager
+def warnings_as_notes() -> Iterator[list[str]]:
+    """Collect what MuJoCo warns of, which it would otherwise write to MUJOCO_LOG.TXT in the working directory."""
+    before, notes = mujoco.get_mju_user_warning(), list[str]()
+    mujoco.set_mju_user_warning(notes.append)
+    try:
+        with warnings.catch_warnings(record=True) as from_python:
+            warnings.simplefilter("always")
+            yield notes
+        notes.extend(str(warning.message) for warning in from_python)
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _said_already(fault: Fault, faults: list[Fault]) -> bool:
+    """Whether a fault that MuJoCo found was read off the document before, in better words."""
+    return any(
+        fault.code == other.code and (fault.line == other.line or not set(fault.names).isdisjoint(other.names))
+        for other in faults
+    )

@@ -1,0 +1,271 @@
+"""A robot's MJCF made short for a reader: of what repeats, only the pattern is shown.
+
+Limbs are chains of nearly equal links, hands have several equal fingers, and tendons pass dozens of sites. A model
+that judges, places or mends a robot needs the pattern, not every copy. Comments say what was left out: which names, and
+which numbers of theirs differ. Looks (materials, colours) are left out without a word.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from lxml import etree
+
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.location import Element, attributes
+from aidsr.mjcf.read import parse_document
+
+__all__ = ["condense"]
+
+_LEAST_LEFT_OUT = 2
+"""A comment in place of fewer elements would save nothing. Our choice."""
+_NUMBERS = re.compile(r"\s*[-+]?\.?\d[-+.\deE]*(\s+[-+]?\.?\d[-+.\deE]*)*\s*")
+_COUNTED = re.compile(
+    r"([a-z]|(?<=[A-Z_]))\d+[a-z]?(?![a-z])|(?<=_)[a-z](?![a-z])"
+    r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
+)
+"""What tells copies of one thing apart in their names: numbers and a letter beside them, single letters, sides."""
+_MOST_SAID = 0.5
+"""A comment longer than this share of what it stands for saves too little to be read for. Our choice."""
+_DIGITS = re.compile(r"\d+")
+_MOST_KINDS = 2
+"""Kinds of parts that only some links of a chain have. Our choice: feet here, a tool there."""
+_MOST_UNEVEN = 8
+"""Copies that differ in more numbers than this, other than steadily, are shown whole. Our choice: the comment would be
+as hard to read."""
+_LOOKS = {"material", "rgba", "group"}
+_UNORDERED = ("sensor", "contact", "actuator", "tendon")
+"""Sections whose elements may be shown in another order."""
+_WHOLE = ("body", "spatial", "fixed", "default")
+"""Elements with parts of their own: one of them shows what the others are like."""
+
+
+def condense(mjcf: str) -> str | None:
+    """Return an MJCF text without its repetitions and looks; None when it cannot be read."""
+    try:
+        root = copy.deepcopy(parse_document(mjcf).root)
+    except MjcfError:
+        return None
+    _drop_looks(root)
+    for body in list(root.iter("body")):
+        _shorten_chain(body)
+    for section in root.iter(*_UNORDERED):
+        section[:] = sorted(section, key=lambda element: (str(element.tag), repr(_shape(element))))
+    for element in list(root.iter(etree.Element)):
+        for row in list(_rows(element)):
+            _shorten_row(row)
+    etree.indent(root, space=" ")
+    return str(etree.tostring(root, encoding="unicode")) + "\n"
+
+
+def _drop_looks(root: Element) -> None:
+    for element in [*root.iter(etree.Comment), *root.iter("visual", "material", "texture")]:
+        _remove(element)
+    for element in root.iter(etree.Element):
+        for key in _LOOKS & set(element.attrib):
+            del element.attrib[key]
+    for element in list(root.iter("asset", "default")):
+        emptied = [child for child in element if child.tag in ("geom", "site") and not child.attrib]
+        for child in emptied:  # elsewhere, one without attributes is all that its class says
+            element.remove(child)
+        if element.tag == "asset" and not len(element):
+            _remove(element)
+
+
+def _shorten_chain(first: Element) -> None:
+    """Leave out the links of a chain that have all that the one after the first has; what follows them moves there."""
+    chain = [first]
+    while (link := _next_link(chain[-1])) is not None and (len(chain) == 1 or _matched(chain[1], link)):
+        chain.append(link)
+    left_out = chain[2:]
+    if len(left_out) < _LEAST_LEFT_OUT:
+        return
+    pattern, following = chain[1], chain[-1].findall("body")
+    matches = [match for link in left_out if (match := _matched(pattern, link))]
+    differences = _differences(
+        [pattern, *_within(_own(pattern))],
+        [[link, *_within(alike)] for link, (alike, _) in zip(left_out, matches, strict=True)],
+    )
+    also = _also([(link, more) for link, (_, more) in zip(left_out, matches, strict=True) if more])
+    if differences is None or also is None:
+        return
+    said = f"{len(left_out)} more, {_named(left_out)}: each inside the one before and like {pattern.get('name')}"
+    left_out[0].addprevious(etree.Comment(_comment(said + differences + also)))
+    _remove(left_out[0])
+    pattern.extend(following)
+
+
+def _matched(pattern: Element, link: Element) -> tuple[list[Element], list[Element]] | None:
+    """Return what of a link is like each part of the pattern, and what it has beside; None where a part is missing.
+
+    Parts may stand in another order: those that are the same but for the numbers in their names belong together.
+    """
+    if _opening(link) != _opening(pattern):
+        return None
+    left, alike = _own(link), list[Element]()
+    for part in _own(pattern):
+        like = [other for other in left if _shape(other) == _shape(part)]
+        if not like:
+            return None
+        alike.append(next((other for other in like if _unnumbered(other) == _unnumbered(part)), like[0]))
+        left.remove(alike[-1])
+    return alike, left
+
+
+def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
+    """Say what some links have beside the pattern, quoted once; None when that takes long."""
+    kinds: dict[tuple[object, ...], list[tuple[Element, list[Element]]]] = {}
+    for link, more in links:
+        kinds.setdefault(tuple(_shape(part) for part in more), []).append((link, more))
+    if len(kinds) > _MOST_KINDS:
+        return None
+    said = ""
+    for alike in kinds.values():
+        (_, quoted), *others = alike
+        differences = _differences(_within(quoted), [_within(more) for _, more in others])
+        if differences is None:
+            return None
+        names = ", ".join(_label(link) for link, _ in alike)
+        quotation = "".join(str(etree.tostring(part, encoding="unicode", with_tail=False)) for part in quoted)
+        said += f"; {names} also {'have' if others else 'has'} {quotation}{differences}"
+    return said
+
+
+def _shorten_row(row: Sequence[Element]) -> None:
+    """Leave out what is like the first of a row; of elements that only differ in name and numbers the last is kept."""
+    whole = row[0].tag in _WHOLE
+    left_out = row[1:] if whole else row[1:-1]
+    if len(left_out) < (1 if whole else _LEAST_LEFT_OUT):
+        return
+    if not _leave_out(row[0], left_out, whole) and whole:
+        # of limbs on two sides, those of one side are often the same
+        sides: dict[tuple[str, ...], list[Element]] = {}
+        for element in left_out:
+            sides.setdefault(_numbers_inside(element), []).append(element)
+        for side in sides.values():
+            _leave_out(row[0], side, whole)
+
+
+def _leave_out(pattern: Element, left_out: Sequence[Element], whole: bool) -> bool:
+    """Put a comment in the place of elements that are like the pattern; False where it would be too long."""
+    said = f"{_named(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_named(left_out)}"
+    differences = _differences(_elements(pattern), [_elements(element) for element in left_out])
+    if differences is None:
+        return False
+    if whole and len(differences) > sum(len(etree.tostring(element)) for element in left_out) * _MOST_SAID:
+        return False
+    if differences and any(True for _ in pattern.iter(etree.Comment)):
+        differences += ", and likewise in the parts that are like these"
+    left_out[0].addprevious(etree.Comment(_comment(said + differences)))
+    for element in left_out:
+        _remove(element)
+    return True
+
+
+def _rows(parent: Element) -> Iterator[list[Element]]:
+    """Yield the neighbouring children that have one shape."""
+    row: list[Element] = []
+    for child in parent:
+        if row and _shape(child) != _shape(row[0]):
+            yield row
+            row = []
+        if not isinstance(child, etree._Comment):
+            row.append(child)
+    if row:
+        yield row
+
+
+def _next_link(link: Element) -> Element | None:
+    """Return the one body inside a link, if there is one only."""
+    inside = link.findall("body")
+    return inside[0] if len(inside) == 1 else None
+
+
+def _shape(element: Element) -> tuple[object, ...]:
+    """Return everything of an element but its numbers and what counts its copies."""
+    if isinstance(element, etree._Comment):
+        return (_COUNTED.sub("#", element.text or ""),)
+    return (*_opening(element), *(_shape(child) for child in element))
+
+
+def _own(link: Element) -> list[Element]:
+    """Return the parts of a link without the links inside it."""
+    return [child for child in link if child.tag != "body"]
+
+
+def _unnumbered(element: Element) -> tuple[object, ...]:
+    """Return all of an element but the numbers in its names."""
+    words = tuple(sorted((k, v if _NUMBERS.fullmatch(v) else _DIGITS.sub("#", v)) for k, v in attributes(element)))
+    return (element.tag, words, *(_unnumbered(child) for child in element.iterchildren(etree.Element)))
+
+
+def _opening(element: Element) -> tuple[object, ...]:
+    words = {k: "#" if _NUMBERS.fullmatch(v) else _COUNTED.sub("#", v) for k, v in attributes(element)}
+    return (element.tag, tuple(sorted(words.items())))
+
+
+def _numbers_inside(element: Element) -> tuple[str, ...]:
+    """Return the numbers of all that is inside an element."""
+    inside = _elements(element)[1:]
+    return tuple(value for each in inside for _, value in attributes(each) if _NUMBERS.fullmatch(value))
+
+
+def _elements(element: Element) -> list[Element]:
+    return list(element.iter(etree.Element))
+
+
+def _within(parts: Sequence[Element]) -> list[Element]:
+    return [element for part in parts for element in _elements(part)]
+
+
+def _differences(pattern: Sequence[Element], others: Sequence[Sequence[Element]]) -> str | None:
+    """Say which numbers of the elements left out are not those of the one that is shown; None when that takes long."""
+    steady, uneven = list[str](), list[str]()
+    for index, element in enumerate(pattern):
+        for key, value in attributes(element):
+            values = [other[index].get(key, "") for other in others]
+            if _NUMBERS.fullmatch(value) and any(each != value for each in values):
+                own = "its own" if index == 0 else f"{element.tag} {element.get('name', '')}".rstrip()
+                change = f"{own} {key}"
+                if len(set(values)) == 1:
+                    steady.append(f"{change} {values[0]}")
+                elif len(values) > 2 and _is_steady(values):
+                    steady.append(f"{change} {values[0]} … {values[-1]}")
+                else:
+                    uneven.append(f"{change} {' | '.join(values)}")
+    if len(uneven) > _MOST_UNEVEN:
+        return None
+    return f", but {', '.join([*uneven, *steady])}" if uneven or steady else ""
+
+
+def _is_steady(values: Sequence[str]) -> bool:
+    """Whether every number only grows or only shrinks along a row, as in a limb that tapers."""
+    try:
+        rows = np.array([[float(word) for word in value.split()] for value in values])
+    except ValueError:
+        return False
+    steps = np.diff(rows, axis=0)
+    return bool(np.all(np.all(steps >= 0, axis=0) | np.all(steps <= 0, axis=0)))
+
+
+def _named(elements: Sequence[Element]) -> str:
+    names = [_label(element) for element in elements]
+    return ", ".join(names) if len(names) <= 2 else f"{names[0]}, {names[1]} … {names[-1]}"
+
+
+def _label(element: Element) -> str:
+    words = [value for _, value in attributes(element) if not _NUMBERS.fullmatch(value)]
+    return element.get("name") or " ".join(words) or str(element.tag)
+
+
+def _comment(text: str) -> str:
+    return f" {text.replace('--', '- -')} "
+
+
+def _remove(element: Element) -> None:
+    parent = element.getparent()
+    if parent is not None:
+        parent.remove(element)

@@ -1,0 +1,36 @@
+"""What an untrusted document may not hold: anything that opens a file, a network address or a library."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from aidsr.core.artifacts import Fault
+from aidsr.mjcf.location import Element, attributes, elements, load_fault
+
+__all__ = ["FORBIDDEN_ELEMENTS", "forbidden"]
+
+FORBIDDEN_ELEMENTS = {
+    "include": ("opens another file", "put its content here"),
+    "model": ("opens another file", "put its bodies here"),
+    "attach": ("attaches a model from another file", "put its bodies here"),
+    "extension": ("loads a native library", "model the mechanism with joints and tendons"),
+    "plugin": ("calls a native library", "model the mechanism with joints and tendons"),
+}
+"""Element: what it does, and what to write instead."""
+_ATTRIBUTE = re.compile(r"file\w*|(asset|mesh|texture)dir|content_type")
+"""Every attribute of the grammar that names a file, a folder or how to decode one."""
+
+
+def forbidden(root: Element) -> Iterator[Fault]:
+    """Yield a fault for each element and attribute that reaches outside the document."""
+    for element in elements(root):
+        if element is not root and element.tag in FORBIDDEN_ELEMENTS:
+            does, instead = FORBIDDEN_ELEMENTS[element.tag]
+            yield load_fault("forbidden", element, f"not allowed, because it {does}", cure=f"remove it; {instead}")
+            continue
+        for attribute, _ in attributes(element):
+            if _ATTRIBUTE.fullmatch(attribute):
+                problem = f"attribute '{attribute}' is not allowed, because models here use no files"
+                cure = "remove it and build shapes from primitive geoms"
+                yield load_fault("forbidden", element, problem, cure=cure)

@@ -1,0 +1,75 @@
+"""Whether parts of a robot that a person wants to keep are what they were, whoever wrote the robot anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
+
+from aidsr.core.artifacts import Keep
+from aidsr.mjcf.defaults import default_classes, described
+from aidsr.mjcf.location import Element, attributes, elements, numbers, words
+from aidsr.mjcf.read import parse_document
+
+__all__ = ["changes_to"]
+
+_NAMES = {"name", "class", "childclass"}
+"""Which class an attribute comes from does not matter, only its value does."""
+
+
+def changes_to(before: str, after: str, keep: Sequence[Keep]) -> list[str]:
+    """Return what was changed of parts that should be kept, one sentence each; empty when nothing was.
+
+    A part is compared with everything inside it, attribute by attribute as MuJoCo sees them, with those of its default
+    classes, numbers by their value.
+
+    Args:
+        before: MJCF of the robot as it was.
+        after: The same written anew.
+        keep: What should stay.
+
+    Raises:
+        MjcfError: One of the two is not an MJCF document.
+    """
+    old, new = (parse_document(text).root for text in (before, after))
+    return [sentence for each in keep for sentence in _changes_to(each, old, new)]
+
+
+def _changes_to(keep: Keep, old: Element, new: Element) -> Iterator[str]:
+    was, now = (_find(root, keep.name) for root in (old, new))
+    if was is None:
+        yield f'There was no part named "{keep.name}" to keep.'
+        return
+    if now is None:
+        yield f'"{keep.name}" is to be kept and is gone.'
+        return
+    classes = default_classes(old), default_classes(new)
+    inside = zip_longest(elements(was), elements(now))
+    for before, after in inside:
+        if before is None or after is None or before.tag != after.tag or before.get("name") != after.get("name"):
+            named = [words(each) if each is not None else "nothing" for each in (before, after)]
+            yield f'Of "{keep.name}", which is to be kept, {named[0]} became {named[1]}.'
+            return
+        one, other = _values(before, classes[0]), _values(after, classes[1])
+        for key in sorted((one.keys() | other.keys()) - set(keep.but)):
+            if not _same(one.get(key), other.get(key)):
+                said = f"{key} was {one.get(key, 'not set')} and is {other.get(key, 'not set')}"
+                yield f'Of "{keep.name}", which is to be kept, {words(before)} changed: {said}.'
+
+
+def _find(root: Element, name: str) -> Element | None:
+    return next((each for each in elements(root) if each.get("name") == name and each is not root), None)
+
+
+def _values(element: Element, classes: Mapping[str, Element]) -> dict[str, str]:
+    """Return an element's attributes as MuJoCo sees them."""
+    values: dict[str, str] = {}
+    for holder in (element, *described(element, classes)):
+        for key, value in attributes(holder):
+            values.setdefault(key, value)
+    return {key: value for key, value in values.items() if key not in _NAMES}
+
+
+def _same(one: str | None, other: str | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one.split() == other.split() or (bool(numbers(one)) and numbers(one) == numbers(other))

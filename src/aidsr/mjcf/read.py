@@ -1,0 +1,222 @@
+"""Untrusted MJCF text in, checked document out.
+
+Nothing here lets a text reach outside itself: no entity is expanded, no file opened, and what is too large is refused
+before it is parsed or built. Every fault that can be read off the document is reported at once.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from lxml import etree
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import MjcfError, UserError
+from aidsr.mjcf.attribute_types import not_finite, wrong_for_type
+from aidsr.mjcf.forbidden import forbidden
+from aidsr.mjcf.grammar import against_grammar
+from aidsr.mjcf.location import Element, attributes, line_of
+from aidsr.mjcf.names import duplicate_names, undefined_references
+from aidsr.mjcf.size_limits import Bounds, out_of_bounds, too_large
+
+__all__ = [
+    "BOUNDS",
+    "Document",
+    "canonical",
+    "decode_mjcf",
+    "document_faults",
+    "open_mjcf",
+    "parse_document",
+    "read_mjcf",
+    "unsafe",
+]
+
+BOUNDS = Bounds()
+
+_FENCED = re.compile(r"^[ \t]*```[^\n]*\n(.*?)^[ \t]*```", re.DOTALL | re.MULTILINE)
+_FIRST_TAG = re.compile(r"<mujoco(?=[\s/>])")
+_END = re.compile(r"</mujoco\s*>")
+_MISC = re.compile(r"<!--.*?-->|<\?.*?\?>|<!DOCTYPE[^\[>]*(\[.*?\]\s*)?>", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?-->|<!\[CDATA\[.*?\]\]>", re.DOTALL)
+_DECLARATION = re.compile(r"<!(DOCTYPE|ENTITY|ELEMENT|ATTLIST|NOTATION)\b")
+_FOREIGN = {"robot": " (this is URDF)", "sdf": " (this is SDFormat)"}
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """An MJCF document that is safe to compile."""
+
+    text: str
+    """The document alone, without what stood around it."""
+    root: Element
+    """<mujoco>; line numbers count from the beginning of the text that was read."""
+    notes: tuple[str, ...] = ()
+    """What was put aside, one sentence each."""
+
+
+def open_mjcf(path: Path) -> str:
+    """Return the text of a file, refused unread when it is too large.
+
+    Raises:
+        UserError: There is no such file, or it is no text.
+        MjcfError: The file is too large.
+    """
+    try:
+        size = path.stat().st_size
+        if size > BOUNDS.characters:
+            raise MjcfError([_too_large(size)])
+        content = path.read_bytes()
+    except OSError as error:
+        raise UserError(f"Expected an MJCF file, could not read {path}: {error.strerror}.") from error
+    return decode_mjcf(content, str(path))
+
+
+def decode_mjcf(content: bytes, source: str) -> str:
+    """Return bytes as text.
+
+    Args:
+        content: What was read.
+        source: From where, in words for an error.
+
+    Raises:
+        UserError: It is no text.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(f"Expected MJCF as UTF-8 text, found other bytes in {source}; save it as UTF-8.") from error
+
+
+def read_mjcf(text: str, bounds: Bounds = BOUNDS) -> Document:
+    """Return the checked document in a text; Markdown fences and prose around it are put aside with a note.
+
+    Raises:
+        MjcfError: With everything that can be read off the document, all at once.
+    """
+    document = parse_document(text, bounds)
+    faults = [*unsafe(document, bounds), *document_faults(document)]
+    if faults:
+        raise MjcfError(faults)
+    return document
+
+
+def parse_document(text: str, bounds: Bounds = BOUNDS) -> Document:
+    """Return the document in a text, parsed and not checked any further.
+
+    Raises:
+        MjcfError: It is too large, declares entities, is not XML, or its root is not <mujoco>.
+    """
+    if len(text) > bounds.characters:
+        raise MjcfError([_too_large(len(text), bounds)])
+    body, first_line, notes = _without_surroundings(text)
+    declared = _DECLARATION.search(_COMMENT.sub(_blank, body))
+    if declared:
+        line = first_line + body.count("\n", 0, declared.start())
+        problem = f"<!{declared[1]}> is not allowed, because models here use no entities"
+        raise MjcfError([_fault("forbidden", problem, line, "write the values out")])
+    root = _parse(body, first_line, bounds)
+    if root.tag != "mujoco":
+        problem = f"the root element is <{root.tag}>{_FOREIGN.get(str(root.tag), '')}, expected <mujoco>"
+        raise MjcfError([_fault("unknown_element", problem, line_of(root), "write the model as MJCF")])
+    faults = list(too_large(root, bounds))
+    if faults:
+        raise MjcfError(faults)
+    return Document(body, root, notes)
+
+
+def unsafe(document: Document, bounds: Bounds = BOUNDS) -> list[Fault]:
+    """Return the faults that keep a document from ever being handed to MuJoCo."""
+    return [*forbidden(document.root), *out_of_bounds(document.root, bounds)]
+
+
+def document_faults(document: Document) -> list[Fault]:
+    """Return the faults of grammar, names and fit, in the order of their lines."""
+    checks = (against_grammar, duplicate_names, undefined_references, wrong_for_type, not_finite)
+    return sorted(chain.from_iterable(check(document.root) for check in checks), key=lambda fault: fault.line or 0)
+
+
+def canonical(root: Element) -> tuple[str, list[Element]]:
+    """Return the document written anew with one tag to a line, and the element that stands in each line.
+
+    MuJoCo gets this text and never the original: what was checked is then exactly what is compiled, whatever its own
+    parser would have made of comments, CDATA or odd quoting, and a line in its messages names one element.
+    """
+    lines: list[str] = []
+    owners: list[Element] = []
+
+    def write(element: Element) -> None:
+        written = "".join(f" {name}={quoteattr(value)}" for name, value in attributes(element))
+        children = [child for child in element if isinstance(child.tag, str)]
+        lines.append(f"<{element.tag}{written}{'' if children else '/'}>")
+        owners.append(element)
+        for child in children:
+            write(child)
+        if children:
+            lines.append(f"</{element.tag}>")
+            owners.append(element)
+
+    write(root)
+    return "\n".join(lines), owners
+
+
+def _parse(body: str, first_line: int, bounds: Bounds) -> Element:
+    if not body.strip():
+        raise MjcfError([_fault("xml_syntax", "the text is empty, expected an MJCF document", None)])
+    parser = etree.XMLParser(
+        encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False, load_dtd=False, remove_pis=True
+    )
+    try:
+        data = ("\n" * (first_line - 1) + re.sub(r"^\s*<\?xml.*?\?>", _blank, body)).encode()
+        return etree.fromstring(data, parser)
+    except UnicodeEncodeError as error:
+        line = first_line + body.count("\n", 0, error.start)
+        raise MjcfError([_fault("xml_syntax", "a character that is not Unicode text", line)]) from error
+    except etree.XMLSyntaxError as error:
+        line, column = error.position
+        if "depth" in (error.msg or ""):
+            problem = f"elements inside each other: more than {bounds.depth}, at most {bounds.depth} allowed"
+            raise MjcfError([_fault("forbidden", problem, line)]) from error
+        says = (error.msg or "").partition(", line ")[0].strip()
+        problem = f"not well-formed XML at line {line}, column {column}: {says}"
+        raise MjcfError([_fault("xml_syntax", problem, line)]) from error
+
+
+def _without_surroundings(text: str) -> tuple[str, int, tuple[str, ...]]:
+    """Return the document, the line it begins in, and a note when something else stood around it."""
+    text = text.removeprefix("\ufeff")
+    start, end = 0, len(text)
+    blocks = [block for block in _FENCED.finditer(text) if _FIRST_TAG.search(block[1])]
+    if blocks:
+        start, end = max((block.span(1) for block in blocks), key=lambda span: span[1] - span[0])
+    # Comments may hold anything, an example document too, and must not be mistaken for the beginning or the end.
+    visible = _COMMENT.sub(_blank, text)
+    first = _FIRST_TAG.search(visible, start, end)
+    if first is None:
+        return text, 1, ()
+    if _MISC.sub("", text[start : first.start()]).strip():
+        start = first.start()
+    last = max((tag.end() for tag in _END.finditer(visible, start, end)), default=end)
+    if _MISC.sub("", text[last:end]).strip():
+        end = last
+    around = (text[:start] + text[end:]).strip()
+    notes = (f"Put aside what stood around the document, {len(around)} characters beginning {around[:40]!r}.",)
+    return text[start:end], text.count("\n", 0, start) + 1, notes if around else ()
+
+
+def _blank(match: re.Match[str]) -> str:
+    return re.sub(r"[^\n]", " ", match[0])
+
+
+def _too_large(size: int, bounds: Bounds = BOUNDS) -> Fault:
+    problem = f"the text has {size:,} characters, at most {bounds.characters:,} are read"
+    return _fault("forbidden", problem, None, "send the robot alone").model_copy(
+        update={"measured": float(size), "limit": float(bounds.characters)}
+    )
+
+
+def _fault(code: str, problem: str, line: int | None, cure: str = "") -> Fault:
+    return Fault(code=code, layer="load", severity="error", message=problem, cure=cure, line=line)

@@ -1,0 +1,127 @@
+"""How much an untrusted document may ask for, counted before anything is built."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from aidsr.core.artifacts import Fault
+from aidsr.mjcf.location import Element, attributes, elements, load_fault, numbers
+
+__all__ = ["Bounds", "out_of_bounds", "too_large"]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The largest document that is looked at.
+
+    Our choice: at least ten times the largest robot of the benchmark, and small enough to compile within seconds;
+    MuJoCo needs 5 s for 90,000 replicated geoms and more than 40 s for 20,000 free bodies.
+    """
+
+    characters: int = 4 * 2**20
+    elements: int = 20_000
+    depth: int = 200
+    bodies: int = 2_000
+    parts: int = 20_000
+    """Geoms, joints, sites and the like after replication, and the points of a composite or flexcomp."""
+    numbers: int = 50_000
+    """In one attribute."""
+    keyframes: int = 100
+    memory_mib: int = 1024
+    """What <size memory> may reserve."""
+
+
+_PARTS = frozenset({"geom", "site", "joint", "freejoint", "camera", "light", "inertial", "frame"})
+_GENERATORS = frozenset({"replicate", "composite", "flexcomp"})
+
+_LARGEST: dict[str, dict[str, float]] = {
+    "size": {"njmax": 1e5, "nconmax": 1e5, "nstack": 1e8, "nuserdata": 1e5, "nkey": 100},
+    "texture": {"width": 4096, "height": 4096, "nchannel": 4},
+    "hfield": {"nrow": 1024, "ncol": 1024},
+    "camera": {"resolution": 4096},
+    "global": {"offwidth": 4096, "offheight": 4096},
+    "quality": {"shadowsize": 8192, "offsamples": 16, "numslices": 128, "numstacks": 128, "numquads": 128},
+    "mesh": {"params": 200, "maxhullvert": 1e4},
+    "skin": {"subgrid": 16},
+    "flexcomp": {"cellcount": 32},
+    "flex": {"cellcount": 32},
+    "contact": {"num": 1000},
+    "user": {"dim": 1000},
+    "numeric": {"size": 500},
+    "option": {"iterations": 1e4, "ls_iterations": 1e4, "noslip_iterations": 1e4, "ccd_iterations": 1e4},
+    "lengthrange": {"inttotal": 100},
+}
+"""Numbers by element and attribute that decide how much memory or time MuJoCo takes. Our choice: far above any need."""
+_LARGEST_ANYWHERE = {"nsample": 1e4} | {
+    f"nuser_{kind}": 1000.0 for kind in ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
+}
+_MEMORY = re.compile(r"\s*(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
+
+
+def too_large(root: Element, bounds: Bounds) -> Iterator[Fault]:
+    """Yield a fault when the document is too large to be looked at any further."""
+    count = sum(1 for _ in elements(root))
+    if count > bounds.elements:
+        yield _over(root, "elements", count, bounds.elements)
+    level, depth, first = [root], 0, root
+    while level:
+        depth, first = depth + 1, level[0]
+        level = [child for parent in level for child in parent]
+    if depth > bounds.depth:
+        yield _over(first, "elements inside each other", depth, bounds.depth)
+
+
+def out_of_bounds(root: Element, bounds: Bounds) -> Iterator[Fault]:
+    """Yield a fault for each thing of which the document asks for too much."""
+    keyframes = list(elements(root, "key"))
+    if len(keyframes) > bounds.keyframes:
+        yield _over(keyframes[-1], "keyframes", len(keyframes), bounds.keyframes)
+    yield from _generates_too_much(root, bounds)
+    for element in elements(root):
+        yield from _reserves_too_much(element, bounds)
+        largest = _LARGEST_ANYWHERE | _LARGEST.get(str(element.tag), {})
+        for attribute, value in attributes(element):
+            count = len(value.split())
+            if count > bounds.numbers:
+                yield _over(element, f"values in '{attribute}'", count, bounds.numbers)
+            asked = max(numbers(value), default=0.0) if attribute in largest else 0.0
+            if asked > largest.get(attribute, math.inf):
+                yield _over(element, f"'{attribute}'", asked, largest[attribute])
+
+
+def _over(element: Element, what: str, found: float, limit: float) -> Fault:
+    fault = load_fault("forbidden", element, f"{what}: {found:.9g}, at most {limit:.9g} allowed", cure="ask for less")
+    return fault.model_copy(update={"measured": float(found), "limit": float(limit)})
+
+
+def _generates_too_much(root: Element, bounds: Bounds) -> Iterator[Fault]:
+    """Yield a fault for the innermost element that is too much after replication."""
+    built: dict[Element, tuple[float, float]] = {}
+    for element in reversed(list(elements(root))):  # children before their parents
+        inside = [built[child] for child in element if child in built]
+        bodies, parts = sum(count[0] for count in inside), sum(count[1] for count in inside)
+        if element.tag in _GENERATORS:
+            asked = math.prod(max(1.0, number) for number in numbers(element.get("count", "1")))
+            bodies, parts = (bodies * asked, parts * asked) if element.tag == "replicate" else (asked, asked)
+        built[element] = (bodies + (element.tag == "body"), parts + (element.tag in _PARTS))
+    for element, (bodies, parts) in built.items():
+        if not any(_exceeds(built.get(child, (0, 0)), bounds) for child in element):
+            if bodies > bounds.bodies:
+                yield _over(element, "bodies", bodies, bounds.bodies)
+            elif parts > bounds.parts:
+                yield _over(element, "geoms, joints, sites and other parts", parts, bounds.parts)
+
+
+def _exceeds(built: tuple[float, float], bounds: Bounds) -> bool:
+    return built[0] > bounds.bodies or built[1] > bounds.parts
+
+
+def _reserves_too_much(element: Element, bounds: Bounds) -> Iterator[Fault]:
+    asked = _MEMORY.fullmatch(element.get("memory", ""))
+    if element.tag == "size" and asked:
+        mib = int(asked[1][:30]) * 1024.0 ** (" KMGTPE".index(asked[2].upper() or " ") - 2)
+        if mib > bounds.memory_mib:
+            yield _over(element, "'memory' in MiB", mib, bounds.memory_mib)

@@ -1,7 +1,0 @@
-"""The method: the loop for one concept, concepts side by side, going on after a stop, and the human step."""
-
-from aidsr.pipeline.parts import Parts
-from aidsr.pipeline.starting import BUILTIN, brief_for, design, give_budget, parts_of, resume, start
-from aidsr.pipeline.working import Listen, work
-
-__all__ = ["BUILTIN", "Listen", "Parts", "brief_for", "design", "give_budget", "parts_of", "resume", "start", "work"]

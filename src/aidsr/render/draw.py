@@ -1,0 +1,195 @@
+"""The worker's side of `aidsr.render.pictures`: load, move, draw, encode."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import av
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from aidsr.mjcf.compile import compile_mjcf, parse_mjcf
+from aidsr.render import raycasting
+from aidsr.render.camera import View, frame
+from aidsr.render.highlight import light_up
+from aidsr.render.opengl import Canvas, NoOpenGLError
+from aidsr.render.stage import staged
+from aidsr.render.tracking_camera import travelled
+from aidsr.sim.ownership import read_ownership
+
+__all__ = ["describe_graphics", "draw_filmstrip", "draw_picture", "draw_video"]
+
+_Pixels = NDArray[np.uint8]
+_Positions = NDArray[np.float64]
+_SWING_HZ = 0.4  # our choice: slow enough to follow, fast enough to see each actuator twice in 6 s
+_FRAMED_STATES = 12
+
+
+def draw_picture(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"data": PNG} for a model in its initial state."""
+    model = staged(parse_mjcf(argument["mjcf"]))
+    light_up(model, argument["lit"])
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    camera = frame(model, [data], View(**argument["view"]))
+    width, height = argument["width"], argument["height"]
+    try:
+        with Canvas(model, width, height) as canvas:
+            pixels = canvas.draw(data, camera, shadows=True)
+    except NoOpenGLError:
+        pixels = raycasting.draw(model, data, camera, width, height)
+    return {"data": _png(pixels)}
+
+
+def draw_filmstrip(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"data": PNG} with several moments of a motion side by side."""
+    model = staged(parse_mjcf(argument["mjcf"]))
+    positions = _positions(argument)
+    chosen = np.linspace(0, len(positions) - 1, argument["count"]).round().astype(int)
+    film = _Film(model, positions, chosen, argument)
+    width, height = argument["width"], argument["height"]
+    try:
+        with Canvas(model, width, height) as canvas:
+            pictures = [*film.pictures(lambda data, camera: canvas.draw(data, camera, shadows=True))]
+    except NoOpenGLError:
+        pictures = [*film.pictures(lambda data, camera: raycasting.draw(model, data, camera, width, height))]
+    return {"data": _png(np.concatenate(pictures, axis=1))}
+
+
+def draw_video(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"data": MP4}, or {"data": None} without OpenGL."""
+    model = staged(parse_mjcf(argument["mjcf"]))
+    positions = _positions(argument)
+    film = _Film(model, positions, np.arange(len(positions)), argument)
+    try:
+        with Canvas(model, argument["width"], argument["height"]) as canvas:
+            pictures = film.pictures(lambda data, camera: canvas.draw(data, camera, shadows=False))
+            return {"data": _mp4(pictures, argument["motion"]["frames_per_s"])}
+    except NoOpenGLError:
+        return {"data": None}
+
+
+class _Film:
+    """Frames of a motion, and the camera that shows them: it stands still, or goes along with a robot that travels.
+
+    Args:
+        model: The compiled model; what a camera needs of it is set here, before a canvas is made.
+        positions: The whole motion, (n_frames, nq).
+        chosen: Numbers of the frames to draw.
+        argument: Of the function that draws.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, positions: _Positions, chosen: NDArray[np.int_], argument: dict[str, Any]
+    ) -> None:
+        self._model, self._data = model, mujoco.MjData(model)
+        self._positions, self._chosen = positions, chosen
+        self._frames_per_s = argument["motion"]["frames_per_s"]
+        view = View(**argument["view"])
+        some = positions[chosen[:: max(1, len(chosen) // _FRAMED_STATES)]]
+        self._travel = travelled(model, self._data, positions)
+        self._camera = self._travel.camera(view) if self._travel else frame(model, self._states(some), view)
+
+    def pictures(self, draw: Callable[[mujoco.MjData, mujoco.MjvCamera], _Pixels]) -> Iterator[_Pixels]:
+        """Yield the chosen frames; where the camera goes along, the time and the robot's way stand in them."""
+        for number, data in zip(self._chosen, self._states(self._positions[self._chosen]), strict=True):
+            if self._travel is None:
+                yield draw(data, self._camera)
+            else:
+                self._camera.lookat[:] = self._travel.looked_at_m[number]
+                caption = f"{number / self._frames_per_s:.1f} s, {self._travel.way_m[number]:.2f} m"
+                yield _written_on(draw(data, self._camera), caption)
+
+    def _states(self, positions: _Positions) -> Iterator[mujoco.MjData]:
+        for qpos in positions:
+            self._data.qpos[:] = qpos
+            mujoco.mj_forward(self._model, self._data)
+            yield self._data
+
+
+def describe_graphics(_argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"status": sentence} saying how pictures are drawn here."""
+    model = mujoco.MjSpec().compile()
+    try:
+        with Canvas(model, 16, 16):
+            return {"status": "OpenGL off-screen: pictures and videos"}
+    except NoOpenGLError as error:
+        return {"status": f"no OpenGL ({error}): pictures by ray casting, about a second each; no videos"}
+
+
+def _positions(argument: dict[str, Any]) -> NDArray[np.float64]:
+    """Return the positions of a motion, shape `(n_frames, nq)`, up to where they stop being finite."""
+    motion = argument["motion"]
+    if "qpos" in motion:
+        positions = np.array(motion["qpos"], float)
+    else:
+        model = compile_mjcf(argument["mjcf"])
+        ctrl = np.array(motion["ctrl"], float) if "ctrl" in motion else _swing(model, motion)
+        positions = _simulated(model, ctrl, motion["frames_per_s"])
+    broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    return positions[: broken[0]] if broken.size else positions
+
+
+def _swing(model: mujoco.MjModel, motion: dict[str, Any]) -> NDArray[np.float64]:
+    """Return controls that swing each actuator of the robot, a little behind the one before; the rest hold still."""
+    times = np.arange(round(motion["seconds"] * motion["frames_per_s"])) / motion["frames_per_s"]
+    limited = model.actuator_ctrllimited.astype(bool)
+    low = np.where(limited, model.actuator_ctrlrange[:, 0], -1.0)
+    high = np.where(limited, model.actuator_ctrlrange[:, 1], 1.0)
+    phase = 2 * np.pi * (_SWING_HZ * times[:, None] - np.arange(model.nu) / max(model.nu, 1))
+    onset = np.clip(times, 0, 1)[:, None]
+    swing: NDArray[np.float64] = (low + high) / 2 + onset * (high - low) / 2 * np.sin(phase)
+    owned = read_ownership(model)
+    theirs = [actuator for actuator in range(model.nu) if not owned.actuator(actuator)]
+    swing[:, theirs] = np.clip(0.0, low[theirs], high[theirs])
+    return swing
+
+
+def _simulated(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: float) -> NDArray[np.float64]:
+    data = mujoco.MjData(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    positions = [data.qpos.copy()]
+    steps = max(1, round(1 / (frames_per_s * model.opt.timestep)))
+    for row in ctrl[:-1]:
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data, nstep=steps)
+        positions.append(data.qpos.copy())
+    return np.array(positions)
+
+
+def _written_on(pixels: _Pixels, caption: str) -> _Pixels:
+    """Return a picture with a line of text in its lower left corner."""
+    picture = Image.fromarray(pixels)
+    size = picture.height / 12  # our choice: still read in a strip of small pictures
+    place = (size / 2, picture.height - size / 2)
+    font = ImageFont.load_default(size)
+    ImageDraw.Draw(picture).text(place, caption, "white", font, anchor="ld", stroke_width=2, stroke_fill="black")
+    return np.asarray(picture)
+
+
+def _png(pixels: _Pixels) -> str:
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG", optimize=True)
+    return base64.b64encode(file.getvalue()).decode()
+
+
+def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> str:
+    file = io.BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = None
+        for pixels in pictures:
+            if stream is None:
+                stream = container.add_stream("libx264", rate=Fraction(frames_per_s).limit_denominator(1000))
+                stream.height, stream.width = pixels.shape[:2]
+                stream.pix_fmt = "yuv420p"  # the one that every browser plays
+                stream.options = {"crf": "22", "preset": "veryfast"}
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
+        if stream is not None:
+            container.mux(stream.encode())
+    return base64.b64encode(file.getvalue()).decode()

@@ -1,0 +1,69 @@
+"""A model in MuJoCo's own viewer, or as a picture where there is no display."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from aidsr.core.errors import UserError
+from aidsr.render import pictures as rendering
+from aidsr.sandbox import isolation
+
+__all__ = ["has_display", "prepare_in_worker", "view"]
+
+
+def view(mjcf: str, picture: Path) -> Path | None:
+    """Show a model and return when the viewer is closed; without a display, draw it.
+
+    The viewer is a process of its own, so that a model that brings it down takes nothing else with it.
+
+    Args:
+        mjcf: Robot or scene.
+        picture: Where to write the picture when there is no display.
+
+    Returns:
+        The picture's path when one was drawn.
+
+    Raises:
+        MjcfError: The text cannot be loaded.
+        IsolationError: Loading or drawing ran past a limit.
+        UserError: There is a display and the viewer could not use it, or the picture cannot be written.
+    """
+    if not has_display():
+        drawn = rendering.picture(mjcf, width=1280, height=960)
+        try:
+            picture.write_bytes(drawn)
+        except OSError as error:
+            raise UserError(f"Expected a place to write to, could not write {picture}: {error.strerror}.") from error
+        return picture
+    checked = isolation.call("aidsr.render.viewer:prepare_in_worker", {"mjcf": mjcf})["mjcf"]
+    with tempfile.TemporaryDirectory(prefix="aidsr-view-") as folder:
+        file = Path(folder) / "model.xml"
+        file.write_text(checked, encoding="utf-8")
+        viewer = subprocess.run([sys.executable, "-m", "mujoco.viewer", f"--mjcf={file}"], cwd=folder, check=False)
+    if viewer.returncode != 0:
+        raise UserError(
+            f"MuJoCo's viewer ended with code {viewer.returncode}. Without a usable display, unset DISPLAY and "
+            "WAYLAND_DISPLAY to get a picture instead."
+        )
+    return None
+
+
+def has_display() -> bool:
+    """Return whether a window can be opened."""
+    if sys.platform == "linux":
+        return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return True
+
+
+def prepare_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
+    """Return {"mjcf": the document as it was checked}, so that the viewer opens nothing else."""
+    from aidsr.mjcf.compile import load_mjcf
+    from aidsr.mjcf.read import canonical
+
+    text, _ = canonical(load_mjcf(argument["mjcf"]).document.root)
+    return {"mjcf": text}

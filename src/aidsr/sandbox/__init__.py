@@ -1,0 +1,1 @@
+"""Child processes with limits, in which models from outside are compiled and simulated."""

@@ -1,0 +1,160 @@
+"""An environment as facts: what stands where at the start of an episode."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
+from aidsr.mjcf.compile import load_mjcf
+from aidsr.sandbox import isolation
+from aidsr.sim.placement import mount_names, refuse_unfit
+
+__all__ = ["summarize_environment", "summarize_in_worker"]
+
+_JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
+_SIZES = {
+    int(_GEOM.mjGEOM_PLANE): 2,
+    int(_GEOM.mjGEOM_SPHERE): 1,
+    int(_GEOM.mjGEOM_CAPSULE): 2,
+    int(_GEOM.mjGEOM_CYLINDER): 2,
+}
+"""How many of a shape's three size numbers mean something, where not all do; a plane's third spaces its drawn grid."""
+_DECIMALS = 6
+"""Micrometres and millionths are the finest a reader needs. Our choice: MuJoCo writes six digits as well."""
+
+
+def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> EnvironmentSummary:
+    """Describe an environment in its initial state, read in an isolated process.
+
+    Args:
+        environment: MJCF of the environment.
+        may_hold_robot: Whether it may be a scene; else it is refused where no robot could be placed in it.
+
+    Raises:
+        MjcfError: It cannot be loaded, or no robot can be placed in it.
+        IsolationError: Reading it ran past its limits.
+    """
+    argument = {"environment": environment, "may_hold_robot": may_hold_robot}
+    found = isolation.call("aidsr.sim.environment_summary:summarize_in_worker", argument)
+    return EnvironmentSummary.model_validate(found)
+
+
+def summarize_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
+    """Do the work of `summarize_environment` on plain values.
+
+    Raises:
+        MjcfError: As `summarize_environment`.
+    """
+    loaded = load_mjcf(argument["environment"])
+    if not argument["may_hold_robot"]:
+        refuse_unfit(loaded)
+    model = loaded.model
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    bodies = [body for body in range(model.nbody) if body or model.body_geomnum[0]]
+    summary = EnvironmentSummary(
+        gravity_m_s2=_vector(model.opt.gravity),
+        timestep_s=model.opt.timestep,
+        mounts=tuple(_mount(model, data, name) for name in mount_names(model)),
+        bodies=tuple(_body(model, data, body) for body in bodies),
+        sites=tuple(_site(model, data, site) for site in range(model.nsite)),
+        sensors=tuple(model.sensor(i).name for i in range(model.nsensor)),
+        actuators=tuple(model.actuator(i).name for i in range(model.nu)),
+    )
+    return summary.model_dump(mode="json")
+
+
+def _vector(values: Any) -> Vec3:
+    x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in values)  # + 0.0 turns -0.0 into 0.0
+    return x, y, z
+
+
+def _mount(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> MountSummary:
+    site = model.site(name).id
+    axes = data.site_xmat[site].reshape(3, 3)
+    movers: list[str] = []
+    body = int(model.site_bodyid[site])
+    while body:
+        first = int(model.body_jntadr[body])
+        movers = [model.joint(first + i).name for i in range(model.body_jntnum[body])] + movers
+        body = int(model.body_parentid[body])
+    return MountSummary(
+        name=name,
+        position_m=_vector(data.site_xpos[site]),
+        z_axis=_vector(axes[:, 2]),
+        x_axis=_vector(axes[:, 0]),
+        moved_by=tuple(movers),
+    )
+
+
+def _body(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> BodySummary:
+    joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+    geoms = range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+    return BodySummary(
+        name=model.body(body).name,
+        parent=model.body(model.body_parentid[body]).name if body else "",
+        position_m=_vector(data.xpos[body]),
+        mass_kg=round(float(model.body_mass[body]), _DECIMALS),
+        joints=tuple(_joint(model, data, joint) for joint in joints),
+        free=any(model.jnt_type[joint] == _JOINT.mjJNT_FREE for joint in joints),
+        movable=_movable(model, data, body),
+        geoms=tuple(_geom(model, data, geom) for geom in geoms),
+    )
+
+
+def _movable(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> bool:
+    """Return whether a joint moves the centre of mass of a body, by more than a micrometre for a radian or a metre."""
+    way = np.zeros((3, model.nv))
+    mujoco.mj_jacBodyCom(model, data, way, None, body)
+    return bool((np.abs(way) > 10.0**-_DECIMALS).any())
+
+
+def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> str:
+    kind = _JOINT(int(model.jnt_type[joint]))
+    words = f"{model.joint(joint).name or 'joint'}: {kind.name.removeprefix('mjJNT_').lower()}"
+    turns = kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_BALL)
+    if kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
+        axis = " ".join(f"{value:g}" for value in _vector(data.xaxis[joint]))
+        words += f" {'about' if turns else 'along'} {axis}"
+    if model.jnt_limited[joint]:
+        low, high = np.rad2deg(model.jnt_range[joint]) if turns else model.jnt_range[joint]
+        words += f", {low:g} to {high:g} {'deg' if turns else 'm'}"
+    if kind in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
+        words += _resistance(model, joint, "N m" if turns else "N", "rad" if turns else "m")
+    return words
+
+
+def _resistance(model: mujoco.MjModel, joint: int, force: str, way: str) -> str:
+    """Say what moving a hinge or slide takes: its spring, from where that is slack, and its friction."""
+    stiffness, friction = model.jnt_stiffness[joint], model.dof_frictionloss[model.jnt_dofadr[joint]]
+    slack = model.qpos_spring[model.jnt_qposadr[joint]]
+    words = f", spring {stiffness:g} {force}/{way}" + (f" from {slack:g} {way}" if slack else "") if stiffness else ""
+    return words + (f", friction {friction:g} {force}" if friction else "")
+
+
+def _geom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> GeomSummary:
+    kind = int(model.geom_type[geom])
+    size = model.geom_size[geom, : _SIZES.get(kind, 3)]
+    axes = data.geom_xmat[geom].reshape(3, 3)
+    return GeomSummary(
+        name=model.geom(geom).name,
+        shape=_GEOM(kind).name.removeprefix("mjGEOM_").lower(),
+        size_m=tuple(round(float(value), _DECIMALS) for value in size),
+        position_m=_vector(data.geom_xpos[geom]),
+        z_axis=_vector(axes[:, 2]),
+        x_axis=_vector(axes[:, 0]),
+        solid=bool(model.geom_contype[geom] or model.geom_conaffinity[geom]),
+        friction=_vector(model.geom_friction[geom]),
+        priority=int(model.geom_priority[geom]),
+    )
+
+
+def _site(model: mujoco.MjModel, data: mujoco.MjData, site: int) -> SiteSummary:
+    return SiteSummary(
+        name=model.site(site).name,
+        body=model.body(model.site_bodyid[site]).name,
+        position_m=_vector(data.site_xpos[site]),
+    )

@@ -1,0 +1,253 @@
+"""Where a robot stands: its pose on a mount, its base fixed or free, and what it does not collide with there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, NoReturn
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import Fault, Placement
+from aidsr.core.errors import MjcfError
+from aidsr.mjcf.compile import Loaded
+from aidsr.mjcf.location import elements, join
+from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.sim.strip_scenery import delete_dangling, is_free
+
+__all__ = ["Pose", "attach_robot", "exclude_mount_contacts", "mount_names", "mount_pose", "refuse_unfit", "unused_name"]
+
+Vector = NDArray[np.float64]
+
+_UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A frame in the frame of a body.
+
+    Attributes:
+        body: Name of the body, "world" for the world.
+        position_m: Origin, (3,) [m].
+        quaternion: Orientation, (4,), w first.
+    """
+
+    body: str
+    position_m: Vector
+    quaternion: Vector
+
+    def moved(self, position_m: Vector, quaternion: Vector) -> Pose:
+        """Return the frame at this place and orientation in this frame."""
+        turned, orientation = np.zeros(3), np.zeros(4)
+        mujoco.mju_rotVecQuat(turned, position_m, self.quaternion)
+        mujoco.mju_mulQuat(orientation, self.quaternion, quaternion)
+        return Pose(self.body, self.position_m + turned, orientation)
+
+
+def refuse_unfit(environment: Loaded) -> None:
+    """Raise where no robot can be placed in an environment.
+
+    Raises:
+        MjcfError: It has names that are the robot's in a scene, or time stands still in it.
+    """
+    faults = []
+    named = (element.get("name", element.get("class", "")) for element in elements(environment.document.root))
+    taken = tuple(dict.fromkeys(name for name in named if name.startswith(ROBOT_PREFIX)))
+    if taken:
+        found = f'names that begin with "{ROBOT_PREFIX}" are those of the robot placed here, found {join(taken)}'
+        cure = "give the environment without a robot, not an assembled scene"
+        faults.append(_fault("duplicate_name", taken, found, cure))
+    timestep_s = environment.model.opt.timestep
+    if timestep_s <= 0:
+        found = f"the environment's timestep must be above 0 s, found {timestep_s:g} s"
+        faults.append(_fault("bad_value", (), found, 'write <option timestep="0.002"/>'))
+    if faults:
+        raise MjcfError(faults)
+
+
+def mount_names(environment: mujoco.MjModel) -> tuple[str, ...]:
+    """Return the sites of an environment where a robot may be attached: "mount" and those that begin with "mount_"."""
+    sites = [environment.site(i).name for i in range(environment.nsite)]
+    return tuple(name for name in sites if name == "mount" or name.startswith("mount_"))
+
+
+def mount_pose(environment: mujoco.MjModel, placement: Placement) -> Pose:
+    """Return the mount a placement names: in its body for a fixed base, where it starts in the world for a free one.
+
+    Args:
+        environment: The environment without a robot.
+        placement: Its mount exists.
+    """
+    if placement.mount == "world":
+        return Pose("world", np.zeros(3), _UPRIGHT)
+    site = environment.site(placement.mount)
+    if placement.base == "fixed":
+        body = environment.body(environment.site_bodyid[site.id]).name
+        return Pose(body, site.pos.copy(), site.quat.copy())
+    data = mujoco.MjData(environment)
+    mujoco.mj_kinematics(environment, data)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, data.site_xmat[site.id])
+    return Pose("world", data.site_xpos[site.id].copy(), quaternion)
+
+
+def attach_robot(
+    scene: mujoco.MjSpec, robot: mujoco.MjSpec, alone: mujoco.MjModel, placement: Placement, mount: Pose
+) -> tuple[str, list[str]]:
+    """Attach a robot to a mount, in place, and add or remove its free joint.
+
+    A robot with one root is attached by it: the root's origin goes where the placement says, and its own position in
+    the robot's file is dropped. One with several roots, or with shapes and sites written straight into its world, gets
+    a body that carries them all, whose origin is the origin of the robot's file.
+
+    Args:
+        scene: The environment, which becomes the scene.
+        robot: The robot without scenery; it belongs to the scene afterwards.
+        alone: The same robot, compiled.
+        placement: Where it goes.
+        mount: Its mount.
+
+    Returns:
+        Name of the body that carries the whole robot, and one sentence for each change.
+
+    Raises:
+        MjcfError: The robot falls into separate parts, or its root has joints of its own and cannot be free.
+    """
+    roots = list(robot.worldbody.bodies)
+    beside = [*robot.worldbody.geoms, *robot.worldbody.sites]
+    free = [root for root in roots if is_free(root)]
+    if not roots or (free and len(roots) > 1):
+        found = f"has {len(roots)} separate parts, {len(free)} of them free" if roots else "has no body"
+        cure = "make every part of the robot a descendant of one body"
+        _refuse("disconnected", tuple(root.name for root in roots), f"the robot {found}", cure, layer="structure")
+    for root in roots:
+        root.mocap = False  # in a scene the mount moves the root, or nothing does
+    turn = np.zeros(4)
+    mujoco.mju_euler2Quat(turn, np.deg2rad(placement.rotation_deg), "xyz")
+    pose = mount.moved(np.array(placement.position_m), turn)
+    if len(roots) > 1 or beside:
+        name, frame = _carry(scene, robot, pose, placement.base)
+        notes = [f'Added the body "{name}" to carry all that the robot fixes to its world.']
+    else:
+        notes = _set_base(robot, roots[0], placement.base)
+        name = ROBOT_PREFIX + roots[0].name
+        own = alone.body_pos[1]
+        if np.any(own):
+            notes.append(f"The placement takes the place of the root's own position {_text(own)} m.")
+        pose = pose.moved(-own, _UPRIGHT)
+        frame = scene.body(pose.body).add_frame(pos=pose.position_m, quat=pose.quaternion)
+    scene.attach(robot, prefix=ROBOT_PREFIX, frame=frame)
+    return name, notes
+
+
+def _carry(scene: mujoco.MjSpec, robot: mujoco.MjSpec, pose: Pose, base: str) -> tuple[str, Any]:
+    """Add a body to the scene that will carry a whole robot; return its name and the frame to attach the robot to."""
+    name = ROBOT_PREFIX + unused_name("root", robot.bodies)
+    body = scene.body(pose.body).add_body(name=name, pos=pose.position_m, quat=pose.quaternion)
+    if base == "free":
+        body.add_freejoint(name=ROBOT_PREFIX + unused_name("root", robot.joints))
+    return name, body.add_frame()
+
+
+def _set_base(robot: mujoco.MjSpec, root: Any, base: str) -> list[str]:
+    """Add or remove the free joint of a robot's only root."""
+    free = [joint for joint in root.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
+    if base == "fixed":
+        for joint in free:
+            robot.delete(joint)
+        fixed = [f'Fixed the root "{root.name}" to the mount: removed its free joint.'] if free else []
+        return fixed + delete_dangling(robot)
+    if free:
+        return []
+    if root.joints:
+        names = (root.name, *(joint.name for joint in root.joints))
+        found = f'the root "{root.name}" cannot be free, because it has joints of its own'
+        cure = "give the robot a root with a shape and without joints, or place it with a fixed base"
+        _refuse("invalid_joint_placement", names, found, cure)
+    root.add_freejoint(name=unused_name("root", robot.joints))
+    return [f'Freed the root "{root.name}": added a free joint.']
+
+
+def exclude_mount_contacts(scene: mujoco.MjSpec, model: mujoco.MjModel, root: str, mount_body: str) -> None:
+    """Switch off contact between the first moving bodies of a fixed robot and what they are mounted on, in place.
+
+    MuJoCo leaves out contact between a body and its parent, but not where the parent does not move, nor across a body
+    without shape such as a gimbal. Excluded are the robot's own base, the mount's body, and what does not move against
+    the mount and is touched at the start; the world only if touched, because its floor and walls are obstacles too.
+
+    Args:
+        scene: Environment and robot.
+        model: The same, compiled.
+        root: Body that carries the whole robot; it does not move against the mount.
+        mount_body: Body the mount belongs to.
+
+    Source: MuJoCo manual, Computation, collision detection, filterparent; our choice: what is excluded.
+    """
+    held = int(model.body_weldid[model.body(root).id])
+    robot = [body for body in range(model.nbody) if _descends(model, body, model.body(root).id)]
+    first = [body for body in robot if body in _first_shapes(model, robot, held)]
+    base = [body for body in robot if model.body_weldid[body] == held and model.body_geomnum[body]]
+    mount = [] if mount_body == "world" else [model.body(mount_body).id]
+    pairs = {(other, body) for body in first for other in (*base, *mount)}
+    pairs |= {(other, body) for other, body in _touching(model, first) if model.body_weldid[other] == held}
+    present = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in scene.excludes}
+    for other, body in sorted(pairs):
+        names = (model.body(other).name, model.body(body).name)
+        if frozenset(names) not in present:
+            scene.add_exclude(bodyname1=names[0], bodyname2=names[1])
+
+
+def _descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
+    while body > ancestor:
+        body = int(model.body_parentid[body])
+    return body == ancestor
+
+
+def _first_shapes(model: mujoco.MjModel, robot: list[int], held: int) -> Iterator[int]:
+    """Yield the moving bodies with shapes that have none between themselves and the base."""
+    for body in robot:
+        if model.body_weldid[body] == held or not model.body_geomnum[body]:
+            continue
+        parent = int(model.body_parentid[body])
+        while model.body_weldid[parent] != held and not model.body_geomnum[parent]:
+            parent = int(model.body_parentid[parent])
+        if model.body_weldid[parent] == held:
+            yield body
+
+
+def _touching(model: mujoco.MjModel, bodies: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield (other body, body) for each contact of some bodies in the initial state."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for contact in data.contact[: data.ncon]:
+        first, second = (int(body) for body in model.geom_bodyid[contact.geom])
+        if first in bodies:
+            yield second, first
+        if second in bodies:
+            yield first, second
+
+
+def unused_name(name: str, elements: Iterable[Any]) -> str:
+    """Return the name, with underscores behind it as long as one of the elements has it already."""
+    taken = {element.name for element in elements}
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _text(vector: Vector) -> str:
+    return " ".join(f"{value:g}" for value in vector)
+
+
+def _refuse(
+    code: str, names: tuple[str, ...], message: str, cure: str, layer: Literal["load", "structure"] = "load"
+) -> NoReturn:
+    raise MjcfError([_fault(code, names, message, cure, layer)])
+
+
+def _fault(
+    code: str, names: tuple[str, ...], message: str, cure: str, layer: Literal["load", "structure"] = "load"
+) -> Fault:
+    return Fault(code=code, layer=layer, severity="error", names=names, message=message, cure=cure)

@@ -1,0 +1,130 @@
+"""The arms of a study by name: each is a configuration of switches that exist anyway, and none has code of its own."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from aidsr.core.errors import UserError
+from aidsr.runs import RunConfig
+from aidsr.runs.record import Method
+from aidsr.studies.study import Arm
+from aidsr.tasks import load_task
+
+__all__ = ["Baseline", "Way", "arms_of", "read_feedback"]
+
+Way = Literal[
+    "full",
+    "human",
+    "human_only",
+    "no_judge",
+    "no_integrator",
+    "no_judge_or_integrator",
+    "no_validation",
+    "direct",
+    "no_repairs",
+    "no_groups",
+    "from_probe",
+    "task_feedback",
+]
+"""Ways of designing that a study can compare. The paper's: the full method; with a person's feedback as one more round
+on the same designs, or as the only feedback; and without its parts. Ours: without mechanical repairs, without actuators
+that act together, and with feedback from the task."""
+
+_WITH_A_PERSON = ("human", "human_only")
+_SAME_DESIGNS = ("human", "no_groups", "from_probe")
+"""They go on with the designs of the full method."""
+_CONFIG: dict[Way, dict[str, Any]] = {
+    "human_only": {"method": "no_feedback", "iterations": 0},
+    "no_repairs": {"repairs": False},
+    "task_feedback": {"task_feedback": True},
+}
+
+
+Baseline = Literal["reference", "search"]
+"""Robots designed by hand, one a task; and CMA-ES over the numbers of a built-in family (`aidsr.teams.baselines`)."""
+
+
+_BASELINES: dict[Baseline, Arm] = {
+    "reference": Arm(name="reference", runs=1, config=RunConfig(model="reference", concepts=1, iterations=0)),
+    "search": Arm(name="search", config=RunConfig(model="search", concepts=1, early_stop=False)),
+}
+
+
+def _baseline(name: Baseline, search_robots: int) -> Arm:
+    arm = _BASELINES[name]
+    if name != "search":
+        return arm
+    config = RunConfig.model_validate({**arm.config.model_dump(), "search_robots": search_robots})
+    return arm.model_copy(update={"config": config})
+
+
+def arms_of(
+    models: Sequence[str],
+    ways: Sequence[Way],
+    *,
+    concepts: int,
+    feedback: Mapping[str, str],
+    baselines: Sequence[Baseline] = (),
+    search_robots: int = _BASELINES["search"].config.search_robots,
+) -> tuple[Arm, ...]:
+    """Return one arm for each model and way, with names that can be those of folders.
+
+    Args:
+        models: Names of models.
+        ways: What of the method is left out or added.
+        concepts: Of each run.
+        feedback: What a person says, by task; for the ways that ask one.
+        baselines: What they are measured against, an arm each.
+        search_robots: Robots that the search tries for each design, a multiple of eight.
+
+    Raises:
+        UserError: A way needs another one, or a person's words, that were not given.
+    """
+    lacking = [way for way in ways if way in _SAME_DESIGNS]
+    if lacking and "full" not in ways[: ways.index(lacking[0])]:
+        raise UserError(
+            f'"{lacking[0]}" goes on with the designs of "full", so name that before it: --method full {lacking[0]}'
+        )
+    spoken = [way for way in ways if way in _WITH_A_PERSON]
+    if spoken and not feedback:
+        raise UserError(f'"{spoken[0]}" needs what a person says to the designs of each task; give it with --feedback')
+    designed = [_arm(model, way, concepts, feedback) for model in models for way in ways]
+    return (*designed, *(_baseline(name, search_robots) for name in baselines))
+
+
+def _arm(model: str, way: Way, concepts: int, feedback: Mapping[str, str]) -> Arm:
+    name = re.sub(r"[^a-z0-9._-]+", "-", model.lower()).strip("-.")
+    changed = {"method": way} if way in get_args(Method) else _CONFIG.get(way, {})
+    return Arm(
+        name=name if way == "full" else f"{name}.{way}",
+        after=name if way in _SAME_DESIGNS else "",
+        feedback=dict(feedback) if way in _WITH_A_PERSON else {},
+        grouping="off" if way == "no_groups" else "auto",
+        from_probe=way == "from_probe",
+        # the paper counts iterations, so nothing ends before they are used up
+        config=RunConfig(model=model, concepts=concepts, early_stop=False).model_copy(update=changed),
+    )
+
+
+def read_feedback(path: Path, tasks: Sequence[str]) -> dict[str, str]:
+    """Return what a person says to the designs of each task, from a TOML file with one text a task.
+
+    Raises:
+        UserError: It cannot be read, or says nothing to a task.
+    """
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UserError(f"the file of a person's feedback was expected at {path}: {error}") from None
+    said = {load_task(name).name: str(text).strip() for name, text in found.items()}
+    silent = [task for task in tasks if not said.get(task)]
+    if silent:
+        raise UserError(
+            f"{path} says nothing to {', '.join(silent)}; give each task a line as: "
+            f'{silent[0].rpartition("/")[2]} = "Longer."'
+        )
+    return {task: said[task] for task in tasks}

@@ -1,0 +1,147 @@
+"""Jobs on a Ray cluster. A run travels to a worker as bytes, and what a job made comes back so: no disk is shared."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import tarfile
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from aidsr.core.errors import Limit, UserError
+from aidsr.studies.jobs import Job, made_by
+from aidsr.studies.pool import Ended
+from aidsr.studies.study import open_study
+
+__all__ = ["RayPool", "pack", "perform_packed", "unpack"]
+
+
+def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
+    """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.
+
+    Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there. Nothing
+    else does: jobs beside this one have gone on meanwhile.
+    """
+    from aidsr.core.errors import AidsrError, BudgetError
+    from aidsr.studies.jobs import perform
+
+    found = Job.of(job)
+    with tempfile.TemporaryDirectory() as folder:
+        unpack(packed, Path(folder))
+        error = ""
+        short: tuple[Limit, ...] = ()
+        try:
+            perform(Path(folder), found)
+        except AidsrError as failed:
+            error, short = str(failed), failed.limits if isinstance(failed, BudgetError) else ()
+        return pack(Path(folder), made_by(open_study(Path(folder)), found)), error, short
+
+
+def pack(study: Path, *paths: Path) -> bytes:
+    """Return files and folders of a study, those that exist."""
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w:gz", compresslevel=1) as archive:
+        for path in paths:
+            if path.exists():
+                archive.add(path, str(path.relative_to(study)))
+    return out.getvalue()
+
+
+def unpack(packed: bytes, study: Path, instead_of: Path | None = None) -> None:
+    """Write files that were packed, in the order in which they were made; nothing outside the folder is touched.
+
+    Each takes its place in one step, so a driver that is killed meanwhile leaves what a job killed on the way would.
+
+    Args:
+        packed: By `pack`.
+        study: Folder of the study; those of its files that were packed are replaced.
+        instead_of: A folder of the study. What was not packed goes from it: a job may rename and remove its own.
+    """
+    study.mkdir(parents=True, exist_ok=True)
+    with (
+        tarfile.open(fileobj=io.BytesIO(packed), mode="r:gz") as archive,
+        tempfile.TemporaryDirectory(dir=study, prefix=".arrived-") as arrived,
+    ):
+        archive.extractall(arrived, filter="data")
+        files = (path for path in Path(arrived).rglob("*") if path.is_file())
+        for path in sorted(files, key=lambda path: path.stat().st_mtime_ns):
+            place = study / path.relative_to(arrived)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(place)
+        packed_here = {study / name for name in archive.getnames()}
+    if instead_of is not None:
+        for path in sorted(instead_of.rglob("*"), reverse=True):
+            if path not in packed_here:
+                path.rmdir() if path.is_dir() else path.unlink()
+
+
+class RayPool:
+    """A Ray cluster: as many jobs at a time as it has processors.
+
+    Args:
+        study: Folder of the study, on the driver's disk.
+        address: Of the cluster, "auto" for the one this machine belongs to, "local" for one of its own.
+
+    Raises:
+        UserError: There is no cluster at that address.
+    """
+
+    def __init__(self, study: Path, address: str) -> None:
+        self._study = study
+        self._began: dict[Any, tuple[Job, float]] = {}
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        # 15 unless said; a job's limits are in wall time, and one that only gets what others leave runs out of it
+        os.environ.setdefault("RAY_worker_niceness", "0")
+        import ray
+
+        self._ray = ray
+        try:
+            # the dashboard would open a port that asks for no password
+            ray.init(
+                address=None if address == "local" else address,
+                include_dashboard=False if address == "local" else None,
+                log_to_driver=False,
+                logging_level=logging.WARNING,
+            )
+        except Exception as error:  # Ray raises that itself where a node does not start in time
+            said = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            raise UserError(
+                f"Ray does not start on this machine: {said}"
+                if address == "local"
+                else f"no Ray cluster answers at {address}: {said}; start one with: ray start --head"
+            ) from None
+        self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))
+        # lost workers are retried by the driver of the study, which also counts the attempts
+        self._perform = ray.remote(num_cpus=1, max_retries=0)(perform_packed)
+
+    @property
+    def free(self) -> int:
+        """How many more jobs can be begun now."""
+        return self._size - len(self._began)
+
+    def begin(self, job: Job) -> None:
+        """Begin a job."""
+        study = open_study(self._study)
+        before = study.before(job.cell) if job.stage == "design" else None
+        runs = [study.home(cell) for cell in (job.cell, before) if cell]
+        packed = pack(self._study, self._study / "study.toml", *runs)
+        self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
+
+    def wait(self) -> Ended:
+        """Return the next job that ends, its files brought back."""
+        (reference, *_), _ = self._ray.wait(list(self._began))
+        job, began = self._began.pop(reference)
+        short: tuple[Limit, ...] = ()
+        try:
+            packed, error, short = self._ray.get(reference)
+            unpack(packed, self._study, instead_of=made_by(open_study(self._study), job))
+        except self._ray.exceptions.RayError as lost:
+            error = f"{type(lost).__name__}: {lost}"
+        return Ended(job, error, time.monotonic() - began, short=short)
+
+    def close(self) -> None:
+        """Leave the cluster; what is at work is dropped and can be done again."""
+        self._ray.shutdown()

@@ -1,0 +1,266 @@
+"""What a study still has to do, read off its folder, and how one piece of it is done.
+
+A job is one stage of one run: all its designs, or one policy, or one probe. It leaves nothing but files that are
+written once, so doing a job again costs at most what was in flight, and where it is done makes no difference.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Literal, Self, get_args
+
+from aidsr.core.artifacts import ValidationReport
+from aidsr.core.errors import AidsrError, BudgetError, Limit
+from aidsr.loop import brief_for, give_budget, parts_of, start, work
+from aidsr.runs import Budget, DesignFolder, Run, RunConfig, read_status
+from aidsr.runs.files import JsonFile
+from aidsr.studies.study import Cell, Study, open_study
+from aidsr.tasks import load_task
+from aidsr.validation import validate
+
+__all__ = [
+    "VERIFIED",
+    "Job",
+    "Stage",
+    "finished",
+    "in_words",
+    "made_by",
+    "pending",
+    "pending_in",
+    "perform",
+    "ran_short",
+    "trained_at",
+]
+
+Stage = Literal["design", "verify", "train", "probe"]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One stage of one run.
+
+    Attributes:
+        cell: Which run.
+        stage: What is done.
+        design: Number of the design, 0 for all of them.
+        seed: Of the policy.
+        most_usd: What the run may cost in all, where the study has a limit; no part of which job it is.
+        most_tokens: The same in tokens.
+    """
+
+    cell: Cell
+    stage: Stage
+    design: int = 0
+    seed: int = 0
+    most_usd: float | None = field(default=None, compare=False)
+    most_tokens: int | None = field(default=None, compare=False)
+
+    @property
+    def name(self) -> str:
+        """How it is told from others, in words a person can read."""
+        detail = f" design {self.design}" if self.design else ""
+        return f"{self.stage} {self.cell.name}{detail}" + (f" seed {self.seed}" if self.stage == "train" else "")
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it as plain values."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, values: dict[str, object]) -> Self:
+        """Return a job from plain values."""
+        return cls(**{**values, "cell": Cell(**values["cell"])})  # type: ignore[arg-type]
+
+
+def pending(study: Study) -> Iterator[Job]:
+    """Yield what can be done now and is not done, in the order of the plan."""
+    for cell in study.cells:
+        yield from pending_in(study, cell)
+
+
+def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
+    """Yield what can be done now in one run."""
+    run = study.run(cell)
+    if not finished(run):
+        before = study.before(cell)
+        if before is None or finished(study.run(before)):
+            yield Job(cell, "design")
+        return
+    assert run is not None, "only what was begun is finished"
+    for design in run.designs:
+        outcome = design.outcome.read()
+        if outcome is None or outcome.outcome != "approved":
+            continue
+        if not (design.path / VERIFIED).exists():
+            yield Job(cell, "verify", design.number)
+        for seed in range(study.plan.seeds):
+            if not (trained_at(design, seed) / "evaluation.json").exists():
+                yield Job(cell, "train", design.number, seed)
+        if study.plan.probe and not (design.path / "probe.json").exists():
+            yield Job(cell, "probe", design.number)
+
+
+def finished(run: Run | None) -> bool:
+    """Return whether all designs of a run came to an end, for another reason than the study's limit."""
+    return run is not None and read_status(run).state == "finished" and not ran_short(run)
+
+
+def in_words(limits: Iterable[Limit]) -> str:
+    """Return limits in words: "money and tokens"."""
+    return " and ".join("money" if limit == "cost_usd" else "tokens" for limit in limits)
+
+
+def ran_short(run: Run) -> tuple[Limit, ...]:
+    """Return of which limits of the study a run's share was used up when a design of it ended; it can go on."""
+    if not run.larger_budget.exists():
+        return ()
+    outcomes = [outcome for design in run.designs if (outcome := design.outcome.read()) is not None]
+    short = [outcome for outcome in outcomes if outcome.outcome == "out_of_budget"]
+    # outcomes of earlier versions do not say which
+    limits = {limit for outcome in short for limit in outcome.limits or get_args(Limit)}
+    return tuple(limit for limit in get_args(Limit) if limit in limits)
+
+
+VERIFIED = "verified.json"
+"""The validator's report on a final scene, anew and by itself: the method without validation has no other."""
+
+
+def trained_at(design: DesignFolder, seed: int) -> Path:
+    """Return the folder of a design's policy: 001 is that of seed 0."""
+    return design.path / "training" / f"{seed + 1:03d}"
+
+
+def made_by(study: Study, job: Job) -> Path:
+    """Return the file or folder that a job writes; jobs beside it leave that alone, and it theirs."""
+    if job.stage == "design":
+        return study.home(job.cell)
+    design = _design_of(study, job)
+    if job.stage == "train":
+        return trained_at(design, job.seed)
+    return design.path / (VERIFIED if job.stage == "verify" else "probe.json")
+
+
+def perform(study: Path, job: Job) -> None:
+    """Do one job, or what is left of it.
+
+    Raises:
+        BudgetError: The job's share of the study's limit was too little to do it whole; with more it goes on.
+        AidsrError: It cannot be done; the message says why.
+    """
+    found = open_study(study)
+    match job.stage:
+        case "design":
+            _design(found, job)
+        case "verify":
+            _verify(found, job)
+        case "train":
+            _train(found, job)
+        case "probe":
+            _probe(found, job)
+
+
+def _design(study: Study, job: Job) -> None:
+    cell, run = job.cell, study.run(job.cell)
+    if run is None:
+        home = study.home(cell)
+        shutil.rmtree(home, ignore_errors=True)  # a run that was killed before its run.json is none
+        config = study.arm(cell.arm).config
+        # the same number has the same seed in every arm, so that arms can be compared run by run
+        config = config.model_copy(update={"seed": config.seed + cell.number - 1})
+        config = config.model_copy(update={"feedback": study.arm(cell.arm).feedback.get(cell.task, "")})
+        before = study.before(cell)
+        if before is not None:
+            run = _go_on_with(study, before, home, config)
+        else:
+            run = start(brief_for(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home)
+    limit = Budget(cost_usd=job.most_usd, tokens=job.most_tokens)
+    if limit != Budget() or run.larger_budget.exists():
+        give_budget(run, limit)
+    try:
+        status = read_status(work(run, parts_of(run)))
+    except BudgetError as error:
+        if limit == Budget():  # the arm's own budget is too small, and no other try has more
+            raise AidsrError(str(error)) from error
+        raise
+    if limits := ran_short(run):
+        raise BudgetError(f"{cell.name} used up its share of the study's limit on {in_words(limits)}", *limits)
+    if status.state != "finished":
+        reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
+        raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
+
+
+_NOT_DESIGNING = (
+    "run.json",
+    "budget.json",
+    "summary.html",
+    "outcome.json",
+    "final*.xml",
+    VERIFIED,
+    "training",
+    "probe.json",
+    "*.part",
+)
+"""What a run that goes on leaves behind: the endings, and everything that came after them."""
+
+
+def _go_on_with(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
+    """Return a copy of another arm's run that can go on in another way; its calls were answered, and stay paid."""
+    origin = study.run(before)
+    if origin is None:
+        raise AidsrError(f"{before.name} was expected to be designed before {home}")
+    copy = Run(home / origin.path.name)
+    shutil.copytree(origin.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
+    copy.record.write(origin.asked().model_copy(update={"config": config}))
+    return copy
+
+
+def _verify(study: Study, job: Job) -> None:
+    design = _design_of(study, job)
+    task = load_task(job.cell.task, study.plan.level)
+    report = validate(design.final_scene.path, needs_contact=task.needs_contact)
+    JsonFile(design.path / VERIFIED, ValidationReport).write(report)
+
+
+def _train(study: Study, job: Job) -> None:
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.learn.rl.trained import evaluate_training
+    from aidsr.learn.rl.training import train
+
+    design = _design_of(study, job)
+    robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
+    scene = TaskScene.of(
+        design.final_scene.path,
+        job.cell.task,
+        level=study.plan.level,
+        groups=robot.actuator_groups,
+        grouping=study.arm(job.cell.arm).grouping,
+    )
+    folder, recipe = trained_at(design, job.seed), Recipe(from_probe=study.arm(job.cell.arm).from_probe)
+    train(scene, folder, steps=study.plan.steps, seed=job.seed, recipe=recipe, threads=1)
+    evaluate_training(folder, threads=1)
+
+
+def _probe(study: Study, job: Job) -> None:
+    from aidsr.learn.openloop import ProbeReport, probe
+
+    design = _design_of(study, job)
+    robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
+    report = probe(
+        design.final_scene.path,
+        job.cell.task,
+        level=study.plan.level,
+        groups=robot.actuator_groups,
+        grouping=study.arm(job.cell.arm).grouping,
+        threads=1,
+    )
+    JsonFile(design.path / "probe.json", ProbeReport).write(report)
+
+
+def _design_of(study: Study, job: Job) -> DesignFolder:
+    run = study.run(job.cell)
+    if run is None:
+        raise ValueError(f"{job.name} needs a run that was designed before")
+    return run.design(job.design)

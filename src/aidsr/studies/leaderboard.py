@@ -1,0 +1,115 @@
+"""One table of results that several people submitted, each file verified before it is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
+from aidsr.studies.report import counted, rate_in_words, taken_in_words, training_in_words
+from aidsr.studies.study import Study
+from aidsr.studies.submission import Submission, read_submission, scenes_of
+from aidsr.studies.tables import ArmLine, arm_lines
+
+__all__ = ["Conditions", "check_scenes", "leaderboard"]
+
+
+class Conditions(Artifact):
+    """What two results must share before they stand in one table."""
+
+    benchmark_version: int
+    level: str
+    tasks: tuple[str, ...]
+    seeds: int
+    steps: int
+
+    @property
+    def in_words(self) -> str:
+        """The conditions as a heading."""
+        tasks, trained = counted(len(self.tasks), "task"), training_in_words(self.seeds, self.steps)
+        return f"Benchmark version {self.benchmark_version}, level {self.level}, {tasks}, {trained}"
+
+
+def leaderboard(paths: Sequence[Path]) -> str:
+    """Return submissions merged into Markdown: one table for each set of conditions, the most successful arms first.
+
+    Raises:
+        UserError: A file is no submission or was changed, or the same one was named twice.
+    """
+    found = {path: read_submission(path) for path in paths}
+    seen: dict[str, Path] = {}
+    for path, submission in found.items():
+        if submission.sha256 in seen:
+            raise UserError(f"{path} and {seen[submission.sha256]} are the same submission; name it once")
+        seen[submission.sha256] = path
+    groups: dict[Conditions, list[tuple[Path, ArmLine]]] = {}
+    for path, submission in found.items():
+        groups.setdefault(_conditions(submission), []).extend((path, arm) for arm in _arms(submission))
+    parts = [_table(conditions, rows) for conditions, rows in groups.items()]
+    hashes = [f"- {path.name}: sha256 {submission.sha256}" for path, submission in found.items()]
+    return "\n\n".join([*parts, "Files, each with figures that follow from its outcomes:\n" + "\n".join(hashes)]) + "\n"
+
+
+def check_scenes(path: Path, study: Study) -> int:
+    """Check that a study's folder holds the very scenes that were submitted, and return how many these are.
+
+    Raises:
+        UserError: The file is no submission, or scenes differ.
+    """
+    submitted, here = read_submission(path).scenes_sha256, scenes_of(study)
+    unlike = sorted(name for name in submitted.keys() | here.keys() if submitted.get(name) != here.get(name))
+    if unlike:
+        raise UserError(
+            f"{study.path} does not hold what {path} was made from: {len(unlike)} scenes differ, among them {unlike[0]}"
+        )
+    return len(submitted)
+
+
+def _conditions(submission: Submission) -> Conditions:
+    plan = submission.plan
+    return Conditions(
+        benchmark_version=plan.benchmark_version,
+        level=plan.level,
+        tasks=tuple(sorted(plan.tasks)),
+        seeds=plan.seeds,
+        steps=plan.steps if plan.seeds else 0,
+    )
+
+
+def _arms(submission: Submission) -> tuple[ArmLine, ...]:
+    models: Mapping[str, str] = {arm.name: arm.config.model for arm in submission.plan.arms}
+    return arm_lines(submission.designs, models)
+
+
+def _table(conditions: Conditions, rows: Sequence[tuple[Path, ArmLine]]) -> str:
+    ordered = sorted(rows, key=lambda row: _rank(row[1]), reverse=True)
+    head = (
+        f"## {conditions.in_words}\n\n"
+        "| file | arm | model | designs | stable | valid | successful | tokens | cost |\n"
+        "|---|---|---|---:|---:|---:|---:|---:|---:|"
+    )
+    return "\n".join([head, *(_row(path, arm, conditions.seeds > 0) for path, arm in ordered)])
+
+
+def _row(path: Path, arm: ArmLine, trained: bool) -> str:
+    line = arm.line
+    judged = [rate_in_words(line, of) if trained else "not trained" for of in ("valid", "successful")]
+    tokens, cost, _ = taken_in_words(line)
+    designs = f"{line.attempted}" if line.complete == line.attempted else f"{line.complete} of {line.attempted} done"
+    cells = [
+        path.name,
+        arm.arm,
+        arm.model,
+        designs,
+        rate_in_words(line, "stable"),
+        *judged,
+        tokens,
+        cost,
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _rank(arm: ArmLine) -> tuple[float, float, float]:
+    line = arm.line
+    return line.successful / line.attempted, line.episodes_share or 0.0, line.stable / line.attempted

@@ -1,0 +1,258 @@
+"""A study as one page, and its figures as Markdown, CSV and JSON beside it. Nothing here is measured: all is read."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections import Counter
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from aidsr.runs.files import replace_file
+from aidsr.studies import pictures
+from aidsr.studies.gallery import gallery
+from aidsr.studies.outcomes import DesignRow, read_mended, read_outcomes, read_repairs
+from aidsr.studies.runner import failures_of
+from aidsr.studies.study import Study
+from aidsr.studies.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
+
+__all__ = [
+    "counted",
+    "rate_in_words",
+    "raw_csv",
+    "table_markdown",
+    "taken_in_words",
+    "training_in_words",
+    "write_report",
+]
+
+
+def write_report(study: Study) -> Path:
+    """Write report.html, .md, .csv and .json into the study's folder, and return the page's path."""
+    rows = read_outcomes(study)
+    arms = arm_lines(rows, {arm.name: arm.config.model for arm in study.plan.arms})
+    first = study.plan.arms[0].name
+    tables = {arm.arm: task_lines(rows, arm.arm) for arm in arms}
+    replace_file(study.path / "report.csv", raw_csv(rows).encode())
+    replace_file(study.path / "report.md", _markdown(study, rows, arms, tables).encode())
+    replace_file(study.path / "report.json", _json(study, rows, arms).encode())
+    page = _page(study, rows, arms, tables, first)
+    replace_file(study.path / "report.html", page.encode())
+    return study.path / "report.html"
+
+
+def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
+    """Return figures by task as a Markdown table, the rates with their Wilson intervals."""
+    head = (
+        "| task | designs | stable | valid | successful | episodes | probe | tokens | cost | latency |\n"
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    )
+    return "\n".join([head, *("| " + " | ".join(_cells(line, trained)) + " |" for line in lines)])
+
+
+def raw_csv(rows: Sequence[DesignRow]) -> str:
+    """Return the raw rows, one a design, its evaluations summed up."""
+    out = io.StringIO()
+    fields = ["arm", "task", "run", "design", "family", "outcome", "stable", "valid", "successful", "episodes_share"]
+    fields += ["probe_progress", "iterations", "input_tokens", "output_tokens", "cost_usd", "latency_s", "steps"]
+    writer = csv.DictWriter(out, [*fields, "training_s"], lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        plain = {name: getattr(row, name) for name in fields if hasattr(row, name)}
+        usage = {name: getattr(row.usage, name) for name in ("input_tokens", "output_tokens", "cost_usd")}
+        share = row.episodes_share if row.evaluations else ""
+        writer.writerow({**plain, **usage, "episodes_share": share, "training_s": round(row.training_s, 1)})
+    return out.getvalue()
+
+
+def percent(value: float | None) -> str:
+    """Return a share as a person reads it."""
+    return "–" if value is None or math.isnan(value) else f"{100 * value:.0f} %"
+
+
+def rate_in_words(line: Line, of: str) -> str:
+    """Return one of a line's counts with its Wilson interval: 3/5 (23-88 %)."""
+    found = line.rate(of)
+    return f"{found.hits}/{found.of} ({percent(found.interval.low)[:-2]}–{percent(found.interval.high)})"
+
+
+def _cells(line: Line, trained: bool = True) -> list[str]:
+    judged = [rate_in_words(line, "valid"), rate_in_words(line, "successful"), percent(line.episodes_share)]
+    return [
+        line.task,
+        str(line.attempted),
+        rate_in_words(line, "stable"),
+        *(judged if trained else ["–"] * 3),
+        percent(line.probe_progress),
+        *taken_in_words(line),
+    ]
+
+
+def taken_in_words(line: Line) -> tuple[str, str, str]:
+    """Return the tokens, the cost and the latency of a design; they are not known before one came to an end."""
+    if not line.ended:
+        return "–", "–", "–"
+    tokens = f"{line.tokens:,.0f}" + (" est." if line.tokens_estimated else "")
+    return tokens, "unknown" if line.cost_usd is None else f"${line.cost_usd:.2f}", f"{line.latency_s:.0f} s"
+
+
+ARM_HEADS = (
+    "arm",
+    "not as usual",
+    "approved",
+    "stable",
+    "valid",
+    "successful",
+    "episodes (95 %)",
+    "iterations",
+    "tokens",
+)
+
+
+def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
+    cells, settings = _cells(arm.line), study.plan.arms[[each.name for each in study.plan.arms].index(arm.arm)].settings
+    interval = f"{cells[5]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
+    trained = [*cells[3:5], interval] if study.plan.seeds else ["–"] * 3
+    iterations = f"{arm.line.iterations:.1f}" if arm.line.ended else "–"
+    return [arm.arm, settings or "–", rate_in_words(arm.line, "approved"), cells[2], *trained, iterations, cells[7]]
+
+
+def _markdown(
+    study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine], tables: dict[str, tuple[Line, ...]]
+) -> str:
+    head = [f"# Study {study.path.name}", _standing(study, rows)]
+    if len(arms) > 1:
+        compared = [f"| {' | '.join(ARM_HEADS)} |", "|---|---|" + "---:|" * (len(ARM_HEADS) - 2)]
+        compared += [f"| {' | '.join(_arm_cells(study, arm))} |" for arm in arms]
+        head += ["## Arms", "\n".join(compared)]
+        against = differences(rows, arms[0].arm)
+        real = [f"{d.arm} {d.what} {_change(d)}" for d in against if d.real]
+        head += [f"Differences from {arms[0].arm} that are more than noise: {'; '.join(real) or 'none'}."]
+    parts = [
+        f"## {arm.arm} ({arm.model})\n\n{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
+        for arm in arms
+    ]
+    return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_PAPER_IN_WORDS}\n"
+
+
+def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
+    plan = study.plan
+    return (
+        f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
+        f"{training_in_words(plan.seeds, plan.steps)}. "
+        f"{_reached(study, line_of('all', rows))}"
+    )
+
+
+def _reached(study: Study, whole: Line) -> str:
+    """Say how far a study is."""
+    said = f"{whole.ended} of {whole.attempted} designs ended."
+    if study.plan.seeds and whole.complete < whole.ended:
+        said = f"{said[:-1]}, {whole.complete} of them with every policy judged."
+    if whole.complete < whole.attempted:
+        said += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
+    return said
+
+
+def counted(number: int, of: str) -> str:
+    """Return a number of things: 1 task, 3 tasks, 2 policies."""
+    return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
+
+
+def training_in_words(seeds: int, steps: int) -> str:
+    """Return how designs are trained: so many policies each, and their budget."""
+    return f"{counted(seeds, 'policy')} a design, at most {steps:,} control steps" if seeds else "not trained"
+
+
+def _change(found: Difference) -> str:
+    """Return a difference with its interval."""
+    value, low, high = found.in_words
+    return f"{value} ({low} to {high})"
+
+
+_PAPER_IN_WORDS = (
+    f"Published, for orientation ({PAPER.source}): {100 * PAPER.valid:.1f} % valid, {100 * PAPER.successful:.1f} % "
+    f"successful ({100 * PAPER.successful_by_table:.1f} % by its own table), {PAPER.tokens:,} tokens, "
+    f"${PAPER.cost_usd:.2f} and {PAPER.latency_s:.0f} s a design."
+)
+
+
+def _json(study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine]) -> str:
+    content = {
+        "plan": study.plan.model_dump(mode="json"),
+        "arms": [arm.model_dump(mode="json") for arm in arms],
+        "designs": [row.model_dump(mode="json") for row in rows],
+    }
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def _page(
+    study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine], tables: dict[str, tuple[Line, ...]], first: str
+) -> str:
+    seen, cured = read_repairs(study)
+    cures = Counter((repair.code, repair.changed) for repair in cured)
+    tasks = tuple(dict.fromkeys(row.task for row in rows))
+    curves = {task: pictures.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks}
+    template = Environment(
+        loader=PackageLoader("aidsr.studies", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    ).get_template("report.html.j2")
+    return template.render(
+        study=study,
+        arms=arms,
+        settings={arm.name: arm.settings for arm in study.plan.arms},
+        arm_heads=ARM_HEADS,
+        arm_rows=[_arm_cells(study, arm) for arm in arms],
+        change=_change,
+        heads=("task", "designs", "stable", "valid", "successful", "episodes", "probe", "tokens", "cost", "latency"),
+        tables={arm: [_cells(line, study.plan.seeds > 0) for line in lines] for arm, lines in tables.items()},
+        totals={arm.arm: _cells(arm.line, study.plan.seeds > 0) for arm in arms},
+        percent=percent,
+        bars=pictures.success_by_task(tables[first]) if tables else "",
+        cost_plot=pictures.cost_and_success(arms),
+        colours=pictures.arm_colours(study),
+        curves={task: curve for task, curve in curves.items() if curve},
+        untrained=[task for task, curve in curves.items() if not curve],
+        cards=gallery(study, rows),
+        differences=differences(rows, first),
+        faults=[(code, count, {how: cures[code, how] for how in _HOWS}) for code, count in seen.most_common()],
+        hows=_HOWS,
+        mended=read_mended(study).most_common(),
+        policies=_policies(rows),
+        unmet=_unmet(rows),
+        failures=failures_of(study),
+        paper=_PAPER_IN_WORDS,
+        published=_published(),
+        whole=line_of("all", rows),
+        reached=_reached(study, line_of("all", rows)),
+        count=counted,
+        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    )
+
+
+_HOWS = ("concept", "robot", "placement")
+
+
+def _policies(rows: Sequence[DesignRow]) -> list[tuple[str, dict[str, int]]]:
+    """Return how the held-out episodes of each task ended, those of invalid policies too."""
+    found = {task: Counter[str]() for task in dict.fromkeys(row.task for row in rows)}
+    for row in rows:
+        found[row.task].update(episode.ended for each in row.evaluations for episode in each.episodes)
+    return [(task, dict(counts)) for task, counts in found.items() if counts]
+
+
+def _unmet(rows: Sequence[DesignRow]) -> list[tuple[str, int]]:
+    """Return which checks of plausibility policies did not meet, and how many."""
+    checks = (check for row in rows for each in row.evaluations for check in each.checks)
+    return Counter(check.name for check in checks if not check.passed).most_common()
+
+
+def _published() -> list[str]:
+    """Return the paper's figures as a line of the table of tasks."""
+    rates = [f"{100 * PAPER.valid:.1f} %", f"{100 * PAPER.successful_by_table:.1f} %", "", ""]
+    costs = [f"{PAPER.tokens:,}", f"${PAPER.cost_usd:.2f}", f"{PAPER.latency_s:.0f} s"]
+    return ["published, with GPT-5 on other tasks", "", "", *rates, *costs]

@@ -1,0 +1,172 @@
+"""A study from wherever it is to its end: begin what can be, retry what failed, go on without what cannot be done."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+
+from aidsr.core.errors import Limit, UserError
+from aidsr.studies.budget import Purse, limit_of
+from aidsr.studies.jobs import Job, pending_in
+from aidsr.studies.pool import Ended, Pool
+from aidsr.studies.study import Cell, Study
+from aidsr.tasks import BENCHMARK_VERSION
+
+__all__ = ["MOST_ATTEMPTS", "Progress", "drive", "failures_of"]
+
+MOST_ATTEMPTS = 3
+"""A job that failed so often is recorded and left out. Our choice: a lost machine or a full disk may fail it twice."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a study stands."""
+
+    done: int
+    running: tuple[Job, ...]
+    waiting: int
+    failed: tuple[Job, ...]
+    """Given up after the last attempt."""
+    last: Ended | None = None
+    unpaid: tuple[Job, ...] = ()
+    """At the end: what the study's limit left too little for."""
+    refused: tuple[Limit, ...] = ()
+    """Which of its limits did."""
+
+
+@dataclass
+class _Drive:
+    study: Study
+    pool: Pool
+    listen: Callable[[Progress], None]
+    purse: Purse
+    without: frozenset[Cell]
+    waiting: dict[Job, None] = field(default_factory=dict)
+    running: dict[Job, None] = field(default_factory=dict)
+    attempts: Counter[Job] = field(default_factory=Counter)
+    failed: list[Job] = field(default_factory=list)
+    done: int = 0
+    order: dict[Cell, int] = field(init=False)
+    """Place of each cell in the study."""
+
+    def __post_init__(self) -> None:
+        self.order = {cell: place for place, cell in enumerate(self.study.cells)}
+
+    def to_the_end(self) -> Progress:
+        for cell in self.study.cells:
+            self._look_at(cell)
+        last = None
+        try:
+            if self.waiting:
+                _check_version(self.study)
+            while self.waiting or self.running:
+                self.purse.refusing.clear()
+                self._begin_what_can_be()
+                if not self.running:
+                    break
+                self.listen(self._progress(last))
+                last = self.pool.wait()
+                self._end(last)
+        finally:
+            self.pool.close()
+        refused = tuple(sorted(self.purse.refusing)) if self.waiting else ()
+        end = replace(self._progress(last), unpaid=tuple(self.waiting), refused=refused)
+        self.listen(end)
+        return end
+
+    def _begin_what_can_be(self) -> None:
+        for job in sorted(self.waiting, key=self._turn):
+            if self.pool.free <= 0:
+                return
+            paid_for = self.purse.begin(job, self.pool.free)
+            if paid_for is not None:
+                del self.waiting[job]
+                self.running[job] = None
+                self.pool.begin(paid_for)
+
+    def _turn(self, job: Job) -> tuple[int, int, int]:
+        """First runs before second ones, early cells before late ones; what failed waits for the rest of its runs."""
+        return job.cell.number, self.attempts[job], self.order[job.cell]
+
+    def _end(self, ended: Ended) -> None:
+        job = ended.job
+        del self.running[job]
+        self.purse.end(job, short=ended.short)
+        still_pending = job in pending_in(self.study, job.cell)
+        if ended.short:
+            self.waiting[job] = None
+        elif ended.error or still_pending:
+            self.attempts[job] += 1
+            _note_failure(self.study, ended, self.attempts[job])
+            if self.attempts[job] >= MOST_ATTEMPTS:
+                self.failed.append(job)
+            else:
+                self.waiting[job] = None
+        else:
+            self.done += 1
+        for cell in (job.cell, *self.study.followers(job.cell)):
+            self._look_at(cell)
+
+    def _look_at(self, cell: Cell) -> None:
+        if cell in self.without:
+            return
+        for job in pending_in(self.study, cell):
+            if job not in self.running and job not in self.failed:
+                self.waiting.setdefault(job)
+
+    def _progress(self, last: Ended | None) -> Progress:
+        return Progress(self.done, tuple(self.running), len(self.waiting), tuple(self.failed), last)
+
+
+def _check_version(study: Study) -> None:
+    """Refuse to go on with a study whose tasks are not those of today, for its figures would be of both.
+
+    Raises:
+        UserError: The benchmark has changed since its plan was made.
+    """
+    planned = study.plan.benchmark_version
+    if planned != BENCHMARK_VERSION:
+        raise UserError(
+            f"a study of version {BENCHMARK_VERSION} of the benchmark was expected, and {study.path} is one of version "
+            f"{planned}, whose tasks differ; it can be read as it stands, and another folder begun for today's"
+        )
+
+
+def drive(
+    study: Study,
+    pool: Pool,
+    listen: Callable[[Progress], None] = lambda _progress: None,
+    without: frozenset[Cell] = frozenset(),
+) -> Progress:
+    """Do everything a study still needs, within its limit; call it again on one that was stopped.
+
+    Args:
+        study: The study.
+        pool: Does the jobs; closed at the end.
+        listen: Told whenever a job begins or ends.
+        without: Runs to leave as they are, such as those whose results are kept elsewhere.
+
+    Raises:
+        UserError: Something is left to do, and the study is of another version of the benchmark.
+    """
+    return _Drive(study, pool, listen, Purse(study, limit_of(study)), without).to_the_end()
+
+
+def failures_of(study: Study) -> list[dict[str, object]]:
+    """Return every failed attempt, in order: time, job, attempt, error."""
+    path = study.path / "failures.jsonl"
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
+
+
+def _note_failure(study: Study, ended: Ended, attempt: int) -> None:
+    note = {
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "job": ended.job.name,
+        "attempt": attempt,
+        "error": ended.error or "it ended without leaving what it should",
+    }
+    with (study.path / "failures.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps(note) + "\n")

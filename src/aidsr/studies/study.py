@@ -1,0 +1,234 @@
+"""What a study asks: tasks, arms, designs, seeds and steps; frozen in study.toml when the study begins."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import platform
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
+from aidsr.loop.teams import REFERENCE, SEARCH
+from aidsr.runs import Run, RunConfig
+from aidsr.runs.record import Method
+from aidsr.studies.file_errors import mistake_in
+from aidsr.tasks import BENCHMARK_VERSION
+
+__all__ = ["Arm", "Cell", "Study", "StudyPlan", "begin_study", "open_study", "versions_now"]
+
+_PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
+_BASELINES = {REFERENCE: "robots designed by hand", SEARCH: "numbers found by CMA-ES"}
+_METHODS: dict[Method, str] = {
+    "no_judge": "no Judge",
+    "no_integrator": "every robot on the first mount",
+    "no_judge_or_integrator": "no Judge, every robot on the first mount",
+    "no_validation": "no validation",
+    "no_feedback": "no validation, no Judge",
+    "direct": "one call",
+}
+_NAME = r"^[a-z0-9][a-z0-9_.-]*$"
+
+
+class Arm(Artifact):
+    """One way of making designs that is compared with others: a model and what is left out of the method."""
+
+    name: Annotated[str, Field(pattern=_NAME)]
+    after: str = ""
+    """Arm whose finished runs this one goes on with: the same designs, with their calls and what they cost."""
+    feedback: dict[str, str] = Field(default_factory=dict)
+    """What a person says to each design, by task; it then goes one round further."""
+    grouping: Literal["auto", "off"] = "auto"
+    """"auto" lets actuators act together when a policy is trained; "off" gives each an action of its own."""
+    from_probe: bool = False
+    """Whether policies first learn the best open-loop motion, where that succeeds; see `aidsr.learn.rl.Recipe`."""
+    runs: Annotated[int | None, Field(ge=1)] = None
+    """Runs of each task, where that is fewer than the study has: what would be the same each time is run once."""
+    config: RunConfig
+
+    @property
+    def settings(self) -> str:
+        """Everything that is not as usual, in a line; empty for the full method."""
+        config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
+        changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
+        said = [_BASELINES[config.model]] if config.model in _BASELINES else []
+        if config.model == SEARCH:
+            said[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
+        said += [_METHODS[config.method]] if config.method != "full" else []
+        said += ["robots not mended by code"] * (not config.repairs)
+        said += ["tried on its task"] * config.task_feedback
+        said += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
+        said += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
+        said += ["policies that begin with the probe's motion"] * self.from_probe
+        said += [f"the designs of {self.after}"] * bool(self.after)
+        return ", ".join(said)
+
+
+class StudyPlan(Artifact):
+    """Everything that decides what a study does. Two studies with equal plans can be merged."""
+
+    tasks: Annotated[tuple[str, ...], Field(min_length=1)]
+    level: Literal["standard", "hard"] = "standard"
+    arms: Annotated[tuple[Arm, ...], Field(min_length=1)]
+    runs: Annotated[int, Field(ge=1, le=1000)] = 5
+    """Runs of each task and arm. Source: AID-SR, 15 designs a task = 5 runs of 3 concepts."""
+    seeds: Annotated[int, Field(ge=0, le=100)] = 1
+    """Policies trained for each approved design; 0 trains none."""
+    steps: Annotated[int, Field(ge=1)] = 300_000
+    """Control steps a policy. Source: docs/tasks.md, budget v1."""
+    probe: bool = True
+    """Whether each approved design is also probed without learning."""
+    benchmark_version: int = BENCHMARK_VERSION
+    versions: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _nothing_twice(self) -> Self:
+        twice = sorted({task for task in self.tasks if self.tasks.count(task) > 1})
+        if twice:
+            raise ValueError(f"every task was expected once, found {', '.join(twice)} more often")
+        names = [arm.name for arm in self.arms]
+        if len(set(names)) < len(names):
+            raise ValueError(f"every arm needs a name of its own, found {', '.join(names)}")
+        for number, arm in enumerate(self.arms):
+            if arm.after and arm.after not in names[:number]:
+                raise ValueError(f'{arm.name} goes on with the designs of "{arm.after}", which has to come before it')
+        return self
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of a study: an arm on a task, for the n-th time."""
+
+    arm: str
+    task: str
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Path within the study's folder of runs, and the way to say which run is meant."""
+        return f"{self.arm}/{self.task.replace('/', '.')}/{self.number}"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A folder of runs with a plan."""
+
+    path: Path
+    plan: StudyPlan
+
+    @property
+    def cells(self) -> Iterator[Cell]:
+        """Every run the plan asks for, the first of each task and arm first: a study is soon worth reading."""
+        for number in range(1, self.plan.runs + 1):
+            for task in self.plan.tasks:
+                for arm in self.plan.arms:
+                    if number <= (arm.runs or self.plan.runs):
+                        yield Cell(arm.name, task, number)
+
+    def arm(self, name: str) -> Arm:
+        """Return an arm by its name."""
+        return next(arm for arm in self.plan.arms if arm.name == name)
+
+    def before(self, cell: Cell) -> Cell | None:
+        """Return the cell whose run a cell goes on with, None where it begins anew."""
+        after = self.arm(cell.arm).after
+        return replace(cell, arm=after) if after else None
+
+    def followers(self, cell: Cell) -> tuple[Cell, ...]:
+        """Return the cells that go on with a cell's run."""
+        return tuple(replace(cell, arm=arm.name) for arm in self.plan.arms if arm.after == cell.arm)
+
+    def home(self, cell: Cell) -> Path:
+        """Return the folder that holds a cell's one run."""
+        return self.path / "runs" / cell.name
+
+    def run(self, cell: Cell) -> Run | None:
+        """Return a cell's run, None before it is begun."""
+        found = sorted(self.home(cell).glob("*/run.json"))
+        return Run(found[0].parent) if found else None
+
+
+def versions_now() -> dict[str, str]:
+    """Return the versions of what shapes a result; what is not installed is left out."""
+    found = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        with contextlib.suppress(PackageNotFoundError):
+            found[package] = version(package)
+    return found
+
+
+def begin_study(path: Path, plan: StudyPlan) -> Study:
+    """Return the study in a folder, made if there is none.
+
+    Raises:
+        UserError: The folder holds a study with another plan.
+    """
+    file = path / "study.toml"
+    if file.exists():
+        found = open_study(path)
+        if _asked(found.plan) != _asked(plan):
+            changed = [key for key, value in _asked(plan).items() if value != _asked(found.plan)[key]]
+            raise UserError(
+                f"{path} holds a study with other {', '.join(changed)}; a plan is frozen when its study begins. Go on "
+                "with the same options, or name another folder"
+            )
+        return found
+    path.mkdir(parents=True, exist_ok=True)
+    part = file.with_suffix(".part")
+    part.write_text(_toml(plan.model_dump(mode="json")), encoding="utf-8")
+    part.replace(file)
+    return Study(path, plan)
+
+
+def open_study(path: Path) -> Study:
+    """Return the study in a folder.
+
+    Raises:
+        UserError: There is none, or its plan cannot be read.
+    """
+    try:
+        text = (path / "study.toml").read_text(encoding="utf-8")
+        return Study(path, StudyPlan.model_validate(tomllib.loads(text)))
+    except (FileNotFoundError, NotADirectoryError):
+        raise UserError(f"the folder of a study was expected, with a study.toml in it; {path} has none") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path / 'study.toml'} cannot be read as TOML: {error}; {_RESTORE}") from None
+    except ValidationError as error:
+        raise UserError(f"{path / 'study.toml'} is no plan of a study: {mistake_in(error)}; {_RESTORE}") from None
+
+
+_RESTORE = "a plan is not edited: restore it, or begin another study"
+
+
+def _asked(plan: StudyPlan) -> dict[str, object]:
+    """Return the plan without the versions it was made with: those may change while a study goes on."""
+    return plan.model_dump(exclude={"versions"})
+
+
+def _toml(values: dict[str, object]) -> str:
+    """Return a plan as TOML: plain values first, then versions, then one table an arm."""
+
+    def value(of: object) -> str:
+        if isinstance(of, dict):
+            return (
+                "{" + ", ".join(f"{value(key)} = {value(each)}" for key, each in of.items() if each is not None) + "}"
+            )
+        return json.dumps(of, ensure_ascii=False)
+
+    def lines(of: dict[str, object]) -> list[str]:
+        return [f"{key} = {value(each)}" for key, each in of.items() if each is not None and each != {}]
+
+    versions, arms = dict(values["versions"]), list(values["arms"])  # type: ignore[call-overload]
+    plain = {key: each for key, each in values.items() if key not in ("versions", "arms")}
+    text = [*lines(plain), "", "[versions]", *(f"{value(key)} = {value(each)}" for key, each in versions.items())]
+    for arm in arms:
+        config = arm.pop("config")
+        text += ["", "[[arms]]", *lines(arm), "[arms.config]", *lines(config)]
+    return "\n".join(text) + "\n"

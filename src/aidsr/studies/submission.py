@@ -1,0 +1,139 @@
+"""One small file of a study's results that another person can check and merge."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
+from aidsr.runs.files import replace_file
+from aidsr.studies.file_errors import mistake_in
+from aidsr.studies.outcomes import DesignRow, read_outcomes
+from aidsr.studies.study import Study, StudyPlan
+from aidsr.studies.tables import Line, task_lines
+
+__all__ = ["Submission", "read_submission", "scenes_of", "signed", "submit"]
+
+
+class Submission(Artifact):
+    """A study's figures, with enough raw outcomes to compute them again."""
+
+    plan: StudyPlan
+    designs: tuple[DesignRow, ...]
+    scenes_sha256: dict[str, str]
+    """Of every approved scene, by "arm/task/run/design": whoever has the study can check that it is this one."""
+    lines: dict[str, tuple[Line, ...]]
+    """Figures by arm and task, as anyone computes them from `designs`."""
+    sha256: str = ""
+    """Of everything above, in canonical JSON."""
+
+
+def submit(study: Study, path: Path) -> Submission:
+    """Write a study's results into one file.
+
+    Raises:
+        UserError: There is nothing to submit.
+    """
+    rows = read_outcomes(study)
+    if all(row.outcome == "unfinished" for row in rows):
+        raise UserError(f"{study.path} has no finished design yet; run aidsr benchmark first")
+    submission = Submission(
+        plan=study.plan,
+        designs=rows,
+        scenes_sha256=scenes_of(study),
+        lines={arm.name: task_lines(rows, arm.name) for arm in study.plan.arms},
+    )
+    whole = signed(submission)
+    replace_file(path, whole.model_dump_json(indent=1).encode() + b"\n")
+    return whole
+
+
+def signed(submission: Submission) -> Submission:
+    """Return a submission with the hash of its content."""
+    return submission.model_copy(update={"sha256": _digest(submission.model_dump_json())})
+
+
+def read_submission(path: Path) -> Submission:
+    """Return a submission after checking that its figures follow from its raw outcomes and its hash from both.
+
+    Raises:
+        UserError: It cannot be read, was changed, or its figures are not those of its outcomes.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        found = Submission.model_validate_json(text)
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"a file written by `aidsr submit` was expected, {path} cannot be read: {error}") from None
+    except ValidationError as error:
+        raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {mistake_in(error)}") from None
+    if found.sha256 != _digest(text):
+        raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
+    _check_evaluations(path, found)
+    if found.plan.seeds > 1 and any(row.seeds != found.plan.seeds for row in found.designs):
+        raise UserError(
+            f"{path}: designs that say how many policies were asked for ({found.plan.seeds}) were expected; an earlier "
+            "version wrote it, which counted those that were missing otherwise; write it again with aidsr submit"
+        )
+    rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
+    found = found.model_copy(update={"designs": rows})
+    if [_place(row) for row in found.designs] != list(_places(found.plan)):
+        raise UserError(f"{path}: every design that the plan asks for was expected once, found others or fewer")
+    for arm in (arm.name for arm in found.plan.arms):
+        if _plain(found.lines.get(arm, ())) != _plain(task_lines(found.designs, arm)):
+            raise UserError(f"{path}: the figures of {arm} are not those of its designs")
+    return found
+
+
+def _check_evaluations(path: Path, found: Submission) -> None:
+    """Refuse policies that were judged at something else than the plan asks for, or more of them."""
+    plan = found.plan
+    for row in found.designs:
+        asked = {(row.task, plan.level, plan.benchmark_version, "held_out")}
+        judged = {(each.task, each.level, each.benchmark_version, each.split) for each in row.evaluations}
+        if not judged <= asked or len(row.evaluations) > plan.seeds:
+            raise UserError(
+                f"{path}: verdicts on held-out variations of {row.task}, level {plan.level}, version "
+                f"{plan.benchmark_version} were expected, as many as the plan asks for ({plan.seeds}), found others or "
+                "more; submit a study whose policies were all judged as its plan says"
+            )
+
+
+def _digest(text: str) -> str:
+    """Return the hash of a submission as it is written, so that a later version with more fields still knows it."""
+    content = json.loads(text)
+    del content["sha256"]
+    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def _place(row: DesignRow) -> tuple[str, str, int, int]:
+    return row.arm, row.task, row.run, row.design
+
+
+def _places(plan: StudyPlan) -> Iterator[tuple[str, str, int, int]]:
+    """Yield every design that a plan asks for: nobody may leave out those that failed."""
+    study = Study(Path(), plan)
+    for cell in study.cells:
+        for number in range(1, study.arm(cell.arm).config.concepts + 1):
+            yield cell.arm, cell.task, cell.number, number
+
+
+def _plain(lines: Sequence[Line]) -> list[Any]:
+    return [line.model_dump(mode="json") for line in lines]
+
+
+def scenes_of(study: Study) -> dict[str, str]:
+    """Return the SHA-256 of every approved scene of a study, by "arm/task/run/design"."""
+    found = {}
+    for cell in study.cells:
+        run = study.run(cell)
+        for design in run.designs if run else ():
+            scene = design.final_scene.read()
+            if scene:
+                found[f"{cell.arm}/{cell.task}/{cell.number}/{design.number}"] = hashlib.sha256(scene).hexdigest()
+    return found

@@ -1,0 +1,106 @@
+"""The human baseline: one robot for each benchmark task, designed by hand, with where it is mounted and why.
+
+The robots began as output of the built-in families; their numbers, and what their shapes alone do not say, were then
+chosen by hand for the one task. Nothing of them is sampled, repaired or searched.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from importlib.resources import files
+
+from pydantic import Field
+
+from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Placement, Robot
+from aidsr.core.errors import UserError
+from aidsr.core.roles import Feedback, Team
+
+__all__ = ["Reference", "read_reference", "team"]
+
+_ROBOTS = files("aidsr.teams.baselines") / "robots"
+
+
+class Reference(Artifact):
+    """What a robot's MJCF does not say: the line of robots.toml that goes with it."""
+
+    name: str
+    family: str
+    morphology: str
+    actuation: str
+    rationale: str
+    functional_part: str
+    placement: Placement
+    groups: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    """Actuators that act together, by the name of the group."""
+
+
+def read_reference(task: str) -> tuple[Reference, Robot]:
+    """Return the robot designed by hand for a benchmark task.
+
+    Raises:
+        UserError: There is none, because it is not a task of the benchmark.
+    """
+    short = task.rpartition("/")[2]
+    table = tomllib.loads((_ROBOTS / "robots.toml").read_text(encoding="utf-8"))
+    if short not in table:
+        raise UserError(
+            f'robots designed by hand exist for the tasks of the benchmark, and "{task or "an objective in words"}" is '
+            "none of them; name one of `aidsr tasks`"
+        )
+    found = Reference.model_validate(table[short])
+    groups = tuple(ActuatorGroup(name=name, actuators=actuators) for name, actuators in found.groups.items())
+    mjcf = (_ROBOTS / f"{short}.xml").read_text(encoding="utf-8")
+    notes = "Designed by hand."
+    return found, Robot(mjcf=mjcf, functional_part=found.functional_part, actuator_groups=groups, notes=notes)
+
+
+def team() -> Team:
+    """Return the team that hands out the robots designed by hand; the Judge is that of the built-in rules."""
+    from aidsr.teams.rules.judge import RuleJudge
+
+    hand = _ByHand()
+    return Team(hand, hand, hand, RuleJudge())
+
+
+@dataclass(frozen=True)
+class _ByHand:
+    """Designer, Coder and Scene Integrator in one; feedback changes nothing, since the robot is what is measured."""
+
+    def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        if count != 1:
+            raise UserError(f"there is one robot designed by hand for each task, {count} were asked for; ask for 1")
+        found, robot = read_reference(brief.task)
+        concept = Concept(
+            name=found.name,
+            interpretation=brief.objective,
+            morphology=found.morphology,
+            actuation=found.actuation,
+            functional_part=found.functional_part,
+            family=found.family,
+            actuator_groups=robot.actuator_groups,
+            rationale=found.rationale,
+        )
+        return (concept,)
+
+    def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
+        del brief, robot, feedback
+        return concept
+
+    def write(self, brief: Brief, concept: Concept) -> Robot:
+        del concept
+        return read_reference(brief.task)[1]
+
+    def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        del brief, concept, feedback
+        return robot
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        del concept, robot
+        return read_reference(brief.task)[0].placement
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        del brief, concept, robot, feedback
+        return placement

@@ -1,0 +1,58 @@
+"""Direct prompting: one call that is told the job and answers with a robot. The baseline the method must beat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aidsr.core.artifacts import Brief, Concept, Robot
+from aidsr.core.roles import Feedback
+from aidsr.teams.llm.coder import CoderAgent
+from aidsr.teams.llm.describe_environment import describe_environment
+from aidsr.teams.llm.prompts import render
+
+__all__ = ["DirectCoder", "DirectDesigner"]
+
+
+@dataclass(frozen=True)
+class DirectDesigner:
+    """Asks nobody: every concept is only a number."""
+
+    def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        """Return `count` concepts that say nothing."""
+        return tuple(self._empty(brief, number) for number in range(1, count + 1))
+
+    def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
+        """Return the concept as it was: nobody asks for another."""
+        del brief, robot, feedback
+        return concept
+
+    def _empty(self, brief: Brief, number: int) -> Concept:
+        return Concept(
+            name=f"Direct prompt {number}",
+            interpretation=brief.objective,
+            morphology="Whatever one call makes of the job.",
+            actuation="Likewise.",
+            functional_part="Likewise.",
+            family=f"direct {number}",
+        )
+
+
+@dataclass(frozen=True)
+class DirectCoder:
+    """One call to a language model, without guide, concept or feedback."""
+
+    coder: CoderAgent
+
+    def write(self, brief: Brief, concept: Concept) -> Robot:
+        """Return what one call makes of the job.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        user = render("direct", brief=brief, environment=describe_environment(brief.summary), number=concept.name)
+        return self.coder.asked(brief, render("direct_system"), user)
+
+    def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        """Return the robot as it was: nothing is fed back."""
+        del brief, concept, feedback
+        return robot

@@ -1,0 +1,24 @@
+"""What a role is told about the problems of its work."""
+
+from __future__ import annotations
+
+from aidsr.core.artifacts import Critique, CritiqueIssue, ValidationReport
+from aidsr.core.roles import Feedback
+
+__all__ = ["describe_feedback"]
+
+
+def describe_feedback(feedback: Feedback) -> str:
+    """Return measured faults as the validator tells them, or the Judge's issues one per line."""
+    if isinstance(feedback, ValidationReport):
+        return feedback.account()
+    return _describe_critique(feedback)
+
+
+def _describe_critique(critique: Critique) -> str:
+    verdict = f"The verdict on the scene: {critique.summary}".rstrip()
+    return "\n".join([verdict, *(_describe_issue(issue) for issue in critique.issues)])
+
+
+def _describe_issue(issue: CritiqueIssue) -> str:
+    return f"- {issue.component}: {issue.problem} {issue.suggestion}".rstrip()

@@ -1,0 +1,112 @@
+"""The Scene Integrator: decides where a robot stands in the environment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from aidsr.core.artifacts import Brief, Concept, Placement, Robot
+from aidsr.core.errors import IsolationError, MjcfError, ReplyError
+from aidsr.core.roles import Feedback
+from aidsr.mjcf.condense import condense
+from aidsr.sim.measure import Extent, measure
+from aidsr.teams.llm.conversation import Interview
+from aidsr.teams.llm.describe_environment import describe_environment
+from aidsr.teams.llm.feedback import describe_feedback
+from aidsr.teams.llm.prompts import as_json, render
+from aidsr.teams.llm.replies import json_in, names_of, read_as
+
+__all__ = ["IntegratorAgent"]
+
+
+@dataclass(frozen=True)
+class IntegratorAgent:
+    """A language model as the Scene Integrator.
+
+    Attributes:
+        interview: Who is asked, and how often again.
+        condensed: Whether the robot is shown without its repetitions.
+    """
+
+    interview: Interview
+    condensed: bool = True
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return a first placement.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        user = render("integrator_place", **self._known(brief, concept, robot))
+        return self._placement(user, brief, robot)
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement with the reported problems removed.
+
+        Raises:
+            ReplyError: No reply could be used.
+        """
+        user = render(
+            "integrator_adjust",
+            **self._known(brief, concept, robot),
+            placement=as_json(placement),
+            feedback=describe_feedback(feedback),
+        )
+        return self._placement(user, brief, robot)
+
+    def _known(self, brief: Brief, concept: Concept, robot: Robot) -> dict[str, Any]:
+        return {
+            "brief": brief,
+            "environment": describe_environment(brief.summary),
+            "concept": concept,
+            "robot": robot,
+            "extent": _measured(robot),
+            "mjcf": ((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
+        }
+
+    def _placement(self, user: str, brief: Brief, robot: Robot) -> Placement:
+        def read(reply: str) -> Placement:
+            placement = read_as(Placement, json_in(reply))
+            complaints = _complaints(placement, brief, robot)
+            if complaints:
+                raise ReplyError(" ".join(complaints))
+            return placement
+
+        return self.interview.ask("integrator", render("integrator"), user, read)
+
+
+def _measured(robot: Robot) -> Extent | None:
+    """Return where the robot's parts are; None for one that does not load, which its report says better."""
+    try:
+        return measure(robot)
+    except (MjcfError, IsolationError):
+        return None
+
+
+def _complaints(placement: Placement, brief: Brief, robot: Robot) -> list[str]:
+    """Return what in a placement does not agree with the job, each with what exists."""
+    mounts = {mount.name: mount for mount in brief.summary.mounts}
+    bodies = {body.name for body in brief.summary.bodies}
+    parts = names_of(robot.mjcf, "body", "site")
+    found = []
+    if placement.mount not in {*mounts, "world"}:
+        found.append(f'There is no mount "{placement.mount}"; there is {", ".join([*mounts, "world"])}.')
+    elif brief.base in {"fixed", "moving"} and mounts and placement.mount == "world":
+        found.append(f'The job wants the robot on a mount of the environment, not "world": {", ".join(mounts)}.')
+    elif brief.base == "moving" and mounts and not mounts[placement.mount].moved_by:
+        moved = ", ".join(mount.name for mount in mounts.values() if mount.moved_by)
+        found.append(f'The job wants a mount that the environment moves: {moved}; "{placement.mount}" stands still.')
+    wanted = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": placement.base}[brief.base]
+    if placement.base != wanted:
+        found.append(f'The job wants base "{wanted}", found "{placement.base}".')
+    unknown = [name for name in placement.intended_contacts if name not in bodies]
+    if unknown:
+        found.append(f"intended_contacts names {', '.join(unknown)}; the bodies are {', '.join(sorted(bodies))}.")
+    if placement.functional_part and placement.functional_part not in parts:
+        found.append(
+            f'The robot has no body or site "{placement.functional_part}"; leave functional_part empty to keep '
+            f'"{robot.functional_part}".'
+        )
+    return found

@@ -1,0 +1,198 @@
+"""Edits of an MJCF document by a model that has seen it shortened: a few lines instead of the whole file again.
+
+A patch is a small XML document after RFC 5261 (XML Patch Operations Framework): each operation selects elements by
+XPath. Unlike there, a selection may hold several elements, and `set` writes attributes:
+
+    <patch>
+      <set sel="//default[@class='finger']/joint" stiffness="0.4" damping="0.012"/>
+      <add sel="//body[starts-with(@name,'link_')]"><site name="{name}_mark"/></add>
+      <replace sel="//spatial[@name='flex']"><spatial name="flex">…</spatial></replace>
+      <remove sel="//exclude[@body1='base']"/>
+    </patch>
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from difflib import get_close_matches
+
+from lxml import etree
+
+from aidsr.core.errors import MjcfError, ReplyError
+from aidsr.mjcf.location import Element, attributes, elements
+from aidsr.mjcf.read import parse_document
+from aidsr.teams.llm.replies import blocks, documents_in
+
+__all__ = ["apply_patch", "patch_in"]
+
+_OPERATIONS = ("set", "add", "replace", "remove")
+_PLACES = ("last", "first", "before", "after")
+_LONGEST_SELECTION = 300
+"""Characters of a selection. Our choice: room for any name and condition, too little to keep XPath busy."""
+_FUNCTIONS = {"starts-with", "contains", "not", "last", "position", "and", "or"}
+_MOST_SEARCHES = 2
+"""How often a selection may say "//". Our choice: each one looks through everything below what is found so far."""
+_NAMED = re.compile(r"@(?:name|class|site|tendon|joint|body1|body2)\s*[=,]\s*['\"]([^'\"]+)['\"]")
+
+
+def patch_in(reply: str) -> str | None:
+    """Return the one patch of a reply, fenced or bare, with prose around it or not; None when there is none.
+
+    Raises:
+        ReplyError: There are several.
+    """
+    fenced = [block.text for block in blocks(reply) if block.text.lstrip().startswith("<patch")]
+    found = [patch for text in fenced or [reply] for patch in documents_in(text, "patch")]
+    if len(found) > 1 or (found and found[0].count("<patch") > 1):
+        raise ReplyError("It has several <patch> blocks; put all operations into one.")
+    return found[0] if found else None
+
+
+def apply_patch(mjcf: str, patch: str) -> str:
+    """Return the document with all operations carried out, in their order.
+
+    Raises:
+        ReplyError: An operation cannot be carried out, or nothing would change. The document is then as it was.
+    """
+    root = copy.deepcopy(parse_document(mjcf).root)
+    before = etree.tostring(root)
+    for operation in _parsed(patch):
+        _carry_out(root, operation)
+    if etree.tostring(root) == before:
+        raise ReplyError("The <patch> changes nothing: every value in it is the one that was there.")
+    etree.indent(root)
+    return str(etree.tostring(root, encoding="unicode")) + "\n"
+
+
+def _parsed(patch: str) -> list[Element]:
+    try:
+        # the patch is untrusted as the document is, and gets the same bounds on size and entities
+        root = parse_document(f"<mujoco>{patch}</mujoco>").root[0]
+    except MjcfError as error:
+        raise ReplyError(f"The <patch> is not well-formed XML: {error.faults[0].message}") from None
+    operations = list(root.iterchildren(etree.Element))
+    if not operations:
+        raise ReplyError("The <patch> is empty; it needs at least one operation.")
+    return operations
+
+
+def _carry_out(root: Element, operation: Element) -> None:
+    if operation.tag not in _OPERATIONS:
+        raise ReplyError(f"<{operation.tag}> is no operation of a <patch>; there are {', '.join(_OPERATIONS)}.")
+    selected = _selected(root, operation)
+    content = [child for child in operation if isinstance(child.tag, str)]
+    if operation.tag in ("add", "replace") and not content:
+        raise ReplyError(f"{_said(operation)} has no element inside to put there.")
+    for element in selected:
+        match operation.tag:
+            case "set":
+                _set(element, operation)
+            case "add":
+                _add(element, content, operation)
+            case "replace":
+                _add(element, content, operation, place="before")
+                _remove(element, operation)
+            case "remove":
+                _remove(element, operation)
+
+
+def _selected(root: Element, operation: Element) -> list[Element]:
+    """Return what an operation selects.
+
+    Raises:
+        ReplyError: The selection is missing, is no XPath, or selects no element.
+    """
+    selection = operation.get("sel", "")
+    if not selection or len(selection) > _LONGEST_SELECTION:
+        raise ReplyError(f"{_said(operation)} needs an XPath of at most {_LONGEST_SELECTION} characters in `sel`.")
+    _check_cost(operation, selection)
+    try:
+        found = root.xpath(selection)
+    except etree.XPathError as error:
+        raise ReplyError(f"{_said(operation)} is not an XPath: {error}.") from None
+    chosen = [each for each in found if isinstance(each, etree._Element)] if isinstance(found, list) else []
+    if not chosen:
+        raise ReplyError(f"{_said(operation)} selects no element.{_nearest(root, selection)}")
+    return chosen
+
+
+def _check_cost(operation: Element, selection: str) -> None:
+    """Refuse selections that could keep XPath busy; the text is a model's and runs in this process.
+
+    Raises:
+        ReplyError: The selection is more than a path with conditions on attributes.
+    """
+    functions = set(re.findall(r"([\w-]+)\s*\(", selection))
+    conditions = "".join(re.findall(r"\[[^\]]*\]", selection))
+    if (
+        functions - _FUNCTIONS
+        or "::" in selection
+        or "/" in re.sub(r"'[^']*'|\"[^\"]*\"", "", conditions)
+        or selection.count("//") > _MOST_SEARCHES
+    ):
+        raise ReplyError(
+            f"{_said(operation)} is too involved; use a path such as //joint[@name='bend_3'] or "
+            "//body[starts-with(@name,'link_')]/joint, with conditions on attributes only."
+        )
+
+
+def _nearest(root: Element, selection: str) -> str:
+    """Say which names come nearest to those of a selection."""
+    known = sorted(
+        {value for element in elements(root) for key, value in attributes(element) if key in ("name", "class")}
+    )
+    near = [each for name in _NAMED.findall(selection) for each in get_close_matches(name, known, 4, 0.5)]
+    return f" Names that come near: {', '.join(near)}." if near else ""
+
+
+def _set(element: Element, operation: Element) -> None:
+    given = [(key, value) for key, value in attributes(operation) if key != "sel"]
+    if not given:
+        raise ReplyError(f"{_said(operation)} has no attribute to set.")
+    for key, value in given:
+        if value:
+            element.set(key, value)
+        else:
+            element.attrib.pop(key, "")
+
+
+def _add(element: Element, content: list[Element], operation: Element, place: str = "") -> None:
+    place = place or operation.get("at", "last")
+    if place not in _PLACES:
+        raise ReplyError(f'{_said(operation)} has at="{place}"; there are {", ".join(_PLACES)}.')
+    if place in ("before", "after") and element.getparent() is None:
+        raise ReplyError(f"{_said(operation)} selects the whole document; nothing can stand beside it.")
+    new = [_named_after(element, child) for child in content]
+    match place:
+        case "last":
+            element.extend(new)
+        case "first":
+            element[:0] = new
+        case "before":
+            for child in new:
+                element.addprevious(child)
+        case _:
+            for child in reversed(new):
+                element.addnext(child)
+
+
+def _named_after(element: Element, content: Element) -> Element:
+    """Return a copy of what is added, with {name} as the name of the element it is added to."""
+    made = copy.deepcopy(content)
+    made.tail = None
+    for each in elements(made):
+        for key, value in attributes(each):
+            each.set(key, value.replace("{name}", element.get("name", "")))
+    return made
+
+
+def _remove(element: Element, operation: Element) -> None:
+    parent = element.getparent()
+    if parent is None:
+        raise ReplyError(f"{_said(operation)} selects the whole document; reply with a whole <mujoco> instead.")
+    parent.remove(element)
+
+
+def _said(operation: Element) -> str:
+    return f'<{operation.tag} sel="{operation.get("sel", "")[:_LONGEST_SELECTION]}">'

@@ -1,0 +1,108 @@
+"""The Coder as rules: writes a family's MJCF, and repairs any robot's text by fault code."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from aidsr.core.artifacts import Brief, Concept, CritiqueIssue, Fault, Robot, ValidationReport
+from aidsr.core.errors import ReplyError, UserError
+from aidsr.core.roles import Feedback
+from aidsr.mjcf.kept_parts import changes_to
+from aidsr.teams.rules import user_robot as own_robot
+from aidsr.teams.rules.families import FAMILIES
+from aidsr.teams.rules.repairs import Mended, mend
+
+__all__ = ["RuleCoder"]
+
+_FALLS = ("free_fall", "base_not_attached")
+
+_VARIATION = re.compile(r'<mujoco model="\w*?_variation_(\d+)"')
+
+
+@dataclass(frozen=True)
+class RuleCoder:
+    """Writes and repairs robots without a language model."""
+
+    def write(self, brief: Brief, concept: Concept) -> Robot:
+        """Return the robot of a concept's family and parameters, or the user's own robot.
+
+        Raises:
+            UserError: The concept is of a family that the built-in rules cannot write.
+            ReplyError: It would change what a person wants to keep.
+        """
+        return _with_kept(brief, self._written(brief, concept))
+
+    def _written(self, brief: Brief, concept: Concept) -> Robot:
+        if concept.family == own_robot.FAMILY:
+            return own_robot.write(brief, concept)
+        if concept.family not in FAMILIES:
+            raise UserError(
+                f"Expected a concept of one of the built-in families {', '.join(FAMILIES)}, found {concept.family!r}; "
+                "use the concepts of the built-in Designer, or name a language model for the Coder."
+            )
+        return FAMILIES[concept.family].write_concept(concept)
+
+    def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        """Return the robot with the reported faults edited out, or a sturdier one where no edit is left.
+
+        Raises:
+            ReplyError: It would change what a person wants to keep.
+        """
+        return _with_kept(brief, self._repaired(brief, concept, robot, feedback))
+
+    def _repaired(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        faults = (
+            feedback.errors
+            if isinstance(feedback, ValidationReport)
+            else tuple(_as_fault(issue) for issue in feedback.issues)
+        )
+        if brief.base == "free":
+            # A robot that has to move itself keeps its free joint, however it falls.
+            faults = tuple(fault for fault in faults if fault.code not in _FALLS)
+        mended = mend(robot.mjcf, faults)
+        if mended.done:
+            return robot.model_copy(update={"mjcf": mended.mjcf, "notes": _said(mended)})
+        if concept.family in FAMILIES:
+            return _sturdier(concept, robot, mended)
+        codes = ", ".join(mended.helpless) or "this"
+        note = f"Built-in rules: no repair for {codes} in a robot of another author; left as it was."
+        return robot.model_copy(update={"notes": note})
+
+
+def _with_kept(brief: Brief, robot: Robot) -> Robot:
+    """Return the robot if all that a person wants to keep is as it was.
+
+    Raises:
+        ReplyError: It is not: the rules write robots from parameters and cannot hold on to a part of one.
+    """
+    changes = changes_to(brief.starting_robot, robot.mjcf, brief.keep) if brief.keep else []
+    if changes:
+        raise ReplyError(
+            f"The built-in rules write robots from parameters and cannot keep a part of one. {changes[0]} Refine "
+            "without parts to keep, or with a language model."
+        )
+    return robot
+
+
+def _as_fault(issue: CritiqueIssue) -> Fault:
+    """Return an issue of the Judge as a fault: the built-in Judge names fault codes as components."""
+    return Fault(
+        code=issue.component, layer="structure", severity="error", message=issue.problem, cure=issue.suggestion
+    )
+
+
+def _said(mended: Mended) -> str:
+    left = f" No repair known or left for: {', '.join(mended.helpless)}." if mended.helpless else ""
+    return f"Built-in rules repaired {'; '.join(mended.done)}.{left}"
+
+
+def _sturdier(concept: Concept, robot: Robot, mended: Mended) -> Robot:
+    """Write the family's robot anew, one step stiffer and calmer than the present one."""
+    family = FAMILIES[concept.family]
+    found = _VARIATION.search(robot.mjcf)
+    parameters = family.read(concept)
+    for _ in range((int(found.group(1)) if found else 0) + 1):
+        parameters = family.sturdier(parameters)
+    note = f"Built-in rules: no repair for {', '.join(mended.helpless) or 'this'}; written anew, stiffer and calmer."
+    return family.write(parameters).model_copy(update={"notes": note})

@@ -1,0 +1,175 @@
+"""Arm: a fixed backbone in one to three sections, each bent to every side by its own cables."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from aidsr.core.artifacts import Robot
+from aidsr.sim import beam
+from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Cable, Chain, grow, string, uniform
+from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.job import Job
+from aidsr.teams.rules.mjcf_builder import Sheet
+from aidsr.teams.rules.number_text import deg, mm, numeral, rod
+from aidsr.teams.rules.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, sense_tip
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, reach_length
+
+__all__ = ["ARM", "ArmParameters"]
+
+_SECTION_NAMES = {1: ("arm",), 2: ("proximal", "distal"), 3: ("proximal", "middle", "distal")}
+
+
+class ArmParameters(Parameters):
+    """Numbers that fix an arm."""
+
+    length_m: Annotated[float, Field(ge=0.1, le=0.8)]
+    sections: Annotated[int, Field(ge=1, le=3)]
+    segments_per_section: Annotated[int, Field(ge=4, le=12)]
+    cables_per_section: Annotated[int, Field(ge=2, le=4)]
+    radius_m: Annotated[float, Field(ge=0.004, le=0.03)]
+    tension_n: Annotated[float, Field(ge=2.0, le=60.0)]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
+    pad_radius_m: Annotated[float, Field(ge=0.004, le=0.04)]
+    hook_m: Annotated[float, Field(ge=0.0, le=0.08)] = 0.0
+    """Length of a hook at the tip, across the backbone; 0 for a rounded pad."""
+
+
+_SHAPES = {
+    "two sections": (2, 7, 3),
+    "three sections": (3, 5, 3),
+    "four cables": (2, 7, 4),
+    "three sections, four cables": (3, 5, 4),
+    "hook": (2, 6, 3),
+}
+"""Sections, segments a section and cables a section of each variant; 12 to 15 segments keep a bend below 0.35 rad."""
+
+_FULL_BEND_RAD = {
+    "two sections": 2.3,
+    "three sections": 1.8,
+    "four cables": 2.3,
+    "three sections, four cables": 1.8,
+    "hook": 1.0,
+}
+"""Bend of one section at full tension. Our choice: well past a quarter turn for the whole arm, short of the segments'
+stops; a hook is carried by a stiff arm that hardly sags."""
+
+
+_LONG_TENSION = 1.7
+"""An arm that lies along something is twice as long, and sags unless it is stiffer and pulled harder. Our choice: with
+1.5 times the tension and stiffness arms of 0.44 m no longer collapse in the validator, with 1.7 those of 0.5 m."""
+
+
+_HOOK_RANGE_M = (0.018, 0.022)
+"""Length of a hook. Our choice: it holds a bar of 12 mm and still comes off it. With hooks of 28 to 34 mm policies
+stayed caught behind the first handle they had pushed shut."""
+
+
+def sample(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
+    """Choose an arm that reaches the target with a third to spare."""
+    sections, per_section, cables = _SHAPES[variant]
+    length = reach_length(job, rng) - (HOOK_SHAFT_M + HOOK_RADIUS_M if variant == "hook" else 0.0)
+    count = sections * per_section
+    # Links that do not overlap across a joint need a radius below half their length.
+    radius = float(np.clip(0.42 * length / count, 0.005, 0.012)) * rng.uniform(0.9, 1.0)
+    tension = rng.uniform(24.0, 32.0) * (_LONG_TENSION if job.kind == "conform" else 1.0)
+    offset = radius + GUIDE_CLEARANCE_M
+    stiffness = bending_stiffness(tension, offset, length / sections, _FULL_BEND_RAD[variant])
+    density = rng.uniform(350.0, 450.0) if variant == "hook" else rng.uniform(550.0, 800.0)
+    return ArmParameters(
+        length_m=round(length, 3),
+        sections=sections,
+        segments_per_section=per_section,
+        cables_per_section=cables,
+        radius_m=round(radius, 4),
+        tension_n=round(tension, 1),
+        bending_stiffness_n_m2=round(stiffness, 5),
+        damping_time_s=round(damping_time(stiffness, density, radius, length, damping_ratio=0.3), 3),
+        density_kg_m3=round(density),
+        pad_radius_m=round(radius * 1.25, 4),
+        hook_m=round(rng.uniform(*_HOOK_RANGE_M), 3) if variant == "hook" else 0.0,
+    )
+
+
+def write(parameters: ArmParameters) -> Robot:
+    """Write an arm as MJCF."""
+    p = parameters
+    count = p.sections * p.segments_per_section
+    sheet = Sheet(
+        "arm",
+        f"Arm of {p.sections} sections, {p.length_m:g} m long, driven by cables. Built-in rules, SI units.",
+        p.variation,
+    )
+    base = add_base(sheet, "base", radius_m=p.radius_m * 2.2, thickness_m=0.012)
+    segments = uniform(count, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
+    backbone = grow(sheet, base, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
+    for cable in _cables(p):
+        string(sheet, backbone, cable)
+    if p.hook_m > 0:
+        add_hook(backbone, p.hook_m)
+        sense_tip(sheet, backbone, p.hook_m, (p.hook_m / 2.0, 0.0, backbone.tip_at_m + HOOK_SHAFT_M))
+    else:
+        add_pad(backbone, "tip_pad", p.pad_radius_m)
+        sense_tip(sheet, backbone, 1.2 * p.pad_radius_m)
+    return Robot(mjcf=sheet.text(), functional_part="tip", notes="Written by the built-in rules.")
+
+
+def _cables(p: ArmParameters) -> list[Cable]:
+    """Cables of all sections; a section's cables run on through the guides of those before it, turned between them."""
+    cables = []
+    turn = 360.0 / (p.cables_per_section * p.sections)
+    for section, name in enumerate(_SECTION_NAMES[p.sections]):
+        for number in range(p.cables_per_section):
+            degrees = round(number * 360.0 / p.cables_per_section + section * turn)
+            last = (section + 1) * p.segments_per_section
+            label = f"tendon_{name}_{degrees:03d}"
+            cables.append(Cable(label, math.radians(degrees), last, p.tension_n))
+    return cables
+
+
+def describe(p: ArmParameters, job: Job) -> Texts:
+    """Say in words what the numbers mean."""
+    del job
+    offset = p.radius_m + GUIDE_CLEARANCE_M
+    bend = beam.cable_bending(p.tension_n, offset, p.length_m / p.sections, p.bending_stiffness_n_m2)
+    low, high = beam.tip_force_range(p.tension_n, offset, p.length_m)
+    end = f"a hook of {mm(p.hook_m)} across" if p.hook_m else f"a round pad of {mm(2 * p.pad_radius_m)} at"
+    winches, segments = p.sections * p.cables_per_section, p.sections * p.segments_per_section
+    return Texts(
+        name=f"{numeral(p.sections).capitalize()}-section arm{' with a hook' if p.hook_m else ''}, {mm(p.length_m)}",
+        morphology=(
+            f"A backbone of {mm(p.length_m)} in {p.sections} sections of {mm(p.length_m / p.sections)}, "
+            f"{mm(2 * p.radius_m)} thick, modelled as {segments} segments that bend about two axes; {end} the tip. "
+            f"Its bending stiffness of {p.bending_stiffness_n_m2:.3g} N m2 is that of "
+            f"{rod(p.bending_stiffness_n_m2)}."
+        ),
+        actuation=(
+            f"{winches} winches of at most {p.tension_n:.0f} N. Each section has {p.cables_per_section} cables, "
+            f"evenly around the backbone and {mm(offset)} off it; those of outer sections pass the inner ones. "
+            "Cables only pull."
+        ),
+        rationale=(
+            f"Full tension bends a section by about {deg(bend)} to any side and gives {low:.1f} to {high:.1f} N at "
+            "the tip."
+        ),
+    )
+
+
+def sturdier(p: ArmParameters) -> ArmParameters:
+    """A slightly thicker arm with a stiffer backbone and more damping, its tension raised in step."""
+    return p.model_copy(
+        update={
+            "tension_n": round(min(p.tension_n * 1.1, 60.0), 1),
+            "bending_stiffness_n_m2": round(p.bending_stiffness_n_m2 * 1.2, 5),
+            "damping_time_s": round(min(p.damping_time_s * 1.4, 0.2), 3),
+            "variation": p.variation + 1,
+        }
+    )
+
+
+ARM = Family("arm", tuple(_SHAPES), ArmParameters, sample, write, describe, sturdier)

@@ -1,0 +1,211 @@
+"""The Scene Integrator as rules: where a robot stands, which way it looks, what it may touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from aidsr.core.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.roles import Feedback
+from aidsr.sim.measure import measure
+from aidsr.teams.rules.job import Job, read_job
+from aidsr.teams.rules.sizing import stands_in_front
+
+__all__ = ["RuleIntegrator"]
+
+_ABOVE_GROUND_M = 0.0005
+"""Gap between a free robot and the ground at the start. Our choice: it lands at 0.1 m/s, without a bounce."""
+
+_TILT_DEG = 25.0
+"""How far an arm on a fixed mount leans aside where it would otherwise grow into its target."""
+
+_STEP_M = 0.012
+_LEAN_GAP_M = 0.03
+"""What a leaning robot's end keeps clear: its pad and 15 mm. Our choice."""
+
+_FREE_STEP_M = 0.1
+_STEP_DEG = 12.0
+"""One step away from what the robot overlaps."""
+
+
+@dataclass(frozen=True)
+class RuleIntegrator:
+    """Places robots from the environment's facts."""
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return a placement: a free robot on the ground looking along +x, any other on its mount."""
+        job = read_job(brief)
+        base: Literal["fixed", "free"] = "free" if job.base == "free" else "fixed"
+        turn, turned = _rotation(job, concept)
+        (x, y), height, stood = _over_target(job), 0.0, ""
+        if base == "free":
+            x, height, stood = _standing(robot, job)
+        return Placement(
+            mount=job.mount_name,
+            base=base,
+            position_m=(x, y, height),
+            rotation_deg=turn,
+            intended_contacts=_contacts(job, brief),
+            reason=" ".join(part for part in (_where(job, base), stood, turned) if part),
+        )
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement with overlaps and falls removed; what no rule covers is said in its reason."""
+        del concept, robot
+        job, done = read_job(brief), []
+        update: dict[str, object] = {}
+        codes = {fault.code: fault for fault in feedback.errors} if isinstance(feedback, ValidationReport) else {}
+        blamed = {issue.component for issue in feedback.issues} if not isinstance(feedback, ValidationReport) else set()
+        if overlap := codes.get("initial_penetration"):
+            done.append(_step_away(job, brief, placement, overlap, update))
+        if {"free_fall", "base_not_attached"} & (codes.keys() | blamed) and job.base != "free":
+            update["base"] = "fixed"
+            done.append("fixed the base to the mount")
+        if "base" in blamed:
+            update["base"] = "free" if job.base == "free" else "fixed"
+            done.append(f"made the base {update['base']}, as the task has it")
+        if {"intended_contacts", "contact_disabled"} & (codes.keys() | blamed):
+            update["intended_contacts"] = _contacts(job, brief)
+            done.append("named what it is meant to touch")
+        if "offset" in blamed:
+            update["position_m"] = (*_over_target(job), placement.position_m[2])
+            done.append("put it over the object")
+        if "mount" in blamed:
+            update["mount"] = job.mount_name
+            done.append(f"attached it to {job.mount_name}")
+        left = sorted((codes.keys() | blamed) - _COVERED)
+        said = f"Built-in rules: {'; '.join(done) or 'nothing to move'}." + (
+            f" No placement cures {', '.join(left)}." if left else ""
+        )
+        return placement.model_copy(update={**update, "reason": said})
+
+
+_COVERED = {
+    "initial_penetration",
+    "free_fall",
+    "base_not_attached",
+    "base",
+    "intended_contacts",
+    "contact_disabled",
+    "offset",
+    "mount",
+}
+
+
+def _rotation(job: Job, concept: Concept) -> tuple[tuple[float, float, float], str]:
+    """Turn a hooking or pinching robot so that it works up and down, and lean an arm away from what is in front."""
+    if job.kind == "pull" and job.mount is not None and abs(job.down_in_mount) < 0.7:
+        angle = _angle_to_down(job)
+        return (
+            0.0,
+            0.0,
+            angle,
+        ), "Its bending plane is upright, its +x down, so that it reaches over the handle from above."
+    if concept.parameters.get("ahead"):
+        turn = _angle_to_down(job) - 90.0 if abs(job.down_in_mount) < 0.7 else 0.0
+        return (0.0, 0.0, turn), "It curls towards what is ahead, and sideways to its own weight where it can."
+    if _must_lean(job) and concept.family in ("arm", "tentacle"):
+        lean = _lean_deg(job, concept)
+        why = f"It leans aside by {lean:g} deg, because its target stands straight in front of the mount."
+        return (0.0, lean, 0.0), why
+    return (0.0, 0.0, 0.0), ""
+
+
+def _must_lean(job: Job) -> bool:
+    """Whether a straight robot would grow into a target that the mount cannot drive up to."""
+    return job.kind in ("reach", "brush") and stands_in_front(job) and job.approach_m == 0
+
+
+def _lean_deg(job: Job, concept: Concept) -> float:
+    """Return how far a robot leans so that its end, when straight, keeps a gap to what is in front [deg]."""
+    length = concept.parameters.get("length_m", 0.0)
+    free = min(job.room_m, job.target.along_m if job.target else job.room_m) - _LEAN_GAP_M
+    share = max(free / length, 0.5) if length > 0 else 1.0
+    return round(max(math.degrees(math.acos(min(share, 1.0))), _TILT_DEG), 1)
+
+
+def _angle_to_down(job: Job) -> float:
+    """Angle about the mount's z that brings its x axis to point down [deg]."""
+    if job.mount is None:
+        return 0.0
+    x, z = np.array(job.mount.x_axis), np.array(job.mount.z_axis)
+    down = np.array([0.0, 0.0, -1.0])
+    return round(math.degrees(math.atan2(float(np.cross(x, down) @ z), float(x @ down))), 3) + 0.0
+
+
+def _standing(robot: Robot, job: Job) -> tuple[float, float, str]:
+    """Return how far forward and up a free robot stands, its middle over the mount [m], and a sentence about it."""
+    try:
+        measured = measure(robot)
+    except (MjcfError, IsolationError):
+        return 0.0, 0.05, "It does not load, so its resting height could not be measured; 50 mm are assumed."
+    height = job.ground_m - measured.low_m[2] + _ABOVE_GROUND_M
+    words = (
+        f"Its root is {1000 * height:.0f} mm up, where its feet touch; its middle is over the start; it looks along +x."
+    )
+    return round(-(measured.low_m[0] + measured.high_m[0]) / 2, 5) + 0.0, round(height, 5), words
+
+
+def _contacts(job: Job, brief: Brief) -> tuple[str, ...]:
+    """Return the environment's bodies the robot is meant to touch."""
+    bodies = {body.name: body for body in brief.summary.bodies}
+    if job.moves_itself:
+        return tuple(name for name, body in bodies.items() if any(geom.shape == "plane" for geom in body.geoms))
+    if job.target is None:
+        return ()
+    if job.kind == "pull":
+        alike = [name for name in bodies if _stem(name) == _stem(job.target.body)]
+        return tuple(alike)
+    return (job.target.body,)
+
+
+def _ground_names(brief: Brief) -> set[str]:
+    """Return the names of planes and of the bodies they belong to."""
+    planes = [(body, geom) for body in brief.summary.bodies for geom in body.geoms if geom.shape == "plane"]
+    return {name for body, geom in planes for name in (body.name, geom.name)}
+
+
+def _stem(name: str) -> str:
+    return "".join(letter for letter in name if not letter.isdigit())
+
+
+def _over_target(job: Job) -> tuple[float, float]:
+    """Return how far a grasping robot is set aside, so that what it grasps lies on its axis: x and y of the mount [m].
+
+    Only where the task leaves the base to the Integrator: a mount that the environment moves knows where to go.
+    """
+    if job.kind != "grasp" or job.base != "fixed":
+        return 0.0, 0.0
+    x, y, _ = job.target_in_mount_m
+    return round(x, 5) + 0.0, round(y, 5) + 0.0
+
+
+def _where(job: Job, base: str) -> str:
+    if base == "free":
+        return f"It stands free at {job.mount_name}."
+    return f"It is fixed to {job.mount_name}" + (", which the environment moves." if job.base == "moving" else ".")
+
+
+def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, update: dict[str, object]) -> str:
+    """Move the robot one step away from what it overlaps: up from the ground, back from what is in front, or aside."""
+    x, y, z = placement.position_m
+    if placement.base == "free" and set(fault.names) & _ground_names(brief):
+        update["position_m"] = (x, y, round(z + _STEP_M / 4.0, 5))
+        return f"raised it by {250 * _STEP_M:g} mm"
+    if placement.base == "free":
+        step = max(_FREE_STEP_M, abs(x))
+        update["position_m"] = (round(x - step, 5), y, z)
+        return f"set it back by {1000 * step:g} mm from {', '.join(fault.names[:2])}"
+    if _must_lean(job) and placement.rotation_deg[1]:
+        turn = placement.rotation_deg
+        update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
+        return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"
+    step = max(_STEP_M, -z)  # each time as far as all times before, so that a deep overlap does not take all attempts
+    update["position_m"] = (x, y, round(z - step, 5))
+    return f"moved it back by {1000 * step:g} mm along the mount's axis from {', '.join(fault.names[:2])}"

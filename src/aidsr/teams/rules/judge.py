@@ -1,0 +1,148 @@
+"""The Judge as rules: whether a stable scene has what the job needs, and who is to blame where it has not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
+from aidsr.teams.rules.edit import Element, effective, numbers, parse, section, without_prefix
+from aidsr.teams.rules.job import Job, read_job
+
+__all__ = ["RuleJudge"]
+
+_LEAST_REACH = 0.97
+"""Share of the way to the target that a stretched robot must cover. Our choice: the target has a width of its own."""
+
+_BESIDE_GRASP_M = 0.04
+"""How far the point between the fingers may start beside the object. Our choice: what the fingers open around."""
+
+
+@dataclass(frozen=True)
+class RuleJudge:
+    """Checks structure, reach, base and contact of a scene."""
+
+    def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
+        """Return a pass, or every check that fails with the role it blames."""
+        job, root = read_job(brief), parse(scene.mjcf)
+        checks = (
+            _stability(report),
+            _structure(root),
+            _groups(concept, robot, root),
+            _base(brief, scene),
+            _reach(job, scene, root),
+            _contact(brief, scene, root),
+        )
+        issues = tuple(issue for check in checks for issue in check)
+        if issues:
+            return Critique(passed=False, summary=f"{len(issues)} of the built-in rules' checks fail.", issues=issues)
+        return Critique(passed=True, summary=_praise(job, report))
+
+
+def _praise(job: Job, report: ValidationReport) -> str:
+    warnings = f" Warnings of the validator: {len(report.warnings)}." if report.warnings else ""
+    return f"The built-in rules find structure, reach, base and contact right for a job to {job.kind}.{warnings}"
+
+
+def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
+    for fault in report.errors:
+        yield CritiqueIssue(blame="coder", component=fault.code, problem=fault.message, suggestion=fault.cure)
+
+
+def _structure(root: Element) -> Iterator[CritiqueIssue]:
+    """Tendons, actuators on them and sensors are there."""
+    tendons = {item.get("name") for item in root.iter("spatial", "fixed") if item.getparent() is root.find("tendon")}
+    driven = tendons & {item.get("tendon") for item in section(root, "actuator")}
+    own = [item for item in section(root, "sensor") if (item.get("name") or "").startswith("robot/")]
+    for missing, code, what in (
+        (not tendons, "no_tendons", "tendons"),
+        (bool(tendons) and not driven, "tendons_not_actuated", "actuators on its tendons"),
+        (not own, "no_sensors", "sensors of its own"),
+    ):
+        if missing:
+            yield CritiqueIssue(
+                blame="coder", component=code, problem=f"the robot has no {what}", suggestion=f"add {what}"
+            )
+
+
+def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueIssue]:
+    """The groups of actuators name actuators that exist, each once."""
+    present = {without_prefix(item.get("name") or "") for item in section(root, "actuator")}
+    grouped = [name for group in robot.actuator_groups or concept.actuator_groups for name in group.actuators]
+    unknown = sorted(set(grouped) - present)
+    twice = sorted({name for name in grouped if grouped.count(name) > 1})
+    if unknown or twice:
+        wrong = "which do not exist" if unknown else "which are in two groups"
+        problem = f"actuator groups name {', '.join(unknown or twice)}, {wrong}"
+        yield CritiqueIssue(
+            blame="coder",
+            component="actuator_groups",
+            problem=problem,
+            suggestion="group existing actuators, each once",
+        )
+
+
+def _base(brief: Brief, scene: Scene) -> Iterator[CritiqueIssue]:
+    """The root is held, or free, as the task has it, and held by a mount where there is one."""
+    wanted = {"fixed": "fixed", "moving": "fixed", "free": "free"}.get(brief.base)
+    if wanted and scene.placement.base != wanted:
+        problem = f"the base is {scene.placement.base}, the task has it {brief.base}"
+        yield CritiqueIssue(blame="integrator", component="base", problem=problem, suggestion=f"make it {wanted}")
+    if brief.base == "moving" and scene.placement.mount == "world":
+        problem = "the task moves a mount, and the robot does not stand on it"
+        yield CritiqueIssue(blame="integrator", component="mount", problem=problem, suggestion="attach it to a mount")
+
+
+def _reach(job: Job, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
+    """Stretched out, the functional part gets as far as the target; a grasp begins over its object."""
+    path = _functional_path(root)
+    if job.target is None or job.moves_itself or not path:
+        return
+    reach = _path_length_m(path) + job.approach_m
+    x, y, z = (at - root for at, root in zip(job.target_in_mount_m, scene.placement.position_m, strict=True))
+    needed = math.hypot(x, y, z) - job.target.half_width_m
+    if reach < _LEAST_REACH * needed:
+        problem = f"the functional part reaches {reach:.2f} m from the root, {job.target.part} is {needed:.2f} m away"
+        yield CritiqueIssue(blame="designer", component="reach", problem=problem, suggestion="make it longer")
+    if job.kind == "grasp" and math.hypot(x, y) > _BESIDE_GRASP_M:
+        problem = f"{job.target.part} is {1000 * math.hypot(x, y):.0f} mm beside the axis the robot grasps along"
+        yield CritiqueIssue(
+            blame="integrator", component="offset", problem=problem, suggestion="place it over the object"
+        )
+
+
+def _functional_path(root: Element) -> list[Element]:
+    """Return the bodies from the robot's root to its functional part, and the site that marks it last."""
+    site = next((item for item in root.iter("site") if item.get("name") == "robot/functional_part"), None)
+    if site is None:
+        return []
+    bodies = [body for body in site.iterancestors("body") if (body.get("name") or "").startswith("robot/")]
+    return [*reversed(bodies), site]
+
+
+def _path_length_m(path: list[Element]) -> float:
+    """Length of the way through the bodies' origins; the first one's place is the placement's [m]."""
+    return sum(math.hypot(*numbers(item, "pos")) for item in path[1:] if numbers(item, "pos"))
+
+
+def _contact(brief: Brief, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
+    """Where the job needs touch, the robot can touch and says what."""
+    if not brief.needs_contact:
+        return
+    shapes = [geom for geom in root.iter("geom") if (geom.get("name") or "").startswith("robot/")]
+    if shapes and all(
+        effective(root, geom, "contype") == "0" and effective(root, geom, "conaffinity") == "0" for geom in shapes
+    ):
+        problem = "none of the robot's shapes can touch anything"
+        yield CritiqueIssue(
+            blame="coder", component="contact_disabled", problem=problem, suggestion="let shapes collide"
+        )
+    if not scene.placement.intended_contacts:
+        problem = "the job needs touch and the placement names nothing to touch"
+        yield CritiqueIssue(
+            blame="integrator",
+            component="intended_contacts",
+            problem=problem,
+            suggestion="name what it is meant to touch",
+        )

@@ -1,0 +1,76 @@
+"""Parts that several families share: base plate, tip pad, hook, and the sensors of the tip."""
+
+from __future__ import annotations
+
+from lxml import etree
+
+from aidsr.teams.rules.chain import Backbone
+from aidsr.teams.rules.mjcf_builder import Sheet, Value, add
+
+__all__ = ["HOOK_RADIUS_M", "HOOK_SHAFT_M", "add_base", "add_hook", "add_pad", "sense_tip", "sense_touch"]
+
+HOOK_RADIUS_M = 0.005
+"""Half thickness of a hook. Our choice: it passes behind a handle that stands off by 20 mm or more."""
+
+HOOK_SHAFT_M = 0.006
+"""Length of the hook along the chain, before its finger turns aside."""
+
+_PAD_DENSITY_KG_M3 = 900.0
+_HOOK_DENSITY_KG_M3 = 1200.0
+
+
+def add_base(sheet: Sheet, name: str, *, radius_m: float, thickness_m: float) -> etree._Element:
+    """Add the root body: a round plate whose free face is at the root's origin."""
+    body = add(sheet.worldbody, "body", name=name)
+    add(
+        body,
+        "geom",
+        name=f"{name}_mount",
+        type="cylinder",
+        size=(radius_m, thickness_m / 2.0),
+        pos=(0.0, 0.0, -thickness_m / 2.0),
+        mass=0.05,
+        material="base",
+    )
+    return body
+
+
+def add_pad(backbone: Backbone, name: str, radius_m: float, half_width_m: float = 0.0) -> None:
+    """Let the chain end in a ball, or in a bar of this half width across it."""
+    end = backbone.tip_at_m
+    ends = (0.0, -half_width_m, end, 0.0, half_width_m, end)
+    shape: dict[str, Value] = {"type": "sphere", "pos": (0.0, 0.0, end)}
+    if half_width_m > 0:
+        shape = {"type": "capsule", "fromto": ends}
+    add(backbone.tip, "geom", name=name, size=(radius_m,), density=_PAD_DENSITY_KG_M3, material="working", **shape)
+
+
+def add_hook(backbone: Backbone, length_m: float) -> None:
+    """Let the chain end in a finger across it, towards its own +x."""
+    start, end = backbone.tip_at_m, backbone.tip_at_m + HOOK_SHAFT_M
+    for name, ends in (
+        ("hook_shaft", (0.0, 0.0, start, 0.0, 0.0, end)),
+        ("hook_finger", (0.0, 0.0, end, length_m, 0.0, end)),
+    ):
+        shape: dict[str, Value] = {"type": "capsule", "size": (HOOK_RADIUS_M,), "fromto": ends}
+        add(backbone.tip, "geom", name=name, density=_HOOK_DENSITY_KG_M3, material="working", **shape)
+
+
+def sense_tip(
+    sheet: Sheet, backbone: Backbone, radius_m: float, at_m: tuple[float, float, float] | None = None
+) -> None:
+    """Add the site that stands for the working point, and sensors of its place and of what touches around it."""
+    at = at_m or (0.0, 0.0, backbone.tip_at_m)
+    add(backbone.tip, "site", name="tip", pos=at, size=(0.003,), material="working")
+    add(sheet.sensor, "framepos", name="tip_position", objtype="site", objname="tip")
+    add(sheet.sensor, "framelinvel", name="tip_velocity", objtype="site", objname="tip")
+    sense_touch(sheet, backbone, "tip", radius_m, at)
+
+
+def sense_touch(
+    sheet: Sheet, backbone: Backbone, name: str, radius_m: float, at_m: tuple[float, float, float] | None = None
+) -> None:
+    """Add a sensor of what touches within a radius around the chain's end."""
+    at = at_m or (0.0, 0.0, backbone.tip_at_m)
+    add(backbone.tip, "site", name=f"{name}_touch", pos=at, size=(radius_m,), rgba="0 0 0 0")
+    add(sheet.sensor, "touch", name=f"{name}_contact", site=f"{name}_touch")

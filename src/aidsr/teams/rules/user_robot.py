@@ -1,0 +1,143 @@
+"""Starting from a robot the user brought: its text is kept, only springs and strength are varied."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterator
+
+from aidsr.core.artifacts import Brief, Concept, Robot
+from aidsr.core.errors import MjcfError
+from aidsr.teams.rules.edit import Element, parse, to_text
+from aidsr.teams.rules.job import read_job
+from aidsr.teams.rules.repairs.strength import scale_forces, scale_springs
+
+__all__ = ["FAMILY", "concepts", "revised", "write"]
+
+FAMILY = "own robot"
+
+_Version = tuple[str, str, float, float]
+"""Name, sentence, factor on stiffness and damping, factor on actuator forces."""
+
+_AS_BROUGHT: _Version = ("as brought", "It is taken as it is.", 1.0, 1.0)
+_CHANGES: tuple[_Version, ...] = (
+    (
+        "stiffer and stronger",
+        "Its joint springs are {stiffness:.3g} times as stiff and its actuators {force:.3g} times as strong.",
+        1.5,
+        1.5,
+    ),
+    (
+        "softer",
+        "Its joint springs are {stiffness:.3g} times as stiff, so that the same actuators bend it further.",
+        0.6,
+        1.0,
+    ),
+    ("stronger", "Its actuators are {force:.3g} times as strong.", 1.0, 1.5),
+)
+
+_WORKING_NAMES = tuple(
+    re.compile(words, re.IGNORECASE)
+    for words in (r"end_?effector|tcp|grasp", r"tip", r"hook|pad|hand|palm|head|gripper")
+)
+"""What authors call the part that does the work, the plainest first. Our choice."""
+
+
+def concepts(brief: Brief, count: int) -> tuple[Concept, ...]:
+    """Return versions of the user's robot that differ in stiffness and strength; rules do not redesign it."""
+    job = read_job(brief)
+    part = functional_part(brief.starting_robot)
+    return tuple(
+        Concept(
+            name=f"Own robot, {name}",
+            interpretation=f"The robot was brought along; the job is to {job.kind}: {job.because}.",
+            morphology=f"The MJCF that came with the brief. {sentence}",
+            actuation="The actuators of that robot.",
+            functional_part=part,
+            family=FAMILY,
+            parameters={"stiffness_factor": stiffness, "force_factor": force},
+            rationale="The built-in rules vary and repair a given robot; they do not redesign it.",
+        )
+        for name, sentence, stiffness, force in itertools.islice(_versions(), count)
+    )
+
+
+def _versions() -> Iterator[_Version]:
+    """Yield the robot as brought, then its changes, turn after turn by more, for ever."""
+    yield _AS_BROUGHT
+    for turn in itertools.count(1):
+        for name, sentence, stiffness, force in _CHANGES:
+            stiff, strong = stiffness**turn, force**turn
+            label = f"{name} ({turn})" if turn > 1 else name
+            yield label, sentence.format(stiffness=stiff, force=strong), stiff, strong
+
+
+def revised(concept: Concept, wish: str) -> Concept:
+    """Return the concept with its two factors changed as the words ask."""
+    words, parameters = wish.lower(), dict(concept.parameters)
+    for pattern, name, factor in (
+        (r"stiffer|too soft|sags?\b", "stiffness_factor", 1.25),
+        (r"softer|too stiff", "stiffness_factor", 0.8),
+        (r"stronger|too weak|more force", "force_factor", 1.25),
+        (r"weaker|too strong|less force", "force_factor", 0.8),
+    ):
+        if re.search(pattern, words):
+            parameters[name] = parameters.get(name, 1.0) * factor
+    said = (
+        "Changed as asked."
+        if parameters != concept.parameters
+        else "The built-in rules understood no wish they can grant."
+    )
+    return concept.model_copy(update={"parameters": parameters, "rationale": f"{concept.rationale} {said}"})
+
+
+def write(brief: Brief, concept: Concept) -> Robot:
+    """Return the user's robot in the version the concept asks for; a text that is no MJCF is handed on as it is."""
+    note = "The user's own robot, changed by the built-in rules only as the concept says."
+    try:
+        root = parse(brief.starting_robot)
+    except MjcfError:
+        return Robot(mjcf=brief.starting_robot, functional_part=concept.functional_part, notes=note)
+    stiffness, force = (concept.parameters.get(name, 1.0) for name in ("stiffness_factor", "force_factor"))
+    if stiffness != 1.0:
+        scale_springs(root, stiffness)
+    if force != 1.0:
+        scale_forces(root, force)
+    unchanged = stiffness == force == 1.0
+    text = (
+        brief.starting_robot
+        if unchanged and _names(root, concept.functional_part)
+        else to_text(_with_part(root, concept.functional_part))
+    )
+    return Robot(mjcf=text, functional_part=concept.functional_part, notes=note)
+
+
+def functional_part(mjcf: str) -> str:
+    """Return the site or body that looks like the working end, else the last body of the longest limb."""
+    try:
+        root = parse(mjcf)
+    except MjcfError:
+        return ""
+    for pattern in _WORKING_NAMES:
+        for tag in ("site", "body"):
+            names = [str(item.get("name")) for item in root.iter(tag) if pattern.search(item.get("name") or "")]
+            if names:
+                return min(names, key=len)
+    deepest = _deepest(root)
+    return "" if deepest is None else deepest.get("name") or "working_end"
+
+
+def _deepest(root: Element) -> Element | None:
+    return max(root.iter("body"), key=lambda body: sum(1 for _ in body.iterancestors("body")), default=None)
+
+
+def _names(root: Element, name: str) -> bool:
+    return any(item.get("name") == name for item in root.iter("site", "body"))
+
+
+def _with_part(root: Element, name: str) -> Element:
+    """Name the working end where its author left it without a name."""
+    deepest = _deepest(root)
+    if name and deepest is not None and not _names(root, name):
+        deepest.set("name", name)
+    return root

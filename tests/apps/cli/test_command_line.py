@@ -1,0 +1,167 @@
+"""Commands as a person types them: exit codes, sentences, help."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import aidsr.tasks
+from aidsr.apps.cli import app, main
+from aidsr.apps.cli.doctor import checks
+from aidsr.apps.cli.view import model_of
+from aidsr.core.errors import ModelError, UserError
+from aidsr.loop import work
+from aidsr.mjcf.read import BOUNDS
+from aidsr.runs import layout_text
+from scripted import Script, Scripted, new_run, parts
+
+PLACE = str(Path(aidsr.tasks.__file__).with_name("reaching") / "button_pushing.xml")
+
+
+def run_main(*words: str) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(list(words))
+    return ended.value.code
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["design"], "a task or an objective in words was expected"),
+        (["design", "press it"], "needs a place"),
+        (["design", "press it", "--environment", "nowhere.xml"], "nowhere.xml does not exist"),
+        (["design", "--task", "no_such_task"], "no_such_task"),
+        (["design", "press it", "--task", "button_pushing"], "brings its own objective"),
+        (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
+        (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train needs a measure of success"),
+        (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "only tasks come at levels"),
+        (["design", "press it", "--environment", PLACE, "--task-feedback", "--dry-run"], "needs a measure of success"),
+        (["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"], "ask for --task-feedback"),
+        (["show"], "the folder of a run was expected"),
+        (["show", "."], "run.json"),
+        (["resume", "nowhere"], "run.json"),
+        (["validate", "nowhere.xml"], "nowhere.xml"),
+        (["view", "nowhere.xml"], "nowhere.xml"),
+    ],
+)
+def test_mistakes_are_one_sentence_and_exit_2(words, sentence, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_main(*words) == 2
+    told = capsys.readouterr()
+    assert sentence in told.err
+    assert "Traceback" not in told.err
+    assert told.err.count("\n") == 1
+    assert told.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [["nonsense"], ["design", "--concepts", "0"], ["design", "--level", "easy"]])
+def test_what_cannot_be_parsed_exits_2(words, capsys) -> None:
+    assert run_main(*words) == 2
+
+
+def test_a_key_that_is_missing_is_named_before_a_folder_is_made(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
+    assert run_main("design", "--task", "button_pushing", "--model", "openai:gpt-5") == 2
+    assert "OPENAI_API_KEY" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["design", "resume", "show", "tasks", "validate", "view", "doctor"])
+def test_help_says_what_the_command_does_and_how_to_type_it(command, capsys) -> None:
+    app([command, "--help"])
+    said = capsys.readouterr().out
+    assert f"aidsr {command}" in said.split("Usage")[1].split("\n", 1)[1], "an example"
+    app(["--help"])
+    assert command in capsys.readouterr().out
+
+
+def test_view_finds_the_model_of_a_design(tmp_path) -> None:
+    run = new_run(tmp_path, concepts=3, iterations=1)
+    scripts = [Script(), Script(robots=["chatter"]), Script(placements=["chatter"])]
+    work(run, parts(Scripted(scripts)))
+    newest = [model_of(run.design(number).path).relative_to(run.path).as_posix() for number in (1, 2, 3)]
+    assert newest == ["designs/1/final.xml", "designs/2/02/robot.xml", "designs/3/02/scene.xml"]
+    assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
+    assert model_of(tmp_path / "any.xml") == tmp_path / "any.xml"
+    for nothing in (run.path, tmp_path):
+        with pytest.raises(UserError, match="design was expected"):
+            model_of(nothing)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display")
+def test_view_draws_a_picture_where_there_is_no_display(tmp_path, monkeypatch, capsys) -> None:
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.chdir(tmp_path)
+    Path("ball.xml").write_text('<mujoco><worldbody><geom size="0.1"/></worldbody></mujoco>')
+    assert run_main("view", "ball.xml", "--picture", "ball.png") == 0
+    assert Path("ball.png").read_bytes().startswith(b"\x89PNG")
+    assert "ball.png" in capsys.readouterr().out
+    assert run_main("view", "ball.xml", "--picture", "nowhere/ball.png") == 2
+    assert "could not write nowhere/ball.png" in capsys.readouterr().err
+
+
+def test_view_reads_files_by_the_bounds_of_the_validator(tmp_path, capsys) -> None:
+    for name, content, said in (
+        ("large.xml", b" " * (BOUNDS.characters + 1), "are read"),
+        ("bytes.xml", b"\xff\xfe", "UTF-8"),
+        ("absent.xml", None, "could not read"),
+    ):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        assert run_main("view", str(tmp_path / name)) in (1, 2)
+        assert said in capsys.readouterr().err
+
+
+def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert run_main("show", "--layout") == 0
+    assert capsys.readouterr().out == layout_text() + "\n"
+    run = new_run(tmp_path, concepts=2)
+    work(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=[ModelError("no answer from x")])])))
+    assert run_main("show", str(run.path)) == 0
+    said = capsys.readouterr().out
+    assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
+    titles = next(line for line in said.splitlines() if line.startswith("design "))
+    assert titles.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"]
+    assert run_main("show", str(run.path), "--json") == 0
+    status = json.loads(capsys.readouterr().out)
+    assert [design["state"] for design in status["designs"]] == ["finished", "stopped"]
+    assert [design["mechanical_repairs"] for design in status["designs"]] == [1, 0]
+
+
+def test_tasks_are_listed_with_their_objectives(capsys) -> None:
+    assert run_main("tasks") == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "button_pushing" in said
+    assert "Press a round push button" in said
+
+
+def test_doctor_names_keys_and_never_says_them(monkeypatch, capsys) -> None:
+    monkeypatch.setenv("ANTHROPIC_API_KEY", "canary-0123456789")
+    assert run_main("doctor") == 0
+    said = capsys.readouterr().out
+    assert "ANTHROPIC_API_KEY" in said
+    assert "canary" not in said
+    assert {"Python", "packages", "graphics", "isolation", "files", "keys"} <= {check.topic for check in checks()}
+
+
+def test_the_command_line_loads_neither_simulator_nor_client() -> None:
+    heavy = ("mujoco", "torch", "pydantic_ai", "pydantic")
+    code = f"import sys, aidsr.apps.cli; print([m for m in {heavy} if m in sys.modules])"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
+
+
+def test_validate_reads_standard_input_and_prints_json() -> None:
+    program = [Path(sys.executable).with_name("aidsr"), "validate", "-", "--json"]
+    told = subprocess.run(program, input="not MJCF", capture_output=True, text=True, check=False, env=os.environ)
+    assert told.returncode == 1
+    report = json.loads(told.stdout)
+    assert report["stable"] is False
+    assert report["faults"]

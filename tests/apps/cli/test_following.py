@@ -1,0 +1,171 @@
+"""What a person watching sees, in a terminal and without one."""
+
+import io
+import shutil
+import time
+
+import pytest
+from rich.console import Console
+
+from aidsr.apps.cli.asking import Asker, parse_answer
+from aidsr.apps.cli.following import Lines, Panel, follow
+from aidsr.core.artifacts import Decision
+from aidsr.core.calls import Usage
+from aidsr.core.errors import ModelError
+from aidsr.loop import work
+from aidsr.loop.human import DecisionFile
+from aidsr.runs import read_status
+from aidsr.runs.events import Begun, Done, Waiting
+from aidsr.runs.summary import cost_in_words, duration_in_words
+from scripted import Script, Scripted, new_run, parts
+
+
+def terminal(width: int = 80) -> Console:
+    return Console(file=io.StringIO(), force_terminal=True, width=width, color_system=None)
+
+
+def test_follow_tells_the_story_in_lines(tmp_path, capsys) -> None:
+    run = new_run(tmp_path, concepts=2, iterations=0)
+    assert follow(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=["chatter"])]))) == 0
+    said = capsys.readouterr().out
+    story = [
+        "builtin",
+        "not a language model",
+        "concepts: concept 1; concept 2",
+        "design 2  iteration 1  robot: 1 fault: chatter",
+        "design 1  iteration 1  1 mechanical repair: misspelt_attributes",
+        "design 1  iteration 1  Judge: passed",
+        "design 1  approved",
+        "design 2  invalid: Still wrong after 1 attempt: chatter: chatter was seen.",
+        "summary.html",
+    ]
+    assert all(line in said.replace("\n", " ") or line in said for line in story)
+    assert "\x1b" not in said
+
+
+def test_follow_fails_when_nothing_is_approved(tmp_path, capsys) -> None:
+    run = new_run(tmp_path)
+    assert follow(run, parts(Scripted([Script(robots=[ModelError("no answer from x")])]))) == 1
+    said = capsys.readouterr().out
+    assert "no answer from x" in said
+    assert "aidsr resume" in said
+
+
+def test_follow_shows_the_traceback_of_a_bug(tmp_path, capsys) -> None:
+    run = new_run(tmp_path)
+    assert follow(run, parts(Scripted([Script(verdicts=[ZeroDivisionError("by zero")])]))) == 1
+    assert "ZeroDivisionError: by zero" in capsys.readouterr().out.split("Traceback")[1]
+
+
+def test_panel_has_two_lines_for_each_design_and_fits(tmp_path) -> None:
+    run = new_run(tmp_path, concepts=2)
+    work(run, parts(Scripted([Script(), Script()])))
+    console = terminal(60)
+    panel = Panel(console, run)
+    panel.heard(0, Begun(step="concepts"))
+    console.print(panel)
+    assert "the Designer thinks of concepts" in console.file.getvalue()
+    panel.heard(1, Done(step="robot_report", iteration=2, summary="9 faults: " + "initial_penetration, " * 9))
+    panel.heard(1, Begun(step="robot", iteration=3))
+    panel.heard(2, Done(step="critique", iteration=1, summary="passed"))
+    console.file = io.StringIO()
+    console.print(panel)
+    lines = console.file.getvalue().rstrip("\n").split("\n")
+    assert len(lines) == 4
+    assert all(len(line) <= 60 for line in lines)
+    assert "concept 1   iteration 3" in lines[0]
+    assert "the Coder writes the robot" in lines[1]
+    assert "Judge: passed" in lines[3]
+
+
+def test_panel_knows_a_design_by_its_number(tmp_path) -> None:
+    run, console = new_run(tmp_path, concepts=2, model="ollama:made"), terminal()
+    work(run, parts(Scripted([Script(), Script()])))
+    shutil.rmtree(run.design(1).path)
+    panel = Panel(console, run)
+    panel.heard(2, Done(step="critique", iteration=1, summary="passed"))
+    console.print(panel)
+    assert "2  concept 2   iteration 1   nothing" in console.file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("line", "decision"),
+    [
+        ("a\n", Decision(verdict="approve")),
+        ("Approve", Decision(verdict="approve")),
+        ("q", Decision(verdict="quit")),
+        ("r make it longer\n", Decision(verdict="refine", text="make it longer")),
+        ("refine softer", Decision(verdict="refine", text="softer")),
+        ("r", None),
+        ("", None),
+        ("yes", None),
+    ],
+)
+def test_answers_that_can_be_typed(line: str, decision: Decision | None) -> None:
+    assert parse_answer(line) == decision
+
+
+def ask(tmp_path, *typed: str, typing: bool = True):
+    """Run one design with a person who types these lines."""
+    run, console = new_run(tmp_path, human=True), Console(file=io.StringIO(), width=200)
+    lines = list(typed)
+    asker = Asker(console, run, Lines(console).aside, lambda _wait_s: lines.pop(0) if lines else None, typing=typing)
+    with asker:
+        work(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), asker.heard)
+    return read_status(run).designs[0], console.file.getvalue()
+
+
+def test_typed_answers_become_decision_files(tmp_path) -> None:
+    design, said = ask(tmp_path, "hm\n", "r make it longer\n", "a\n")
+    assert design.outcome.outcome == "approved"
+    assert design.round == 2
+    assert said.count("passed by the Judge") == 2
+    assert 'Type "a", "q", or "r"' in said
+    assert "preview.png" in said
+
+
+def test_quit_can_be_typed(tmp_path) -> None:
+    design, _ = ask(tmp_path, "q\n")
+    assert design.outcome.outcome == "quit"
+
+
+def test_a_terminal_that_goes_away_leaves_the_file(tmp_path) -> None:
+    run, console = new_run(tmp_path, human=True), Console(file=io.StringIO(), width=200)
+
+    def gone(_wait_s: float) -> str:
+        return ""
+
+    class Waiter(DecisionFile):
+        def __call__(self, iteration, log, halt) -> Decision:
+            log.write(Waiting(iteration=iteration.number))
+            deadline = time.monotonic() + 30.0
+            while "write" not in console.file.getvalue():
+                assert time.monotonic() < deadline, "the file was never explained"
+                time.sleep(0.01)
+            return Decision(verdict="approve")
+
+    with Asker(console, run, Lines(console).aside, gone, typing=True) as asker:
+        work(run, parts(Scripted(), person=Waiter()), asker.heard)
+    assert console.file.getvalue().count('{"verdict": "approve"}') == 1
+
+
+def test_without_a_terminal_the_file_is_explained(tmp_path) -> None:
+    run, console = new_run(tmp_path, human=True), Console(file=io.StringIO(), width=200)
+    decision = run.design(1).iteration(1).decision
+    with Asker(console, run, Lines(console).aside, typing=False) as asker:
+
+        def answer(number, event) -> None:
+            asker.heard(number, event)
+            if event.kind == "waiting":
+                decision.write(Decision(verdict="approve"))
+
+        work(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), answer)
+    assert '{"verdict": "approve"}' in console.file.getvalue()
+    assert str(decision.path) in console.file.getvalue()
+
+
+def test_words_for_money_and_time() -> None:
+    assert cost_in_words(Usage()) == "nothing"
+    assert cost_in_words(Usage(calls=1, cost_usd=None)) == "unknown"
+    assert cost_in_words(Usage(calls=2, cost_usd=0.0123)) == "$0.0123"
+    assert [duration_in_words(s) for s in (0.04, 59.4, 60, 3723)] == ["0.0 s", "59.4 s", "1 min 0 s", "1 h 2 min"]

@@ -1,0 +1,94 @@
+"""`aidsr probe`, as a person types it."""
+
+import json
+
+import pytest
+
+from aidsr.apps.cli import main
+from aidsr.core.artifacts import ActuatorGroup, Robot
+from aidsr.learn.openloop import ProbeReport
+from aidsr.runs import Run, RunConfig, RunRecord
+from scenes import small_arm, small_scene
+
+QUICK = ("--candidates", "16", "--variations", "1", "--threads", "1")
+
+
+def run_main(*words: object) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return ended.value.code
+
+
+def test_a_design_knows_its_task_and_keeps_the_report(tmp_path, capsys):
+    run = Run(tmp_path)
+    run.record.write(
+        RunRecord(
+            objective="catch",
+            task="grasping/dynamic_catching",
+            level="hard",
+            config=RunConfig(),
+            started="",
+            versions={},
+        )
+    )
+    design = run.design(1)
+    design.final_scene.write(small_scene("dynamic_catching").encode())
+    for _ in range(2):  # a later probe takes the place of the first
+        assert run_main("probe", design.path, *QUICK) == 1
+    told = capsys.readouterr().out
+    assert "some motion succeeds in 0 of 1 variations" in told
+    assert "The best came so far" in told
+    report = ProbeReport.model_validate_json((design.path / "probe.json").read_text())
+    assert (report.task, report.level, report.candidates) == ("grasping/dynamic_catching", "hard", 16)
+
+
+def test_what_is_asked_for_is_passed_on(tmp_path, capsys):
+    design = Run(tmp_path).design(1)
+    design.final_scene.write(small_scene("dynamic_catching").encode())
+    both = ActuatorGroup(name="both", actuators=("pull_left", "pull_right"))
+    design.iteration(1).robot.write(Robot(mjcf=small_arm(), functional_part="tip", actuator_groups=(both,)))
+
+    def found(*words: object) -> ProbeReport:
+        run_main("probe", design.path, "--task", "dynamic_catching", *QUICK, "--max-steps", "6000", *words, "--json")
+        return ProbeReport.model_validate_json(capsys.readouterr().out)
+
+    plain, asked = found(), found("--seed", "3", "--level", "hard", "--grouping", "off")
+    assert (plain.seed, plain.level, plain.max_steps) == (0, "standard", 6000)
+    assert [group.group for group in plain.best.motion.groups] == ["both"]
+    assert (asked.seed, asked.level, len(asked.best.motion.groups)) == (3, "hard", 2)
+
+
+def test_motions_come_in_generations_of_sixteen_and_fewer_are_refused_at_once(capsys):
+    run_main("probe", "--help")
+    assert "in whole generations of 16" in " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert run_main("probe", "nowhere.xml", "--candidates", "15") == 2
+    assert "Must be >= 16" in capsys.readouterr().err
+
+
+def test_a_scene_gives_json_and_leaves_nothing_unless_asked(tmp_path, capsys):
+    scene = tmp_path / "scene.xml"
+    scene.write_text(small_scene("dynamic_catching"))
+    words = ("probe", scene, "--task", "dynamic_catching", *QUICK)
+    assert run_main(*words, "--json") == 1
+    assert json.loads(capsys.readouterr().out)["success_share"] == 0.0
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.xml"]
+    assert run_main(*words, "--out", tmp_path / "new" / "found.json") == 1
+    assert ProbeReport.model_validate_json((tmp_path / "new" / "found.json").read_text()).level == "standard"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["scene.xml"], "--task"),
+        (["nowhere.xml", "--task", "button_pushing"], "nowhere.xml"),
+        (["scene.xml", "--task", "buton_pushing"], "Did you mean"),
+        (["."], "final.xml"),
+    ],
+)
+def test_mistakes_are_one_sentence_and_exit_2(words, sentence, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.xml").write_text(small_scene())
+    assert run_main("probe", *words) == 2
+    told = capsys.readouterr()
+    assert sentence in told.err
+    assert told.err.count("\n") == 1

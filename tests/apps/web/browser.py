@@ -1,0 +1,120 @@
+"""The page in a real browser: the server as a process of its own, and Chromium where there is one."""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect, sync_playwright
+
+IMAGES = Path(__file__).parents[3] / "docs" / "images" / "web"
+PATIENCE_MS = 300_000
+"""How long to wait for anything; nothing here is a measurement."""
+_MISSED_MS = 20_000
+
+
+def chromium() -> str:
+    """Return the system's Chromium; without one, skip, or fail where CI promised one."""
+    found = next(
+        (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
+    )
+    if not found:
+        missing = "no Chromium on this machine; install the package chromium"
+        (pytest.fail if os.environ.get("AIDSR_BROWSER_TESTS") == "required" else pytest.skip)(missing)
+    return found
+
+
+def open_tab(page: Page, name: str) -> None:
+    """Click a tab until it is open: while a page loads its parts move, and a click may miss."""
+    tab = page.get_by_role("tab", name=name)
+    for _ in range(PATIENCE_MS // _MISSED_MS):
+        tab.click()
+        try:
+            expect(tab).to_have_attribute("aria-selected", "true", timeout=_MISSED_MS)
+        except AssertionError:
+            continue
+        return
+    pytest.fail(f'the tab "{name}" did not open')
+
+
+@contextmanager
+def browsing(*, webgl: bool = False, **options: object) -> Iterator[BrowserContext]:
+    """Open a browser without a window; WebGL drawn by the processor would slow everything down, so only where asked."""
+    drawing = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-3d-apis"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox", *drawing])
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})  # type: ignore[arg-type]
+        context.set_default_timeout(PATIENCE_MS)
+        expect.set_options(timeout=PATIENCE_MS)
+        context.set_default_navigation_timeout(PATIENCE_MS)
+        yield context
+        browser.close()
+
+
+@dataclass
+class Server:
+    """`aidsr web` over a folder of runs."""
+
+    runs: Path
+    port: int
+    process: subprocess.Popen[bytes]
+
+    @classmethod
+    def start(cls, runs: Path) -> "Server":
+        """Start it and wait until it answers."""
+        port = free_port()
+        return cls(runs, port, _started(runs, port))
+
+    def restart(self) -> None:
+        """End it and start it again at the same address."""
+        self.stop()
+        self.process = _started(self.runs, self.port)
+
+    def stop(self) -> None:
+        """End it as Control-C does."""
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait()
+
+    def address(self, path: str = "/") -> str:
+        """Return the address of a page."""
+        return f"http://127.0.0.1:{self.port}{path}"
+
+
+def _started(runs: Path, port: int) -> "subprocess.Popen[bytes]":
+    words = ["web", "--runs", str(runs), "--port", str(port), "--no-browser"]
+    process = subprocess.Popen([sys.executable, "-m", "aidsr", *words])
+    end = time.monotonic() + PATIENCE_MS / 1000
+    while True:
+        try:
+            with urlopen(f"http://127.0.0.1:{port}/assets/icon.svg") as answer:
+                assert answer.status == 200
+                return process
+        except OSError:
+            assert process.poll() is None, "the server ended"
+            assert time.monotonic() < end, "the server never answered"
+            time.sleep(0.1)
+
+
+def free_port() -> int:
+    """Return a port that nobody listens on."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+def shoot(page: Page, name: str, *, whole: bool = False) -> None:
+    """Take a picture for the docs, where pictures are wanted (AIDSR_SCREENSHOTS=1)."""
+    if os.environ.get("AIDSR_SCREENSHOTS"):
+        page.mouse.move(0, 0)
+        page.evaluate("scrollTo(0, 0)")
+        page.wait_for_timeout(2500)
+        page.screenshot(path=IMAGES / f"{name}.png", full_page=whole)

@@ -1,0 +1,520 @@
+"""The pages without a browser: what they show of run folders, what buttons do, and that hostile text stays text."""
+
+import asyncio
+import functools
+import json
+import os
+import re
+import shutil
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, chdir
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made import MJCF, SCRIPT, blamed, made_run, made_training
+from nicegui import app, ui
+from nicegui.elements.upload_files import SmallFileUpload
+from nicegui.storage import Storage
+from nicegui.testing import User, user_simulation
+from nicegui.testing.user_interaction import UserInteraction
+
+from aidsr.apps.web.choosing_a_model import budget_from, cost_in_advance
+from aidsr.apps.web.live import working
+from aidsr.apps.web.manual_panel import answer, prompts_of
+from aidsr.apps.web.mjcf_text import difference, highlighted
+from aidsr.apps.web.pages import add_pages
+from aidsr.apps.web.review_panel import part_names, refinement
+from aidsr.apps.web.setting_up import FRESH, order_from
+from aidsr.apps.web.site import Site
+from aidsr.core.artifacts import Critique, CritiqueIssue, Outcome, PlausibilityCheck, TaskReport
+from aidsr.core.errors import UserError
+from aidsr.runs import Budget, EventLog, RunConfig
+from aidsr.runs.events import Started, Stopped
+from aidsr.runs.files import replace_file
+from aidsr.runs.trainings import Inspection, trainings_of
+from aidsr.teams.providers.manual import waiting_prompts
+
+
+@asynccontextmanager
+async def visitor(site: Site) -> AsyncIterator[User]:
+    site.own.mkdir(parents=True)
+    Storage.path = site.own / "people"
+    async with user_simulation(root=lambda: None) as user:
+        add_pages(site)
+        yield user
+
+
+def visiting(test: Callable[[User, Site], Awaitable[None]]) -> Callable[[Path], None]:
+    """Run a test with a visitor of the pages over an empty folder of runs."""
+
+    @functools.wraps(test)
+    def wrapped(tmp_path: Path) -> None:
+        async def visit() -> None:
+            site = Site.at(tmp_path / "runs")
+            async with visitor(site) as user:
+                await test(user, site)
+
+        asyncio.run(visit())
+
+    del wrapped.__wrapped__  # type: ignore[attr-defined]  # pytest would look for its arguments there
+    return wrapped
+
+
+def press(user: User, name: str) -> None:
+    """Click the button of that name, or the one around that text, as a browser would find it."""
+    for element in user.client.elements.values():
+        if name in (element.props.get("aria-label"), getattr(element, "text", None)):
+            for button in (element, *element.ancestors()):
+                if button.tag == "button" or isinstance(button, ui.button):
+                    UserInteraction(user, {button}, None).click()
+                    return
+    pytest.fail(f"there is no button {name}")
+
+
+def shown(user: User) -> str:
+    """Return all text on the page as the browser is told it."""
+    return json.dumps([element._to_dict() for element in user.client.elements.values()], default=str)
+
+
+@visiting
+async def test_an_empty_home_explains_itself(user: User, site: Site) -> None:
+    await user.open("/")
+    await user.should_see("No runs yet")
+    await user.should_see("Try it: three robots that push a button")
+    user.find("Set up a run").click()
+    await user.should_see("Who designs")
+
+
+@visiting
+async def test_home_shows_every_run_and_finds_them(user: User, site: Site) -> None:
+    made_run(site.library.path, name="Arm")
+    made_run(site.library.path, task="", objective="Turn the knob.", waiting=True)
+    (site.library.path / "damaged").mkdir()
+    (site.library.path / "damaged" / "run.json").write_text("{")
+    await user.open("/")
+    for said in ("button pushing", "Turn the knob.", "3 of 3 approved", "$0.7500", "damaged", "waiting"):
+        await user.should_see(said)
+    user.find("Search").type("knob")
+    await user.should_not_see("button pushing")
+    user.find("Search").clear().type("nothing of the kind")
+    await user.should_see("None of 3 runs matches")
+
+
+@visiting
+async def test_a_run_is_thrown_away_and_taken_back(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    await user.open("/")
+    press(user, f"Delete {run.path.name}")
+    await user.should_see("was moved to the trash")
+    assert not run.path.exists()
+    user.find("Undo").click()
+    await user.should_see("button pushing")
+    assert run.path.exists()
+
+
+@visiting
+async def test_a_run_is_watched(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True)
+    await user.open(f"/run/{run.path.name}")
+    for said in ("1. Arm 1", "waits for your decision", "1 fault", "approved", "stable", "passed"):
+        await user.should_see(said)
+    with EventLog(run.events) as log:
+        log.write(Started())
+    user.find("Side by side").click()
+    await user.should_see("moving mass")
+    user.find("Log").click()
+    await user.should_see("robot: 1 fault: chatter")
+    await user.should_see("Coder asked made:up")
+
+
+@visiting
+async def test_a_run_that_nobody_works_on_says_so_and_can_go_on(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    await user.open(f"/run/{run.path.name}")
+    await user.should_see("Nobody is at work on this run")
+    await user.should_see("Go on")
+    with EventLog(run.design(1).events) as log:
+        log.write(Stopped(cause="error", message="the model cannot be reached"))
+    await user.open(f"/run/{run.path.name}")
+    await user.should_see("the model cannot be reached")
+
+
+@visiting
+async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_other_designs(
+    user: User, site: Site
+) -> None:
+    run = made_run(site.library.path, designs=2, model="ollama:made")
+    used_up = Outcome(outcome="out_of_budget", reason="used up", iteration=2)
+    replace_file(run.design(1).outcome.path, used_up.model_dump_json().encode())
+    run.design(2).outcome.path.unlink()
+    replace_file(run.larger_budget, Budget(tokens=9000).model_dump_json().encode())
+    with EventLog(run.events):  # the other design is at work
+        await user.open(f"/run/{run.path.name}")
+        (field,) = user.find("Most tokens of the run, in and out").elements
+        assert field.value == 9000
+        field.set_value(20000)
+        press(user, "Go on with this budget")
+        await user.should_see("is being worked on already; wait for it, or stop it first")
+    assert run.budget() == Budget(tokens=9000)
+    assert run.design(1).outcome.read() == used_up
+
+
+@visiting
+async def test_an_address_that_leads_nowhere_says_so(user: User, site: Site) -> None:
+    made = made_run(site.library.path)
+    for address in ("/run/nowhere", f"/run/{made.path.name}/9"):
+        await user.open(address)
+        await user.should_see("There is nothing here")
+
+
+@visiting
+async def test_a_design_is_found_by_its_number_when_one_before_it_was_deleted(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    shutil.rmtree(run.design(1).path)
+    for number in (2, 3):
+        for address in (f"/run/{run.path.name}/{number}", f"/run/{run.path.name}/{number}/export"):
+            await user.open(address)
+            await user.should_see(f"{number}. Arm {number}")
+    await user.open(f"/run/{run.path.name}")
+    user.find("Side by side").click()
+    await user.should_see("3. Arm 3")
+    with pytest.raises(UserError, match="1 is none; there are: 2, 3"):
+        site.view(run).design(1)
+
+
+@visiting
+async def test_a_design_says_what_changed_and_what_got_better(user: User, site: Site) -> None:
+    run = made_run(site.library.path)
+    await user.open(f"/run/{run.path.name}/1")
+    for said in ("Since iteration 1", "it became stable", "chatter is gone (1 place)", "It reaches."):
+        await user.should_see(said)
+    await user.open(f"/run/{run.path.name}/1?iteration=1")
+    await user.should_see("Too soft. Stiffen it.")
+    await user.should_see("9 mm (at most 1), line 4")
+    user.find("MJCF").click()
+    await user.should_see("Whole")
+    user.find("Concept").click()
+    await user.should_see("a tapering arm")
+
+
+@visiting
+async def test_a_design_tried_on_its_task_says_how_far_it_came(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    issue = CritiqueIssue(blame="designer", component="arm", problem="too short by 4 cm.", suggestion="Lengthen it.")
+    report = TaskReport(phase="never_reached", progress=0.25, critique=Critique(passed=False, issues=(issue,)))
+    run.design(1).iteration(2).task_report.write(report)
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("Tried on its task: never reached, progress 0.25")
+    await user.should_see("arm (designer): too short by 4 cm. Lengthen it.")
+    await user.open(f"/run/{run.path.name}")
+    await user.should_see("never reached")
+
+
+@visiting
+async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):  # somebody is at work, so that no process is started
+        await user.open(f"/run/{run.path.name}/1")
+        user.find("Refine").click()
+        await user.should_see("a refinement needs words")
+        user.find("What should become different?").type("make it longer")
+        await user.open(f"/run/{run.path.name}/1")
+        assert user.find("What should become different?").elements.pop().value == "make it longer"
+        user.find("Refine").click()
+        await user.should_see("Sent back to the Designer.")
+    decision = run.design(1).iteration(2).decision.read()
+    assert decision is not None
+    assert (decision.verdict, decision.text) == ("refine", "make it longer")
+
+
+@visiting
+async def test_of_two_tabs_that_decide_the_second_is_told(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}/1")
+        run.design(1).iteration(2).decision.path.write_text('{"verdict": "quit"}')
+        user.find("Approve").click()
+        await user.should_see("decided in the meantime")
+
+
+@visiting
+async def test_a_decision_that_cannot_be_read_is_named(user: User, site: Site) -> None:
+    run = made_run(site.library.path, waiting=True, designs=1)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}/1")
+        run.design(1).iteration(2).decision.path.write_text("{'verdict': 'approve'}")
+        user.find("Approve").click()
+        await user.should_see("decision.json cannot be read")
+
+
+@visiting
+async def test_of_two_trainings_the_one_at_work_is_told_from_the_stopped_one(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    name = site.training_name(run, 1)
+    site.processes.folder.mkdir(parents=True)
+    (site.processes.folder / f"{name}.json").write_text('{"pid": 0}')
+    for number in ("001", "002"):
+        folder = run.design(1).path / "training" / number
+        replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+        replace_file(folder / "events.jsonl", b"")
+    os.utime(run.design(1).path / "training" / "001" / "events.jsonl", (1, 1))
+    with EventLog(site.processes.folder / f"{name}.log"):  # held as long as the process lives
+        await user.open(f"/run/{run.path.name}/1")
+        user.find("Training").click()
+        await user.should_see("Training 1")
+        badges = [one for one in user.client.elements.values() if "badge" in one.classes]
+        assert [one.text for one in badges if one.text in ("running", "stopped")] == ["running", "stopped"]
+
+
+@visiting
+async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    check = PlausibilityCheck(name="energy", passed=True, measured=0.01, limit=0.1, unit="J", message="energy kept")
+    folder = made_training(run.design(1), (False, True, True, True), (check,))
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n2000,9,4,0.5,0.7,2.0,0,222\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    np.savez(folder / "best.npz", qpos=np.zeros((3, 1)), frame_s=0.02, variation=3, mjcf=MJCF)
+    said, noted = (site.processes.folder / f"{site.training_name(run, 1)}.{kind}" for kind in ("log", "json"))
+    replace_file(said, b"trained already")
+    replace_file(noted, b'{"pid": 0}')
+    os.utime(noted, (1, 1))
+    await user.open(f"/run/{run.path.name}/1")
+    user.find("Training").click()
+    for said in ("3 of 4", "2 000 of 4 000", "energy kept", "There is no film", "Replay best"):
+        await user.should_see(said)
+    assert "best of training 1" in shown(user)
+    press(user, "Replay best")
+    user.find("Not plausible").click()
+    await user.should_see("You rejected it.")
+    assert trainings_of(run.design(1))[0].inspection.read() == Inspection(plausible=False)
+    assert "trained already" not in shown(user), "the verdict says it all"
+    os.utime(noted)
+    await user.open(f"/run/{run.path.name}/1")
+    user.find("Training").click()
+    await user.should_see("trained already")
+    await user.open("/")
+    await user.should_see("1 of 1 approved")
+
+
+@visiting
+async def test_of_a_damaged_file_a_sentence_stands_where_it_would_be_shown(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1))
+    replace_file(folder / "best.npz", b"PK")
+    replace_file(folder / "curve.csv", b"time,value\n1,2\n")
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("a recorded episode was expected, and best.npz is none")
+    await user.should_see("It reaches.")
+    user.find("Training").click()
+    await user.should_see("curve.csv cannot be read as one")
+    (folder / "best.npz").unlink()
+    run.design(1).iteration(2).scene.json.path.write_text("{}")
+    await user.open(f"/run/{run.path.name}/1")
+    await user.should_see("scene.json cannot be read")
+
+
+@visiting
+async def test_a_form_kept_for_a_task_that_is_gone_starts_with_another(user: User, site: Site) -> None:
+    await user.open("/new")
+    with user.client:
+        app.storage.user["setup"].update(task="reaching/knob_turning", level="hard", concepts=2)
+    await user.open("/new")
+    with user.client:
+        form = app.storage.user["setup"]
+        assert (form["task"], form["level"], form["concepts"]) == ("reaching/button_pushing", "standard", 2)
+
+
+@visiting
+async def test_text_of_models_and_people_is_never_markup(user: User, site: Site) -> None:
+    run = made_run(site.library.path, name=SCRIPT, objective=SCRIPT, task="", model=f"x:{SCRIPT}", designs=1)
+    run.design(1).iteration(2).critique.path.unlink()
+    run.design(1).iteration(2).critique.write(blamed())
+    for address in ("/", f"/run/{run.path.name}", f"/run/{run.path.name}/1", f"/run/{run.path.name}/1?iteration=1"):
+        await user.open(address)
+        for element in user.client.elements.values():
+            markup = str(element.props.get("innerHTML", "")) + str(element.props.get("content", ""))
+            assert "<script" not in markup
+            assert "<img" not in markup
+
+
+@pytest.mark.parametrize(
+    "mjcf", [SCRIPT, f"<!-- {SCRIPT} -->", f'<a b="{SCRIPT}"/>', "<a b='\"><script>'/>", "</div><script>"]
+)
+def test_mjcf_is_shown_with_everything_in_it_escaped(mjcf: str) -> None:
+    for html in (highlighted(mjcf, {1: SCRIPT}), difference(mjcf, "<mujoco/>"), difference("", mjcf)):
+        assert "<script" not in html
+        assert "<img" not in html
+        assert "</div><script" not in html
+
+
+def test_differences_are_marked_line_by_line() -> None:
+    html = difference("<a/>\n<b/>", "<a/>\n<c/>")
+    assert html.count('class="minus"') == 1
+    assert html.count('class="plus"') == 1
+    assert difference("<a/>", "<a/>") == ""
+
+
+def test_lines_of_dashes_and_pluses_differ_like_any_other() -> None:
+    html = difference("<!--\n-- old -->\n<a/>", "<!--\n++ new -->\n<a/>")
+    assert html.count('class="minus"') == html.count('class="plus"') == 1
+
+
+@pytest.mark.parametrize("piece", ["a", "<!--", "a.", "'\"", "<a"])
+def test_no_line_of_a_model_keeps_the_page_busy(piece: str) -> None:
+    line = piece * 100_000  # looked at anew from each character it would take many minutes
+    assert unescape(re.sub(r"<[^>]+>", "", highlighted(line))) == f"1{line}"
+
+
+def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
+    site = Site.at(tmp_path)
+    order = order_from(site, FRESH | {"concepts": 2.0, "human": False})
+    assert (order.task, order.config) == ("reaching/button_pushing", RunConfig(concepts=2))
+    for change, sentence in (
+        ({"concepts": None}, "whole numbers were expected"),
+        ({"concepts": 99}, "concepts: Input should be less than or equal to 20, found 99"),
+        ({"kind": "language", "model": " "}, "the name of a language model"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            order_from(site, FRESH | change)
+    with chdir(tmp_path):
+        near = Site.at(Path("runs"))
+    by_hand = order_from(near, FRESH | {"kind": "manual"}).config.model
+    assert by_hand.startswith(f"manual:{tmp_path.resolve()}/runs/.web/prompts/"), "found from anywhere"
+
+
+BELL = """<mujoco model="bell"><worldbody>
+  <geom name="floor" type="plane" size="1 1 0.05"/><site name="mount" pos="0 0 0.5" euler="180 0 0"/>
+  <body name="bell" pos="0.13 0 0.28"><geom name="bell" size="0.03"/></body>
+</worldbody></mujoco>"""
+
+
+@visiting
+async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> None:
+    await user.open("/new")
+    user.find("In your own words").click()
+    fields = {field._props["label"]: field for field in user.client.elements.values() if isinstance(field, ui.upload)}
+
+    async def give(label: str, name: str, said: str) -> None:
+        await fields[label].handle_uploads([SmallFileUpload(name, "text/plain", said.encode())])
+
+    await give("Environment (MJCF)", "bell.xml", BELL)
+    await user.should_see("bell.xml", retries=100)
+    for said, sentence in (
+        ("kind = ", "hit.toml cannot be used: the goal cannot be read as TOML"),
+        ('kind = "hit"', 'must say one of kind = "reach"'),
+        ('kind = "touch"\ntarget = "gong"', "gong"),
+        ('kind = "touch"\ntarget = "bell"\nforce = 1', "force"),
+    ):
+        await give("Goal (goal.toml)", "hit.toml", said)
+        await user.should_see(sentence, retries=100)
+    await give("Goal (goal.toml)", "hit.toml", 'kind = "touch"\ntarget = "bell"')
+    await user.should_see("hit.toml, 0.0 kB", retries=100)
+    with user.client:
+        form = dict(app.storage.user["setup"])
+    order = order_from(site, form | {"source": "words", "objective": "Ring it."})
+    assert (order.environment, order.goal) == (BELL, 'kind = "touch"\ntarget = "bell"')
+
+
+def asked_by_hand(directory: Path, number: int, said: str) -> None:
+    directory.mkdir(parents=True, exist_ok=True)
+    first = f"<!-- AID-SR question {'0' * 64}, asked by the coder -->"
+    (directory / f"{number:04d}.prompt.md").write_text(f"{first}\n{said}")
+
+
+@visiting
+async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
+    directory = site.own / "prompts" / "1"
+    asked_by_hand(directory, 1, f"Write a robot. {SCRIPT}")
+    run = made_run(site.library.path, model=f"manual:{directory}", waiting=True)
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}")
+        await user.should_see("Prompt 1, of the coder")
+        await user.should_see("Write a robot.")
+        press(user, "Send the reply")
+        await user.should_see("the whole reply of the language model was expected")
+        user.find("The whole reply").type("<mujoco/>")
+        press(user, "Send the reply")
+        await user.should_not_see("Prompt 1, of the coder", retries=30)
+    assert (directory / "0001.reply.md").read_text() == "<mujoco/>"
+
+
+def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: Path) -> None:
+    site = Site.at(tmp_path / "runs")
+    outside = tmp_path / "elsewhere"
+    asked_by_hand(outside, 1, "Write.")
+    with pytest.raises(UserError, match="outside the folder of runs"):
+        prompts_of(site, made_run(site.library.path, model=f"manual:{outside}"))
+    (prompt,) = waiting_prompts(outside)
+    answer(prompt, "first")
+    with pytest.raises(UserError, match="answered in the meantime"):
+        answer(prompt, "second")
+    assert sorted(path.name for path in outside.iterdir()) == ["0001.prompt.md", "0001.reply.md"]
+    assert prompt.reply.read_text() == "first"
+
+
+@visiting
+async def test_a_double_click_does_a_thing_once(user: User, site: Site) -> None:
+    done: list[str] = []
+
+    def pay() -> str:
+        done.append("paid")
+        return f"paid {len(done)}"
+
+    @ui.page("/double")
+    def double() -> None:
+        go = ui.button("Pay", on_click=lambda: working(go, pay, ui.label))
+
+    await user.open("/double")
+    press(user, "Pay")
+    press(user, "Pay")
+    await user.should_see("paid 1")
+    press(user, "Pay")
+    await user.should_see("paid 2")
+    await asyncio.sleep(0.3)  # a click that counted twice would show by now
+    assert len(done) == 2, "once for two clicks while it was being done, and once for a click afterwards"
+
+
+@visiting
+async def test_the_form_is_kept_and_keys_are_never_shown(user: User, site: Site) -> None:
+    os.environ["OPENAI_API_KEY"] = "sk-do-not-show-me"
+    try:
+        await user.open("/new")
+        press(user, "A language model")
+        await user.should_see("OPENAI_API_KEY")
+        await user.should_see("key set")
+        assert "sk-do-not-show-me" not in shown(user)
+        press(user, "tunnel")
+        await user.open("/new")
+        await user.should_see("ANTHROPIC_API_KEY")
+    finally:
+        del os.environ["OPENAI_API_KEY"]
+
+
+def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> None:
+    site = Site.at(tmp_path)
+    made_run(tmp_path, model="ollama:made")
+    said = cost_in_advance(site, "ollama:made", 2)
+    assert said.startswith("About 2 calls, 2000 in, 1000 out tokens, cost $0.5000: the mean of 3 designs")
+    assert cost_in_advance(site, "no model", 2) == ""
+
+
+def test_limits_become_a_budget() -> None:
+    assert budget_from(FRESH | {"cost_usd": 2.5, "tokens": 5000.0}) == Budget(cost_usd=2.5, tokens=5000)
+    with pytest.raises(UserError, match="Most the run may cost, in dollars"):
+        budget_from(FRESH | {"cost_usd": 0})
+
+
+def test_a_refinement_may_be_about_one_part() -> None:
+    assert refinement(" softer ", "robot/tip").text == "About robot/tip: softer"
+    with pytest.raises(UserError, match="needs words"):
+        refinement("  ", "robot/tip")
+
+
+def test_parts_are_named_by_safe_loading_only() -> None:
+    scene = '<mujoco><worldbody><body name="table"/><body name="robot/tip"><geom size="1"/></body></worldbody></mujoco>'
+    assert part_names(scene) == ["robot/tip"]
+    entity = '<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]>'
+    assert part_names(f'{entity}<mujoco><worldbody><body name="&a;"/></worldbody></mujoco>') == []

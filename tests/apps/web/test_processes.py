@@ -1,0 +1,82 @@
+"""Processes that outlive the page: started, found again by another page, stopped, never mistaken for a stranger's."""
+
+import json
+import os
+import time
+from contextlib import chdir
+from pathlib import Path
+
+import pytest
+from made import made_run
+
+from aidsr.apps.web.processes import Processes
+from aidsr.apps.web.site import Site
+from aidsr.core.errors import UserError
+from aidsr.runs import EventLog
+
+
+def until(held: object, what: str) -> None:
+    """Wait for something to hold."""
+    end = time.monotonic() + 300
+    while not held():  # type: ignore[operator]
+        assert time.monotonic() < end, what
+        time.sleep(0.05)
+
+
+def test_a_process_is_found_again_and_stopped_by_a_page_started_later(tmp_path: Path) -> None:
+    run = made_run(tmp_path, waiting=True, designs=1)
+    Site.at(tmp_path).go_on(run)
+    later = Site.at(tmp_path)
+    assert later.is_at_work(run)
+    for act in (later.go_on, lambda one: later.trash(one.path.name)):  # its log is not opened yet
+        with pytest.raises(UserError, match="worked on already"):
+            act(run)
+    until(lambda: _waits(run.design(1).events), "it never waited")
+    assert later.processes.stop(run.path.name)
+    until(lambda: not later.is_at_work(run), "it never ended")
+    assert "Interrupted. What is done is kept" in later.processes.last_words(run.path.name)
+    assert later.view(run).shown == "stopped"
+    assert later.processes.stop(run.path.name) is False
+
+
+def _waits(log: Path) -> bool:
+    return log.read_text().count('"kind":"waiting"') > 1
+
+
+def test_what_a_process_says_before_it_fails_is_kept(tmp_path: Path) -> None:
+    processes = Processes(tmp_path / "processes")
+    (tmp_path / "queue.py").write_text("raise SystemExit('no module of ours')")
+    with chdir(tmp_path):  # what lies where the page was started is not imported
+        processes.start("nothing", ["resume", str(tmp_path / "nothing")])
+    until(lambda: not processes.is_alive("nothing"), "it never ended")
+    assert "the folder of a run was expected" in processes.last_words("nothing")
+
+
+def test_a_run_whose_design_is_being_trained_is_not_thrown_away(tmp_path: Path) -> None:
+    site, run, waiting = Site.at(tmp_path), made_run(tmp_path, designs=1), made_run(tmp_path, waiting=True, designs=1)
+    name = site.training_name(run, 1)
+    site.processes.start(name, ["resume", str(waiting.path)])  # anything that goes on until it is stopped
+    with pytest.raises(UserError, match="design 1 is at its training; stop that first"):
+        site.trash(run.path.name)
+    site.processes.stop(name)
+    until(lambda: not site.processes.is_alive(name), "it never ended")
+    site.trash(run.path.name)
+    assert not run.path.exists()
+
+
+def test_a_process_number_alone_is_no_process(tmp_path: Path) -> None:
+    processes = Processes(tmp_path)
+    (tmp_path / "old.json").write_text(json.dumps({"pid": os.getpid()}))
+    (tmp_path / "old.log").write_text("")
+    assert processes.is_alive("old") is False
+    assert processes.stop("old") is False
+
+
+def test_a_run_at_work_in_a_terminal_is_known_and_not_ours_to_stop(tmp_path: Path) -> None:
+    run = made_run(tmp_path, waiting=True)
+    site = Site.at(tmp_path)
+    assert site.view(run).shown == "waiting"
+    assert not site.is_at_work(run)
+    with EventLog(run.events):
+        assert site.is_at_work(run)
+        assert site.processes.stop(run.path.name) is False

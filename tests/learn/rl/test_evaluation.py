@@ -1,0 +1,444 @@
+"""The verdict on a policy: held-out episodes, and whether to believe them."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from test_training import SMALL
+
+from aidsr.core.artifacts import ActuatorGroup, Evaluation
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl import evaluation
+from aidsr.learn.rl.episode_stats import RECORDED, Evidence, Witness
+from aidsr.learn.rl.evaluation import evaluate, watch
+from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
+from aidsr.learn.rl.plausibility import (
+    behaviour_checks,
+    exploit_check,
+    penetration_check,
+    structure_check,
+    training_check,
+)
+from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
+from aidsr.learn.rl.training import train
+from aidsr.learn.rl.training_folder import TrainingResult
+from aidsr.sim.structure import read_structure
+from aidsr.tasks import Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
+from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
+
+BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
+
+
+class Restless:
+    """Random actions, the same ones every time."""
+
+    def __init__(self) -> None:
+        self.rng = np.random.default_rng(4)
+
+    def act(self, observation):
+        return self.rng.uniform(-1.0, 1.0, (len(observation), 2))
+
+
+def named(evaluation: Evaluation) -> dict[str, object]:
+    return {check.name: check for check in evaluation.checks}
+
+
+def behaviour(watched, scene) -> dict[str, object]:
+    return {
+        check.name: check for check in behaviour_checks(watched.course, watched.evidence, read_structure(scene.model))
+    }
+
+
+def test_a_policy_that_does_the_job_is_valid_and_successful():
+    result = TrainingResult(steps=1, wall_s=1.0, episodes=200, diverged_episodes=2, success_share=1.0, stopped="budget")
+    evaluation, watched = evaluate(small_learning(), BENDING, threads=1, training=result)
+    assert [check.name for check in evaluation.checks if not check.passed] == []
+    assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (1.0, True, True)
+    assert [episode.variation for episode in evaluation.episodes] == list(range(20))
+    assert {episode.ended for episode in evaluation.episodes} == {"succeeded"}
+    assert named(evaluation)["survives_half_time_step"].measured == 1.0
+    assert named(evaluation)["survives_other_integrator"].measured == 1.0
+    steps = round(evaluation.episodes[0].time_s / 0.04)
+    assert watched.evidence.qpos[0].shape == (steps + 1, watched.models[0].nq)
+    assert Evaluation.model_validate_json(evaluation.model_dump_json()) == evaluation
+
+
+def test_in_other_physics_lost_variations_are_played_again_too(monkeypatch):
+    def unlucky(*args, **options):
+        watched = watch(*args, **options)
+        watched.course.succeeded[5:] = False
+        return watched
+
+    monkeypatch.setattr(evaluation, "watch", unlucky)
+    verdict, _ = evaluate(small_learning(), BENDING, threads=1)
+    assert named(verdict)["survives_half_time_step"].measured == 20 / 5
+    assert named(verdict)["survives_other_integrator"].measured == 20 / 5
+
+
+def test_other_physics_is_half_the_time_step_and_another_integrator_with_all_else_the_same(monkeypatch):
+    made = []
+
+    class Noted(Episodes):
+        def __init__(self, model, *args, **options):
+            super().__init__(model, *args, **options)
+            option, control_s = self.model.opt, self.physics_steps * self.model.opt.timestep
+            if self.n == 20:
+                made.append((option.timestep, option.integrator, round(control_s, 9), self.smoothing))
+
+    scene, variants = small_learning(), {"DISCRETE": "IMPLICITFAST", "IMPLICITFAST": "DISCRETE"}
+    monkeypatch.setattr(evaluation, "Episodes", Noted)
+    for own, other in variants.items():
+        own, other = (int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in (own, other))
+        scene.model.opt.integrator = own
+        evaluate(scene, BENDING, threads=1, smoothing=0.25)
+        step_s = scene.model.opt.timestep
+        assert made == [(step_s, own, 0.04, 0.25), (step_s / 2, own, 0.04, 0.25), (step_s, other, 0.04, 0.25)]
+        made.clear()
+
+
+def test_a_robot_that_stays_still_is_neither():
+    evaluation, _ = evaluate(small_learning(), STILL, threads=1)
+    assert [check.name for check in evaluation.checks if not check.passed] == ["moves"]
+    assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (0.0, False, False)
+    assert {episode.ended for episode in evaluation.episodes} == {"out_of_time"}
+    assert named(evaluation)["survives_half_time_step"].measured is None
+
+
+def test_the_verdict_in_a_file_follows_from_its_evidence():
+    evaluation, _ = evaluate(small_learning(), STILL, threads=1)
+    written = json.loads(evaluation.model_dump_json())
+    assert (written["success_share"], written["valid"], written["successful"]) == (0.0, False, False)
+    assert Evaluation.model_validate(written | {"successful": True}) == evaluation
+    assert not Evaluation.model_validate(written | {"successful": True}).successful
+
+
+def test_fewer_than_twenty_episodes_are_no_evaluation():
+    with pytest.raises(UserError, match="at least 20"):
+        evaluate(small_learning(), STILL, episodes=5)
+
+
+def test_held_out_variations_are_watched():
+    watched = watch(small_learning(), STILL, range(3), threads=1)
+    assert watched.variations == tuple(QuickPushing().variation("held_out", index) for index in range(3))
+    button = watched.models[1].body("button").id
+    assert watched.models[1].body_pos[button] == pytest.approx(watched.variations[1].changes[0].value)
+
+
+# --- each check fails for what it is there for ---
+
+
+def test_ordinary_motion_pays_for_its_energy_and_keeps_its_ranges():
+    scene = small_learning()
+    checks = behaviour(watch(scene, Restless(), range(4), threads=1), scene)
+    assert all(check.passed for check in checks.values())
+    assert checks["energy_paid_for"].measured < 0.2
+
+
+def test_energy_from_nothing_is_noticed():
+    pushing = TaskScene.of(small_scene(damping=-1e-4), QuickPushing())
+    watched = watch(pushing, Restless(), range(2), threads=1)
+    assert not watched.course.diverged.any()
+    checks = behaviour(watched, pushing)
+    assert not checks["energy_paid_for"].passed
+    assert watched.evidence.energy_gain_j.max() > 0.0
+
+
+class Carried:
+    """Swings the stage that the environment lends, and leaves the robot at rest."""
+
+    def __init__(self, scene: TaskScene) -> None:
+        self.rest, self.steps = scene.actions.rest, 0
+        self.stage = [k for k, group in enumerate(scene.actions.groups) if group.actuators[0].startswith("base")]
+
+    def act(self, observation):
+        self.steps += 1
+        action = np.tile(self.rest, (len(observation), 1))
+        action[:, self.stage] = np.sin(self.steps / 5.0)
+        return action
+
+
+def test_only_the_robots_own_work_allows_for_what_contacts_give_back():
+    scene = TaskScene.of(small_scene("force_controlled_brushing"), "force_controlled_brushing")
+    evidence = watch(scene, Carried(scene), range(2), threads=1).evidence
+    column = scene.model.joint("base_x").qposadr[0]
+    assert np.ptp(evidence.qpos[0][:, column]) > 0.02
+    assert evidence.work_j == pytest.approx(0.0)
+
+
+def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
+    heavy = small_scene().replace('mass="0.01"', 'mass="0.1"')
+    floating = heavy.replace('<body name="robot/seg', '<body gravcomp="1" name="robot/seg')
+    assert floating.count('gravcomp="1" name="robot/seg') == 4
+    scene = TaskScene.of(floating, QuickPushing())
+    # what lifts the arm while it bends is a sixth of what is allowed
+    assert behaviour(watch(scene, BENDING, range(2), threads=1), scene)["energy_paid_for"].measured < 0.01
+
+
+def test_a_joint_pulled_far_beyond_its_range_is_noticed():
+    scene = TaskScene.of(small_scene().replace('range="-0.698132 0.698132"', 'range="-0.01 0.01"'), QuickPushing())
+    assert scene.model.jnt_range[scene.model.joint("robot/bend1").id, 1] == 0.01
+    strong = TaskScene.of(small_scene(tension=800.0).replace("0.698132", "0.01"), QuickPushing())
+    mild = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
+    wild = behaviour(watch(strong, BENDING, range(2), threads=1), strong)["within_limits"]
+    assert mild.passed
+    assert wild.measured > mild.measured
+    assert not wild.passed
+
+
+def test_a_ball_joint_pulled_far_beyond_its_range_is_noticed():
+    """The lowest joint lets the arm turn in every direction, by 0.01 rad."""
+    hinge = '<joint name="robot/bend1" '
+    text = small_scene()
+    start = text.index(hinge)
+    ball = f'{hinge}type="ball" limited="true" range="0 0.01" stiffness="0.2" damping="0.02"/>'
+    text = text[:start] + ball + text[text.index("/>", start) + 2 :]
+    for tension, passes in ((8, True), (800, False)):
+        scene = TaskScene.of(text.replace('ctrlrange="0 8"', f'ctrlrange="0 {tension}"'), QuickPushing())
+        joint = scene.model.joint("robot/bend1")
+        assert joint.type[0] == int(mujoco.mjtJoint.mjJNT_BALL)
+        assert scene.model.actuator_ctrlrange[0, 1] == tension
+        within = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
+        assert within.measured > 0.0
+        assert within.passed is passes
+
+
+@pytest.mark.parametrize(("episodes", "bad", "passes"), [(20, 1, True), (20, 2, False), (10, 1, False), (40, 2, True)])
+def test_one_episode_in_twenty_may_be_a_freak(episodes, bad, passes):
+    scene = small_learning()
+    watched = watch(scene, BENDING, range(2), threads=1)
+    over = np.where(np.arange(episodes) < bad, 9.0, 0.1)
+    evidence = replace(watched.evidence, over_limit=over, energy_gain_j=over * 1e6, work_j=np.full(episodes, 1e7))
+    checks = behaviour(replace(watched, evidence=evidence), scene)
+    assert checks["within_limits"].passed is passes
+    assert checks["energy_paid_for"].passed is passes
+
+
+def test_a_simulation_that_breaks_down_is_not_valid():
+    scene = small_learning()
+    watched = watch(scene, STILL, range(2), threads=1)
+    watched.course.diverged[1] = True
+    assert not behaviour(watched, scene)["evaluation_stable"].passed
+
+
+def test_only_the_simulation_that_breaks_down_ends_by_it(monkeypatch):
+    monkeypatch.setattr(evaluation, "Episodes", Breaking)
+    watched = watch(small_learning(), STILL, range(3), threads=1)
+    assert watched.course.diverged.tolist() == [False, True, False]
+    ends = [watched.course.result(row, row).ended for row in range(3)]
+    assert ends == ["out_of_time", "diverged", "out_of_time"]
+    # what it did in its last control step is no evidence
+    assert [len(qpos) for qpos in watched.evidence.qpos] == [26, 3, 26]
+    assert watched.evidence.energy_gain_j.max() < 1.0
+    assert watched.evidence.moved.max() < 0.02
+
+
+def test_deep_overlap_is_noticed():
+    scene = small_learning()
+    data = mujoco.MjData(scene.model)
+    place = scene.task.variation("held_out", 0)
+    watched = watch(scene, STILL, range(1), threads=1)
+    structure = read_structure(scene.model)
+    assert penetration_check(watched.models, watched.evidence, structure).passed
+    # the button is put where the arm is
+    mujoco.mj_forward(scene.model, data)
+    inside = Variation((Change("body_pos", "button", tuple(data.body("robot/seg3").xipos)), *place.changes[1:]))
+    apply_to_simulation(inside, model := watched.models[0], mujoco.MjData(model))
+    check = penetration_check([model], watched.evidence, structure)
+    assert not check.passed
+    assert check.measured > 1.0
+    # one episode of twenty is left aside, two are not
+    fine, positions = watch(scene, STILL, range(1), threads=1).models[0], watched.evidence.qpos[0]
+    for deep, passes in ((1, True), (2, False)):
+        models = [model] * deep + [fine] * (20 - deep)
+        many = replace(watched.evidence, qpos=(positions,) * 20)
+        assert penetration_check(models, many, structure).passed is passes
+
+
+def test_training_that_breaks_down_in_more_than_one_of_a_hundred_episodes_is_not_valid():
+    assert training_check(1000, 10).passed
+    assert not training_check(1000, 11).passed
+    assert training_check(0, 0).passed
+
+
+def test_success_that_vanishes_is_an_exploit():
+    assert exploit_check("a", "so", 10, 20).passed
+    assert not exploit_check("a", "so", 9, 20).passed
+    assert exploit_check("a", "so", 0, 0).measured is None
+    assert not exploit_check("a", "so", 1, 4).passed
+    assert exploit_check("a", "so", 0, 3).passed
+    assert "too few to tell" in exploit_check("a", "so", 0, 3).message
+
+
+def test_a_stiff_rod_with_one_joint_is_no_continuum_robot():
+    assert structure_check(read_structure(small_learning().model)).passed
+    rigid = small_scene()
+    for i in (2, 3, 4):
+        start = rigid.index(f'<joint name="robot/bend{i}"')
+        rigid = rigid[:start] + rigid[rigid.index("/>", start) + 2 :]
+    assert not structure_check(read_structure(mujoco.MjModel.from_xml_string(rigid))).passed
+
+    whole = read_structure(small_learning().model)
+    for lacking in ({"tendons": ()}, {"tendon_actuators": ()}, {"roots": (1, 2)}, {"roots": ()}):
+        assert not structure_check(replace(whole, **lacking)).passed
+
+
+# --- what is kept ---
+
+
+def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
+    """At the catching task, where twenty episodes cost little because they are over soon."""
+    scene = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching")
+    train(scene, tmp_path, steps=128, recipe=SMALL, threads=1)
+    finished = FinishedTraining.load(tmp_path)
+    assert finished.scene.fingerprint == scene.fingerprint
+    assert finished.scene.actions.groups == scene.actions.groups
+    evaluation = evaluate_training(tmp_path, threads=1, videos=False)
+    assert Evaluation.model_validate_json((tmp_path / "evaluation.json").read_text()) == evaluation
+    assert named(evaluation)["training_stable"].passed
+    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads((tmp_path / "events.jsonl").read_text().splitlines()[-1])["kind"] == "evaluated"
+    rewards = {episode.variation: episode.reward for episode in evaluation.episodes}
+    for name, reward in (("best", max(rewards.values())), ("median", sorted(rewards.values())[9])):
+        with np.load(tmp_path / f"{name}.npz", allow_pickle=False) as motion:
+            variation, lasted_s = int(motion["variation"]), (len(motion["qpos"]) - 1) * float(motion["frame_s"])
+            assert rewards[variation] == reward
+            assert lasted_s == pytest.approx(evaluation.episodes[variation].time_s, abs=1e-6)
+            shown = mujoco.MjModel.from_xml_string(str(motion["mjcf"]))
+            assert motion["qpos"].shape[1] == shown.nq
+
+
+def test_a_verdict_means_that_the_rest_is_there(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "judged")
+    (tmp_path / "judged" / "median.npz").mkdir()  # so that it cannot be written
+    with pytest.raises(OSError, match=r"median\.npz"):
+        evaluate_training(tmp_path / "judged", threads=1, videos=False)
+    assert (tmp_path / "judged" / "best.npz").exists()
+    assert not (tmp_path / "judged" / "evaluation.json").exists()
+
+
+def test_a_policy_is_trained_and_judged_with_its_smoothing(tmp_path):
+    scene = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching")
+    for smoothing in (0.0, 0.7):
+        recipe = SMALL.model_copy(update={"smoothing": smoothing})
+        train(scene, tmp_path / str(smoothing), steps=128, recipe=recipe, threads=1)
+    rough, smooth = (FinishedTraining.load(tmp_path / name).policy for name in ("0.0", "0.7"))
+    seen = np.random.default_rng(0).normal(size=(5, rough.normalisation.mean.size))
+    assert not np.array_equal(rough.act(seen), smooth.act(seen))
+    judged = evaluate_training(tmp_path / "0.7", threads=1, videos=False).episodes
+    without, with_it = (evaluate(scene, smooth, threads=1, smoothing=share)[0].episodes for share in (0.0, 0.7))
+    assert judged == with_it != without
+
+
+def test_an_unfinished_training_cannot_be_judged(tmp_path):
+    with pytest.raises(UserError, match=r"config\.json"):
+        FinishedTraining.load(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def barely_trained(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("barely") / "001"
+    scene = TaskScene.of(builtin_scene("dynamic_catching"), "dynamic_catching", groups=[])
+    names = [name for group in scene.actions.groups for name in group.actuators]
+    assert scene.actions.size < len(names)
+    apart = [ActuatorGroup(name=name, actuators=(name,)) for name in names if name.startswith("robot/")]
+    train(TaskScene.of(scene.mjcf, scene.task, groups=apart), folder, steps=64, recipe=SMALL, threads=1)
+    return folder
+
+
+def test_actuators_that_act_alone_as_the_design_says_do_so_when_judged(barely_trained):
+    finished = FinishedTraining.load(barely_trained)
+    assert finished.config.groups_from == finished.scene.actions.groups_from == "design"
+    assert finished.scene.actions.groups == finished.config.groups
+
+
+def test_a_policy_of_another_version_of_the_benchmark_is_not_judged(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "old")
+    config = json.loads((tmp_path / "old" / "config.json").read_text())
+    (tmp_path / "old" / "config.json").write_text(json.dumps(config | {"benchmark_version": 1}))
+    with pytest.raises(UserError, match="holds one of version 1, whose tasks differ; train it again"):
+        FinishedTraining.load(tmp_path / "old")
+
+
+def test_a_policy_is_not_judged_in_a_scene_that_was_changed(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "changed")
+    scene = tmp_path / "changed" / "scene.xml"
+    scene.write_text(scene.read_text().replace("</mujoco>", "<!-- --></mujoco>"))
+    with pytest.raises(UserError, match="that file has changed since"):
+        FinishedTraining.load(tmp_path / "changed")
+
+
+def test_a_curve_without_points_is_drawn_empty(tmp_path):
+    (tmp_path / "curve.csv").write_text("steps,success_share,progress,reward\n")
+    assert curve_picture(tmp_path / "curve.csv").startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("name", ["reaching/button_pushing", "grasping/simple_grasping", "locomotion/gap"])
+def test_a_picture_of_an_episode_shows_what_was_varied(name):
+    task = load_task(name)
+    variation = task.variation("held_out", 3)
+    shown = mujoco.MjModel.from_xml_string(varied_mjcf(task.environment, variation))
+    varied = mujoco.MjModel.from_xml_string(task.environment)
+    apply_to_simulation(variation, varied, mujoco.MjData(varied))
+    for field in ("body_pos", "body_quat", "geom_pos", "geom_type"):
+        assert getattr(shown, field) == pytest.approx(getattr(varied, field), abs=1e-6)
+    one_number = varied.geom_type == int(mujoco.mjtGeom.mjGEOM_SPHERE)
+    assert shown.geom_size[~one_number, 0] == pytest.approx(varied.geom_size[~one_number, 0])
+
+
+def displaced(scene: TaskScene, joint: int, by: float) -> Evidence:
+    """Return what is seen where the first coordinate of a joint is put somewhere else after one control step."""
+    variations = [scene.task.variation("held_out", 0)]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1, record=RECORDED)
+    witness = Witness(episodes)
+    moment = episodes.step(scene.actions.rest[None])
+    episodes.batch.bind("qpos")[0, scene.model.jnt_qposadr[joint]] += by
+    episodes.batch.forward()
+    witness.look(moment)
+    return witness.evidence()
+
+
+def test_motion_is_that_of_the_parts_against_what_holds_them_and_of_a_free_robot_as_a_whole():
+    held = TaskScene.of(small_scene("force_controlled_brushing"), "force_controlled_brushing")
+    stage = held.model.joint("base_x").id
+    assert displaced(held, stage, 0.1).moved == pytest.approx(displaced(held, stage, 0.0).moved)
+    free = TaskScene.of(builtin_scene("flat_ground"), "flat_ground")
+    structure = read_structure(free.model)
+    root = free.model.body_jntadr[structure.free_roots[0]]
+    length_m = structure.characteristic_length_m
+    assert displaced(free, root, 0.5 * length_m).moved[0] == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("kind", ["slide", "hinge"])
+def test_joints_may_go_beyond_their_ranges_by_so_much(kind):
+    guide = '<joint name="robot/guide" type="slide" axis="0 0 1" limited="true" range="-0.01 0" stiffness="1e4"/>'
+    hinge = '<joint name="robot/bend1"'
+    scene = TaskScene.of(small_scene().replace(hinge, guide + hinge), QuickPushing())
+    length_m = read_structure(scene.model).characteristic_length_m
+    name, allowed = {"slide": ("guide", 0.05 * length_m), "hinge": ("bend1", np.deg2rad(30.0))}[kind]
+    joint = scene.model.joint(f"robot/{name}")
+    for share in (0.5, 1.5):
+        over = displaced(scene, joint.id, joint.range[1] + share * allowed).over_limit[0]
+        assert over == pytest.approx(share, abs=0.1)
+
+
+def test_a_picture_of_an_episode_shows_a_target_in_the_world_where_it_was_put():
+    room = '<mujoco><worldbody><site name="spot" pos="0.1 0 0.3"/></worldbody></mujoco>'
+    task = goal_task(parse_goal('kind = "reach"\ntarget = "spot"\nvary_m = [0.1, 0.1, 0.1]'), room)
+    variation = task.variation("held_out", 0)
+    shown = mujoco.MjModel.from_xml_string(varied_mjcf(room, variation))
+    assert shown.site("spot").pos == pytest.approx(variation.changes[0].value, abs=1e-6)
+
+
+def test_evidence_is_taken_from_the_root_of_a_held_robot():
+    watched = watch(small_learning(), STILL, range(1), threads=1)
+    assert isinstance(watched.evidence, Evidence)
+    assert watched.evidence.moved[0] < 0.02
+    assert watch(small_learning(), BENDING, range(1), threads=1).evidence.moved[0] > 0.1

@@ -1,0 +1,94 @@
+"""A policy is trained for a goal, and the goal is kept with it."""
+
+import json
+
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from aidsr.apps.cli import main
+from aidsr.core.artifacts import Placement, Robot
+from aidsr.core.errors import UserError
+from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.runs import Run, RunConfig, RunRecord
+from aidsr.sim.assembly import assemble
+from aidsr.tasks.goal import GOAL_VERSION
+from scenes import small_arm
+
+ROOM = """
+<mujoco>
+  <option timestep="0.002" integrator="implicitfast"/>
+  <worldbody>
+    <site name="mount" pos="0 0 0.5" euler="180 0 0"/>
+    <site name="spot" pos="0.1 0 0.3"/>
+  </worldbody>
+</mujoco>"""
+GOAL = 'kind = "reach"\ntarget = "spot"\nhold_s = 0.1\ntime_limit_s = 0.4\nvary_m = [0.02, 0, 0.01]\n'
+
+
+@pytest.fixture
+def design(tmp_path):
+    """An approved design for an objective in words, as far as training looks at it."""
+    run = Run(tmp_path / "run")
+    run.record.write(RunRecord(objective="reach", config=RunConfig(), started="", versions={}))
+    arm = Robot(mjcf=small_arm(), functional_part="tip")
+    scene = assemble(arm, ROOM, Placement(mount="mount", base="fixed"))
+    run.design(1).final_scene.write(scene.mjcf.encode())
+    return run.design(1)
+
+
+def train(design, *words) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(["train", str(design.path), "--steps", "64", "--threads", "1", "--no-videos", *map(str, words)])
+    return ended.value.code
+
+
+def test_a_design_without_a_goal_is_not_trained(design, capsys):
+    assert train(design) == 2
+    told = capsys.readouterr().err
+    assert "has no measure of success; say one with --goal goal.toml" in told
+    assert told.count("\n") == 1
+
+
+def test_a_goal_given_later_is_kept_with_the_training(design, tmp_path):
+    (tmp_path / "mine.toml").write_text(GOAL)
+    assert train(design, "--goal", tmp_path / "mine.toml", "--no-evaluate") == 0
+    training = FinishedTraining.load(design.path / "training" / "001")
+    assert training.scene.task.name == "goal/reach"
+    assert training.scene.task.goal.vary_m == (0.02, 0.0, 0.01)
+
+
+def test_what_was_trained_for_a_goal_of_an_earlier_meaning_is_refused_and_trained_anew(design, tmp_path):
+    (tmp_path / "mine.toml").write_text(GOAL)
+    words = ("--goal", tmp_path / "mine.toml", "--no-evaluate")
+    assert train(design, *words) == 0
+    config = design.path / "training" / "001" / "config.json"
+    written = json.loads(config.read_text())
+    assert written.pop("goal_version") == GOAL_VERSION
+    config.write_text(json.dumps(written))
+    with pytest.raises(UserError, match="goals as they are measured today"):
+        FinishedTraining.load(config.parent)
+    assert train(design, *words) == 0
+    assert FinishedTraining.load(design.path / "training" / "002").config.goal_version == GOAL_VERSION
+
+
+def test_a_run_with_a_goal_knows_it(design):
+    Run(design.path.parent.parent).goal.write(GOAL.encode())
+    assert train(design, "--no-evaluate") == 0
+    assert FinishedTraining.load(design.path / "training" / "001").config.goal.target == "spot"
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
+    """Neither one that is given nor one that the run holds."""
+    goal = tmp_path / "mine.toml" if given else Run(design.path.parent.parent).goal.path
+    goal.write_text(GOAL)
+    assert train(design, "--level", "hard", *(("--goal", goal) if given else ())) == 2
+    told = capsys.readouterr().err
+    assert "only tasks come at levels" in told
+    assert told.count("\n") == 1
+
+
+def test_either_a_task_or_a_goal(design, tmp_path, capsys):
+    assert train(design, "--goal", tmp_path / "mine.toml", "--task", "button_pushing") == 2
+    assert "either --task or --goal" in capsys.readouterr().err

@@ -1,0 +1,41 @@
+"""A Judge that is shown pictures: which, and who may be asked for that."""
+
+import base64
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from test_language_model_runs import Provider
+
+from aidsr.core.artifacts import ValidationReport
+from aidsr.core.errors import UserError
+from aidsr.loop import brief_for, parts_of, start, work
+from aidsr.runs import RunConfig, read_status
+from loopback import Loopback, Received
+from scripted import new_run
+
+
+def judged(received: Received) -> bool:
+    return "the Judge" in received.body["messages"][0]["content"]
+
+
+def test_the_judge_sees_the_pictures_of_the_iteration_and_nobody_else_does(tmp_path: Path) -> None:
+    brief = brief_for(task="button_pushing")
+    with Loopback(Provider(working_for=100)) as server:
+        config = RunConfig(model=f"loop@{server.url}/v1", concepts=1, judge_pictures=True)
+        run = start(brief, config, level="standard", runs=tmp_path)
+        work(run, replace(parts_of(run), validate=lambda *_, **__: ValidationReport(stable=True)))
+    assert read_status(run).approved == 1
+    iteration = run.design(1).iteration(1)
+    shown = [iteration.preview.read(), iteration.motion.read()]
+    (call,) = [call for call in iteration.calls if call.question.role == "judge"]
+    assert list(call.question.messages[-1].pictures) == shown
+    for received in server.requests:
+        sent = json.dumps(received.body)
+        assert [base64.b64encode(png).decode() in sent for png in shown] == [judged(received)] * 2
+
+
+def test_rules_see_no_pictures(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="pictures are for a language model's Judge"):
+        new_run(tmp_path, judge_pictures=True)

@@ -1,0 +1,142 @@
+"""Scenes that the Judge passed are tried on their task, and go back a bounded number of times."""
+
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from aidsr.core.artifacts import Critique, CritiqueIssue, Decision, TaskReport
+from aidsr.core.errors import IsolationError, UserError
+from aidsr.loop import parts_of, work
+from aidsr.loop.early_stop import same_again
+from aidsr.loop.routing import after_trial
+from aidsr.runs import Run, read_events, read_status
+from aidsr.runs.event_text import DOING, sentence
+from aidsr.runs.events import Decided, Done, Step, Waiting
+from aidsr.runs.stages import attempts
+from scripted import Script, Scripted, new_run, parts
+
+
+def solved() -> TaskReport:
+    return TaskReport(phase="solved", progress=1.0, critique=Critique(passed=True, summary="It can do it."))
+
+
+def short(blame: str = "coder", progress: float = 0.2, problem: str = "touches with 0.1 N") -> TaskReport:
+    issue = CritiqueIssue(blame=blame, component="tip", problem=problem, suggestion="pull more")
+    critique = Critique(passed=False, summary=f"It comes to {progress}.", issues=(issue,))
+    return TaskReport(phase="no_force", progress=progress, critique=critique)
+
+
+def grow(tmp_path: Path, *reports: TaskReport | Exception, script: Script | None = None, **changes):
+    left = list(reports)
+
+    def try_out(_robot, _scene):
+        report = left.pop(0)
+        if isinstance(report, Exception):
+            raise report
+        return report
+
+    scripted = Scripted([script or Script()])
+    run = new_run(tmp_path)
+    work(run, parts(scripted, **{"try_out": try_out, "task_rounds": 2, **changes}))
+    assert left == [], "some of the trials were not made"
+    return run, [role for role, _, _ in scripted.asked], read_status(run).designs[0].outcome
+
+
+def test_a_scene_that_can_do_its_task_is_approved(tmp_path) -> None:
+    run, asked, outcome = grow(tmp_path, solved())
+    assert asked == ["designer", "coder", "integrator", "judge"]
+    assert outcome.reason == "Plausible. It can do it."
+    assert run.design(1).iteration(1).task_report.read() == solved()
+    assert sentence(Done(step="task_report", summary="no force")) == "tried on its task: no force"
+    done = [event for event in read_events(run.design(1).events) if isinstance(event, Done)]
+    assert [event.summary for event in done if event.step == "task_report"] == ["solved"]
+
+
+@pytest.mark.parametrize(
+    ("blame", "again"),
+    [("coder", ["coder"]), ("integrator", ["integrator"]), ("designer", ["designer", "coder", "integrator"])],
+)
+def test_one_that_falls_short_returns_to_the_role_to_blame(tmp_path, blame: str, again: list[str]) -> None:
+    run, asked, outcome = grow(tmp_path, short(blame), solved())
+    assert asked == ["designer", "coder", "integrator", "judge", *again, "judge"]
+    assert (outcome.outcome, outcome.iteration) == ("approved", 2)
+    status = read_status(run).designs[0]
+    stages = [stage for attempt in attempts(run.design(1), status) for stage in attempt.stages if stage.name == "tried"]
+    assert [(stage.mark, stage.text) for stage in stages] == [("bad", "no force"), ("good", "solved")]
+
+
+def test_the_designer_is_told_how_far_it_came() -> None:
+    assert after_trial(short("designer")).concept == "It comes to 0.2.\ntip: touches with 0.1 N. pull more"
+    assert after_trial(short("coder")).concept == ""
+
+
+def test_after_its_rounds_what_came_farthest_is_kept(tmp_path) -> None:
+    trials = [short(progress=0.2, problem="a"), short(progress=0.4, problem="b"), short(progress=0.3, problem="c")]
+    run, asked, outcome = grow(tmp_path, *trials)
+    assert asked.count("coder") == 3
+    assert (outcome.outcome, outcome.iteration) == ("approved", 2)
+    assert outcome.reason == "Plausible. It comes to 0.4."
+    assert run.design(1).final_robot.read() == run.design(1).iteration(2).robot.xml.read()
+    assert [it.number for it in run.design(1).leading_to()] == [2, 1]
+    assert read_status(run).designs[0].stable
+    assert "02/critique.json" in run.summary.read_text()
+
+
+def test_each_round_has_all_its_iterations_and_a_failed_one_keeps_what_was(tmp_path) -> None:
+    script = Script(robots=["ok", *["chatter"] * 20])
+    run, asked, outcome = grow(tmp_path, short(), script=script)
+    status = read_status(run).designs[0]
+    assert (status.iteration, status.stable, status.faults) == (10, True, ())
+    assert asked.count("coder") == 1 + 9
+    assert (outcome.outcome, outcome.iteration) == ("approved", 1)
+    assert run.design(1).final_scene.read() == run.design(1).iteration(1).scene.xml.read()
+
+
+def test_the_same_shortfall_twice_is_enough(tmp_path) -> None:
+    _, asked, outcome = grow(tmp_path, short(), short(), stalled=same_again)
+    assert asked.count("coder") == 2
+    assert outcome.outcome == "approved"
+
+
+def test_a_person_is_asked_about_what_is_kept(tmp_path) -> None:
+    shown = []
+
+    def person(iteration, log, halt) -> Decision:
+        log.write(Waiting(iteration=iteration.number))
+        (run,) = (Run(path) for path in tmp_path.iterdir())
+        status = read_status(run).designs[0]
+        shown.append((iteration.number, status.state, status.stands_at, status.iteration))
+        log.write(Decided(iteration=iteration.number, verdict="quit"))
+        return Decision(verdict="quit", text="not good enough")
+
+    _, _, outcome = grow(tmp_path, short(problem="a"), short(progress=0.1, problem="b"), person=person, task_rounds=1)
+    assert shown == [(1, "waiting", 1, 2)]
+    assert (outcome.outcome, outcome.iteration) == ("quit", 1)
+
+
+def test_a_trial_that_cannot_be_made_stands_in_nobodys_way(tmp_path) -> None:
+    run, _, outcome = grow(tmp_path, IsolationError("time", "too slow"))
+    assert outcome.outcome == "approved"
+    assert "could not be tried on its task: too slow" in run.design(1).iteration(1).task_report.read().critique.summary
+
+
+def test_resuming_tries_nothing_twice(tmp_path) -> None:
+    run, _, _ = grow(tmp_path, short(), solved())
+    run.design(1).outcome.path.unlink()
+
+    def again(_robot, _scene):
+        pytest.fail("tried once more")
+
+    work(run, parts(Scripted(), try_out=again, task_rounds=2))
+    assert read_status(run).approved == 1
+
+
+def test_every_step_has_words_while_it_is_at_work() -> None:
+    assert set(get_args(Step)) == DOING.keys()
+
+
+def test_it_is_off_by_default_and_needs_a_task(tmp_path) -> None:
+    assert parts_of(new_run(tmp_path)).try_out is None
+    with pytest.raises(UserError, match="needs a measure of success; name a task, or give a goal"):
+        new_run(tmp_path, task_feedback=True)

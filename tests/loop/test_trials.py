@@ -1,0 +1,83 @@
+"""What a policy reached after a short training stands beside what the probe reached."""
+
+from pathlib import Path
+
+import pytest
+
+from aidsr.core.artifacts import (
+    Critique,
+    CritiqueIssue,
+    EpisodeResult,
+    Evaluation,
+    Placement,
+    Robot,
+    Scene,
+    TaskReport,
+)
+from aidsr.core.errors import UserError
+from aidsr.loop import brief_for, start
+from aidsr.loop.task_trial import check_trial, trial_of, with_policy
+from aidsr.runs import RunConfig
+from scenes import small_scene
+
+ISSUE = CritiqueIssue(blame="coder", component="tip", problem="presses with 0.1 N")
+SHORT = TaskReport(
+    phase="no_force", progress=0.4, critique=Critique(passed=False, summary="Comes to 0.40.", issues=(ISSUE,))
+)
+
+
+def learned(succeeded: int, progress: float) -> Evaluation:
+    episodes = tuple(
+        EpisodeResult(
+            variation=index,
+            ended="succeeded" if index < succeeded else "out_of_time",
+            progress=progress,
+            best_progress=progress,
+            reward=0.0,
+            time_s=1.0,
+        )
+        for index in range(20)
+    )
+    return Evaluation(task="button_pushing", level="standard", benchmark_version=2, episodes=episodes, checks=())
+
+
+def test_a_policy_that_falls_short_too_is_told_beside_the_probe() -> None:
+    report = with_policy(SHORT, learned(4, 0.55), 20_000)
+    assert (report.phase, report.progress, report.critique.issues) == ("no_force", 0.4, (ISSUE,))
+    assert report.critique.summary == (
+        "Comes to 0.40. After 20,000 steps of training a policy comes to progress 0.55 on average and succeeds in 20% "
+        "of 20 episodes it never saw."
+    )
+    assert report.policy == learned(4, 0.55)
+    assert TaskReport.model_validate_json(report.model_dump_json()) == report
+
+
+def test_a_policy_that_mostly_succeeds_shows_that_nobody_has_to_change_anything() -> None:
+    report = with_policy(SHORT, learned(10, 0.9), 20_000)
+    assert (report.phase, report.progress, report.critique.passed) == ("solved", 0.9, True)
+    assert report.critique.summary.startswith("Comes to 0.40. After 20,000 steps")
+
+
+def test_what_the_probe_passed_stays_passed() -> None:
+    solved = TaskReport(phase="solved", progress=1.0, critique=Critique(passed=True, summary="It can."))
+    report = with_policy(solved, learned(0, 0.1), 100)
+    assert (report.phase, report.progress, report.critique.passed) == ("solved", 1.0, True)
+
+
+def test_training_is_off_by_default_and_needs_the_trial() -> None:
+    assert RunConfig().task_training == 0
+    with pytest.raises(UserError, match="needs that trial; ask for --task-feedback"):
+        check_trial(RunConfig(task_training=100), measured=True)
+    check_trial(RunConfig(task_training=100, task_feedback=True), measured=True)
+
+
+@pytest.mark.slow
+def test_a_scene_is_probed_and_trained_in(tmp_path: Path) -> None:
+    config = RunConfig(task_feedback=True, task_training=1)
+    run = start(brief_for(task="button_pushing"), config, level="standard", runs=tmp_path)
+    scene = Scene(mjcf=small_scene(), placement=Placement(mount="mount", base="fixed"))
+    report = trial_of(run)(Robot(mjcf="", functional_part="tip"), scene)
+    assert "open-loop motions" in report.critique.summary
+    assert "After 1 steps of training" in report.critique.summary
+    assert report.policy is not None
+    assert len(report.policy.episodes) == 20

@@ -1,0 +1,108 @@
+"""Arms are configurations of switches; some go on with the designs of another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aidsr.apps.cli import main
+from aidsr.apps.cli.plan_options import PlanOptions
+from aidsr.core.errors import UserError
+from aidsr.runs import RunConfig
+from aidsr.studies.arms import arms_of, read_feedback
+from aidsr.studies.outcomes import read_outcomes
+from aidsr.studies.pool import LocalPool
+from aidsr.studies.runner import drive
+from aidsr.studies.study import Study, StudyPlan, begin_study, open_study
+
+TASK = "reaching/button_pushing"
+SAID = {TASK: "Make it longer."}
+ALL = (
+    "full",
+    "human",
+    "human_only",
+    "no_judge",
+    "no_integrator",
+    "no_judge_or_integrator",
+    "no_validation",
+    "direct",
+    "no_repairs",
+    "no_groups",
+    "from_probe",
+    "task_feedback",
+)
+
+
+def test_baselines_are_arms_of_their_own() -> None:
+    arms = arms_of(["builtin"], ["full"], concepts=3, feedback={}, baselines=["reference", "search"])
+    cells = Study(Path("s"), StudyPlan(tasks=(TASK,), arms=arms, runs=2)).cells
+    assert [cell.name.split("/")[0] for cell in cells] == ["builtin", "reference", "search", "builtin", "search"]
+    assert [arm.settings for arm in arms] == [
+        "",
+        "robots designed by hand, iterations 0",
+        "numbers found by CMA-ES over 32 robots",
+    ]
+
+
+def test_every_way_is_an_arm_that_can_be_frozen(tmp_path: Path) -> None:
+    arms = arms_of(["openai:gpt-5", "builtin"], ALL, concepts=3, feedback=SAID)
+    assert len({(a.config.model, a.settings) for a in arms}) == 2 * len(ALL), "no two arms are the same"
+    assert arms[0].settings == ""
+    plan = StudyPlan(tasks=(TASK,), arms=arms)
+    begin_study(tmp_path / "s", plan)
+    assert open_study(tmp_path / "s").plan == plan
+
+
+@pytest.mark.parametrize(
+    ("ways", "said", "complaint"),
+    [
+        (["human"], SAID, "name that before it: --method full human"),
+        (["no_groups", "full"], {}, "name that before it"),
+        (["human_only"], {}, "give it with --feedback"),
+    ],
+)
+def test_an_arm_that_lacks_something_is_refused(ways, said, complaint) -> None:
+    with pytest.raises(UserError, match=complaint):
+        arms_of(["builtin"], ways, concepts=1, feedback=said)
+
+
+def test_a_person_says_something_to_every_task(tmp_path: Path) -> None:
+    file = tmp_path / "said.toml"
+    file.write_text('button_pushing = " Make it longer. "\n')
+    assert read_feedback(file, [TASK]) == SAID
+    with pytest.raises(UserError, match=r"says nothing to locomotion/gap; .* gap = "):
+        read_feedback(file, [TASK, "locomotion/gap"])
+    file.write_text("button_pushing = ")
+    with pytest.raises(UserError, match="a person's feedback was expected"):
+        read_feedback(file, [TASK])
+
+
+def test_feedback_goes_one_round_further_on_the_same_designs(tmp_path: Path) -> None:
+    arms = arms_of(["builtin"], ["full", "human", "no_groups"], concepts=1, feedback=SAID)
+    study = begin_study(tmp_path / "s", StudyPlan(tasks=(TASK,), arms=arms, runs=1, seeds=0, probe=False))
+    progress = drive(study, LocalPool(study.path, 1))
+    assert progress.failed == ()
+    full, human, ungrouped = (study.run(cell).design(1) for cell in study.cells)
+    assert [row.outcome for row in read_outcomes(study)] == ["approved"] * 3
+    assert human.iteration(1).robot.read() == full.iteration(1).robot.read()
+    assert human.iteration(1).decision.read().text == "Make it longer."
+    lengths = [it.concept.read().parameters["length_m"] for it in human.iterations if it.concept.read()]
+    assert lengths[-1] > lengths[0]
+    assert ungrouped.final_scene.read() == full.final_scene.read()
+
+
+def test_the_command_shows_the_arms(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    file = tmp_path / "said.toml"
+    file.write_text('button_pushing = "Longer."\n')
+    command = ["benchmark", str(tmp_path / "s"), "--tasks", "button_pushing", "--method", "full", "human", "no_repairs"]
+    with pytest.raises(SystemExit) as ended:
+        main([*command, "--feedback", str(file), "--dry-run"])
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert "builtin.human       builtin  a person's feedback, the designs of builtin" in said
+    assert "robots not mended by code" in said
+
+
+def test_the_command_line_and_runs_search_over_as_many_robots() -> None:
+    assert PlanOptions().search_robots == RunConfig().search_robots

@@ -1,0 +1,147 @@
+"""Submissions of others: verified before they are believed, and merged only where they are comparable."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from aidsr.apps.cli import main
+from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.errors import UserError
+from aidsr.runs import RunConfig
+from aidsr.studies.leaderboard import check_scenes, leaderboard
+from aidsr.studies.pool import LocalPool
+from aidsr.studies.runner import drive
+from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
+from aidsr.studies.submission import Submission, read_submission, signed, submit
+from aidsr.studies.tables import task_lines
+
+PLAN = StudyPlan(
+    tasks=("reaching/button_pushing",),
+    arms=(Arm(name="rules", config=RunConfig(concepts=1)),),
+    runs=1,
+    seeds=0,
+    probe=False,
+)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    found = begin_study(tmp_path_factory.mktemp("studies") / "ours", PLAN)
+    drive(found, LocalPool(found.path, 1))
+    submit(found, found.path / "ours.json")
+    return found
+
+
+def changed(study: Study, path: Path, change: Callable[[Submission], dict[str, object]]) -> Path:
+    """Write a submission as somebody would who changes it and computes its hash anew."""
+    found = read_submission(study.path / "ours.json")
+    path.write_text(signed(found.model_copy(update=change(found))).model_dump_json())
+    return path
+
+
+def test_results_of_like_conditions_stand_in_one_table_and_others_apart(study: Study, tmp_path: Path) -> None:
+    ours, theirs = study.path / "ours.json", tmp_path / "theirs.json"
+    changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"versions": {"python": "4.0"}})})
+    both = leaderboard([ours, theirs])
+    assert both.count("## Benchmark version") == 1
+    assert "| ours.json | rules | builtin | 1 | 1/1 (21–100 %) | not trained |" in both
+    assert f"theirs.json: sha256 {read_submission(theirs).sha256}" in both
+    changed(study, theirs, lambda found: {"plan": found.plan.model_copy(update={"level": "hard"})})
+    assert leaderboard([ours, theirs]).count("## Benchmark version") == 2
+
+
+def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: Study, tmp_path: Path) -> None:
+    better = changed(
+        study,
+        tmp_path / "better.json",
+        lambda f: {"lines": {"rules": (f.lines["rules"][0].model_copy(update={"valid": 1}),)}},
+    )
+    with pytest.raises(UserError, match="the figures of rules are not those of its designs"):
+        leaderboard([better])
+    fewer = changed(study, tmp_path / "fewer.json", lambda _: {"designs": (), "lines": {"rules": ()}})
+    with pytest.raises(UserError, match="every design that the plan asks for was expected once"):
+        leaderboard([fewer])
+
+
+def test_what_was_judged_at_something_else_is_refused(study: Study, tmp_path: Path) -> None:
+    episode = EpisodeResult(variation=0, ended="succeeded", progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
+    asked = {"task": PLAN.tasks[0], "level": "standard", "benchmark_version": PLAN.benchmark_version}
+    for differing in (
+        {"task": "locomotion/gap"},
+        {"level": "hard"},
+        {"benchmark_version": 1},
+        {"split": "development"},
+    ):
+        verdict = Evaluation(**{**asked, **differing}, episodes=(episode,), checks=())
+        trained = changed(
+            study,
+            tmp_path / "trained.json",
+            lambda f, verdict=verdict: {
+                "plan": f.plan.model_copy(update={"seeds": 1}),
+                "designs": (f.designs[0].model_copy(update={"evaluations": (verdict,)}),),
+            },
+        )
+        with pytest.raises(UserError, match="held-out variations of reaching/button_pushing, level standard, version"):
+            leaderboard([trained])
+
+
+def test_designs_of_several_policies_that_were_counted_otherwise_are_said_to_be_of_before(
+    study, tmp_path: Path
+) -> None:
+    before = changed(study, tmp_path / "before.json", lambda f: {"plan": f.plan.model_copy(update={"seeds": 3})})
+    with pytest.raises(UserError, match="an earlier version wrote it"):
+        read_submission(before)
+    once = changed(study, tmp_path / "once.json", lambda f: {"plan": f.plan.model_copy(update={"seeds": 1})})
+    assert read_submission(once).designs[0].seeds == 1
+
+
+def test_what_a_design_takes_is_not_told_before_one_came_to_an_end(study: Study, tmp_path: Path) -> None:
+    def nothing_yet(found: Submission) -> dict[str, object]:
+        designs = (found.designs[0].model_copy(update={"outcome": "unfinished"}),)
+        return {"designs": designs, "lines": {"rules": task_lines(designs, "rules")}}
+
+    assert "| – | – |" in leaderboard([changed(study, tmp_path / "begun.json", nothing_yet)])
+
+
+def test_a_submission_counts_once(study: Study, tmp_path: Path) -> None:
+    copy = tmp_path / "copy.json"
+    copy.write_bytes((study.path / "ours.json").read_bytes())
+    with pytest.raises(UserError, match="are the same submission; name it once"):
+        leaderboard([study.path / "ours.json", copy])
+
+
+def test_what_is_no_submission_is_said_in_one_sentence(study: Study, tmp_path: Path) -> None:
+    path = tmp_path / "some.json"
+    for text, said in (("{}", 'the key "plan" was expected and is missing'), ("no", "JSON was expected")):
+        path.write_text(text)
+        with pytest.raises(UserError, match=said):
+            leaderboard([path])
+    content = json.loads((study.path / "ours.json").read_text())
+    content["designs"][0]["run"] = "first"
+    path.write_text(json.dumps(content))
+    with pytest.raises(UserError, match=r'"designs\[1\].run": expected a valid integer.*found \'first\''):
+        leaderboard([path])
+
+
+def test_whoever_has_the_study_can_check_its_scenes(
+    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert check_scenes(study.path / "ours.json", study) == 1
+    with pytest.raises(SystemExit) as ended:
+        main(["leaderboard", str(study.path / "ours.json"), "--study", str(study.path)])
+    assert ended.value.code == 0
+    assert "all 1 scenes are those in" in capsys.readouterr().out
+    other = changed(study, tmp_path / "other.json", lambda f: {"scenes_sha256": dict.fromkeys(f.scenes_sha256, "0")})
+    with pytest.raises(UserError, match="1 scenes differ, among them rules/reaching/button_pushing/1/1"):
+        check_scenes(other, study)
+
+
+def test_what_is_published_here_can_be_verified() -> None:
+    published = sorted((Path(__file__).parents[2] / "benchmarks" / "builtin-study").glob("*/submission.json"))
+    assert published
+    for path in published:
+        assert str(path.name) in leaderboard([path])

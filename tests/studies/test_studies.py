@@ -1,0 +1,411 @@
+"""A study from its plan to its tables: frozen plans, jobs read off the files, retries, reports, submissions."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+import av
+import numpy as np
+import pytest
+
+from aidsr.apps.cli import main
+from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityCheck, ValidationReport
+from aidsr.core.errors import UserError
+from aidsr.learn.openloop import probe
+from aidsr.runs import RunConfig
+from aidsr.studies.estimate import forecast
+from aidsr.studies.gallery import gallery
+from aidsr.studies.jobs import Job, pending, perform, trained_at
+from aidsr.studies.outcomes import DesignRow, read_outcomes, read_repairs
+from aidsr.studies.pictures import cost_and_success
+from aidsr.studies.pool import Ended, LocalPool
+from aidsr.studies.report import write_report
+from aidsr.studies.runner import MOST_ATTEMPTS, drive, failures_of
+from aidsr.studies.statistics import bootstrap_mean
+from aidsr.studies.study import Arm, Study, StudyPlan, begin_study, open_study
+from aidsr.studies.submission import Submission, read_submission, signed, submit
+from aidsr.studies.tables import arm_lines, differences, line_of
+
+TASK = "reaching/button_pushing"
+
+
+def plan(**changed: object) -> StudyPlan:
+    arms = (
+        Arm(name="rules", config=RunConfig(concepts=1)),
+        Arm(name="bare", config=RunConfig(concepts=1, repairs=False)),
+    )
+    return StudyPlan(**{"tasks": (TASK,), "arms": arms, "runs": 1, "seeds": 0, "probe": False, **changed})
+
+
+class Here:
+    """A pool that does jobs at once, in this process, after what `before` does to them."""
+
+    def __init__(self, study: Study, before: Callable[[Job, int], str] = lambda _job, _attempt: "") -> None:
+        self.study, self.before, self.begun = study, before, list[Job]()
+        self.free = 1
+
+    def begin(self, job: Job) -> None:
+        self.begun.append(job)
+        self.free = 0
+
+    def wait(self) -> Ended:
+        self.free = 1
+        job = self.begun[-1]
+        error = self.before(job, self.begun.count(job))
+        if not error:
+            perform(self.study.path, job)
+        return Ended(job, error, 1.0)
+
+    def close(self) -> None:
+        self.free = 1
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, list[Job]]:
+    study = begin_study(tmp_path_factory.mktemp("studies") / "first", plan())
+    pool = Here(study)
+    drive(study, pool)
+    return study, pool.begun
+
+
+@pytest.fixture(scope="module")
+def finished(driven: tuple[Study, list[Job]]) -> Study:
+    return driven[0]
+
+
+def test_a_run_comes_to_its_end_before_the_next_begins(driven: tuple[Study, list[Job]]) -> None:
+    begun = [(job.cell.arm, job.stage) for job in driven[1]]
+    assert begun == [(arm, stage) for arm in ("rules", "bare") for stage in ("design", "verify")]
+
+
+def test_runs_whose_results_are_elsewhere_are_left_alone(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan())
+    rules, bare = study.cells
+    pool = Here(study)
+    drive(study, pool, without=frozenset({rules}))
+    assert {job.cell for job in pool.begun} == {bare}
+    assert study.run(rules) is None
+
+
+def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
+    begin_study(tmp_path / "s", plan())
+    assert open_study(tmp_path / "s").plan == plan()
+    assert begin_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
+    with pytest.raises(UserError, match="other steps; a plan is frozen"):
+        begin_study(tmp_path / "s", plan(steps=7))
+    with pytest.raises(UserError, match="has none"):
+        open_study(tmp_path)
+    (tmp_path / "s" / "study.toml").write_text("tasks = []\n")
+    with pytest.raises(UserError, match="is no plan"):
+        open_study(tmp_path / "s")
+    with pytest.raises(UserError, match="has none"):
+        open_study(tmp_path / "s" / "study.toml")
+
+
+@pytest.mark.parametrize(
+    ("line", "edited", "said"),
+    [
+        ("steps = 300000", "steps = 0", r'"steps": expected greater than or equal to 1, found 0; a plan is not edited'),
+        ("runs = 1", 'runs = "many"', "\"runs\": expected a valid integer.*found 'many'; a plan"),
+        ('level = "standard"', 'level = "easy"', "\"level\": expected 'standard' or 'hard', found 'easy'; a plan"),
+        ("seeds = 0", "seedlings = 0", 'there is no key "seedlings"; found 0 for it'),
+        ("concepts = 1", "concepts = 99", r'"arms\[1\].config.concepts": expected less than or equal to 20, found 99'),
+        ('name = "bare"', 'name = "rules"', "every arm needs a name of its own, found rules, rules"),
+        ("runs = 1", "runs 1", "cannot be read as TOML: .*line"),
+    ],
+)
+def test_a_plan_that_was_edited_badly_is_refused_in_one_sentence(
+    line: str, edited: str, said: str, tmp_path: Path
+) -> None:
+    file = begin_study(tmp_path / "s", plan()).path / "study.toml"
+    assert line in file.read_text()
+    file.write_text(file.read_text().replace(line, edited, 1))
+    with pytest.raises(UserError, match=said) as refused:
+        open_study(tmp_path / "s")
+    assert "\n" not in str(refused.value)
+    assert "pydantic" not in str(refused.value)
+
+
+def test_jobs_come_task_by_task_before_the_second_run_of_any(tmp_path: Path) -> None:
+    study = Study(tmp_path, plan(tasks=(TASK, "locomotion/gap"), runs=2))
+    names = [job.name for job in pending(study)]
+    assert names[:4] == [
+        "design rules/reaching.button_pushing/1",
+        "design bare/reaching.button_pushing/1",
+        "design rules/locomotion.gap/1",
+        "design bare/locomotion.gap/1",
+    ]
+    assert Job.of(json.loads(json.dumps(next(pending(study)).as_dict()))) == next(pending(study))
+
+
+def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished: Study) -> None:
+    assert list(pending(finished)) == []
+    rows = read_outcomes(finished)
+    assert [(row.arm, row.outcome, row.stable) for row in rows] == [
+        ("rules", "approved", True),
+        ("bare", "approved", True),
+    ]
+    assert not rows[0].valid, "a design that was not trained is not valid"
+    assert forecast(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
+
+
+@pytest.mark.parametrize(("seeds", "steps"), [(0, 300_000), (1, 300_000), (2, 150_000)])
+def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps: int, tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text()
+    told = re.search(r"designing (\d+), training ([\d,]+), judging (\d+);", page)
+    assert told, "docs/scale.md no longer says what was measured"
+    design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
+    coming = forecast(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
+    expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)
+    assert coming.core_hours * 3600 == pytest.approx(expected_s)
+
+
+def test_designs_that_were_not_attempted_yet_are_in_the_denominator(tmp_path: Path) -> None:
+    rows = read_outcomes(Study(tmp_path, plan(runs=3)))
+    assert [row.outcome for row in rows] == ["unfinished"] * 6
+
+
+def test_arms_of_one_number_are_pairs(finished: Study) -> None:
+    found = {each.what: each for each in differences(read_outcomes(finished), "rules")}
+    assert found["stable"].value == 0.0
+    assert not found["stable"].real
+
+
+def evaluation(won: int, *, of: int = 4, plausible: bool = True) -> Evaluation:
+    ends = ["succeeded"] * won + ["out_of_time"] * (of - won)
+    episodes = [
+        EpisodeResult(variation=n, ended=ended, progress=1.0, best_progress=1.0, reward=0.0, time_s=1.0)
+        for n, ended in enumerate(ends)
+    ]
+    check = PlausibilityCheck(name="moves", passed=plausible, measured=1.0, limit=1.0, message="")
+    return Evaluation(task=TASK, level="standard", benchmark_version=3, episodes=episodes, checks=[check])
+
+
+@pytest.mark.parametrize(
+    ("seeds", "judged", "valid", "successful", "share"),
+    [
+        (1, [], False, False, 0.0),
+        (1, [evaluation(3)], True, True, 0.75),
+        (1, [evaluation(4, plausible=False)], False, False, 0.0),
+        (3, [evaluation(4)], False, False, 1 / 3),
+        (3, [evaluation(4), evaluation(2)], True, True, 0.5),
+        (3, [evaluation(4), evaluation(1)], True, False, 1.25 / 3),
+        (2, [evaluation(4)], False, False, 0.5),
+        (0, [], False, False, 0.0),
+    ],
+)
+def test_policies_that_are_missing_count_as_failed(seeds, judged, valid, successful, share) -> None:
+    row = DesignRow(arm="a", task=TASK, run=1, design=1, outcome="approved", seeds=seeds, evaluations=judged)
+    assert (row.valid, row.successful, row.episodes_share) == (valid, successful, pytest.approx(share))
+    assert line_of(TASK, [row]).episodes_share == pytest.approx(share)
+    assert bootstrap_mean({TASK: [row.policies]}).value == pytest.approx(share)
+
+
+def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
+    folder = trained_at(study.run(next(study.cells)).design(1), 0)
+    folder.mkdir(parents=True)
+    (folder / "evaluation.json").write_text(evaluation(4).model_dump_json())
+    row, _ = read_outcomes(study)
+    assert (len(row.evaluations), row.complete, row.successful) == (1, False, False)
+    assert row.episodes_share == pytest.approx(1 / 3)
+    submit(study, tmp_path / "s.json")
+    earlier = json.loads((tmp_path / "s.json").read_text())
+    for design in earlier["designs"]:
+        del design["seeds"]
+    (tmp_path / "earlier.json").write_text(signed(Submission.model_validate(earlier)).model_dump_json())
+    assert read_submission(tmp_path / "s.json").designs == read_outcomes(study)
+    with pytest.raises(UserError, match="an earlier version wrote it"):
+        read_submission(tmp_path / "earlier.json")
+
+
+def test_what_is_still_to_be_judged_is_no_difference() -> None:
+    first = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="approved", verified=True, stable=True)
+    second = first.model_copy(update={"arm": "second", "iterations": 2})
+    judged = {each.what: each.value for each in differences([first, second], "first")}
+    assert judged == {"approved": 0.0, "stable": 0.0, "iterations": 2.0}
+    waiting = second.model_copy(update={"verified": False, "stable": False})
+    assert {each.what for each in differences([first, waiting], "first")} == {"approved", "iterations"}
+    unfinished = second.model_copy(update={"outcome": "unfinished"})
+    assert differences([first, unfinished], "first") == ()
+
+
+def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_path: Path) -> None:
+    def before(job: Job, attempt: int) -> str:
+        return "the machine went away" if job.cell.arm == "bare" or attempt == 1 else ""
+
+    study = begin_study(tmp_path / "s", plan())
+    pool = Here(study, before)
+    progress = drive(study, pool)
+    assert [row.outcome for row in read_outcomes(study)] == ["approved", "unfinished"]
+    assert [job.cell.arm for job in progress.failed] == ["bare"]
+    assert sum(job.cell.arm == "bare" for job in pool.begun) == MOST_ATTEMPTS
+    assert [job.cell.arm for job in pool.begun[:2]] == ["rules", "bare"], "what failed waits for what was not tried"
+    assert {str(note["error"]) for note in failures_of(study)} == {"the machine went away"}
+
+
+def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
+    found = []
+
+    def look(frame: FrameType, event: str, _argument: object) -> None:
+        if event == "call" and frame.f_code is probe.__code__:
+            found.append(frame.f_locals["threads"])
+            raise InterruptedError
+
+    sys.setprofile(look)
+    try:
+        with pytest.raises(InterruptedError):
+            perform(finished.path, Job(next(finished.cells), "probe", 1))
+    finally:
+        sys.setprofile(None)
+    assert found == [1]
+
+
+def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan(arms=plan().arms[:1]))
+    pool = LocalPool(study.path, 1)
+    progress = drive(study, pool)
+    assert (progress.done, progress.failed, failures_of(study)) == (2, (), [])
+
+
+def test_a_job_that_says_much_comes_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.stderr.write('said before\\n' * 20_000)\n")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]))
+    pool, ended = LocalPool(tmp_path, 1), list[Ended]()
+    pool.begin(Job(next(Study(tmp_path, plan()).cells), "design"))
+    waiting = threading.Thread(target=lambda: ended.append(pool.wait()), daemon=True)
+    waiting.start()
+    waiting.join(timeout=60.0)
+    pool.close()
+    assert ended, "the job never ended"
+    assert "said before" in ended[0].error
+    assert ended[0].error.endswith(f"{tmp_path} has none"), "the reason comes last"
+
+
+def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:
+    page = write_report(finished).read_text()
+    assert "http://" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    )
+    assert "data:image/png;base64" in page
+    assert "1/1 (21–100 %)" in page
+    assert "its tasks are not public" in page
+    table = (finished.path / "report.md").read_text()
+    assert "| bare | robots not mended by code | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
+    assert "2 of 2 designs ended." in table
+    assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | – | – | – |" in table
+    assert (finished.path / "report.csv").read_text().count("\n") == 3
+    assert len(json.loads((finished.path / "report.json").read_text())["designs"]) == 2
+
+
+def test_a_submission_can_be_checked(finished: Study, tmp_path: Path) -> None:
+    path = tmp_path / "first.json"
+    submit(finished, path)
+    assert len(read_submission(path).scenes_sha256) == 2
+    path.write_text(
+        path.read_text().replace('"stable":true', '"stable":false', 1).replace('"stable": true', '"stable": false', 1)
+    )
+    with pytest.raises(UserError, match="was changed after"):
+        read_submission(path)
+
+
+def test_the_command_says_what_it_would_take_and_begins_nothing(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["benchmark", str(tmp_path / "s"), "--tasks", "gap", "tunnel", "--designs", "6", "--dry-run"])
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert "4 design, 12 verify, 12 train, 12 probe" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def report_of(*codes: str) -> str:
+    faults = [Fault(code=code, layer="simulate", severity="error", message="") for code in codes]
+    return ValidationReport(stable=not codes, faults=tuple(faults)).model_dump_json()
+
+
+def test_a_fault_is_cured_only_where_it_was_looked_for_and_counted_once(tmp_path: Path) -> None:
+    after = Arm(name="again", after="rules", feedback={TASK: "Longer."}, config=RunConfig(concepts=1))
+    study = begin_study(tmp_path / "s", plan(arms=(plan().arms[0], after)))
+    first = [
+        {"robot.xml": "", "robot_report.json": report_of("loose", "open")},
+        {"robot.xml": "", "robot_report.json": report_of("open")},
+        {"robot.xml": "", "scene_report.json": report_of("overlap")},
+        {"robot.xml": "", "robot_report.json": report_of("loose")},
+        {},
+    ]
+    iterations = {
+        "rules": first,
+        "again": [*first, {"concept.json": "", "robot.xml": "", "scene_report.json": report_of()}],
+    }
+    for cell in study.cells:
+        for number, files in enumerate(iterations[cell.arm], 1):
+            folder = study.home(cell) / "run" / "designs" / "1" / f"{number:02d}"
+            folder.mkdir(parents=True)
+            for name, text in files.items():
+                (folder / name).write_text(text)
+        (study.home(cell) / "run" / "run.json").write_text("{}")
+    seen, cured = read_repairs(study)
+    assert seen == {"loose": 2, "open": 2, "overlap": 1}
+    assert [(each.code, each.changed) for each in cured] == [
+        ("loose", "robot"),
+        ("open", "robot"),
+        ("loose", "concept"),
+    ]
+
+
+def film(path: Path, brightness: int) -> None:
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=10)
+        stream.width = stream.height = 32
+        picture = av.VideoFrame.from_ndarray(np.full((32, 32, 3), brightness, np.uint8), format="rgb24")
+        for packet in (*stream.encode(picture), *stream.encode()):
+            container.mux(packet)
+
+
+def test_a_robot_is_shown_with_its_best_policy(finished: Study, tmp_path: Path) -> None:
+    study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=4))
+    design = study.run(next(study.cells)).design(1)
+    for seed, verdict in enumerate([evaluation(1), evaluation(4, plausible=False), evaluation(3)]):
+        trained_at(design, seed).mkdir(parents=True)
+        (trained_at(design, seed) / "evaluation.json").write_text(verdict.model_dump_json())
+        film(trained_at(design, seed) / "best.mp4", 80 * seed)
+        (trained_at(design, seed) / "best.npz").touch()
+    (card, *_) = gallery(study, read_outcomes(study)[:1])
+    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.how_well == "not valid, 25 % of episodes won"
+    (trained_at(design, 2) / "best.mp4").unlink()  # as where there is no OpenGL
+    (card, *_) = gallery(study, read_outcomes(study)[:1])
+    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.url.startswith("data:image/png")
+
+
+def test_what_a_design_costs_is_not_drawn_before_one_came_to_an_end() -> None:
+    ended = DesignRow(arm="first", task=TASK, run=1, design=1, outcome="invalid")
+    coming = ended.model_copy(update={"arm": "second", "outcome": "unfinished"})
+    drawn = cost_and_success(arm_lines([ended, coming], {"first": "builtin", "second": "builtin"}))
+    assert "<!-- first -->" in drawn
+    assert "<!-- second -->" not in drawn
+
+
+def test_a_study_of_another_version_of_the_benchmark_is_not_gone_on_with(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "s", plan(benchmark_version=1))
+    pool = Here(study)
+    with pytest.raises(UserError, match="is one of version 1, whose tasks differ"):
+        drive(study, pool)
+    assert pool.begun == []
+    assert drive(study, pool, without=frozenset(study.cells)).done == 0, "nothing is left to do"
+
+
+def test_designs_must_be_whole_runs(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["benchmark", str(tmp_path / "s"), "--designs", "4"])
+    assert ended.value.code == 2
+    assert "3 or 6 would do" in capsys.readouterr().err

@@ -1,0 +1,84 @@
+"""Runs travel to a cluster as bytes; what comes back is what the job made, and nothing that others made meanwhile."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aidsr.runs import DesignFolder, RunConfig
+from aidsr.studies.cluster import pack, perform_packed, unpack
+from aidsr.studies.jobs import VERIFIED, Job, made_by, perform, trained_at
+from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
+
+PLAN = StudyPlan(
+    tasks=("reaching/button_pushing",), arms=(Arm(name="rules", config=RunConfig(concepts=1)),), runs=1, seeds=2
+)
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Study:
+    """A study whose one run has a design with two policies, none of them real."""
+    study = begin_study(tmp_path / "here", PLAN)
+    design = design_of(study)
+    for seed in (0, 1):
+        (trained_at(design, seed) / "checkpoint").mkdir(parents=True)
+        (trained_at(design, seed) / "checkpoint" / "history.json").write_text("{}")
+        (trained_at(design, seed) / "curve.csv").write_text("early\n")
+    (study.home(next(study.cells)) / "run" / "run.json").write_text("{}")
+    return study
+
+
+def design_of(study: Study) -> DesignFolder:
+    return DesignFolder(study.home(next(study.cells)) / "run" / "designs" / "1")
+
+
+def sent(study: Study) -> bytes:
+    return pack(study.path, study.path / "study.toml", study.home(next(study.cells)))
+
+
+def test_a_run_travels_whole_with_the_plan(study: Study, tmp_path: Path) -> None:
+    unpack(sent(study), tmp_path / "there")
+    names = {path.relative_to(study.path) for path in study.path.rglob("*")}
+    assert {path.relative_to(tmp_path / "there") for path in (tmp_path / "there").rglob("*")} == names
+    assert (tmp_path / "there" / "study.toml").read_text() == (study.path / "study.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("job", "made"),
+    [
+        (Job(next(Study(Path(), PLAN).cells), "design"), ""),
+        (Job(next(Study(Path(), PLAN).cells), "verify", 1), "run/designs/1/verified.json"),
+        (Job(next(Study(Path(), PLAN).cells), "train", 1, 1), "run/designs/1/training/002"),
+        (Job(next(Study(Path(), PLAN).cells), "probe", 1), "run/designs/1/probe.json"),
+    ],
+)
+def test_a_job_makes_one_thing(job: Job, made: str, study: Study) -> None:
+    assert made_by(study, job) == study.home(job.cell) / made
+
+
+def test_a_policy_that_comes_back_leaves_the_one_beside_it_alone(study: Study, tmp_path: Path) -> None:
+    there, job = Study(tmp_path / "there", PLAN), Job(next(study.cells), "train", 1, 1)
+    unpack(sent(study), there.path)
+    (made_by(there, job) / "curve.csv").write_text("late\n")
+    (made_by(there, job) / "checkpoint" / "history.json").unlink()
+    (made_by(there, job) / "checkpoint").rmdir()
+    sibling = trained_at(design_of(study), 0)
+    (sibling / "curve.csv").write_text("later still\n")
+    (sibling / "checkpoint" / "history.json").unlink()
+    unpack(pack(there.path, made_by(there, job)), study.path, instead_of=made_by(study, job))
+    assert (sibling / "curve.csv").read_text() == "later still\n"
+    assert not (sibling / "checkpoint" / "history.json").exists()
+    assert (made_by(study, job) / "curve.csv").read_text() == "late\n"
+    assert not (made_by(study, job) / "checkpoint").exists(), "what the job removed is gone here as well"
+    assert sorted(path.name for path in study.path.iterdir()) == ["runs", "study.toml"]
+
+
+def test_a_worker_sends_back_what_its_job_made(tmp_path: Path) -> None:
+    study = begin_study(tmp_path / "here", PLAN)
+    design, verify = Job(next(study.cells), "design"), Job(next(study.cells), "verify", 1)
+    perform(study.path, design)
+    packed, *said = perform_packed(sent(study), verify.as_dict())
+    assert said == ["", ()]
+    unpack(packed, tmp_path / "back")
+    assert [path.name for path in (tmp_path / "back").rglob("*") if path.is_file()] == [VERIFIED]

@@ -1,0 +1,239 @@
+"""Every text that reaches a model, byte for byte. AIDSR_REWRITE_SNAPSHOTS=1 rewrites the files; read the difference."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+from agent_samples import BRIEF, CONCEPT, CRITIQUE, PLACEMENT, REPORT, ROBOT, SCENE, SUMMARY
+
+from aidsr.core.artifacts import Critique, EnvironmentSummary, Keep, Placement
+from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.core.errors import ReplyError
+from aidsr.core.roles import Team
+from aidsr.teams.llm import JudgeAgent, direct_team, prompts, team
+from aidsr.teams.llm.coder import _Reader as CoderReader
+from aidsr.teams.llm.describe_environment import describe_environment
+from aidsr.teams.llm.designer import _Reader as DesignerReader
+from aidsr.teams.llm.patch import apply_patch, patch_in
+from aidsr.teams.llm.prompts import render
+from aidsr.teams.llm.replies import blocks, json_in, read_as
+
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
+ANY = BRIEF.model_copy(update={"base": "any"})
+UNREADABLE = ROBOT.model_copy(update={"mjcf": ROBOT.mjcf.replace("</body>", "")})
+LIMB = ROBOT.model_copy(
+    update={"mjcf": next(block.text for block in blocks(render("coder")) if block.language == "xml")}
+)
+"""A robot long enough to be shown shortened."""
+MEASURED = REPORT.model_copy(
+    update={
+        "measurements": {
+            "characteristic_length_m": 0.12,
+            "moving_mass_kg": 0.0497,
+            "chains": [8],
+            "tendons": 2,
+            "functional_part_m": [0.0, -0.0, 0.3725],
+            "effect_over_length": {"robot/pull_a": 0.913, "robot/pull_b": 0.913, "robot/pull_c": 0.913},
+            "motors": {
+                actuator: {"tension_n": 10.0, "stroke_m": 0.0213, "power_w": 1.3}
+                for actuator in ("robot/pull_a", "robot/pull_b")
+            },
+        }
+    }
+)
+SMALLER = SCENE.model_copy(update={"placement": PLACEMENT.model_copy(update={"scale": 0.9})})
+MOVING = BRIEF.model_copy(update={"base": "moving"})
+
+
+@dataclass
+class Listener:
+    """A model that keeps what it is asked and says nothing of use."""
+
+    name: str = "listener"
+    heard: list[Question] = field(default_factory=list)
+
+    def ask(self, question: Question) -> CallRecord:
+        self.heard.append(question)
+        return CallRecord(
+            question=question, model=self.name, reply="Hm.", finish="stop", usage=Usage(calls=1), started="2026-01-01"
+        )
+
+
+def heard_from(job: Callable[[Team], object], reasks: int = 0, made: Callable[..., Team] = team) -> list[Question]:
+    listener = Listener()
+    with pytest.raises(ReplyError):
+        job(made(listener, reasks=reasks))
+    return listener.heard
+
+
+KEEPING = FREE.model_copy(update={"keep": (Keep(name="pull_a"), Keep(name="base", but=("mass", "size")))})
+JOBS: dict[str, Callable[[Team], object]] = {
+    "designer_propose": lambda t: t.designer.propose(BRIEF, 3),
+    "designer_propose_one_free_from_own_robot": lambda t: t.designer.propose(FREE, 1),
+    "designer_propose_any_base": lambda t: t.designer.propose(ANY, 2),
+    "designer_revise": lambda t: t.designer.revise(BRIEF, CONCEPT, ROBOT, "Make it thinner.\n"),
+    "designer_revise_limb": lambda t: t.designer.revise(BRIEF, CONCEPT, LIMB, "Make it thinner."),
+    "designer_revise_before_robot": lambda t: t.designer.revise(BRIEF, CONCEPT, None, "Make it thinner."),
+    "coder_write": lambda t: t.coder.write(BRIEF, CONCEPT),
+    "coder_write_from_own_robot": lambda t: t.coder.write(FREE, CONCEPT),
+    "coder_write_keeping": lambda t: t.coder.write(KEEPING, CONCEPT),
+    "coder_edit_keeping": lambda t: t.coder.repair(KEEPING, CONCEPT, ROBOT, REPORT),
+    "coder_repair_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, UNREADABLE, REPORT),
+    "coder_edit_faults": lambda t: t.coder.repair(BRIEF, CONCEPT, ROBOT, REPORT),
+    "coder_edit_critique": lambda t: t.coder.repair(FREE, CONCEPT, LIMB, CRITIQUE),
+    "integrator_place": lambda t: t.integrator.place(MOVING, CONCEPT, ROBOT),
+    "integrator_adjust_faults": lambda t: t.integrator.adjust(BRIEF, CONCEPT, ROBOT, PLACEMENT, REPORT),
+    "integrator_place_limb": lambda t: t.integrator.place(BRIEF, CONCEPT, LIMB),
+    "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, MEASURED),
+    "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
+    "judge_scene_scaled": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SMALLER, REPORT),
+    "judge_scene_seen": lambda t: seeing(t.judge).judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
+}
+PICTURES = {"The scene as it stands.": b"\x89PNG 1", "It moves.": b"\x89PNG 2"}
+
+
+def seeing(judge: JudgeAgent) -> JudgeAgent:
+    return replace(judge, see=lambda _scene: PICTURES)
+
+
+def agrees(name: str, text: str) -> None:
+    """Compare a text with its snapshot; the validator's account belongs to the validator's own tests."""
+    text = text.replace(REPORT.account(), "<the validator's account>")
+    path = SNAPSHOTS / f"{name}.md"
+    if os.environ.get("AIDSR_REWRITE_SNAPSHOTS") == "1":
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    assert path.exists(), f"no snapshot {path.name}; AIDSR_REWRITE_SNAPSHOTS=1 writes it"
+    assert path.read_bytes() == text.encode(), f"{path.name} differs; if that is wanted, AIDSR_REWRITE_SNAPSHOTS=1"
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_what_a_role_is_told_for_one_job(name: str) -> None:
+    (question,) = heard_from(JOBS[name])
+    assert [message.role for message in question.messages] == ["system", "user"]
+    assert question.role == name.partition("_")[0]
+    assert question.max_output_tokens == 20_000
+    agrees(name, question.messages[1].text)
+
+
+@pytest.mark.parametrize(
+    ("role", "jobs"),
+    [
+        ("designer", "designer_"),
+        ("coder", ("coder_write", "coder_repair")),
+        ("coder_editor", "coder_edit"),
+        ("integrator", "integrator_"),
+        ("judge", "judge_"),
+    ],
+)
+def test_what_a_role_is_always_told(role: str, jobs: str | tuple[str, ...]) -> None:
+    agrees(role, render(role))
+    told = {heard_from(job)[0].messages[0].text for name, job in JOBS.items() if name.startswith(jobs)}
+    assert told == {render(role)}, "a prefix that changes cannot be cached by a provider"
+
+
+def test_what_a_role_is_told_when_its_reply_is_of_no_use() -> None:
+    first, second, third = heard_from(JOBS["judge_scene"], reasks=2)
+    assert second.messages[:2] == first.messages
+    assert third.messages[:4] == second.messages
+    assert [message.role for message in third.messages] == ["system", "user", "assistant", "user", "assistant", "user"]
+    agrees("reask", third.messages[-1].text)
+
+
+def test_pictures_stand_after_the_words_that_speak_of_them_also_when_it_is_asked_again() -> None:
+    asked = heard_from(JOBS["judge_scene_seen"], reasks=2)
+    for question in asked:
+        shown = [message.pictures for message in question.messages]
+        assert shown == [(), tuple(PICTURES.values()), *[()] * (len(shown) - 2)]
+    assert "1. The scene as it stands.\n2. It moves.\n" in asked[0].messages[1].text
+
+
+def test_what_direct_prompting_says() -> None:
+    (question,) = heard_from(lambda t: t.coder.write(BRIEF, t.designer.propose(BRIEF, 2)[1]), made=direct_team)
+    assert [message.role for message in question.messages] == ["system", "user"]
+    agrees("direct_system", question.messages[0].text)
+    agrees("direct", question.messages[1].text)
+
+
+def test_every_text_of_the_room_is_in_a_snapshot() -> None:
+    """A line of a prompt's file that no snapshot shows would be a text that nobody looks at."""
+    shown = "\n".join(path.read_text(encoding="utf-8") for path in SNAPSHOTS.glob("*.md"))
+    for path in Path(prompts.__file__).parent.glob("*.md"):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if line.strip() and "{" not in line:
+                assert line in shown, f"{path.name}: {line}"
+
+
+def test_no_snapshot_is_left_over() -> None:
+    names = {*JOBS, "direct", "direct_system", "designer", "coder", "coder_editor", "integrator", "judge", "reask"}
+    assert {path.stem for path in SNAPSHOTS.glob("*.md")} == names
+
+
+def test_no_placeholder_is_left_open() -> None:
+    for path in SNAPSHOTS.glob("*.md"):
+        assert not re.search(r"\{\{|\{%|\bNone\b|Undefined", path.read_text(encoding="utf-8")), path.name
+
+
+def test_the_job_comes_first_so_that_calls_share_it() -> None:
+    write, repair = (heard_from(JOBS[name])[0].messages[1].text for name in ("coder_write", "coder_repair_faults"))
+    job_and_concept = write.partition("# What to reply")[0]
+    assert CONCEPT.rationale in job_and_concept
+    assert repair.startswith(job_and_concept)
+
+
+def test_the_patch_that_is_shown_can_be_carried_out() -> None:
+    patch = patch_in(render("coder_editor"))
+    with_old = LIMB.mjcf.replace(
+        "</sensor>", '<framepos name="old_position" objtype="site" objname="flex_1a"/></sensor>'
+    )
+    assert 'name="pad_touch"' in apply_patch(with_old, patch)
+
+
+def test_the_examples_in_the_prompts_are_replies_that_can_be_used() -> None:
+    assert len(DesignerReader(1).read(render("designer"))) == 1
+    assert read_as(Placement, json_in(render("integrator"))).scale == 0.9
+    assert not read_as(Critique, json_in(render("judge"))).passed
+
+
+def test_the_header_and_the_limb_of_the_guide_make_a_robot() -> None:
+    header = blocks(render("coder"))[0]
+    limb = next(block for block in blocks(render("coder")) if block.language == "xml")
+    robot = CoderReader(BRIEF).read(f"```json\n{header.text}```\n```xml\n{limb.text}```")
+    assert robot.functional_part == "fingertip"
+
+
+def test_an_empty_environment_leaves_no_empty_headings() -> None:
+    empty = EnvironmentSummary(
+        gravity_m_s2=(0, 0, 0), timestep_s=0.001, mounts=(), bodies=(), sites=(), sensors=(), actuators=()
+    )
+    assert describe_environment(empty) == (
+        "Gravity 0 0 0 m/s2, time step 0.001 s. Lengths in metres; positions in world coordinates at the start. "
+        "Friction 1 unless said otherwise; this counts where the robot touches, not its own."
+    )
+
+
+def test_numbers_are_short_and_never_minus_zero() -> None:
+    text = describe_environment(SUMMARY)
+    assert "-0 " not in text
+    assert "0.2523," in text
+
+
+def test_what_the_judge_is_told_was_measured_stays_short() -> None:
+    actuators = [f"robot/pull_section_{number}" for number in range(16)]
+    measurements = {
+        **MEASURED.measurements,
+        "effect_over_length": {name: 0.5 + number / 100 for number, name in enumerate(actuators)},
+        "motors": {name: {"tension_n": 10.25, "stroke_m": 0.02125} for name in actuators},
+    }
+    long = MEASURED.model_copy(update={"measurements": measurements})
+    said, bare = (
+        heard_from(lambda t, report=report: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, report))[0].messages[-1].text
+        for report in (long, REPORT)
+    )
+    assert 500 < len(said.encode()) - len(bare.encode()) < 1500
