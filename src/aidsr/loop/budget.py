@@ -8,9 +8,9 @@ from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import BudgetError, Limit, ModelError, UserError
+from aidsr.core.model import Model
 from aidsr.runs import Run
 from aidsr.runs.record import Budget
-from aidsr.teams.providers import Model
 from aidsr.teams.providers.manual import estimated_input_tokens
 
 __all__ = ["Budgeted", "Ledger", "Price", "check_prices", "priced", "spent_by"]

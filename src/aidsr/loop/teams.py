@@ -9,6 +9,7 @@ from pathlib import Path
 from aidsr.core.calls import CallRecord, Question
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
+from aidsr.core.model import Model
 from aidsr.core.roles import Team
 from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
 from aidsr.loop.judge_images import pictures_of
@@ -16,7 +17,7 @@ from aidsr.loop.parts import TeamFor
 from aidsr.runs import RecordedModel, Run, RunConfig
 from aidsr.runs.record import Budget
 from aidsr.runs.replay import REPLAY, ReplayedModel
-from aidsr.teams.providers import ManualModel, Model, connect
+from aidsr.teams.providers import ManualModel, connect
 from aidsr.teams.providers.manual import MANUAL
 from aidsr.teams.providers.prices import list_price_usd
 

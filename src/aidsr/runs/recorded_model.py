@@ -12,7 +12,7 @@ from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.files import JsonFile
 
 if TYPE_CHECKING:
-    from aidsr.teams.providers import Model
+    from aidsr.core.model import Model
 
 __all__ = ["RecordedModel"]
 

@@ -6,6 +6,7 @@ told for one job. Change a prompt by editing its file.
 
 from dataclasses import replace
 
+from aidsr.core.model import Model
 from aidsr.core.roles import Team
 from aidsr.teams.llm.coder import CoderAgent
 from aidsr.teams.llm.conversation import Interview
@@ -13,7 +14,6 @@ from aidsr.teams.llm.designer import DesignerAgent
 from aidsr.teams.llm.direct import DirectCoder, DirectDesigner
 from aidsr.teams.llm.integrator import IntegratorAgent
 from aidsr.teams.llm.judge import JudgeAgent, See, blind
-from aidsr.teams.providers import Model
 
 __all__ = ["CoderAgent", "DesignerAgent", "IntegratorAgent", "JudgeAgent", "blind", "direct_team", "team"]
 

@@ -9,8 +9,8 @@ from typing import TypeVar
 from aidsr.core.artifacts import Role
 from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ReplyError
+from aidsr.core.model import Model
 from aidsr.teams.llm.prompts import render
-from aidsr.teams.providers import Model
 
 __all__ = ["Interview"]
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from pydantic import SecretStr
 
 from aidsr.core.errors import UserError
+from aidsr.core.model import Model
 from aidsr.teams.providers.credentials import Access
 from aidsr.teams.providers.manual import MANUAL, ManualModel
-from aidsr.teams.providers.model import Model
 from aidsr.teams.providers.model_names import Address, parse_address
 from aidsr.teams.providers.prices import is_priced
 from aidsr.teams.providers.remote import RemoteModel

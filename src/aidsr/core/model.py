@@ -1,4 +1,7 @@
-"""What the rest of AID-SR knows of a language model: a name, and one question answered at a time."""
+"""What the rest of AID-SR knows of a language model: a name, and one question answered at a time.
+
+Any object of this form can design: `aidsr.design(model=...)` takes it, and docs/models.md shows the smallest one.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,13 @@ from typing import Protocol
 
 from aidsr.core.calls import CallRecord, Question
 
-__all__ = ["Model"]
-
 
 class Model(Protocol):
     """Answers questions. Implementations block until the reply is there and may be asked from several threads."""
 
     @property
     def name(self) -> str:
-        """Name under which the model was asked for, for example "openai:gpt-6.1-sol". Never contains a key."""
+        """Name under which a run records the model, for example "openai:gpt-6.1-sol". Never contains a key."""
         ...
 
     def ask(self, question: Question) -> CallRecord:
