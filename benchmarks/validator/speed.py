@@ -26,7 +26,7 @@ from aidsr.mjcf.compile import load_mjcf
 from aidsr.sim.structure import read_structure
 from aidsr.validation import protocol, validate
 from aidsr.validation.engine import examine_text
-from aidsr.validation.test_stand import stand
+from aidsr.validation.mount import mount_model
 
 __all__ = ["main"]
 
@@ -133,7 +133,7 @@ def battery_of(mjcf: str) -> list[tuple[mujoco.MjModel, Any, Any, int]]:
         return simulate(simulations, frame_steps=frame_steps, **other)
 
     loaded = load_mjcf(mjcf)
-    model = stand(loaded, "auto", None).model
+    model = mount_model(loaded, "auto", None).model
     protocol.simulate = listening
     try:
         protocol.gather_evidence(model, read_structure(model))

@@ -15,7 +15,7 @@ from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.validation import validate
 from aidsr.validation.engine import examine_text
-from aidsr.validation.test_stand import stand
+from aidsr.validation.mount import mount_model
 
 
 def codes(report: ValidationReport) -> list[str]:
@@ -87,7 +87,7 @@ def test_a_free_robot_can_be_held_and_a_fixed_one_let_go() -> None:
     ],
 )
 def test_a_robot_however_its_root_is_written_can_be_let_go(old: str, new: str) -> None:
-    model = stand(load_mjcf(robots.arm().replace(old, new)), "free", None).model
+    model = mount_model(load_mjcf(robots.arm().replace(old, new)), "free", None).model
     assert model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE
     assert model.body(model.jnt_bodyid[0]).name == "base"
     assert model.geom_type[0] == mujoco.mjtGeom.mjGEOM_PLANE
@@ -97,7 +97,7 @@ def test_a_robot_that_is_held_beside_its_table_still_passes_through_what_it_excl
     table = '<geom name="table" type="box" size="0.2 0.2 0.01" pos="0 0 0.01"/>'
     passes = '<contact><exclude body1="world" body2="trunk"/></contact></mujoco>'
     text = robots.crawler().replace("<worldbody>", f"<worldbody>{table}").replace("</mujoco>", passes)
-    assert stand(load_mjcf(text), "fixed", None).model.nexclude == 1
+    assert mount_model(load_mjcf(text), "fixed", None).model.nexclude == 1
 
 
 def test_a_keyframe_does_not_keep_a_robot_from_being_held() -> None:
@@ -163,7 +163,10 @@ def test_the_environments_physics_hold() -> None:
     coarse = (
         '<mujoco><option timestep="0.02" integrator="Euler" density="3"><flag warmstart="disable"/></option></mujoco>'
     )
-    stood, theirs = stand(load_mjcf(robots.arm()), "auto", compile_mjcf(coarse)).model.opt, compile_mjcf(coarse).opt
+    stood, theirs = (
+        mount_model(load_mjcf(robots.arm()), "auto", compile_mjcf(coarse)).model.opt,
+        compile_mjcf(coarse).opt,
+    )
     assert (stood.timestep, stood.integrator, stood.density) == (0.002, theirs.integrator, 3.0)
     assert stood.disableflags & mujoco.mjtDisableBit.mjDSBL_WARMSTART
     assert validate(robots.arm(), environment=coarse).measurements["timestep_s"] == 0.002

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from aidsr.validation.drive import Drive
 
-__all__ = ["BatteryTest", "commands_at_end", "list_tests", "random_commands", "slack_in"]
-
 Array = NDArray[np.float64]
 
 

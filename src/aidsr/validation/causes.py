@@ -6,8 +6,6 @@ from collections.abc import Collection, Sequence
 
 from aidsr.core.artifacts import Fault
 
-__all__ = ["EXPLAINS", "is_explained", "without_consequences"]
-
 _NO_EFFECT = (
     "self_collision_lock",
     "antagonist_lock",

@@ -10,15 +10,6 @@ import numpy as np
 from aidsr.sim.structure import Structure
 from aidsr.validation.protocol import Variant
 
-__all__ = [
-    "mass_ratio",
-    "softer",
-    "without_contacts_of",
-    "without_limits",
-    "without_outlier_mass",
-    "without_self_contact",
-]
-
 _ROBOT_TYPE, _ROBOT_AFFINITY = 1 << 30, 1 << 29
 """Collision bits that users do not reach; a contact needs the type of one geom in the affinity of the other."""
 _NEVER_M = -1e6

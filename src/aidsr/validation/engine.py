@@ -16,16 +16,14 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.sim.assembly import FUNCTIONAL_SITE
 from aidsr.sim.structure import read_structure
-from aidsr.validation.case import Case, Rule
 from aidsr.validation.causes import without_consequences
+from aidsr.validation.mount import MountedModel, mount_model
 from aidsr.validation.overlap import REFUTED, overlap_explains_divergence, with_verdict
 from aidsr.validation.protocol import Protocol, gather_evidence
+from aidsr.validation.robot_under_test import RobotUnderTest, Rule
 from aidsr.validation.rules import BUILDING_RULES, DRAWING_RULES, SIMULATE_RULES, STRUCTURE_RULES
 from aidsr.validation.rules.effort import motor_measurements
-from aidsr.validation.test_stand import Standing, stand
 from aidsr.validation.validating import Mount
-
-__all__ = ["Examination", "examine", "examine_text"]
 
 _LAYERS = ("load", "structure", "simulate", "realizability")
 
@@ -36,13 +34,13 @@ class Examination:
 
     Attributes:
         report: What `validate` returns.
-        standing: What was driven; None for a document that cannot be loaded.
-        case: What the rules looked at; without evidence where nothing was driven.
+        mounted: What was driven; None for a document that cannot be loaded.
+        robot: What the rules looked at; without evidence where nothing was driven.
     """
 
     report: ValidationReport
-    standing: Standing | None = None
-    case: Case | None = None
+    mounted: MountedModel | None = None
+    robot: RobotUnderTest | None = None
 
 
 def examine(argument: dict[str, Any]) -> dict[str, Any]:
@@ -66,38 +64,38 @@ def examine_text(
     try:
         loaded = load_mjcf(text)
         notes = loaded.notes
-        standing = stand(loaded, mount, _open_environment(environment) if environment else None)
+        mounted = mount_model(loaded, mount, _open_environment(environment) if environment else None)
     except MjcfError as error:
         return Examination(make_report(error.faults, {}, notes, realizable))
-    model = standing.model
-    case = Case(model=model, structure=read_structure(model), needs_contact=needs_contact)
-    case.found.extend(without_numbers(case))
-    if case.found:
-        return Examination(make_report(tuple(case.found), {}, notes + standing.notes, realizable), standing, case)
-    apply(STRUCTURE_RULES, case)
-    measurements = describe(case)
-    case.found.extend(too_long(case))
-    if drive and case.structure.moving and not any(fault.code == "load_error" for fault in case.found):
-        case = replace(case, evidence=gather_evidence(model, case.structure))
-        apply(SIMULATE_RULES, case)
-        measurements |= measure(case)
-        works = all(fault.severity != "error" for fault in case.found)
-        apply(DRAWING_RULES, case)
+    model = mounted.model
+    robot = RobotUnderTest(model=model, structure=read_structure(model), needs_contact=needs_contact)
+    robot.found.extend(without_numbers(robot))
+    if robot.found:
+        return Examination(make_report(tuple(robot.found), {}, notes + mounted.notes, realizable), mounted, robot)
+    apply(STRUCTURE_RULES, robot)
+    measurements = describe(robot)
+    robot.found.extend(too_long(robot))
+    if drive and robot.structure.moving and not any(fault.code == "load_error" for fault in robot.found):
+        robot = replace(robot, evidence=gather_evidence(model, robot.structure))
+        apply(SIMULATE_RULES, robot)
+        measurements |= measure(robot)
+        works = all(fault.severity != "error" for fault in robot.found)
+        apply(DRAWING_RULES, robot)
         # forces and speeds of a robot that does not work say nothing about its motors
         if works:
-            apply(BUILDING_RULES, case)
-            measurements["motors"] = motor_measurements(case)
-    report = make_report(_explained(case, measurements), measurements, notes + standing.notes, realizable)
-    return Examination(report, standing, case)
+            apply(BUILDING_RULES, robot)
+            measurements["motors"] = motor_measurements(robot)
+    report = make_report(_explained(robot, measurements), measurements, notes + mounted.notes, realizable)
+    return Examination(report, mounted, robot)
 
 
-def _explained(case: Case, measurements: dict[str, Any]) -> tuple[Fault, ...]:
+def _explained(robot: RobotUnderTest, measurements: dict[str, Any]) -> tuple[Fault, ...]:
     """The faults that are causes. Whether an overlap is why a robot diverges is tried, and told in `measurements`."""
-    explains = overlap_explains_divergence(case)
+    explains = overlap_explains_divergence(robot)
     if explains is None:
-        return without_consequences(case.found)
+        return without_consequences(robot.found)
     measurements["overlap_explains_divergence"] = explains
-    return without_consequences(with_verdict(case.found, explains), () if explains else REFUTED)
+    return without_consequences(with_verdict(robot.found, explains), () if explains else REFUTED)
 
 
 def _open_environment(text: str) -> mujoco.MjModel:
@@ -109,13 +107,13 @@ def _open_environment(text: str) -> mujoco.MjModel:
         raise MjcfError(theirs) from error
 
 
-def without_numbers(case: Case) -> Iterator[Fault]:
+def without_numbers(robot: RobotUnderTest) -> Iterator[Fault]:
     """The drawn robot has a size, every tendon a length and levers, and time goes on."""
-    drawn, timestep_s = case.drawn, float(case.model.opt.timestep)
-    broken = [case.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length)).tolist()]
+    drawn, timestep_s = robot.drawn, float(robot.model.opt.timestep)
+    broken = [robot.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length)).tolist()]
     if not (np.isfinite(drawn.ten_J).all() and np.isfinite(drawn.actuator_moment).all()):
-        broken = broken or [case.tendon(tendon.id) for tendon in case.structure.tendons]
-    length_m = case.structure.characteristic_length_m
+        broken = broken or [robot.tendon(tendon.id) for tendon in robot.structure.tendons]
+    length_m = robot.structure.characteristic_length_m
     if broken or not (0 < timestep_s < math.inf and math.isfinite(length_m)):
         yield Fault(
             code="load_error",
@@ -127,10 +125,10 @@ def without_numbers(case: Case) -> Iterator[Fault]:
         )
 
 
-def too_long(case: Case) -> Iterator[Fault]:
+def too_long(robot: RobotUnderTest) -> Iterator[Fault]:
     """The time step lets the tests end; the bound is on steps, so that it is the same on every machine."""
-    protocol, timestep_s = Protocol(), float(case.model.opt.timestep)
-    steps = protocol.steps(case.model, case.structure)
+    protocol, timestep_s = Protocol(), float(robot.model.opt.timestep)
+    steps = protocol.steps(robot.model, robot.structure)
     if steps > protocol.most_steps:
         yield Fault(
             code="load_error",
@@ -144,10 +142,10 @@ def too_long(case: Case) -> Iterator[Fault]:
         )
 
 
-def apply(rules: tuple[Rule, ...], case: Case) -> None:
+def apply(rules: tuple[Rule, ...], robot: RobotUnderTest) -> None:
     """Collect what the rules find, in their order."""
     for rule in rules:
-        case.found.extend(rule(case))
+        robot.found.extend(rule(robot))
 
 
 def make_report(
@@ -168,9 +166,9 @@ def make_report(
     )
 
 
-def describe(case: Case) -> dict[str, Any]:
+def describe(robot: RobotUnderTest) -> dict[str, Any]:
     """Return what the model is made of, as numbers; of a scene also where the functional part is in the world."""
-    structure, site = case.structure, mujoco.mj_name2id(case.model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
+    structure, site = robot.structure, mujoco.mj_name2id(robot.model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
     found = {
         "characteristic_length_m": structure.characteristic_length_m,
         "moving_mass_kg": structure.mass_kg,
@@ -178,24 +176,24 @@ def describe(case: Case) -> dict[str, Any]:
         "tendons": len(structure.tendons),
         "actuators": len(structure.actuators),
         "sensors": len(structure.sensors),
-        "degrees_of_freedom": case.model.nv,
-        "timestep_s": float(case.model.opt.timestep),
+        "degrees_of_freedom": robot.model.nv,
+        "timestep_s": float(robot.model.opt.timestep),
     }
-    return found if site < 0 else {**found, "functional_part_m": np.round(case.drawn.site_xpos[site], 6).tolist()}
+    return found if site < 0 else {**found, "functional_part_m": np.round(robot.drawn.site_xpos[site], 6).tolist()}
 
 
-def measure(case: Case) -> dict[str, Any]:
+def measure(robot: RobotUnderTest) -> dict[str, Any]:
     """Return what the tests measured, as numbers."""
-    evidence = case.driven
+    evidence = robot.driven
     if evidence.battery is None:
         return {}
     effects = {
-        case.actuator(drive.actuator): round(case.effect_of(index), 6) for index, drive in enumerate(evidence.drives)
+        robot.actuator(drive.actuator): round(robot.effect_of(index), 6) for index, drive in enumerate(evidence.drives)
     }
-    speeds = evidence.battery.speed_m_s[:, :, list(case.structure.bodies)]
+    speeds = evidence.battery.speed_m_s[:, :, list(robot.structure.bodies)]
     return {
         "effect_over_length": effects,
-        "largest_effect_over_length": round(max(map(case.effect_in, range(len(evidence.tests))), default=0.0), 6),
+        "largest_effect_over_length": round(max(map(robot.effect_in, range(len(evidence.tests))), default=0.0), 6),
         "fastest_body_m_s": round(float(np.max(speeds, initial=0.0)), 6),
         "simulated_s": round(evidence.battery.frame_s * evidence.battery.speed_m_s.shape[1] * len(evidence.tests), 6),
     }

@@ -10,8 +10,6 @@ from pydantic import ConfigDict
 from aidsr.core.artifacts import Repairs, ValidationReport
 from aidsr.validation.fidelity import FidelityReport
 
-__all__ = ["FileReport", "schema_text"]
-
 
 class FileReport(ValidationReport):
     """The report on one file: everything that `aidsr.validate` returns, and what else was asked for."""

@@ -6,13 +6,11 @@ import copy
 from collections.abc import Sequence
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.case import Case
 from aidsr.validation.counterfactuals import without_contacts_of
 from aidsr.validation.protocol import gather_evidence
+from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rules.motion import numerical_instability
 from aidsr.validation.rules.rest import overlaps
-
-__all__ = ["REFUTED", "overlap_explains_divergence", "with_verdict"]
 
 REFUTED = frozenset({("initial_penetration", "numerical_instability")})
 """The explanation that does not hold where a robot diverges without its overlapping contacts too."""
@@ -23,18 +21,18 @@ _ADDED = {
 }
 
 
-def overlap_explains_divergence(case: Case) -> bool | None:
+def overlap_explains_divergence(robot: RobotUnderTest) -> bool | None:
     """Return whether a robot that overlaps and diverges no longer diverges without those contacts.
 
     None for a robot without both. The whole protocol is run again on a changed copy of the model.
     """
-    codes = {fault.code for fault in case.found if fault.severity == "error"}
+    codes = {fault.code for fault in robot.found if fault.severity == "error"}
     if not {"initial_penetration", "numerical_instability"} <= codes:
         return None
-    changed = copy.copy(case.model)
-    ours = {geom for overlap in overlaps(case) if overlap.acts for geom in overlap.geoms}
-    without_contacts_of(sorted(ours & set(case.structure.geoms)))(changed)
-    again = Case(model=changed, structure=case.structure, evidence=gather_evidence(changed, case.structure))
+    changed = copy.copy(robot.model)
+    ours = {geom for overlap in overlaps(robot) if overlap.acts for geom in overlap.geoms}
+    without_contacts_of(sorted(ours & set(robot.structure.geoms)))(changed)
+    again = RobotUnderTest(model=changed, structure=robot.structure, evidence=gather_evidence(changed, robot.structure))
     return not any(numerical_instability(again))
 
 

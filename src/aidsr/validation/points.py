@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure
 
-__all__ = ["displacements", "drawn_seen_from_root", "last_quarter", "seen_from_root"]
-
 Array = NDArray[np.float64]
 
 

@@ -7,8 +7,6 @@ import numpy as np
 
 from aidsr.sim.structure import Structure
 
-__all__ = ["bent_pose"]
-
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 
 

@@ -21,8 +21,6 @@ from aidsr.validation.battery import BatteryTest, commands_at_end, list_tests, r
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.validation.points import drawn_seen_from_root, seen_from_root
 
-__all__ = ["Evidence", "PlannedTests", "Protocol", "Variant", "gather_evidence", "plan_tests", "rerun"]
-
 Array = NDArray[np.float64]
 Variant = Callable[[mujoco.MjModel], None]
 """Changes a copy of the model for a counterfactual: what if there were no gravity?"""

@@ -8,8 +8,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["depth_m", "half_width_m", "volume_m3"]
-
 Array = NDArray[np.float64]
 
 _SPHERE, _CAPSULE = int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_CAPSULE)

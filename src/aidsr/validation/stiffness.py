@@ -10,8 +10,6 @@ from aidsr.sim.structure import Structure
 from aidsr.validation.counterfactuals import mass_ratio
 from aidsr.validation.thresholds import Thresholds
 
-__all__ = ["explain_divergence", "integration_numbers"]
-
 _RK4, _EULER = int(mujoco.mjtIntegrator.mjINT_RK4), int(mujoco.mjtIntegrator.mjINT_EULER)
 _STABLE_STEP = 2.0
 """dt * omega above which an undamped oscillator diverges. Source: stability of the semi-implicit Euler method."""

@@ -12,8 +12,6 @@ from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.mjcf.read import open_mjcf
 from aidsr.sandbox.isolation import call
 
-__all__ = ["Mount", "unexamined", "validate"]
-
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone stands while it is tested."""
 

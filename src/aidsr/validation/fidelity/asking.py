@@ -7,8 +7,6 @@ from pathlib import Path
 from aidsr.sandbox.isolation import call
 from aidsr.validation.fidelity.report import FidelityReport
 
-__all__ = ["fidelity"]
-
 
 def fidelity(mjcf: str | Path) -> FidelityReport:
     """Say how far the simulation of a robot can be trusted.

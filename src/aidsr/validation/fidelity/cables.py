@@ -12,8 +12,6 @@ from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.fidelity.limb import Limb, unloaded_pose
 
-__all__ = ["Cable", "Guide", "cables_along", "gradient", "guides_of"]
-
 Vector = NDArray[np.float64]
 
 _FIXED_GAIN = int(mujoco.mjtGain.mjGAIN_FIXED)

@@ -16,17 +16,6 @@ from aidsr.validation.fidelity.limb import Limb, unloaded_pose
 from aidsr.validation.fidelity.report import Comparison
 from aidsr.validation.fidelity.statics import Statics
 
-__all__ = [
-    "Arc",
-    "arc_of",
-    "bend_by_cable",
-    "bend_by_load",
-    "compare",
-    "comparison_load_n",
-    "frequency_of",
-    "tip_distance_percent",
-]
-
 Vector = NDArray[np.float64]
 
 _STANDARD_GRAVITY_M_S2 = 9.80665

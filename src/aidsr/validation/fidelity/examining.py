@@ -15,9 +15,7 @@ from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
 from aidsr.validation.fidelity.material import rod_of
 from aidsr.validation.fidelity.refining import half_step_percent, twice_the_segments_percent
 from aidsr.validation.fidelity.report import Comparison, FidelityReport, LimbFidelity
-from aidsr.validation.test_stand import stand
-
-__all__ = ["examine"]
+from aidsr.validation.mount import mount_model
 
 _CUT_CABLES = 2
 """Cables with which a limb is looked at with twice the segments: those that fitted their arcs worst."""
@@ -29,7 +27,7 @@ def examine(argument: dict[str, Any]) -> dict[str, Any]:
     Raises:
         MjcfError: The text is no model.
     """
-    standing = stand(load_mjcf(argument["text"]), "fixed", None)
+    standing = mount_model(load_mjcf(argument["text"]), "fixed", None)
     model, notes = standing.model, standing.notes
     structure = read_structure(model)
     builds: list[tuple[Limb, list[str], Chain]] = []

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from aidsr.sim.structure import Chain, name_of
 
-__all__ = ["Limb", "LimbError", "read_limb", "unloaded_pose"]
-
 Vector = NDArray[np.float64]
 
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)

@@ -9,8 +9,6 @@ from aidsr.sim.elastica import Rod
 from aidsr.sim.structure import Structure
 from aidsr.validation.fidelity.limb import Limb, unloaded_pose
 
-__all__ = ["rod_of"]
-
 _EXTRA = 0.1
 """Share by which the last link may be heavier than its neighbour's material before something rigid sits on it. Our
 choice: rounded ends add a few per cent."""

@@ -25,8 +25,6 @@ from aidsr.validation.fidelity.comparing import (
 from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
 from aidsr.validation.fidelity.rewriting import rewrite
 
-__all__ = ["half_step_percent", "twice_the_segments_percent"]
-
 Array = NDArray[np.float64]
 
 _SAME_TIP_PERCENT = 0.2

@@ -6,8 +6,6 @@ from typing import Literal
 
 from aidsr.core.artifacts import Artifact
 
-__all__ = ["Comparison", "FidelityReport", "LimbFidelity"]
-
 _LEVELS = (
     (1.0, "as close as published models of such robots are to each other"),
     (3.0, "good for shapes and reaches"),

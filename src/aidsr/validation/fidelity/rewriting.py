@@ -12,8 +12,6 @@ from aidsr.sim.structure import Chain
 from aidsr.validation.fidelity.cables import Cable, Guide
 from aidsr.validation.fidelity.limb import Limb, LimbError, unloaded_pose
 
-__all__ = ["rewrite"]
-
 Vector = NDArray[np.float64]
 
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)

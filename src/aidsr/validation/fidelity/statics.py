@@ -9,8 +9,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Load", "Statics"]
-
 Vector = NDArray[np.float64]
 Load = Callable[[mujoco.MjModel, mujoco.MjData, Vector], None]
 """Adds its generalized forces to the last argument, (nv,)."""

@@ -8,8 +8,6 @@ from aidsr.sandbox.isolation import call
 from aidsr.validation.page.traces import ActuatorTrace, Signal
 from aidsr.validation.validating import Mount, unexamined
 
-__all__ = ["Traced", "traced"]
-
 
 class Traced(Artifact):
     """A report and what it was read off."""

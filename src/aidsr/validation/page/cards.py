@@ -11,8 +11,6 @@ from aidsr.core.artifacts import Fault
 from aidsr.validation.page.plots import plotted
 from aidsr.validation.page.traces import Signal
 
-__all__ = ["Card", "cards", "number"]
-
 _MOST_NAMES = 8
 _AROUND = 2
 """Lines shown on both sides of the one a fault is in."""

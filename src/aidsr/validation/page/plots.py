@@ -12,8 +12,6 @@ from aidsr.validation.page.traces import Signal
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plotted", "spark"]
-
 _INK, _SOFT, _BAD, _SHEET = "#010101", "#020202", "#030303", "#040404"
 _CURVES = ("#050501", "#050502", "#050503", "#050504", "#050505", "#050506")
 _VARIABLES = {_INK: "--ink", _SOFT: "--soft", _BAD: "--bad", _SHEET: "--sheet"} | {

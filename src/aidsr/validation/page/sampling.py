@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from aidsr.validation.page.traces import Line, Signal
 
-__all__ = ["kept_frames", "signal", "thinned"]
-
 Array = NDArray[np.float64]
 
 _MOST_POINTS = 240

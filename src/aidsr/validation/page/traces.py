@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from aidsr.core.artifacts import Artifact
 
-__all__ = ["ActuatorTrace", "Line", "Signal"]
-
 
 class Line(Artifact):
     """One curve."""

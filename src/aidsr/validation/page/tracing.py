@@ -8,16 +8,14 @@ from aidsr.validation.engine import examine_text
 from aidsr.validation.page.acting import actuator_traces
 from aidsr.validation.page.signals import signal_of
 
-__all__ = ["trace"]
-
 
 def trace(argument: dict[str, Any]) -> dict[str, Any]:
     """Answer a request of `aidsr.validation.page.traced`."""
     examined = examine_text(**argument)
-    case, faults = examined.case, examined.report.faults
-    signals = [signal_of(case, fault) if case is not None else None for fault in faults]
+    robot, faults = examined.robot, examined.report.faults
+    signals = [signal_of(robot, fault) if robot is not None else None for fault in faults]
     return {
         "report": examined.report.model_dump(mode="json"),
         "signals": [None if found is None else found.model_dump(mode="json") for found in signals],
-        "actuators": [each.model_dump(mode="json") for each in actuator_traces(case)] if case is not None else [],
+        "actuators": [each.model_dump(mode="json") for each in actuator_traces(robot)] if robot is not None else [],
     }

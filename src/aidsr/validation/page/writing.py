@@ -21,8 +21,6 @@ from aidsr.validation.page.traces import ActuatorTrace
 if TYPE_CHECKING:
     from jinja2 import Template
 
-__all__ = ["GENERATOR", "page_html"]
-
 GENERATOR = "aidsr validate"
 """What the page says it was made by."""
 

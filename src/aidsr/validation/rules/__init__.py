@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aidsr.validation.case import Rule
+from aidsr.validation.robot_under_test import Rule
 from aidsr.validation.rules.blocks import no_actuators, no_sensors, no_tendons, tendons_not_actuated
 from aidsr.validation.rules.cables import tendon_pushes, tendon_skips_segments, tendon_through_body
 from aidsr.validation.rules.effect import antagonist_lock, no_effect, self_collision_lock

@@ -5,42 +5,40 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.case import Case
-
-__all__ = ["no_actuators", "no_sensors", "no_tendons", "tendons_not_actuated"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 
-def no_tendons(case: Case) -> Iterator[Fault]:
+def no_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
     """A tendon-driven robot has tendons."""
-    if not case.structure.tendons:
+    if not robot.structure.tendons:
         yield _missing("no_tendons", "tendons", "Add <tendon> with one <spatial> per cable, routed through sites.")
 
 
-def no_actuators(case: Case) -> Iterator[Fault]:
+def no_actuators(robot: RobotUnderTest) -> Iterator[Fault]:
     """A robot has actuators."""
-    if not case.structure.actuators:
+    if not robot.structure.actuators:
         yield _missing(
             "no_actuators", "actuators", 'Add <actuator> with one motor or position servo tendon="..." each.'
         )
 
 
-def no_sensors(case: Case) -> Iterator[Fault]:
+def no_sensors(robot: RobotUnderTest) -> Iterator[Fault]:
     """A policy needs sensors to see what the robot does."""
-    if not case.structure.sensors:
+    if not robot.structure.sensors:
         yield _missing(
             "no_sensors", "sensors", "Add <sensor>, such as <tendonpos> for each tendon and <framepos> of a tip."
         )
 
 
-def tendons_not_actuated(case: Case) -> Iterator[Fault]:
+def tendons_not_actuated(robot: RobotUnderTest) -> Iterator[Fault]:
     """At least one tendon is pulled by an actuator."""
-    structure = case.structure
+    structure = robot.structure
     if structure.tendons and structure.actuators and not structure.tendon_actuators:
         yield Fault(
             code="tendons_not_actuated",
             layer="structure",
             severity="error",
-            names=tuple(case.tendon(tendon.id) for tendon in structure.tendons),
+            names=tuple(robot.tendon(tendon.id) for tendon in structure.tendons),
             measured=0,
             limit=1,
             unit="driven tendons",

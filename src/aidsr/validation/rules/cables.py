@@ -13,35 +13,33 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import Fault
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Tendon
-from aidsr.validation.case import Case
+from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.solids import depth_m, half_width_m
-
-__all__ = ["tendon_pushes", "tendon_skips_segments", "tendon_through_body"]
 
 _ALONG = np.linspace(0, 1, 17)[1:-1, None]
 """Where along a line it is looked at, as shares of its length; a segment is passed in several places."""
 
 
-def tendon_through_body(case: Case) -> Iterator[Fault]:
+def tendon_through_body(robot: RobotUnderTest) -> Iterator[Fault]:
     """Between two guides a cable keeps out of parts that neither guide belongs to, drawn and driven.
 
     MuJoCo pulls a tendon straight from site to site, whatever is between them.
     """
-    lines = _Lines.of(case)
+    lines = _Lines.of(robot)
     worst: dict[int, tuple[float, float, str]] = {}
-    for data in _poses(case) if lines.tendons else ():
-        for tendon, share, half_m, body in lines.buried(case, data):
+    for data in _poses(robot) if lines.tendons else ():
+        for tendon, share, half_m, body in lines.buried(robot, data):
             worst[tendon] = max(worst.get(tendon, (0.0, 0.0, "")), (share, half_m, body))
-    deep = {tendon: found for tendon, found in worst.items() if found[0] > case.limits.through_body}
+    deep = {tendon: found for tendon, found in worst.items() if found[0] > robot.limits.through_body}
     if deep:
         share, half_m, body = max(deep.values())
         yield Fault(
             code="tendon_through_body",
             layer="realizability",
             severity="error",
-            names=tuple(case.tendon(tendon) for tendon in deep),
+            names=tuple(robot.tendon(tendon) for tendon in deep),
             measured=share,
-            limit=case.limits.through_body,
+            limit=robot.limits.through_body,
             unit="of the half width of the part",
             whole=half_m,
             whole_unit="m",
@@ -50,23 +48,23 @@ def tendon_through_body(case: Case) -> Iterator[Fault]:
         )
 
 
-def _poses(case: Case) -> Iterator[mujoco.MjData]:
+def _poses(robot: RobotUnderTest) -> Iterator[mujoco.MjData]:
     """The drawn pose and the ends of the tests of single actuators."""
-    evidence = case.driven
+    evidence = robot.driven
     yield evidence.start
     if evidence.battery is None:
         return
-    data = mujoco.MjData(case.model)
+    data = mujoco.MjData(robot.model)
     for row, test in enumerate(evidence.tests):
         if test.kind == "single" and not evidence.battery.failed(row):
-            mujoco.mj_setState(case.model, data, evidence.battery.states[row], mujoco.mjtState.mjSTATE_INTEGRATION)
-            mujoco.mj_kinematics(case.model, data)
+            mujoco.mj_setState(robot.model, data, evidence.battery.states[row], mujoco.mjtState.mjSTATE_INTEGRATION)
+            mujoco.mj_kinematics(robot.model, data)
             yield data
 
 
-def _spans(case: Case, tendon: Tendon) -> Iterator[tuple[int, int]]:
+def _spans(robot: RobotUnderTest, tendon: Tendon) -> Iterator[tuple[int, int]]:
     """Neighbouring sites that the tendon joins by a straight line."""
-    wraps = tendon_wraps(case.model, tendon.id)
+    wraps = tendon_wraps(robot.model, tendon.id)
     for (kind, site), (next_kind, next_site) in pairwise(wraps):
         if kind == WRAP_SITE and next_kind == WRAP_SITE:
             yield site, next_site
@@ -87,60 +85,60 @@ class _Lines:
     own: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, case: Case) -> _Lines:
-        bodies, weld = case.model.site_bodyid, case.model.body_weldid
+    def of(cls, robot: RobotUnderTest) -> _Lines:
+        bodies, weld = robot.model.site_bodyid, robot.model.body_weldid
         found = [
             (tendon.id, span)
-            for tendon in case.structure.tendons
-            for span in _spans(case, tendon)
+            for tendon in robot.structure.tendons
+            for span in _spans(robot, tendon)
             if weld[bodies[span[0]]] != weld[bodies[span[1]]]
         ]
         ends = [(int(bodies[one]), int(bodies[other])) for _, (one, other) in found]
-        own = {pair: _own_parts(case, *pair) for pair in set(ends)}
+        own = {pair: _own_parts(robot, *pair) for pair in set(ends)}
         sites = np.array([span for _, span in found], dtype=int).reshape(-1, 2)
         return cls(tuple(tendon for tendon, _ in found), sites, np.array([own[pair] for pair in ends]))
 
-    def buried(self, case: Case, data: mujoco.MjData) -> Iterator[tuple[int, float, float, str]]:
+    def buried(self, robot: RobotUnderTest, data: mujoco.MjData) -> Iterator[tuple[int, float, float, str]]:
         """Tendon, depth / half width, half width [m] and name of every part that a line passes through."""
         begin, end = data.site_xpos[self.sites[:, 0]], data.site_xpos[self.sites[:, 1]]
         apart = data.geom_xpos - ((begin + end) / 2)[:, None]
-        reach = np.linalg.norm(end - begin, axis=1)[:, None] / 2 + case.model.geom_rbound
+        reach = np.linalg.norm(end - begin, axis=1)[:, None] / 2 + robot.model.geom_rbound
         near = np.einsum("lgi,lgi->lg", apart, apart) < reach**2
         for line, geom in np.argwhere(near & ~self.own).tolist():
             points = begin[line] + _ALONG * (end[line] - begin[line])
-            depth = float(depth_m(case.model, data, geom, points).max())
+            depth = float(depth_m(robot.model, data, geom, points).max())
             if depth > 0:
-                half_m = half_width_m(case.model, geom)
-                yield self.tendons[line], depth / half_m, half_m, case.body(int(case.model.geom_bodyid[geom]))
+                half_m = half_width_m(robot.model, geom)
+                yield self.tendons[line], depth / half_m, half_m, robot.body(int(robot.model.geom_bodyid[geom]))
 
 
-def _own_parts(case: Case, one: int, other: int) -> NDArray[np.bool_]:
+def _own_parts(robot: RobotUnderTest, one: int, other: int) -> NDArray[np.bool_]:
     """Geoms that a line between two bodies may touch, (ngeom,).
 
     Those of the bodies and of their neighbours, but none of a body that it passes over; and the environment's.
     """
-    model, weld = case.model, case.model.body_weldid.tolist()
+    model, weld = robot.model, robot.model.body_weldid.tolist()
     ends = {weld[one], weld[other]}
     parents = model.body_parentid.tolist()
-    steps = [(weld[body], weld[parents[body]]) for body in case.structure.bodies]
+    steps = [(weld[body], weld[parents[body]]) for body in robot.structure.bodies]
     near = (
         ends | {part for part, parent in steps if parent in ends} | {parent for part, parent in steps if part in ends}
     )
-    near -= {weld[body] for body in _between(case, one, other)} - ends
+    near -= {weld[body] for body in _between(robot, one, other)} - ends
     own = np.ones(model.ngeom, dtype=bool)
-    ours = list(case.structure.geoms)
+    ours = list(robot.structure.geoms)
     own[ours] = [weld[body] in near for body in model.geom_bodyid[ours].tolist()]
     return own
 
 
-def tendon_skips_segments(case: Case) -> Iterator[Fault]:
+def tendon_skips_segments(robot: RobotUnderTest) -> Iterator[Fault]:
     """A cable along a limb is guided by every segment it passes."""
     skipping: dict[str, int] = {}
-    for tendon in case.structure.tendons:
-        for site, next_site in _spans(case, tendon):
-            skipped = _skipped_joints(case, site, next_site)
+    for tendon in robot.structure.tendons:
+        for site, next_site in _spans(robot, tendon):
+            skipped = _skipped_joints(robot, site, next_site)
             if skipped > 1:
-                name = case.tendon(tendon.id)
+                name = robot.tendon(tendon.id)
                 skipping[name] = max(skipping.get(name, 0), skipped)
     if skipping:
         yield Fault(
@@ -156,22 +154,22 @@ def tendon_skips_segments(case: Case) -> Iterator[Fault]:
         )
 
 
-def _skipped_joints(case: Case, site: int, next_site: int) -> int:
+def _skipped_joints(robot: RobotUnderTest, site: int, next_site: int) -> int:
     """Turning points along which a straight cable between two sites runs; 0 where it crosses free space.
 
     Along a limb the skipped joints are no farther from the cable than its guides are from their own joints; a cable
     across a loop keeps away from the joints between.
     """
-    model, data = case.model, case.driven.start
+    model, data = robot.model, robot.driven.start
     begin, end = data.site_xpos[site], data.site_xpos[next_site]
     span_m = float(np.linalg.norm(end - begin))
-    between = _between(case, int(model.site_bodyid[site]), int(model.site_bodyid[next_site]))
+    between = _between(robot, int(model.site_bodyid[site]), int(model.site_bodyid[next_site]))
     if len(between) < 2:
         return 0
     anchors: list[NDArray[np.float64]] = []
     for body in between:
         anchor = data.xanchor[int(model.body_jntadr[body])]
-        if not anchors or np.linalg.norm(anchor - anchors[-1]) > case.limits.overlap_noticed * case.length_m:
+        if not anchors or np.linalg.norm(anchor - anchors[-1]) > robot.limits.overlap_noticed * robot.length_m:
             anchors.append(np.array(anchor))
     if span_m == 0 or len(anchors) < 2:
         return 0
@@ -182,9 +180,9 @@ def _skipped_joints(case: Case, site: int, next_site: int) -> int:
     return len(anchors) if away.max() <= guide else 0
 
 
-def _between(case: Case, one: int, other: int) -> list[int]:
+def _between(robot: RobotUnderTest, one: int, other: int) -> list[int]:
     """Bodies with joints on the way from one body to another through the tree."""
-    parents, joints = case.model.body_parentid.tolist(), case.model.body_jntnum.tolist()
+    parents, joints = robot.model.body_parentid.tolist(), robot.model.body_jntnum.tolist()
 
     def ancestors(body: int) -> list[int]:
         line = [body]
@@ -197,19 +195,19 @@ def _between(case: Case, one: int, other: int) -> list[int]:
     return [body for body in apart if joints[body]]
 
 
-def tendon_pushes(case: Case) -> Iterator[Fault]:
+def tendon_pushes(robot: RobotUnderTest) -> Iterator[Fault]:
     """A cable can only pull."""
-    evidence = case.driven
+    evidence = robot.driven
     if evidence.battery is None:
         return
     pushing: dict[str, tuple[float, float]] = {}
-    spatial = {tendon.id for tendon in case.structure.tendons if tendon.spatial}
+    spatial = {tendon.id for tendon in robot.structure.tendons if tendon.spatial}
     for drive in evidence.drives:
-        if drive.on_tendon and int(case.model.actuator_trnid[drive.actuator, 0]) in spatial:
-            force = case.force_n(drive)
+        if drive.on_tendon and int(robot.model.actuator_trnid[drive.actuator, 0]) in spatial:
+            force = robot.force_n(drive)
             pull, push = max(0.0, -float(force.min())), max(0.0, float(force.max()))
-            if push > case.limits.push_share * pull and push > 0:
-                pushing[case.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf"), pull
+            if push > robot.limits.push_share * pull and push > 0:
+                pushing[robot.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf"), pull
     if pushing:
         worst, pull = max(pushing.values())
         yield Fault(
@@ -218,7 +216,7 @@ def tendon_pushes(case: Case) -> Iterator[Fault]:
             severity="error",
             names=tuple(pushing),
             measured=worst if np.isfinite(worst) else None,
-            limit=case.limits.push_share,
+            limit=robot.limits.push_share,
             unit="of its greatest pull",
             whole=pull if pull > 0 else None,
             whole_unit="N",

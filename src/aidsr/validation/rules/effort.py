@@ -10,21 +10,10 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.motors import can_hold, cheapest_motor
-from aidsr.validation.case import Case
 from aidsr.validation.drive import Drive
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
+from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.solids import volume_m3
-
-__all__ = [
-    "Effort",
-    "actuator_overforce",
-    "actuator_power",
-    "actuator_speed",
-    "efforts",
-    "implausible_density",
-    "motor_measurements",
-    "no_motor_fits",
-]
 
 
 @dataclass(frozen=True)
@@ -48,9 +37,9 @@ class Effort:
     sweep_power_w: float
 
 
-def efforts(case: Case) -> list[Effort]:
+def efforts(robot: RobotUnderTest) -> list[Effort]:
     """Return what the tests ask of every tendon actuator; nothing where the robot did not survive settling."""
-    evidence, battery = case.driven, case.driven.battery
+    evidence, battery = robot.driven, robot.driven.battery
     if battery is None:
         return []
     sweep = np.array([test.kind == "sweep" for test in evidence.tests])
@@ -58,8 +47,8 @@ def efforts(case: Case) -> list[Effort]:
     for drive in evidence.drives:
         if not drive.on_tendon:
             continue
-        tendon = int(case.model.actuator_trnid[drive.actuator, 0])
-        pull = np.maximum(-case.force_n(drive), 0.0)
+        tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
+        pull = np.maximum(-robot.force_n(drive), 0.0)
         speed = np.where(pull > 0, np.abs(battery.fields["ten_velocity"][:, :, tendon]), 0.0)
         power = pull * np.maximum(-battery.fields["ten_velocity"][:, :, tendon], 0.0)
         found.append(
@@ -75,14 +64,14 @@ def efforts(case: Case) -> list[Effort]:
     return found
 
 
-def actuator_overforce(case: Case) -> Iterator[Fault]:
+def actuator_overforce(robot: RobotUnderTest) -> Iterator[Fault]:
     """Cable tension stays within what servo winches give, and within reason for the robot's weight."""
-    limits, weight_n = case.limits, case.structure.mass_kg * STANDARD_GRAVITY_M_S2
+    limits, weight_n = robot.limits, robot.structure.mass_kg * STANDARD_GRAVITY_M_S2
     allowed_n = min(limits.tension_n, max(limits.tension_noticed_n, limits.tension_to_weight * weight_n))
-    strong = [effort for effort in efforts(case) if effort.tension_n > allowed_n]
+    strong = [effort for effort in efforts(robot) if effort.tension_n > allowed_n]
     if strong:
         yield _fault(
-            case,
+            robot,
             "actuator_overforce",
             strong,
             measured=max(effort.tension_n for effort in strong),
@@ -93,17 +82,17 @@ def actuator_overforce(case: Case) -> Iterator[Fault]:
         )
 
 
-def actuator_power(case: Case) -> Iterator[Fault]:
+def actuator_power(robot: RobotUnderTest) -> Iterator[Fault]:
     """Mechanical power stays within what motors of this size give."""
-    limits = case.limits
-    per_kg = max(limits.power_noticed_w, limits.power_w_kg * case.structure.mass_kg)
+    limits = robot.limits
+    per_kg = max(limits.power_noticed_w, limits.power_w_kg * robot.structure.mass_kg)
     allowed_w = min(limits.power_w, per_kg)
-    strong = [e for e in efforts(case) if e.power_w > allowed_w or e.sweep_power_w > limits.sweep_power_w]
+    strong = [e for e in efforts(robot) if e.power_w > allowed_w or e.sweep_power_w > limits.sweep_power_w]
     if strong:
         worst = max(strong, key=lambda e: max(e.power_w / allowed_w, e.sweep_power_w / limits.sweep_power_w))
         ramped = worst.power_w > allowed_w
         yield _fault(
-            case,
+            robot,
             "actuator_power",
             strong,
             measured=worst.power_w if ramped else worst.sweep_power_w,
@@ -114,29 +103,29 @@ def actuator_power(case: Case) -> Iterator[Fault]:
         )
 
 
-def actuator_speed(case: Case) -> Iterator[Fault]:
+def actuator_speed(robot: RobotUnderTest) -> Iterator[Fault]:
     """Cables are not reeled faster than a winch can."""
-    fast = [effort for effort in efforts(case) if effort.speed_m_s > case.limits.cable_speed_m_s]
+    fast = [effort for effort in efforts(robot) if effort.speed_m_s > robot.limits.cable_speed_m_s]
     if fast:
         yield _fault(
-            case,
+            robot,
             "actuator_speed",
             fast,
             measured=max(effort.speed_m_s for effort in fast),
-            limit=case.limits.cable_speed_m_s,
+            limit=robot.limits.cable_speed_m_s,
             unit="m/s",
             message="cable speed while the command ramps",
             cure='Give the actuators a time constant (dyntype="filterexact" dynprm="0.05"), or more joint damping.',
         )
 
 
-def no_motor_fits(case: Case) -> Iterator[Fault]:
+def no_motor_fits(robot: RobotUnderTest) -> Iterator[Fault]:
     """Some motor of the catalogue can hold the tension and take up the stroke.
 
     A tension that no motor holds over any stroke is `actuator_overforce`; the stroke is looked at as if it were cured.
     """
-    most_n = case.limits.tension_n
-    asked = [replace(effort, tension_n=min(effort.tension_n, most_n)) for effort in efforts(case)]
+    most_n = robot.limits.tension_n
+    asked = [replace(effort, tension_n=min(effort.tension_n, most_n)) for effort in efforts(robot)]
     most = [max((getattr(effort, name) for effort in asked), default=0.0) for name in ("tension_n", "stroke_m")]
     # one motor that can do the most of everything can do all
     if not asked or can_hold(*most):
@@ -145,7 +134,7 @@ def no_motor_fits(case: Case) -> Iterator[Fault]:
     if out_of_reach:
         worst = max(out_of_reach, key=lambda effort: effort.tension_n * effort.stroke_m)
         yield _fault(
-            case,
+            robot,
             "cable_stroke",
             out_of_reach,
             measured=worst.stroke_m,
@@ -165,18 +154,18 @@ def _reach_m(effort: Effort) -> float:
     return low
 
 
-def implausible_density(case: Case) -> Iterator[Fault]:
+def implausible_density(robot: RobotUnderTest) -> Iterator[Fault]:
     """Every body that moves is made of something: denser than foam, lighter than osmium."""
-    model, limits = case.model, case.limits
+    model, limits = robot.model, robot.limits
     odd: dict[str, float] = {}
-    for body in case.structure.bodies:
-        geoms = [geom for geom in case.structure.geoms if int(model.geom_bodyid[geom]) == body]
+    for body in robot.structure.bodies:
+        geoms = [geom for geom in robot.structure.geoms if int(model.geom_bodyid[geom]) == body]
         volumes = [volume for geom in geoms if (volume := volume_m3(model, geom)) is not None]
         if not volumes or len(volumes) < len(geoms) or model.body_mass[body] == 0:
             continue
         density = float(model.body_mass[body]) / sum(volumes)
         if not limits.density_low_kg_m3 <= density <= limits.density_high_kg_m3:
-            odd[case.body(body)] = density
+            odd[robot.body(body)] = density
     if odd:
         worst = max(odd.values(), key=lambda density: max(density, 1 / density))
         heavy = worst > limits.density_high_kg_m3
@@ -193,16 +182,16 @@ def implausible_density(case: Case) -> Iterator[Fault]:
         )
 
 
-def motor_measurements(case: Case) -> dict[str, dict[str, float | str]]:
+def motor_measurements(robot: RobotUnderTest) -> dict[str, dict[str, float | str]]:
     """Return what each tendon actuator was asked for, and the cheapest motor that gives it, "" for none."""
     asked: dict[str, dict[str, float | str]] = {}
     motors: dict[tuple[float, ...], str] = {}
-    for effort in efforts(case):
-        speed_m_s = min(effort.speed_m_s, case.limits.cable_speed_m_s)
+    for effort in efforts(robot):
+        speed_m_s = min(effort.speed_m_s, robot.limits.cable_speed_m_s)
         demand = tuple(_rounded_up(value) for value in (effort.tension_n, speed_m_s, effort.stroke_m))
         if demand not in motors:
             motors[demand] = str(cheapest_motor(*demand) or "")
-        asked[case.actuator(effort.drive.actuator)] = {
+        asked[robot.actuator(effort.drive.actuator)] = {
             "tension_n": round(effort.tension_n, 4),
             "speed_m_s": round(effort.speed_m_s, 4),
             "stroke_m": round(effort.stroke_m, 5),
@@ -222,13 +211,21 @@ def _rounded_up(value: float) -> float:
 
 
 def _fault(
-    case: Case, code: str, found: list[Effort], *, measured: float, limit: float, unit: str, message: str, cure: str
+    robot: RobotUnderTest,
+    code: str,
+    found: list[Effort],
+    *,
+    measured: float,
+    limit: float,
+    unit: str,
+    message: str,
+    cure: str,
 ) -> Fault:
     return Fault(
         code=code,
         layer="realizability",
         severity="error",
-        names=tuple(case.actuator(effort.drive.actuator) for effort in found),
+        names=tuple(robot.actuator(effort.drive.actuator) for effort in found),
         measured=measured,
         limit=limit,
         unit=unit,

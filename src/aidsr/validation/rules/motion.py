@@ -11,21 +11,19 @@ from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.rollout import Recording
-from aidsr.validation.case import Case
 from aidsr.validation.divergence import divergence, sound
 from aidsr.validation.points import last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
+from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.stiffness import explain_divergence
-
-__all__ = ["chatter", "describe_test", "limit_overrun", "numerical_instability"]
 
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
-def numerical_instability(case: Case) -> Iterator[Fault]:
+def numerical_instability(robot: RobotUnderTest) -> Iterator[Fault]:
     """No test ends in numbers that are not finite, warned about, or faster than anything real."""
-    for phase, recording, row in _phases(case):
-        found = divergence(case, recording, row)
+    for phase, recording, row in _phases(robot):
+        found = divergence(robot, recording, row)
         if found is None:
             continue
         measured, limit, unit, names, time_s = found
@@ -39,7 +37,7 @@ def numerical_instability(case: Case) -> Iterator[Fault]:
             limit=limit,
             unit=unit,
             message=f"the simulation fails during {phase}: {what}",
-            likely_cause=explain_divergence(case.model, case.structure),
+            likely_cause=explain_divergence(robot.model, robot.structure),
             cure='Use <option integrator="implicitfast" timestep="0.002"/>, joint damping of at least 0.02 s times its '
             "stiffness, heavier segments or softer joints and servos.",
             first_time_s=time_s,
@@ -47,21 +45,21 @@ def numerical_instability(case: Case) -> Iterator[Fault]:
         return
 
 
-def _phases(case: Case) -> Iterator[tuple[str, Recording, int]]:
+def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
     """Simulations with a sign of divergence, the passive one first."""
-    settle, battery = case.driven.settle, case.driven.battery
-    if not sound(case, settle)[0]:
+    settle, battery = robot.driven.settle, robot.driven.battery
+    if not sound(robot, settle)[0]:
         yield "settling", settle, 0
     if battery is not None:
-        for row in sorted(set(range(len(case.driven.tests))).difference(case.sound_tests)):
-            yield describe_test(case, row), battery, row
+        for row in sorted(set(range(len(robot.driven.tests))).difference(robot.sound_tests)):
+            yield describe_test(robot, row), battery, row
 
 
-def describe_test(case: Case, row: int) -> str:
+def describe_test(robot: RobotUnderTest, row: int) -> str:
     """Return a test of the battery in words."""
-    test = case.driven.tests[row]
+    test = robot.driven.tests[row]
     if test.drive >= 0:
-        actuator = case.actuator(case.driven.drives[test.drive].actuator)
+        actuator = robot.actuator(robot.driven.drives[test.drive].actuator)
         return f"the test of {actuator} at ctrl {test.command:.4g}"
     return {
         "reference": "the test with slack tendons",
@@ -70,64 +68,64 @@ def describe_test(case: Case, row: int) -> str:
     }.get(test.kind, "the random sweep of all actuators")
 
 
-def chatter(case: Case) -> Iterator[Fault]:
+def chatter(robot: RobotUnderTest) -> Iterator[Fault]:
     """Under constant commands, after settling, the robot stands still.
 
-    Looked at in tests that do not diverge. See `Case.shaking_g` for what is measured.
+    Looked at in tests that do not diverge. See `RobotUnderTest.shaking_g` for what is measured.
     """
-    limits = case.limits
-    settle, battery = case.driven.settle, case.driven.battery
+    limits = robot.limits
+    settle, battery = robot.driven.settle, robot.driven.battery
     worst, where, what = 0.0, -1, ""
-    rows = [("settling", rms, 0) for rms in case.shaking_g(settle)[:1] if sound(case, settle)[0]]
+    rows = [("settling", rms, 0) for rms in robot.shaking_g(settle)[:1] if sound(robot, settle)[0]]
     if battery is not None:
-        shaking_g = case.shaking_g(battery)
-        rows += [("", shaking_g[row], row) for row in case.sound_tests if case.driven.tests[row].kind != "sweep"]
+        shaking_g = robot.shaking_g(battery)
+        rows += [("", shaking_g[row], row) for row in robot.sound_tests if robot.driven.tests[row].kind != "sweep"]
     for phase, rms, row in rows:
         if rms.size and rms.max() > worst:
             worst, where = float(rms.max()), int(np.argmax(rms))
-            what = phase or describe_test(case, row)
+            what = phase or describe_test(robot, row)
     if worst > limits.chatter_warning_g:
         severe = worst > limits.chatter_error_g
         yield Fault(
             code="chatter",
             layer="simulate",
             severity="error" if severe else "warning",
-            names=(case.body(case.structure.bodies[where]),),
+            names=(robot.body(robot.structure.bodies[where]),),
             measured=worst,
             limit=limits.chatter_error_g if severe else limits.chatter_warning_g,
             unit="g",
             whole=STANDARD_GRAVITY_M_S2,
             whole_unit="m/s2",
             message=f"keeps accelerating under constant commands, at the end of {what}",
-            likely_cause=_why_chatter(case),
+            likely_cause=_why_chatter(robot),
             cure="Raise joint damping, soften servos (kp) or give them kv, and separate parts that rub.",
         )
 
 
-def _why_chatter(case: Case) -> str:
+def _why_chatter(robot: RobotUnderTest) -> str:
     """A tendon whose ends meet has no direction left to pull in; otherwise something is too stiff."""
-    evidence, shortest = case.driven, case.limits.slack_length * case.length_m
-    pulled = [tendon.id for tendon in case.structure.tendons if tendon.spatial and tendon.actuators]
+    evidence, shortest = robot.driven, robot.limits.slack_length * robot.length_m
+    pulled = [tendon.id for tendon in robot.structure.tendons if tendon.spatial and tendon.actuators]
     if evidence.battery is not None and pulled:
         lengths = evidence.battery.fields["ten_length"][:, -1, pulled].min(axis=0)
-        met = [case.tendon(tendon) for tendon, length in zip(pulled, lengths, strict=True) if length < shortest]
+        met = [robot.tendon(tendon) for tendon, length in zip(pulled, lengths, strict=True) if length < shortest]
         if met:
             return f"{met[0]} is pulled to no length, where its direction flips"
     return "contacts, limits or servos are stiffer than the time step can follow"
 
 
-def limit_overrun(case: Case) -> Iterator[Fault]:
+def limit_overrun(robot: RobotUnderTest) -> Iterator[Fault]:
     """Driven joints stay about within their ranges.
 
     Source: MuJoCo documentation, Modeling, "Solver parameters": limits are soft, and softer for light links.
     """
-    model, limits = case.model, case.limits
+    model, limits = robot.model, robot.limits
     worst_deg, at = 0.0, -1
-    for joint in case.structure.joints:
+    for joint in robot.structure.joints:
         if int(model.jnt_type[joint]) != _HINGE or not model.jnt_limited[joint]:
             continue
         low, high = model.jnt_range[joint]
-        for angles in _angles_rad(case, joint):
+        for angles in _angles_rad(robot, joint):
             beyond_deg = math.degrees(max(float(low - angles.min(initial=low)), float(angles.max(initial=high) - high)))
             if beyond_deg > worst_deg:
                 worst_deg, at = beyond_deg, joint
@@ -137,7 +135,7 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
             code="limit_overrun",
             layer="simulate",
             severity="error" if severe else "warning",
-            names=(case.joint(at),),
+            names=(robot.joint(at),),
             measured=worst_deg,
             limit=limits.overrun_error_deg if severe else limits.overrun_warning_deg,
             unit="deg beyond its range",
@@ -147,16 +145,16 @@ def limit_overrun(case: Case) -> Iterator[Fault]:
         )
 
 
-def _angles_rad(case: Case, joint: int) -> Iterator[NDArray[np.float64]]:
+def _angles_rad(robot: RobotUnderTest, joint: int) -> Iterator[NDArray[np.float64]]:
     """Angles of a hinge in each test that does not diverge; of one that shakes, only the mean it shakes about."""
-    battery, tests = case.driven.battery, case.driven.tests
+    battery, tests = robot.driven.battery, robot.driven.tests
     if battery is None:
         return
-    angles = battery.fields["qpos"][:, :, int(case.model.jnt_qposadr[joint])]
-    held = [row for row in case.sound_tests if tests[row].kind != "sweep"]
-    shaking = [row for row in held if case.shakes(row)]
+    angles = battery.fields["qpos"][:, :, int(robot.model.jnt_qposadr[joint])]
+    held = [row for row in robot.sound_tests if tests[row].kind != "sweep"]
+    shaking = [row for row in held if robot.shakes(row)]
     if not shaking:
-        yield angles[list(case.sound_tests)]
+        yield angles[list(robot.sound_tests)]
         return
     # what shakes when held shakes in the sweep too
     yield last_quarter(angles[shaking], axis=1).mean(axis=1)

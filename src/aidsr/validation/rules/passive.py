@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.case import Case
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
-
-__all__ = ["drop", "energy_growth", "gravity_collapse", "negative_damping", "passive_collapse", "underdamped"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 _WITH_GRAVITY, _WEIGHTLESS = 0, 1
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -23,13 +21,13 @@ _WINDOW = 3 / 8
 _CURE_SAG = "Raise the joint stiffness, make the limb lighter or shorter, or taper it towards the tip."
 
 
-def gravity_collapse(case: Case) -> Iterator[Fault]:
+def gravity_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
     """The robot keeps about its shape under its own weight, and its weight is what bends it."""
-    limits = case.limits
-    if not case.settled:
+    limits = robot.limits
+    if not robot.settled:
         return
-    sag, names = _deformation(case, _WITH_GRAVITY)
-    without, _ = _deformation(case, _WEIGHTLESS)
+    sag, names = _deformation(robot, _WITH_GRAVITY)
+    without, _ = _deformation(robot, _WEIGHTLESS)
     if sag <= limits.collapse_warning or without > limits.weightless_share * sag:
         return
     severe = sag > limits.collapse_error
@@ -41,7 +39,7 @@ def gravity_collapse(case: Case) -> Iterator[Fault]:
         measured=sag,
         limit=limits.collapse_error if severe else limits.collapse_warning,
         unit="of the robot's length",
-        whole=case.length_m,
+        whole=robot.length_m,
         whole_unit="m",
         message="sag under its own weight with slack tendons",
         likely_cause="the backbone is too soft for its weight",
@@ -49,19 +47,19 @@ def gravity_collapse(case: Case) -> Iterator[Fault]:
     )
 
 
-def passive_collapse(case: Case) -> Iterator[Fault]:
+def passive_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
     """Without gravity the robot stays as it was drawn."""
-    without, names = _deformation(case, _WEIGHTLESS)
-    if case.settled and without > case.limits.passive_collapse:
+    without, names = _deformation(robot, _WEIGHTLESS)
+    if robot.settled and without > robot.limits.passive_collapse:
         yield Fault(
             code="passive_collapse",
             layer="simulate",
             severity="error",
             names=names,
             measured=without,
-            limit=case.limits.passive_collapse,
+            limit=robot.limits.passive_collapse,
             unit="of the robot's length",
-            whole=case.length_m,
+            whole=robot.length_m,
             whole_unit="m",
             message="deforms by itself, without gravity and with slack tendons",
             likely_cause="springs are not at rest in the drawn pose (springref, springlength, equality constraints)",
@@ -69,39 +67,39 @@ def passive_collapse(case: Case) -> Iterator[Fault]:
         )
 
 
-def _deformation(case: Case, simulation: int) -> tuple[float, tuple[str, ...]]:
+def _deformation(robot: RobotUnderTest, simulation: int) -> tuple[float, tuple[str, ...]]:
     """Largest displacement from the drawn pose after settling / L, and the body where it is."""
-    evidence, structure = case.driven, case.structure
+    evidence, structure = robot.driven, robot.structure
     moved = np.linalg.norm(evidence.settling_m[simulation, -1] - evidence.drawn_m, axis=-1)[: len(structure.bodies)]
     if not moved.size:
         return 0.0, ()
     worst = int(np.argmax(moved))
-    return float(moved[worst]) / case.length_m, (case.body(structure.bodies[worst]),)
+    return float(moved[worst]) / robot.length_m, (robot.body(structure.bodies[worst]),)
 
 
-def drop(case: Case) -> Iterator[Fault]:
+def drop(robot: RobotUnderTest) -> Iterator[Fault]:
     """The root of the robot stays where it was put: it neither falls for ever nor lands from above.
 
     Environment joints that carry the robot are forgiven: only roots with joints of their own can drop.
     """
-    model, evidence = case.model, case.driven
+    model, evidence = robot.model, robot.driven
     down = np.array(model.opt.gravity)
-    if not down.any() or not case.settled:
+    if not down.any() or not robot.settled:
         return
     down /= np.linalg.norm(down)
     drops: dict[bool, list[_Drop]] = {}
-    for root in case.structure.roots:
-        if root not in case.structure.moving:
+    for root in robot.structure.roots:
+        if root not in robot.structure.moving:
             continue
         path = (evidence.settle.fields["xpos"][_WITH_GRAVITY, :, root] - evidence.start.xpos[root]) @ down
-        if path[-1] > case.limits.drop * case.length_m:
+        if path[-1] > robot.limits.drop * robot.length_m:
             speed = float(evidence.settle.speed_m_s[_WITH_GRAVITY, -1, root])
-            landed = speed < case.limits.landed * math.sqrt(STANDARD_GRAVITY_M_S2 * case.length_m)
-            first = int(np.argmax(path > case.limits.drop * case.length_m))
-            found = _Drop(case.body(root), float(path[-1]) / case.length_m, (first + 1) * evidence.settle.frame_s)
+            landed = speed < robot.limits.landed * math.sqrt(STANDARD_GRAVITY_M_S2 * robot.length_m)
+            first = int(np.argmax(path > robot.limits.drop * robot.length_m))
+            found = _Drop(robot.body(root), float(path[-1]) / robot.length_m, (first + 1) * evidence.settle.frame_s)
             drops.setdefault(landed, []).append(found)
     for landed, dropped in drops.items():
-        yield _drop_fault(case, dropped, landed)
+        yield _drop_fault(robot, dropped, landed)
 
 
 @dataclass(frozen=True)
@@ -113,16 +111,16 @@ class _Drop:
     first_time_s: float
 
 
-def _drop_fault(case: Case, dropped: list[_Drop], landed: bool) -> Fault:
+def _drop_fault(robot: RobotUnderTest, dropped: list[_Drop], landed: bool) -> Fault:
     return Fault(
         code="base_not_attached" if landed else "free_fall",
         layer="simulate",
         severity="error",
         names=tuple(each.name for each in dropped),
         measured=max(each.share for each in dropped),
-        limit=case.limits.drop,
+        limit=robot.limits.drop,
         unit="of the robot's length",
-        whole=case.length_m,
+        whole=robot.length_m,
         whole_unit="m",
         message="the root drops and lands" if landed else "the root falls and does not land",
         likely_cause="the root has a free or slide joint and starts above the ground"
@@ -133,16 +131,16 @@ def _drop_fault(case: Case, dropped: list[_Drop], landed: bool) -> Fault:
     )
 
 
-def energy_growth(case: Case) -> Iterator[Fault]:
+def energy_growth(robot: RobotUnderTest) -> Iterator[Fault]:
     """Passive, the robot gains no mechanical energy.
 
     Measured only where every actuator is a slack tendon actuator: any other may do work while it holds.
 
     Source: energy of a passive mechanism with losses can only fall.
     """
-    model, evidence, limit = case.model, case.driven, case.limits.energy_growth
-    scale = case.structure.mass_kg * STANDARD_GRAVITY_M_S2 * case.length_m
-    if len(case.structure.tendon_actuators) < model.nactuator or not case.settled or scale <= 0:
+    model, evidence, limit = robot.model, robot.driven, robot.limits.energy_growth
+    scale = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2 * robot.length_m
+    if len(robot.structure.tendon_actuators) < model.nactuator or not robot.settled or scale <= 0:
         return
     energy = evidence.settle.fields["energy"][_WITH_GRAVITY].sum(axis=-1)
     gain = (energy - energy[0]) / scale
@@ -163,12 +161,12 @@ def energy_growth(case: Case) -> Iterator[Fault]:
         )
 
 
-def negative_damping(case: Case) -> Iterator[Fault]:
+def negative_damping(robot: RobotUnderTest) -> Iterator[Fault]:
     """No joint or tendon feeds energy in: MuJoCo accepts negative damping without a word."""
-    model, structure = case.model, case.structure
+    model, structure = robot.model, robot.structure
     dofs = {int(model.dof_jntid[dof]): float(model.dof_damping[dof]) for dof in range(model.nv)}
-    found = {case.joint(joint): (dofs[joint], _damping_unit(case, joint)) for joint in structure.joints}
-    found |= {case.tendon(each.id): (float(model.tendon_damping[each.id]), "N s/m") for each in structure.tendons}
+    found = {robot.joint(joint): (dofs[joint], _damping_unit(robot, joint)) for joint in structure.joints}
+    found |= {robot.tendon(each.id): (float(model.tendon_damping[each.id]), "N s/m") for each in structure.tendons}
     negative = {name: damping for name, damping in found.items() if damping[0] < 0}
     if negative:
         lowest, unit = min(negative.values())
@@ -186,11 +184,11 @@ def negative_damping(case: Case) -> Iterator[Fault]:
         )
 
 
-def _damping_unit(case: Case, joint: int) -> str:
-    return "N s/m" if int(case.model.jnt_type[joint]) == _SLIDE else "N m s/rad"
+def _damping_unit(robot: RobotUnderTest, joint: int) -> str:
+    return "N s/m" if int(robot.model.jnt_type[joint]) == _SLIDE else "N m s/rad"
 
 
-def underdamped(case: Case) -> Iterator[Fault]:
+def underdamped(robot: RobotUnderTest) -> Iterator[Fault]:
     """The robot comes to rest.
 
     Damping ratio from the decay between two windows at the end of settling and the reversals in the last. What swings
@@ -198,15 +196,15 @@ def underdamped(case: Case) -> Iterator[Fault]:
 
     Source: logarithmic decrement; amplitude falls by exp(-pi zeta) from one reversal to the next for small zeta.
     """
-    evidence, limits = case.driven, case.limits
-    if not case.settled:
+    evidence, limits = robot.driven, robot.limits
+    if not robot.settled:
         return
     points = evidence.settling_m[_WITH_GRAVITY]
     window = int(_WINDOW * points.shape[0])
     later = points[-window:]
     amplitude_m = np.linalg.norm(np.ptp(later, axis=0), axis=-1) / 2
     point = int(np.argmax(amplitude_m))
-    if amplitude_m[point] <= limits.ringing * case.length_m:
+    if amplitude_m[point] <= limits.ringing * robot.length_m:
         return
     axis = int(np.argmax(np.ptp(later[:, point], axis=0)))
     before, after = points[-2 * window : -window, point, axis], later[:, point, axis]
@@ -220,12 +218,12 @@ def underdamped(case: Case) -> Iterator[Fault]:
             code="underdamped",
             layer="simulate",
             severity="error",
-            names=_owner_of_point(case, point),
+            names=_owner_of_point(robot, point),
             measured=max(ratio, 0.0),
             limit=limits.damping_ratio,
             unit="damping ratio",
             message=f"still swings by {1000 * float(amplitude_m[point]):.2g} mm "
-            f"({100 * float(amplitude_m[point]) / case.length_m:.2g} % of the robot's length) after settling",
+            f"({100 * float(amplitude_m[point]) / robot.length_m:.2g} % of the robot's length) after settling",
             likely_cause="joints have little or no damping",
             cure="Give each joint damping of about 0.02 to 0.1 s times its stiffness.",
         )
@@ -238,9 +236,11 @@ def _is_even(path_m: NDArray[np.float64], share: float) -> bool:
     return bool(len(ways_m) >= 3 and ways_m[-3] >= share * ways_m[-1])
 
 
-def _owner_of_point(case: Case, point: int) -> tuple[str, ...]:
-    bodies = case.structure.bodies
+def _owner_of_point(robot: RobotUnderTest, point: int) -> tuple[str, ...]:
+    bodies = robot.structure.bodies
     body = (
-        bodies[point] if point < len(bodies) else int(case.model.site_bodyid[case.structure.marks[point - len(bodies)]])
+        bodies[point]
+        if point < len(bodies)
+        else int(robot.model.site_bodyid[robot.structure.marks[point - len(bodies)]])
     )
-    return (case.body(body),)
+    return (robot.body(body),)

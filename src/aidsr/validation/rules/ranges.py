@@ -7,20 +7,18 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Chain
-from aidsr.validation.case import Case
-
-__all__ = ["ctrlrange_missing", "joint_range_too_small", "range_inverted_ignored"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 
-def ctrlrange_missing(case: Case) -> Iterator[Fault]:
+def ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
     """Every actuator has a control range, low below high.
 
     Source: MuJoCo XML reference, compiler/autolimits: a range whose ends are not in order is dropped without a word.
     """
-    model = case.model
+    model = robot.model
     missing = [
         actuator
-        for actuator in case.structure.actuators
+        for actuator in robot.structure.actuators
         if not model.actuator_ctrllimited[int(model.actuator_ctrladr[actuator])]
     ]
     if missing:
@@ -30,7 +28,7 @@ def ctrlrange_missing(case: Case) -> Iterator[Fault]:
             code="ctrlrange_missing",
             layer="structure",
             severity="error",
-            names=tuple(case.actuator(actuator) for actuator in missing),
+            names=tuple(robot.actuator(actuator) for actuator in missing),
             measured=len(missing),
             limit=0,
             unit="actuators",
@@ -41,15 +39,15 @@ def ctrlrange_missing(case: Case) -> Iterator[Fault]:
         )
 
 
-def range_inverted_ignored(case: Case) -> Iterator[Fault]:
+def range_inverted_ignored(robot: RobotUnderTest) -> Iterator[Fault]:
     """No joint range is written high to low.
 
     Source: as above, for joints; `jnt_range` keeps what was written, degrees too.
     """
-    model = case.model
+    model = robot.model
     inverted = [
         joint
-        for joint in case.structure.joints
+        for joint in robot.structure.joints
         if not model.jnt_limited[joint] and model.jnt_range[joint, 0] > model.jnt_range[joint, 1]
     ]
     if inverted:
@@ -58,7 +56,7 @@ def range_inverted_ignored(case: Case) -> Iterator[Fault]:
             code="range_inverted_ignored",
             layer="structure",
             severity="error",
-            names=tuple(case.joint(joint) for joint in inverted),
+            names=tuple(robot.joint(joint) for joint in inverted),
             measured=float(low - high),
             limit=0,
             unit="by which the first number exceeds the second",
@@ -68,23 +66,23 @@ def range_inverted_ignored(case: Case) -> Iterator[Fault]:
         )
 
 
-def joint_range_too_small(case: Case) -> Iterator[Fault]:
+def joint_range_too_small(robot: RobotUnderTest) -> Iterator[Fault]:
     """The limits of a chain let it bend.
 
     Source: our choice; ranges in radians under the default of degrees are the usual cause.
     """
-    for chain in case.structure.chains:
-        if len(chain.bodies) < case.limits.series_joints:
+    for chain in robot.structure.chains:
+        if len(chain.bodies) < robot.limits.series_joints:
             continue
-        bend_deg = _allowed_bend_deg(case, chain)
-        if bend_deg < case.limits.chain_bend_deg:
+        bend_deg = _allowed_bend_deg(robot, chain)
+        if bend_deg < robot.limits.chain_bend_deg:
             yield Fault(
                 code="joint_range_too_small",
                 layer="structure",
                 severity="error",
-                names=tuple(case.joint(joint) for joint in chain.joints),
+                names=tuple(robot.joint(joint) for joint in chain.joints),
                 measured=bend_deg,
-                limit=case.limits.chain_bend_deg,
+                limit=robot.limits.chain_bend_deg,
                 unit="deg",
                 message="all joint limits of this chain together allow too little bending",
                 likely_cause="ranges written in radians are read as degrees",
@@ -92,13 +90,13 @@ def joint_range_too_small(case: Case) -> Iterator[Fault]:
             )
 
 
-def _allowed_bend_deg(case: Case, chain: Chain) -> float:
+def _allowed_bend_deg(robot: RobotUnderTest, chain: Chain) -> float:
     """Sum of the bending that each joint's limits allow; a joint without limits allows half a turn."""
     total = 0.0
     for joint in chain.joints:
-        if not case.model.jnt_limited[joint]:
+        if not robot.model.jnt_limited[joint]:
             total += math.pi
         else:
-            low, high = case.model.jnt_range[joint]
+            low, high = robot.model.jnt_range[joint]
             total += max(abs(float(low)), abs(float(high)))
     return math.degrees(total)

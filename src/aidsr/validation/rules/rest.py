@@ -10,10 +10,8 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.case import Case
 from aidsr.validation.poses import bent_pose
-
-__all__ = ["Overlap", "contact_disabled", "initial_penetration", "overlaps", "tendon_limit_violated"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 _SPHERE_LIKE = (
     int(mujoco.mjtGeom.mjGEOM_SPHERE),
@@ -33,20 +31,20 @@ _CURE_WITHIN = (
 _CURE_OUTSIDE = "Place the robot farther away or turned, or make the overlapping parts smaller."
 
 
-def initial_penetration(case: Case) -> Iterator[Fault]:
+def initial_penetration(robot: RobotUnderTest) -> Iterator[Fault]:
     """Nothing of the robot overlaps anything in the drawn pose, beyond rounding.
 
     Parents and children do not collide in MuJoCo, except with a parent that is fixed to the world. An overlap of two
     robot parts whose force passes through every joint, as of a round end drawn into its base, turns nothing and is only
     a warning: its friction still holds the joint a little.
     """
-    everywhere = list(overlaps(case))
+    everywhere = list(overlaps(robot))
     for severity in ("error", "warning"):
         found = [overlap for overlap in everywhere if overlap.acts == (severity == "error")]
         if not found:
             continue
         worst = max(found, key=lambda overlap: overlap.share)
-        measured, limit, unit, whole_m = worst.excess(case)
+        measured, limit, unit, whole_m = worst.excess(robot)
         others = len({overlap.names for overlap in found}) - 1
         yield Fault(
             code="initial_penetration",
@@ -76,39 +74,39 @@ class Overlap:
     outside: bool
     acts: bool
 
-    def excess(self, case: Case) -> tuple[float, float, str, float]:
+    def excess(self, robot: RobotUnderTest) -> tuple[float, float, str, float]:
         """Return what is exceeded: (measured, limit, unit, what 1 of the unit is [m])."""
-        limits, relative = case.limits, self.depth_m / case.length_m
-        if _is_too_thick(case, self.share, relative):
+        limits, relative = robot.limits, self.depth_m / robot.length_m
+        if _is_too_thick(robot, self.share, relative):
             return self.share, limits.overlap_share, "of the thinner part", self.depth_m / self.share
-        return relative, limits.overlap_length, "of the robot's length", case.length_m
+        return relative, limits.overlap_length, "of the robot's length", robot.length_m
 
 
-def overlaps(case: Case) -> Iterator[Overlap]:
+def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
     """Yield the contacts of the robot in the drawn pose that are too deep."""
-    limits, bent = case.limits, bent_pose(case.model, case.structure, _BENT_RAD)
-    for contact in case.driven.start.contact:
+    limits, bent = robot.limits, bent_pose(robot.model, robot.structure, _BENT_RAD)
+    for contact in robot.driven.start.contact:
         geoms = int(contact.geom1), int(contact.geom2)
         depth_m = -float(contact.dist)
-        if depth_m <= 0 or not any(geom in case.structure.geoms for geom in geoms):
+        if depth_m <= 0 or not any(geom in robot.structure.geoms for geom in geoms):
             continue
-        thickness_m = min(_thickness_m(case, geom) for geom in geoms)
-        share, relative = depth_m / thickness_m, depth_m / case.length_m
-        if _is_too_thick(case, share, relative) or relative > limits.overlap_length:
-            outside = any(geom not in case.structure.geoms for geom in geoms)
-            lever_m = max(_lever_m(case, data, geoms) for data in (case.driven.start, bent))
+        thickness_m = min(_thickness_m(robot, geom) for geom in geoms)
+        share, relative = depth_m / thickness_m, depth_m / robot.length_m
+        if _is_too_thick(robot, share, relative) or relative > limits.overlap_length:
+            outside = any(geom not in robot.structure.geoms for geom in geoms)
+            lever_m = max(_lever_m(robot, data, geoms) for data in (robot.driven.start, bent))
             acts = outside or lever_m > limits.overlap_lever * thickness_m
-            yield Overlap(geoms, (case.geom(geoms[0]), case.geom(geoms[1])), depth_m, share, outside, acts)
+            yield Overlap(geoms, (robot.geom(geoms[0]), robot.geom(geoms[1])), depth_m, share, outside, acts)
 
 
-def _is_too_thick(case: Case, share: float, relative: float) -> bool:
+def _is_too_thick(robot: RobotUnderTest, share: float, relative: float) -> bool:
     """Whether an overlap is too much for the thinner part, and more than rounding."""
-    return share > case.limits.overlap_share and relative > case.limits.overlap_noticed
+    return share > robot.limits.overlap_share and relative > robot.limits.overlap_noticed
 
 
-def _lever_m(case: Case, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
+def _lever_m(robot: RobotUnderTest, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
     """Largest lever about a joint of the normal forces between two geoms [m]; infinite about a slide or free joint."""
-    model, largest = case.model, 0.0
+    model, largest = robot.model, 0.0
     bodies = [int(model.geom_bodyid[geom]) for geom in geoms]
     turning = np.isin(model.jnt_type[model.dof_jntid], _TURNING)
     for contact in data.contact:
@@ -124,33 +122,33 @@ def _lever_m(case: Case, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
     return largest
 
 
-def _thickness_m(case: Case, geom: int) -> float:
+def _thickness_m(robot: RobotUnderTest, geom: int) -> float:
     """Smallest width of a geom [m]; a plane has none that matters."""
-    kind, size = int(case.model.geom_type[geom]), case.model.geom_size[geom]
+    kind, size = int(robot.model.geom_type[geom]), robot.model.geom_size[geom]
     if kind in _FLAT:
         return float("inf")
     if kind in _SPHERE_LIKE:
         return 2 * float(min(size[:2]) if kind == _SPHERE_LIKE[2] else size[0])
-    return 2 * float(min(case.model.geom_aabb[geom][3:]))
+    return 2 * float(min(robot.model.geom_aabb[geom][3:]))
 
 
-def tendon_limit_violated(case: Case) -> Iterator[Fault]:
+def tendon_limit_violated(robot: RobotUnderTest) -> Iterator[Fault]:
     """A limited tendon is within its range in the drawn pose."""
-    model = case.model
-    for tendon in case.structure.tendons:
+    model = robot.model
+    for tendon in robot.structure.tendons:
         if not model.tendon_limited[tendon.id]:
             continue
-        length_m = float(case.driven.start.ten_length[tendon.id])
+        length_m = float(robot.driven.start.ten_length[tendon.id])
         low, high = model.tendon_range[tendon.id]
         outside = max(float(low) - length_m, length_m - float(high)) / max(abs(length_m), 1e-9)
-        if outside > case.limits.tendon_limit:
+        if outside > robot.limits.tendon_limit:
             yield Fault(
                 code="tendon_limit_violated",
                 layer="simulate",
                 severity="error",
-                names=(case.tendon(tendon.id),),
+                names=(robot.tendon(tendon.id),),
                 measured=outside,
-                limit=case.limits.tendon_limit,
+                limit=robot.limits.tendon_limit,
                 unit="of its length outside that range",
                 whole=abs(length_m),
                 whole_unit="m",
@@ -160,13 +158,13 @@ def tendon_limit_violated(case: Case) -> Iterator[Fault]:
             )
 
 
-def contact_disabled(case: Case) -> Iterator[Fault]:
+def contact_disabled(robot: RobotUnderTest) -> Iterator[Fault]:
     """Something of a robot that stands on the ground, or must touch for its task, can touch.
 
     Source: MuJoCo documentation, Computation, "Collision detection": contype of one geom and conaffinity of another.
     """
-    model, structure = case.model, case.structure
-    if not (structure.free_roots or case.needs_contact):
+    model, structure = robot.model, robot.structure
+    if not (structure.free_roots or robot.needs_contact):
         return
     disabled = bool(model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT))
     others = [geom for geom in range(model.ngeom) if geom not in structure.geoms]
@@ -176,7 +174,7 @@ def contact_disabled(case: Case) -> Iterator[Fault]:
             code="contact_disabled",
             layer="simulate",
             severity="error",
-            names=tuple(case.body(root) for root in structure.roots),
+            names=tuple(robot.body(root) for root in structure.roots),
             measured=0,
             limit=1,
             unit="moving geoms that can touch",

@@ -8,9 +8,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.case import Case
-
-__all__ = ["sensor_constant"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 _TOUCHING = tuple(
     int(kind)
@@ -22,17 +20,17 @@ _TOUCHING = tuple(
 )
 
 
-def sensor_constant(case: Case) -> Iterator[Fault]:
+def sensor_constant(robot: RobotUnderTest) -> Iterator[Fault]:
     """Sensors change while the robot is driven; those that wait for a touch are left out."""
-    model, battery, sound = case.model, case.driven.battery, case.sound_tests
-    if battery is None or not case.driven.drives or len(sound) < len(case.driven.tests):
+    model, battery, sound = robot.model, robot.driven.battery, robot.sound_tests
+    if battery is None or not robot.driven.drives or len(sound) < len(robot.driven.tests):
         return  # what a test that diverged would have shown is not known
-    looked_at = [i for i in case.structure.sensors if int(model.sensor_type[i]) not in _TOUCHING]
+    looked_at = [i for i in robot.structure.sensors if int(model.sensor_type[i]) not in _TOUCHING]
     constant = []
     for sensor in looked_at:
         first = int(model.sensor_adr[sensor])
         values = battery.fields["sensordata"][:, :, first : first + int(model.sensor_dim[sensor])]
-        if np.ptp(values, axis=(0, 1)).max() <= case.limits.sensor_change * max(1.0, np.abs(values).max()):
+        if np.ptp(values, axis=(0, 1)).max() <= robot.limits.sensor_change * max(1.0, np.abs(values).max()):
             constant.append(sensor)
     if constant:
         all_of_them = len(constant) == len(looked_at)
@@ -40,7 +38,7 @@ def sensor_constant(case: Case) -> Iterator[Fault]:
             code="sensor_constant",
             layer="simulate",
             severity="error" if all_of_them else "warning",
-            names=tuple(case.sensor(sensor) for sensor in constant),
+            names=tuple(robot.sensor(sensor) for sensor in constant),
             measured=len(looked_at) - len(constant),
             limit=1 if all_of_them else len(looked_at),
             unit="sensors that change",

@@ -8,16 +8,14 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.case import Case
 from aidsr.validation.drive import Drive
-
-__all__ = ["tendon_slack"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 
-def tendon_slack(case: Case) -> Iterator[Fault]:
+def tendon_slack(robot: RobotUnderTest) -> Iterator[Fault]:
     """A servo pays out no more cable than the robot takes up in any pose.
 
     Only a servo says how long its cable is: the length at which it gives no force. Where that is beyond the longest
@@ -26,17 +24,17 @@ def tendon_slack(case: Case) -> Iterator[Fault]:
 
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * ctrl + bias, affine in the length.
     """
-    limits = case.limits
+    limits = robot.limits
     loose: dict[str, tuple[float, float]] = {}
-    for drive in case.driven.drives:
-        ends = _paid_out_m(case, drive)
+    for drive in robot.driven.drives:
+        ends = _paid_out_m(robot, drive)
         if ends is None:
             continue
         shortest, longest = ends
-        taut = _longest_path_m(case, drive) * (1 + limits.slack_length)
+        taut = _longest_path_m(robot, drive) * (1 + limits.slack_length)
         share = min(1.0, (longest - taut) / (longest - shortest))
         if share > limits.slack_share:
-            loose[case.actuator(drive.actuator)] = share, longest - shortest
+            loose[robot.actuator(drive.actuator)] = share, longest - shortest
     if loose:
         share, range_m = max(loose.values())
         yield Fault(
@@ -54,9 +52,9 @@ def tendon_slack(case: Case) -> Iterator[Fault]:
         )
 
 
-def _paid_out_m(case: Case, drive: Drive) -> tuple[float, float] | None:
+def _paid_out_m(robot: RobotUnderTest, drive: Drive) -> tuple[float, float] | None:
     """Shortest and longest cable that a tendon servo can be told [m]; None for any other actuator."""
-    model, actuator = case.model, drive.actuator
+    model, actuator = robot.model, drive.actuator
     stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
     servo = int(model.actuator_biastype[actuator]) == _AFFINE and int(model.actuator_dyntype[actuator]) != _INTEGRATOR
     if not drive.on_tendon or not servo or stiffness == 0 or drive.low >= drive.high:
@@ -66,8 +64,8 @@ def _paid_out_m(case: Case, drive: Drive) -> tuple[float, float] | None:
     return None if lengths[0] == lengths[1] else (lengths[0], lengths[1])
 
 
-def _longest_path_m(case: Case, drive: Drive) -> float:
+def _longest_path_m(robot: RobotUnderTest, drive: Drive) -> float:
     """Longest path of a tendon in any test [m]."""
-    tendon = int(case.model.actuator_trnid[drive.actuator, 0])
-    recordings = [recording for recording in (case.driven.settle, case.driven.battery) if recording is not None]
+    tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
+    recordings = [recording for recording in (robot.driven.settle, robot.driven.battery) if recording is not None]
     return max(float(np.max(recording.fields["ten_length"][:, :, tendon])) for recording in recordings)

@@ -9,10 +9,8 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Tendon
-from aidsr.validation.case import Case
 from aidsr.validation.poses import bent_pose
-
-__all__ = ["tendon_no_moment", "tendon_one_body", "zero_gear"]
+from aidsr.validation.robot_under_test import RobotUnderTest
 
 _SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
 _SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
@@ -20,12 +18,12 @@ _LOOK_BENT_RAD = 0.02
 """Bend at which moment arms are read: straight, a tendon through the axes is at an extreme of its length."""
 
 
-def zero_gear(case: Case) -> Iterator[Fault]:
+def zero_gear(robot: RobotUnderTest) -> Iterator[Fault]:
     """Gear and gain of an actuator are not zero."""
-    model = case.model
+    model = robot.model
     dead = [
         actuator
-        for actuator in case.structure.actuators
+        for actuator in robot.structure.actuators
         if not model.actuator_gear[actuator].any()
         or (
             int(model.actuator_gaintype[actuator]) in _SIMPLE_GAINS
@@ -38,7 +36,7 @@ def zero_gear(case: Case) -> Iterator[Fault]:
             code="zero_gear",
             layer="simulate",
             severity="error",
-            names=tuple(case.actuator(actuator) for actuator in dead),
+            names=tuple(robot.actuator(actuator) for actuator in dead),
             measured=0,
             unit="N per unit of ctrl",
             message="gear or gain is zero, so no command has a force",
@@ -46,15 +44,15 @@ def zero_gear(case: Case) -> Iterator[Fault]:
         )
 
 
-def tendon_one_body(case: Case) -> Iterator[Fault]:
+def tendon_one_body(robot: RobotUnderTest) -> Iterator[Fault]:
     """A driven tendon runs between parts that can move against each other."""
-    stuck = [tendon for tendon in case.structure.tendons if tendon.spatial and tendon.spans < 2 and tendon.actuators]
+    stuck = [tendon for tendon in robot.structure.tendons if tendon.spatial and tendon.spans < 2 and tendon.actuators]
     if stuck:
         yield Fault(
             code="tendon_one_body",
             layer="simulate",
             severity="error",
-            names=tuple(case.tendon(tendon.id) for tendon in stuck),
+            names=tuple(robot.tendon(tendon.id) for tendon in stuck),
             measured=1,
             limit=2,
             unit="moving parts spanned",
@@ -64,27 +62,27 @@ def tendon_one_body(case: Case) -> Iterator[Fault]:
         )
 
 
-def tendon_no_moment(case: Case) -> Iterator[Fault]:
+def tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
     """A driven tendon has a lever about at least one joint it passes.
 
     Source: moment arm = change of length per radian, dL/dq, against the distance between tendon and joint.
     """
-    driven = [t for t in case.structure.tendons if t.spatial and t.spans > 1 and t.actuators]
+    driven = [t for t in robot.structure.tendons if t.spatial and t.spans > 1 and t.actuators]
     if not driven:
         return
-    bent = bent_pose(case.model, case.structure, _LOOK_BENT_RAD)
-    widths_m = _half_widths_m(case)
-    shares = {tendon.id: _moment_share(case, bent, tendon, widths_m) for tendon in driven}
-    useless = [tendon for tendon in driven if shares[tendon.id][0] < case.limits.moment_share]
+    bent = bent_pose(robot.model, robot.structure, _LOOK_BENT_RAD)
+    widths_m = _half_widths_m(robot)
+    shares = {tendon.id: _moment_share(robot, bent, tendon, widths_m) for tendon in driven}
+    useless = [tendon for tendon in driven if shares[tendon.id][0] < robot.limits.moment_share]
     if useless:
         largest, reach_m = max(shares[tendon.id] for tendon in useless)
         yield Fault(
             code="tendon_no_moment",
             layer="simulate",
             severity="error",
-            names=tuple(case.tendon(tendon.id) for tendon in useless),
+            names=tuple(robot.tendon(tendon.id) for tendon in useless),
             measured=largest,
-            limit=case.limits.moment_share,
+            limit=robot.limits.moment_share,
             unit="of its distance from the joints",
             whole=reach_m,
             whole_unit="m",
@@ -94,28 +92,30 @@ def tendon_no_moment(case: Case) -> Iterator[Fault]:
         )
 
 
-def _half_widths_m(case: Case) -> dict[int, float]:
+def _half_widths_m(robot: RobotUnderTest) -> dict[int, float]:
     """Half the width of the thickest geom of every body that has one."""
     widths_m: dict[int, float] = {}
-    smallest_m = case.model.geom_aabb[:, 3:].min(axis=1)
-    for geom in case.structure.geoms:
-        body = int(case.model.geom_bodyid[geom])
+    smallest_m = robot.model.geom_aabb[:, 3:].min(axis=1)
+    for geom in robot.structure.geoms:
+        body = int(robot.model.geom_bodyid[geom])
         widths_m[body] = max(widths_m.get(body, 0.0), float(smallest_m[geom]))
     return widths_m
 
 
-def _moment_share(case: Case, bent: mujoco.MjData, tendon: Tendon, widths_m: dict[int, float]) -> tuple[float, float]:
+def _moment_share(
+    robot: RobotUnderTest, bent: mujoco.MjData, tendon: Tendon, widths_m: dict[int, float]
+) -> tuple[float, float]:
     """Largest moment arm of a tendon / how far from that joint it could run, and that [m]; 1 where it moves a slide.
 
     That distance is from the joint to the nearest site, or half the width of the joint's body, what is larger.
     """
-    model = case.model
+    model = robot.model
     first, count = int(model.ten_J_rowadr[tendon.id]), int(model.ten_J_rownnz[tendon.id])
     arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
     joints = model.dof_jntid[model.ten_J_colind[first : first + count]]
     if (arms[model.jnt_type[joints] == _SLIDE] > 0).any():
         return 1.0, 0.0
-    turned = np.isin(joints, case.structure.joints) & (model.jnt_type[joints] != _FREE)
+    turned = np.isin(joints, robot.structure.joints) & (model.jnt_type[joints] != _FREE)
     arms, joints = arms[turned], joints[turned]
     apart = bent.xanchor[joints][:, None] - bent.site_xpos[list(tendon.sites)]
     widths = [widths_m.get(body, 0.0) for body in model.jnt_bodyid[joints].tolist()]

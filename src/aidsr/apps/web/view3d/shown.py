@@ -20,7 +20,7 @@ from aidsr.render.camera import View, frame
 from aidsr.render.stage import staged
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
-from aidsr.validation.test_stand import stand
+from aidsr.validation.mount import mount_model
 from aidsr.validation.validating import Mount
 
 __all__ = ["Shown"]
@@ -66,7 +66,7 @@ class Shown:
         """
         if mount not in get_args(Mount):
             raise ValueError(f"expected mount to be one of {get_args(Mount)}, found {mount!r}")
-        standing = stand(load_mjcf(text), mount, compile_mjcf(environment) if environment else None)
+        standing = mount_model(load_mjcf(text), mount, compile_mjcf(environment) if environment else None)
         model, looks = standing.model, staged(standing.spec.copy())
         model.tendon_width[:] = looks.tendon_width
         data = mujoco.MjData(model)

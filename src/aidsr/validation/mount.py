@@ -17,8 +17,6 @@ from aidsr.sim.placement import unused_name
 from aidsr.sim.strip_scenery import delete_dangling
 from aidsr.validation.validating import Mount
 
-__all__ = ["Standing", "stand"]
-
 _FREE = mujoco.mjtJoint.mjJNT_FREE
 _GROUNDS = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 _GROUND_NAME = "validation_ground"
@@ -46,7 +44,7 @@ _PHYSICS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class MountedModel:
     """A robot or scene as it is driven.
 
     Attributes:
@@ -60,7 +58,7 @@ class Standing:
     notes: tuple[str, ...]
 
 
-def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> Standing:
+def mount_model(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> MountedModel:
     """Return the model to be driven.
 
     A scene is driven as it is. A robot alone keeps the ground it brings along; a free one without gets a plane at its
@@ -84,7 +82,7 @@ def stand(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None) -> S
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     # a sleeping body would look like one without effect
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    return Standing(model, spec, tuple(notes))
+    return MountedModel(model, spec, tuple(notes))
 
 
 def _mounted(loaded: Loaded, mount: Mount, notes: list[str]) -> tuple[mujoco.MjModel, mujoco.MjSpec]:

@@ -19,13 +19,11 @@ from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
 from aidsr.validation.thresholds import Thresholds
 
-__all__ = ["Case", "Rule"]
-
 _PARTS = 4
 
 
 @dataclass(frozen=True)
-class Case:
+class RobotUnderTest:
     """One robot or scene under examination.
 
     Attributes:
@@ -178,5 +176,5 @@ class Case:
         return self.causes[name]
 
 
-Rule = Callable[[Case], Iterable[Fault]]
+Rule = Callable[[RobotUnderTest], Iterable[Fault]]
 """Looks for one kind of fault."""
