@@ -1,4 +1,4 @@
-"""The hooks that others use, and the examples of docs/linting.md, run as written."""
+"""The hooks that others use, and the examples of docs/validation.md, run as written."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from aidsr.apps.cli import app
 
 ROOT = Path(__file__).parents[1]
 HOOKS: list[dict[str, Any]] = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
-PAGE = (ROOT / "docs" / "linting.md").read_text()
+PAGE = (ROOT / "docs" / "validation.md").read_text()
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What the probe costs: processor seconds of its default on built-in bodies (docs/probe.md quotes it).
+"""What the probe costs: processor seconds of its default on built-in bodies (docs/learning.md quotes it).
 
 python benchmarks/tasks/probe_seconds.py [TASK:DESIGN ...]
 """

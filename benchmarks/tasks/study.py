@@ -149,8 +149,9 @@ Made with MuJoCo {", ".join(versions)}, version {BENCHMARK_VERSION} of the bench
 {_commands(bodies)}
 
 Bodies are those of the built-in team as first written, seed 1, {len(bodies)} in all; motions are open-loop
-([probe](../../docs/probe.md)): at most {steps} physics steps a body, which was room for {motions[0]} to {motions[-1]}
-motions. So few say what is possible, not what is impossible. results.jsonl has all that was measured.
+([probe](../../docs/learning.md)): at most {steps} physics steps a body, which was room
+for {motions[0]} to {motions[-1]} motions. So few say what is possible, not what is impossible.
+results.jsonl has all that was measured.
 
 - *goal*: a stick or the object is pulled to the goal by hand, and that succeeds.
 - *idle*: successes among held-out episodes in which the bodies do nothing, and their largest progress.

@@ -33,7 +33,7 @@ HARD = {
     "manipulation/drawer_opening": {"friction_n": 1.5},
     "manipulation/force_controlled_brushing": {"cells_a_side": 10, "coverage": 0.9},
 }
-"""The numbers in brackets of the table in docs/tasks.md."""
+"""What is different at level hard."""
 
 
 @pytest.fixture(params=NAMES)

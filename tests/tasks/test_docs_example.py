@@ -82,22 +82,12 @@ def test_the_page_says_who_reads_the_docstrings():
     assert "the team of agents reads" in sentence
 
 
-def test_the_page_names_every_task_in_every_table_and_shows_it():
+def test_the_page_names_every_task_and_shows_it():
     for name in TASKS:
         short = name.rpartition("/")[2]
         assert f"| {name} |" in PAGE
-        assert len(re.findall(rf"^\| {short} \|", PAGE, re.MULTILINE)) == 2
         assert f"images/tasks/{short}.png" in PAGE
     assert f"version {BENCHMARK_VERSION}" in PAGE
-
-
-def test_the_page_has_the_times_of_the_tasks():
-    for row in re.findall(r"^\| (\w+) \|(.*)\|$", PAGE, re.MULTILINE):
-        cells = [cell.strip() for cell in row[1].split("|")]
-        if len(cells) == 5 and row[0] != "task":
-            task = load_task(row[0])
-            assert cells[2] == f"{task.hold_s:g} s"
-            assert cells[4] == f"{task.time_limit_s:g} s"
 
 
 def test_environments_keep_the_mount_on_a_body_that_moves_only_where_they_say():

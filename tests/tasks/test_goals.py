@@ -16,7 +16,7 @@ from aidsr.loop import brief_for, start
 from aidsr.runs import RunConfig
 from aidsr.tasks import goal_task, read_goal
 
-PAGE = (Path(__file__).parents[2] / "docs" / "goals.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL))
 
 
@@ -198,7 +198,7 @@ def test_a_file_that_is_not_there_and_an_environment_that_is_none(tmp_path):
 
 @pytest.fixture
 def example(tmp_path, monkeypatch):
-    """The files of docs/goals.md."""
+    """The files of docs/environments.md."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)

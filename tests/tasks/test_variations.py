@@ -1,4 +1,4 @@
-"""What differs between episodes stays in the ranges that docs/tasks.md states, and fills them."""
+"""What differs between episodes stays in the ranges that docs/task_reference.md states, and fills them."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""A uniform elastic rod as a chain of hinges, by the schemes that docs/fidelity.md compares."""
+"""A uniform elastic rod as a chain of hinges, by the schemes that docs/physics.md compares."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RodChain:
-    """The rod of docs/fidelity.md's tables: E I 0.04 N m^2, 0.1 kg, 0.3 m, one cable at 18 mm."""
+    """The rod of docs/physics.md's tables: E I 0.04 N m^2, 0.1 kg, 0.3 m, one cable at 18 mm."""
 
     segments: int
     joints_at: str = "middles"

@@ -66,7 +66,7 @@ def test_a_chain_is_read_as_the_rod_it_was_made_from(scheme: str) -> None:
 def test_deflections_miss_the_elastica_by_the_known_laws(
     scheme: str, segments: int, tip_percent: float, weight_percent: float
 ) -> None:
-    """Source: docs/fidelity.md, the table of cantilevers."""
+    """Source: docs/physics.md, the table of cantilevers."""
     model, limb, rod, _ = read(RodChain(segments, *SCHEMES[scheme]))
     tip, exact = bend_by_load(model, limb, 0.02), loaded_tip(rod, load_n=0.02)
     assert tip is not None
@@ -121,7 +121,7 @@ def test_the_first_frequency_misses_by_the_known_laws(
 def test_cables_bend_further_than_arcs_by_the_known_laws(
     segments: int, guides: tuple[float, ...], bend_rad: float, percent: float
 ) -> None:
-    """Source: docs/fidelity.md, the table of guides."""
+    """Source: docs/physics.md, the table of guides."""
     end = (1.0,) if guides == (0.0,) else ()
     model, limb, _, (cable,) = read(RodChain(segments, guides=guides + end))
     arc = arc_of(model, limb, cable, bend_rad * 0.04 / (0.018 * 0.3))

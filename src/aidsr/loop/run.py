@@ -65,19 +65,19 @@ def design(
         level: Level of the task.
         environment: The environment without a robot: a path, or the MJCF itself.
         robot: A robot to start from: a path, or the MJCF itself.
-        goal: File that says how success is measured in that environment (see docs/goals.md); it is kept with the run.
+        goal: File that says how success is measured in that environment (docs/environments.md); kept with the run.
         model: "builtin" for the rules, or a language model's name, for example "openai:gpt-5" (see docs/models.md).
         concepts: How many designs to grow.
         iterations: Repairs allowed after the first attempt, per concept and round.
         max_output_tokens: Cap on the output of one call to a language model.
         seed: Seed of the built-in rules.
-        repairs: Put right by code what can mean only one thing in a robot (see docs/repairs.md), before it is
+        repairs: Put right by code what can mean only one thing in a robot (see docs/validation.md), before it is
             validated; neither a call nor an iteration is spent on that.
         early_stop: End a design when a role is asked for the same again and nothing got better, before its iterations
             are used up.
         judge_pictures: Show the Judge pictures of the scene, which must be a language model that takes images.
         task_feedback: Try each scene that the Judge passed on its task by open-loop motions, and send it back to the
-            role to blame where it falls short (see docs/probe.md); needs a task or a goal.
+            role to blame where it falls short (see docs/learning.md); needs a task or a goal.
         task_rounds: How often a design may go back for that.
         task_training: Control steps of a policy's training whose result is told beside each trial; 0 trains none.
         budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by

@@ -29,7 +29,7 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
     """
     if config.task_feedback and not measured:
         raise UserError(
-            "feedback from the task needs a measure of success; name a task, or give a goal (docs/goals.md)"
+            "feedback from the task needs a measure of success; name a task, or give a goal (docs/environments.md)"
         )
     if config.task_training and not config.task_feedback:
         raise UserError("a training beside the trial on the task needs that trial; ask for --task-feedback as well")

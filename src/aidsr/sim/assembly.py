@@ -1,7 +1,7 @@
 """Scene assembly: a robot placed in an environment, as the Scene Integrator decided.
 
-The Integrator answers with a `Placement`; this file carries it out. `docs/assembly.md` says what is done to a robot on
-the way and why.
+The Integrator answers with a `Placement`; this file carries it out. `docs/environments.md` says what is
+done to a robot on the way and why.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ its own unit says: inertias by s^5, bending stiffness E I / l by s^3, tendon sti
 strength of a cross-section) by s^2, torques by s^3, bending damping by s^4, which keeps damping ratios. Gravity belongs
 to the environment and is not scaled: under its own weight the larger robot sags more, as it does in nature.
 
-Source: dimensional analysis; units of the attributes from the MuJoCo XML reference. `docs/assembly.md` has the table.
+Source: dimensional analysis; units of the attributes from the MuJoCo XML reference. `docs/physics.md` has the table.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ _STEPS_PER_S = 300.0
 _JUDGING_S = 43.0
 """The held-out episodes of a policy. Source: docs/scale.md."""
 _PROBE_S = 20.0
-"""Source: docs/probe.md."""
+"""Source: docs/learning.md."""
 _DESIGN_MB, _TRAINING_MB = 1.0, 3.0
 """Files of a design and of a training. Source: sizes of such folders, films included."""
 

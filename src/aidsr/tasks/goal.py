@@ -4,7 +4,7 @@
     target = "lid"
     by_m = 0.05
 
-docs/goals.md has a worked example. `aidsr.tasks.goal_task` makes the task of it.
+docs/environments.md has a worked example. `aidsr.tasks.goal_task` makes the task of it.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def read_goal(path: str | Path) -> AnyGoal:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise UserError(f"the goal {path} does not exist; give a TOML file as docs/goals.md shows") from None
+        raise UserError(f"the goal {path} does not exist; give a TOML file as docs/environments.md shows") from None
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"{path} cannot be read as TOML: {error}") from None
     return parse_goal(text, str(path))

@@ -82,7 +82,7 @@ def subject_of(path: Path, task: str | None, level: Levels | None, goal: Path | 
         if not goal.exists():
             raise UserError(
                 f"{path} was designed for an objective in words, which has no measure of success; say one with --goal "
-                "goal.toml (docs/goals.md), or name a task it can be trained on with --task"
+                "goal.toml (docs/environments.md), or name a task it can be trained on with --task"
             )
     robot = newest(it.robot.read() for it in design.leading_to())
     groups = robot.actuator_groups if robot else ()

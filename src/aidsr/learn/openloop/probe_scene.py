@@ -35,7 +35,7 @@ LONGEST_SEARCH_S = 8.0
 """Motions of the search are played no longer than this. Our choice: as long as a whole grasp; a body that travels shows
 its speed long before its time is over."""
 MAX_STEPS = 300_000
-"""Physics steps of a whole probe. Our choice: seconds of one core for a body of a single limb, see docs/probe.md."""
+"""Physics steps of a whole probe. Our choice: seconds of one core for a body of a single limb, see docs/learning.md."""
 _FEWEST = 4
 """A generation that the budget cuts down to fewer motions is not played. Our choice: fewer say nothing of a family."""
 

@@ -13,7 +13,7 @@ _LEVELS = (
     (float("inf"), "no basis for numbers"),
 )
 """Tip error [% of length] up to which each verdict holds. Source of the first: against a Cosserat rod, chains at the
-resolution of the guides were 0.94 % off and piecewise constant curvature 0.98 % (medians, docs/fidelity.md). The others
+resolution of the guides were 0.94 % off and piecewise constant curvature 0.98 % (medians, docs/physics.md). The others
 are our choice."""
 
 _CABLE = "cable "
