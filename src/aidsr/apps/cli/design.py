@@ -157,8 +157,6 @@ def _check_measure(task: str | None, level: str, goal: Path | None, *, train: bo
     from aidsr.core.errors import UserError
 
     if train and not (task or goal):
-        raise UserError(
-            "--train needs a measure of success; name a task with --task, or give a goal file with --goal"
-        )
+        raise UserError("--train needs a measure of success; name a task with --task, or give a goal file with --goal")
     if level == "hard" and not task:
         raise UserError("only tasks come at levels, and none is named; give a --task, or leave --level out")
