@@ -35,6 +35,15 @@ def test_python_examples_run(text: str, tmp_path: Path, monkeypatch: pytest.Monk
     exec(compile(text, "example", "exec"), {"__name__": "__main__"})
 
 
+def test_the_readme_shows_what_its_example_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    code, shown = (
+        re.search(rf"^```{language}\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)[1]
+        for language in ("python", "text")
+    )
+    exec(compile(code, "README.md", "exec"), {"__name__": "__main__"})
+    assert capsys.readouterr().out.split() == shown.split()
+
+
 @pytest.mark.parametrize("text", blocks("bash") + blocks("console") + blocks("sh"))
 def test_command_lines_exist(text: str) -> None:
     for line in text.replace("\\\n", " ").splitlines():
