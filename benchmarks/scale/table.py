@@ -1,4 +1,4 @@
-"""What the paper's whole study would take, from what jobs of a study of ours took: the table of docs/scale.md.
+"""What the paper's whole study would take, from what jobs of a study of ours took: the table of docs/studies.md.
 
     python benchmarks/scale/table.py build/builtin-60000
 
@@ -23,7 +23,7 @@ from aidsr.tasks import task_names
 from aidsr.teams.providers.prices import list_price_usd
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "scale.md"
+PAGE = ROOT / "docs" / "studies.md"
 MANUAL = ROOT / "benchmarks" / "manual" / "results.md"
 MARKS = "<!-- made by benchmarks/scale/table.py -->", "<!-- to here -->"
 DESIGNS = 15

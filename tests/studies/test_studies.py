@@ -159,9 +159,9 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
 
 @pytest.mark.parametrize(("seeds", "steps"), [(0, 300_000), (1, 300_000), (2, 150_000)])
 def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps: int, tmp_path: Path) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "studies.md").read_text()
     told = re.search(r"designing (\d+), training ([\d,]+), judging (\d+);", page)
-    assert told, "docs/scale.md no longer says what was measured"
+    assert told, "docs/studies.md no longer says what was measured"
     design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
     coming = forecast(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
     expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)

@@ -14,7 +14,7 @@ __all__ = ["Estimate", "estimate"]
 
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
 """One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.
-Our guess, for prompts as docs/agents.md has them and short reasoning; models that reason at length take more."""
+Our guess, for prompts as docs/models.md has them and short reasoning; models that reason at length take more."""
 
 
 @dataclass(frozen=True)

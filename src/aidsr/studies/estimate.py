@@ -17,16 +17,16 @@ from aidsr.studies.tables import PAPER
 __all__ = ["Forecast", "forecast"]
 
 _BUILTIN_S = 6.0
-"""A design of the built-in team [s]. Source: docs/scale.md, mean over tasks."""
+"""A design of the built-in team [s]. Source: docs/studies.md, mean over tasks."""
 _SEARCHED_ROBOT_S = 5.0
 """Processor time of a robot of a search [s]: written, placed, validated, probed within 90,000 steps.
 
 Source: `aidsr.teams.baselines.search.worth_of` for the rules' concept of seed 0 on the first ten of `aidsr tasks`,
 on one core of a Xeon at 2.5 GHz that others used too: 4.7 s on average, 1.0 to 11.4 s; rounded up."""
 _STEPS_PER_S = 300.0
-"""Control steps of a single-threaded training. Source: docs/scale.md, 300,000 steps in 1,000 s, mean over tasks."""
+"""Control steps of a single-threaded training. Source: docs/studies.md, 300,000 steps in 1,000 s, mean over tasks."""
 _JUDGING_S = 43.0
-"""The held-out episodes of a policy. Source: docs/scale.md."""
+"""The held-out episodes of a policy. Source: docs/studies.md."""
 _PROBE_S = 20.0
 """Source: docs/learning.md."""
 _DESIGN_MB, _TRAINING_MB = 1.0, 3.0
