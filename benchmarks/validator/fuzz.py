@@ -25,17 +25,15 @@ from typing import Any
 
 import numpy as np
 from benchmarks.validator.corpus.writers import HELD_OUT_WRITERS
+from benchmarks.validator.load_only import load_only
 from benchmarks.validator.mutation import mutate
 
 from aidsr.core.errors import IsolationError, MjcfError
-from aidsr.sandbox import isolation
 from aidsr.validation import validate
 
 __all__ = ["Campaign", "main", "run_case", "seeds"]
 
 _HERE = Path(__file__).parent
-_LOOK = "aidsr.validation.engine:examine"
-_LIMITS = isolation.Limits(wall_s=30.0, cpu_s=30.0, memory_mib=3072)
 
 
 @dataclass
@@ -83,12 +81,12 @@ def run_case(text: str, *, battery: bool) -> tuple[str, list[str]]:
         report = validate(text)
         return "accepted" if report.stable else "refused", [fault.code for fault in report.faults]
     try:
-        answer = isolation.call(_LOOK, {"text": text, "drive": False}, _LIMITS)
+        report = load_only(text)
     except MjcfError as error:
         return "refused", [fault.code for fault in error.faults]
     except IsolationError as error:
         return error.kind, [str(error)]
-    codes = [fault["code"] for fault in answer["faults"]]
+    codes = [fault.code for fault in report.faults]
     return "refused" if codes else "accepted", codes
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from aidsr.render.camera import View
 from aidsr.render.pictures import picture
+from aidsr.render.view import View
 from aidsr.tasks import load_task, task_names
 
 

@@ -16,8 +16,9 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, parse_mjcf
 from aidsr.render import pictures as rendering
 from aidsr.render import viewer as viewing
-from aidsr.render.camera import View, frame
+from aidsr.render.camera import frame
 from aidsr.render.stage import staged
+from aidsr.render.view import View
 
 RED = '<geom name="red" type="capsule" fromto="0 0 0 0 0 0.3" size="0.02" rgba="1 0 0 1"/>'
 ROBOT = f"""<mujoco>
@@ -177,7 +178,7 @@ def test_actuators_can_drive_a_video_and_swing_when_nothing_is_asked() -> None:
 
 
 def test_a_motion_is_given_once() -> None:
-    with pytest.raises(ValueError, match="found both"):
+    with pytest.raises(RuntimeError, match="found both"):
         rendering.video(scene(), qpos=[[0.0]], ctrl=[[0.0]])
 
 
@@ -197,7 +198,7 @@ def test_without_a_display_viewing_draws_a_picture(tmp_path: Path, monkeypatch: 
 
 
 def test_the_viewer_gets_the_checked_document() -> None:
-    text = viewing.prepare_in_worker({"mjcf": "```xml\n" + scene("<!-- note -->") + "\n```"})["mjcf"]
+    text = viewing.checked_document("```xml\n" + scene("<!-- note -->") + "\n```")
     assert text.startswith("<mujoco>")
     assert "note" not in text
     assert compile_mjcf(text).nu == 1

@@ -13,8 +13,8 @@ from PIL import Image
 
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.render import pictures as rendering
-from aidsr.render.camera import View
 from aidsr.render.tracking_camera import Travel, travelled
+from aidsr.render.view import View
 
 SCENE = """<mujoco><worldbody>
   <geom type="plane" size="0 0 1"/>

@@ -9,8 +9,9 @@ import pytest
 from aidsr.core.artifacts import Placement, Robot, Scene
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.read import read_mjcf
-from aidsr.sim.assembly import FUNCTIONAL_SITE, TaskSensor, add_sensors, assemble, assemble_in_worker
-from aidsr.sim.task_sensors import check_task_sensors
+from aidsr.sim.assembly import add_sensors, assemble
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.sim.task_sensors import TaskSensor, check_task_sensors
 
 STAGE = """
 <mujoco model="stage">
@@ -140,16 +141,8 @@ def scene(
     environment: str = STAGE,
     sensors: Sequence[TaskSensor] = (),
 ) -> tuple[Scene, mujoco.MjModel]:
-    """Assemble in this process, and load what was written."""
-    found = assemble_in_worker(
-        {
-            "robot": Robot(mjcf=robot, functional_part=part).model_dump(),
-            "environment": environment,
-            "placement": placement.model_dump(),
-            "sensors": [sensor.model_dump() for sensor in sensors],
-        }
-    )
-    result = Scene.model_validate(found)
+    """Assemble, and load what was written."""
+    result = assemble(Robot(mjcf=robot, functional_part=part), environment, placement, sensors)
     return result, mujoco.MjModel.from_xml_string(read_mjcf(result.mjcf).text)
 
 

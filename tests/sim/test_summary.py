@@ -7,7 +7,7 @@ import pytest
 
 from aidsr.core.artifacts import EnvironmentSummary
 from aidsr.core.errors import MjcfError
-from aidsr.sim.environment_summary import summarize_environment, summarize_in_worker
+from aidsr.sim.environment_summary import summarize_environment
 
 ENVIRONMENT = """
 <mujoco>
@@ -38,7 +38,7 @@ ENVIRONMENT = """
 
 
 def summarized(mjcf: str, *, may_hold_robot: bool = False) -> dict[str, Any]:
-    return summarize_in_worker({"environment": mjcf, "may_hold_robot": may_hold_robot})
+    return summarize_environment(mjcf, may_hold_robot=may_hold_robot).model_dump(mode="json")
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Artifact, Vec3
-from aidsr.sandbox import isolation
-from aidsr.sandbox.isolation import Limits
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
 
 __all__ = ["Anatomy", "Cable", "Guide", "Joint", "Part", "Shape", "Vector", "read_anatomy"]
 
@@ -118,6 +118,7 @@ class Anatomy(Artifact):
         return sum(part.mass_kg for part in self.parts if not part.held)
 
 
+@isolated(limits=_LIMITS)
 def read_anatomy(mjcf: str) -> Anatomy:
     """Return the anatomy of a robot.
 
@@ -128,4 +129,6 @@ def read_anatomy(mjcf: str) -> Anatomy:
         MjcfError: The text cannot be loaded.
         IsolationError: Loading ran past a limit.
     """
-    return Anatomy.model_validate(isolation.call("aidsr.fabrication.reading:read", {"mjcf": mjcf}, _LIMITS))
+    from aidsr.fabrication.reading import read
+
+    return read(mjcf)

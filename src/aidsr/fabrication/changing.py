@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -13,14 +14,22 @@ import numpy as np
 from aidsr.fabrication.making import Made
 from aidsr.fabrication.schema import Change
 from aidsr.mjcf.compile import parse_mjcf
-from aidsr.sandbox import isolation
+from aidsr.sandbox.isolated import isolated
 from aidsr.sim.strip_scenery import settle_inertias
 from aidsr.sim.structure import name_of
 
-__all__ = ["as_built", "changes_of", "rewrite"]
-
 _NOTICED = 0.01
 """Relative difference below which nothing is called a change. Our choice: what a printer repeats."""
+
+
+@dataclass(frozen=True)
+class Wall:
+    """Material to add to a body, as a capsule."""
+
+    body: int
+    ends_m: list[list[float]]
+    """In the axes of the whole robot, (2, 3)."""
+    radius_m: float
 
 
 def changes_of(made: Made) -> tuple[Change, ...]:
@@ -137,18 +146,10 @@ def as_built(made: Made, mjcf: str) -> str:
         MjcfError: The changed robot cannot be compiled.
         IsolationError: Compiling ran past a limit.
     """
-    argument = {
-        "mjcf": mjcf,
-        "masses": _mass_factors(made),
-        "joints": _joint_values(made),
-        "skins": _skins(made),
-        "walls": _walls(made) + _bending(made),
-    }
-    text: str = isolation.call("aidsr.fabrication.changing:rewrite", argument)["mjcf"]
-    return text
+    return rewrite(mjcf, _mass_factors(made), _joint_values(made), _skins(made), _walls(made) + _bending(made))
 
 
-def _mass_factors(made: Made) -> dict[str, float]:
+def _mass_factors(made: Made) -> dict[int, float]:
     """Built / simulated mass of each body, by its number."""
     shares = Counter(part for piece in made.shaping.pieces for part in piece.parts)
     of_piece = {name: part.weight for part in made.robot_parts for name in part.used_for}
@@ -157,7 +158,7 @@ def _mass_factors(made: Made) -> dict[str, float]:
         weight = of_piece[piece.name]
         for part in piece.parts:
             factors[part] += (weight.mass_kg / weight.simulated_kg if weight.simulated_kg else 1.0) / shares[part]
-    return {str(body): factors[part] for part in factors for body in made.anatomy.parts[part].body_ids}
+    return {body: factors[part] for part in factors for body in made.anatomy.parts[part].body_ids}
 
 
 def _joint_values(made: Made) -> dict[str, dict[str, float]]:
@@ -189,20 +190,20 @@ def _skins(made: Made) -> dict[str, list[list[float]]]:
     return found
 
 
-def _walls(made: Made) -> list[dict[str, Any]]:
+def _walls(made: Made) -> list[Wall]:
     """The walls around ducts, as capsules [m]."""
     return [
-        {
-            "body": duct.body,
-            "ends": [list(duct.begin / 1000), list(duct.end / 1000)],
-            "radius": made.bores[duct.cable].wall_radius(duct) / 1000,
-        }
+        Wall(
+            duct.body,
+            [list(duct.begin / 1000), list(duct.end / 1000)],
+            made.bores[duct.cable].wall_radius(duct) / 1000,
+        )
         for duct in made.shaping.ducts
         if len(duct.path) > 1
     ]
 
 
-def _bending(made: Made) -> list[dict[str, Any]]:
+def _bending(made: Made) -> list[Wall]:
     """What bends in each gap, half of it on either part, as capsules [m]."""
     found = []
     for index, hinge in made.hinges.hinges.items():
@@ -213,33 +214,40 @@ def _bending(made: Made) -> list[dict[str, Any]]:
             strict=True,
         ):
             ends = [list(gap.anchor / 1000), list(face / 1000)]
-            found.append({"body": body, "ends": ends, "radius": hinge.thickness_mm / 2000})
+            found.append(Wall(body, ends, hinge.thickness_mm / 2000))
     return found
 
 
-def rewrite(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"mjcf"}, the robot with masses, joints and shapes as built; the worker's side of `as_built`."""
-    spec = parse_mjcf(argument["mjcf"])
+@isolated
+def rewrite(
+    mjcf: str,
+    masses: dict[int, float],
+    joints: dict[str, dict[str, float]],
+    skins: dict[str, list[list[float]]],
+    walls: list[Wall],
+) -> str:
+    """Return a robot with masses, joints and shapes as built; the work of `as_built` in an isolated process."""
+    spec = parse_mjcf(mjcf)
     settle_inertias(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     bodies = {int(body.id): body for body in spec.bodies}
-    for number, factor in argument["masses"].items():
-        _weigh(bodies[int(number)], model, int(number), factor)
+    for number, factor in masses.items():
+        _weigh(bodies[number], model, number, factor)
     for joint in spec.joints:
-        new = argument["joints"].get(name_of(model, mujoco.mjtObj.mjOBJ_JOINT, int(joint.id)))
+        new = joints.get(name_of(model, mujoco.mjtObj.mjOBJ_JOINT, int(joint.id)))
         if new is not None:
             _bend(joint, new, degree=spec.compiler.degree)
     for geom in spec.geoms:
-        ends = argument["skins"].get(name_of(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom.id)))
+        ends = skins.get(name_of(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom.id)))
         if ends is not None:
             _shorten(geom, ends, model, data, int(geom.id))
     _slacken(spec)
-    for wall in argument["walls"]:
-        _add_wall(bodies[wall["body"]], wall, data)
+    for wall in walls:
+        _add_wall(bodies[wall.body], wall, data)
     spec.compile()
-    return {"mjcf": spec.to_xml()}
+    return str(spec.to_xml())
 
 
 def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
@@ -285,10 +293,10 @@ def _shorten(geom: Any, ends: Any, model: mujoco.MjModel, data: mujoco.MjData, n
     geom.size = [float(model.geom_size[number, 0]), 0.0, 0.0]
 
 
-def _add_wall(body: Any, wall: dict[str, Any], data: mujoco.MjData) -> None:
-    begin, end = _local(data, wall["body"], wall["ends"])
+def _add_wall(body: Any, wall: Wall, data: mujoco.MjData) -> None:
+    begin, end = _local(data, wall.body, wall.ends_m)
     like = next((geom for geom in body.geoms), None)
-    new = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[*begin, *end], size=[wall["radius"], 0.0, 0.0])
+    new = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[*begin, *end], size=[wall.radius_m, 0.0, 0.0])
     new.mass = 0.0
     if like is not None:
         for name in ("contype", "conaffinity", "condim", "friction", "solref", "solimp", "group", "rgba", "material"):

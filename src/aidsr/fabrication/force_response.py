@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Artifact
 from aidsr.mjcf.compile import compile_mjcf
-from aidsr.sandbox import isolation
-from aidsr.sandbox.isolation import Limits
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
 from aidsr.sim.structure import name_of
-
-__all__ = ["Response", "measure", "responses"]
 
 _LEVELS = 6
 _SETTLING_S, _LOOK_S = 1.0, 0.1
@@ -38,22 +34,17 @@ class Response(Artifact):
     reeled_in_mm: tuple[float, ...]
 
 
+@isolated(limits=_LIMITS)
 def responses(mjcf: str) -> tuple[Response, ...]:
     """Return the response of each tendon actuator of a robot.
 
     Raises:
         IsolationError: Simulating ran past a limit.
     """
-    found = isolation.call("aidsr.fabrication.force_response:measure", {"mjcf": mjcf}, _LIMITS)["responses"]
-    return tuple(map(Response.model_validate, found))
-
-
-def measure(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"responses"} of {"mjcf"}; the worker's side of `responses`."""
-    model = compile_mjcf(argument["mjcf"])
+    model = compile_mjcf(mjcf)
     model.opt.gravity[:] = 0.0  # the same answer however the robot is mounted
     actuators = [index for index in range(model.nu) if int(model.actuator_trntype[index]) == _TENDON]
-    return {"responses": [_response(model, index).model_dump(mode="json") for index in actuators]}
+    return tuple(_response(model, index) for index in actuators)
 
 
 def _response(model: mujoco.MjModel, actuator: int) -> Response:

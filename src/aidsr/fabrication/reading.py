@@ -36,9 +36,9 @@ _KINDS = {
 }
 
 
-def read(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return the `Anatomy` of {"mjcf"} as JSON."""
-    return _Reader(compile_mjcf(argument["mjcf"])).anatomy().model_dump(mode="json")
+def read(mjcf: str) -> Anatomy:
+    """Return the anatomy of a robot; the work of `aidsr.fabrication.anatomy.read_anatomy`."""
+    return _Reader(compile_mjcf(mjcf)).anatomy()
 
 
 class _Reader:

@@ -155,9 +155,9 @@ def brief_for(
     Raises:
         UserError: Something asked for does not exist or does not fit together.
     """
-    from aidsr.sandbox.isolation import prepare
+    from aidsr.sandbox.pool import warm_up
 
-    prepare()  # a worker starts while the rest is imported
+    warm_up()  # a worker starts while the rest is imported
     from aidsr.sim.environment_summary import summarize_environment
     from aidsr.tasks import goal_task, load_task, read_goal
     from aidsr.tasks.judging import judging

@@ -9,12 +9,8 @@ from aidsr.core.errors import IsolationError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.loop.parts import TryOut
 from aidsr.runs import Run, RunConfig
-from aidsr.sandbox import isolation
 
-__all__ = ["LIMITS", "check_trial", "trial_of", "with_policy"]
-
-LIMITS = isolation.Limits(wall_s=14_400.0, cpu_s=14_400.0, memory_mib=16_384)
-"""Our choice: many times what a training of 100,000 steps takes; torch alone maps several GiB."""
+__all__ = ["check_trial", "trial_of", "with_policy"]
 
 
 def check_trial(config: RunConfig, *, measured: bool) -> None:
@@ -48,21 +44,17 @@ def trial_of(run: Run) -> TryOut:
     if not steps:
         return probe
 
+    from aidsr.learn.rl.short_training import train_briefly
+
     def probe_and_train(robot: Robot, scene: Scene) -> TaskReport:
         report = probe(robot, scene)
-        argument = {
-            "mjcf": scene.mjcf,
-            "groups": [group.model_dump(mode="json") for group in robot.actuator_groups],
-            "task": record.task,
-            "level": level,
-            "goal": str(goal.resolve()) if goal else "",
-            "steps": steps,
-        }
         try:
-            learned = isolation.call("aidsr.learn.rl.short_training:learn_in_worker", argument, LIMITS)
+            evaluation = train_briefly(
+                scene.mjcf, steps=steps, groups=robot.actuator_groups, task=record.task, level=level, goal=goal
+            )
         except IsolationError as error:  # advice, as the probe is; what that found still holds
             return _told(report, f"No policy could be trained: {error}.")
-        return with_policy(report, Evaluation.model_validate(learned), steps)
+        return with_policy(report, evaluation, steps)
 
     return probe_and_train
 

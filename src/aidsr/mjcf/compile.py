@@ -1,6 +1,6 @@
 """Untrusted MJCF text in, compiled model out, or every fault at once.
 
-Compiling is where native code meets a stranger's numbers: call this inside a worker (`aidsr.sandbox.isolation`) unless
+Compiling is where native code meets a stranger's numbers: call this inside a worker (`aidsr.sandbox.isolated`) unless
 the text is our own.
 """
 

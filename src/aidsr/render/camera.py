@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import product
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
-
-__all__ = ["Array", "View", "aim", "ball", "frame", "robot_corners"]
 
 Array = NDArray[np.float64]
 
@@ -25,18 +23,6 @@ _ELEVATIONS_DEG = (-18.0, -40.0, -65.0)
 _SHADOWED = 3.0  # radii around the centre in which shadows are sharp
 _RELUCTANCE = 0.02  # share of sight that a direction must gain over the one preferred to it
 _LOOKED_AT = 60  # geoms at most whose sight is tested
-
-
-@dataclass(frozen=True)
-class View:
-    """From where to look; what is None is chosen."""
-
-    azimuth_deg: float | None = None
-    elevation_deg: float | None = None
-    closeness: float = 1.0
-    """Above 1 the camera comes nearer."""
-    authored: bool = False
-    """From where the MJCF itself says to look (`visual/global`, `statistic`), for a place without a robot."""
 
 
 def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) -> mujoco.MjvCamera:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import av
 import mujoco
@@ -14,16 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from aidsr.mjcf.compile import compile_mjcf, parse_mjcf
+from aidsr.mjcf.compile import load_mjcf, parse_mjcf
 from aidsr.render import raycasting
-from aidsr.render.camera import View, frame
+from aidsr.render.camera import frame
 from aidsr.render.highlight import light_up
 from aidsr.render.opengl import Canvas, NoOpenGLError
 from aidsr.render.stage import staged
 from aidsr.render.tracking_camera import travelled
+from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
-
-__all__ = ["describe_graphics", "draw_filmstrip", "draw_picture", "draw_video"]
 
 _Pixels = NDArray[np.uint8]
 _Positions = NDArray[np.float64]
@@ -31,48 +29,66 @@ _SWING_HZ = 0.4  # our choice: slow enough to follow, fast enough to see each ac
 _FRAMED_STATES = 12
 
 
-def draw_picture(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"data": PNG} for a model in its initial state."""
-    model = staged(parse_mjcf(argument["mjcf"]))
-    light_up(model, argument["lit"])
+@dataclass(frozen=True)
+class Motion:
+    """What a film shows; see `aidsr.render.pictures.video`.
+
+    Raises:
+        ValueError: It has both positions to show and controls to simulate.
+    """
+
+    qpos: Sequence[Sequence[float]] | None
+    ctrl: Sequence[Sequence[float]] | None
+    seconds: float
+    frames_per_s: float
+
+    def __post_init__(self) -> None:
+        if self.qpos is not None and self.ctrl is not None:
+            raise ValueError("found both qpos to show and ctrl to simulate; give one of them")
+
+
+def draw_picture(mjcf: str, width: int, height: int, view: View, lit: Sequence[str]) -> bytes:
+    """Return a model in its initial state as PNG."""
+    model = staged(parse_mjcf(mjcf))
+    light_up(model, lit)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    camera = frame(model, [data], View(**argument["view"]))
-    width, height = argument["width"], argument["height"]
+    camera = frame(model, [data], view)
     try:
         with Canvas(model, width, height) as canvas:
             pixels = canvas.draw(data, camera, shadows=True)
     except NoOpenGLError:
         pixels = raycasting.draw(model, data, camera, width, height)
-    return {"data": _png(pixels)}
+    return _png(pixels)
 
 
-def draw_filmstrip(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"data": PNG} with several moments of a motion side by side."""
-    model = staged(parse_mjcf(argument["mjcf"]))
-    positions = _positions(argument)
-    chosen = np.linspace(0, len(positions) - 1, argument["count"]).round().astype(int)
-    film = _Film(model, positions, chosen, argument)
-    width, height = argument["width"], argument["height"]
+def draw_filmstrip(mjcf: str, motion: Motion, count: int, width: int, height: int, view: View) -> bytes:
+    """Return several moments of a motion side by side as PNG."""
+    loaded = load_mjcf(mjcf)
+    positions = _positions(loaded.model, motion)
+    chosen = np.linspace(0, len(positions) - 1, count).round().astype(int)
+    model = staged(loaded.spec)
+    film = _Film(model, positions, chosen, motion.frames_per_s, view)
     try:
         with Canvas(model, width, height) as canvas:
             pictures = [*film.pictures(lambda data, camera: canvas.draw(data, camera, shadows=True))]
     except NoOpenGLError:
         pictures = [*film.pictures(lambda data, camera: raycasting.draw(model, data, camera, width, height))]
-    return {"data": _png(np.concatenate(pictures, axis=1))}
+    return _png(np.concatenate(pictures, axis=1))
 
 
-def draw_video(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"data": MP4}, or {"data": None} without OpenGL."""
-    model = staged(parse_mjcf(argument["mjcf"]))
-    positions = _positions(argument)
-    film = _Film(model, positions, np.arange(len(positions)), argument)
+def draw_video(mjcf: str, motion: Motion, width: int, height: int, view: View) -> bytes | None:
+    """Return a motion as MP4, or None without OpenGL."""
+    loaded = load_mjcf(mjcf)
+    positions = _positions(loaded.model, motion)
+    model = staged(loaded.spec)
+    film = _Film(model, positions, np.arange(len(positions)), motion.frames_per_s, view)
     try:
-        with Canvas(model, argument["width"], argument["height"]) as canvas:
+        with Canvas(model, width, height) as canvas:
             pictures = film.pictures(lambda data, camera: canvas.draw(data, camera, shadows=False))
-            return {"data": _mp4(pictures, argument["motion"]["frames_per_s"])}
+            return _mp4(pictures, motion.frames_per_s)
     except NoOpenGLError:
-        return {"data": None}
+        return None
 
 
 class _Film:
@@ -82,16 +98,21 @@ class _Film:
         model: The compiled model; what a camera needs of it is set here, before a canvas is made.
         positions: The whole motion, (n_frames, nq).
         chosen: Numbers of the frames to draw.
-        argument: Of the function that draws.
+        frames_per_s: Frames of the motion in a second.
+        view: From where to look.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, positions: _Positions, chosen: NDArray[np.int_], argument: dict[str, Any]
+        self,
+        model: mujoco.MjModel,
+        positions: _Positions,
+        chosen: NDArray[np.int_],
+        frames_per_s: float,
+        view: View,
     ) -> None:
         self._model, self._data = model, mujoco.MjData(model)
         self._positions, self._chosen = positions, chosen
-        self._frames_per_s = argument["motion"]["frames_per_s"]
-        view = View(**argument["view"])
+        self._frames_per_s = frames_per_s
         some = positions[chosen[:: max(1, len(chosen) // _FRAMED_STATES)]]
         self._travel = travelled(model, self._data, positions)
         self._camera = self._travel.camera(view) if self._travel else frame(model, self._states(some), view)
@@ -113,32 +134,30 @@ class _Film:
             yield self._data
 
 
-def describe_graphics(_argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"status": sentence} saying how pictures are drawn here."""
+def describe_graphics() -> str:
+    """Return in one sentence how pictures are drawn here."""
     model = mujoco.MjSpec().compile()
     try:
         with Canvas(model, 16, 16):
-            return {"status": "OpenGL off-screen: pictures and videos"}
+            return "OpenGL off-screen: pictures and videos"
     except NoOpenGLError as error:
-        return {"status": f"no OpenGL ({error}): pictures by ray casting, about a second each; no videos"}
+        return f"no OpenGL ({error}): pictures by ray casting, about a second each; no videos"
 
 
-def _positions(argument: dict[str, Any]) -> NDArray[np.float64]:
+def _positions(model: mujoco.MjModel, motion: Motion) -> _Positions:
     """Return the positions of a motion, shape `(n_frames, nq)`, up to where they stop being finite."""
-    motion = argument["motion"]
-    if "qpos" in motion:
-        positions = np.array(motion["qpos"], float)
+    if motion.qpos is not None:
+        positions = np.array(motion.qpos, float)
     else:
-        model = compile_mjcf(argument["mjcf"])
-        ctrl = np.array(motion["ctrl"], float) if "ctrl" in motion else _swing(model, motion)
-        positions = _simulated(model, ctrl, motion["frames_per_s"])
+        ctrl = np.array(motion.ctrl, float) if motion.ctrl is not None else _swing(model, motion)
+        positions = _simulated(model, ctrl, motion.frames_per_s)
     broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     return positions[: broken[0]] if broken.size else positions
 
 
-def _swing(model: mujoco.MjModel, motion: dict[str, Any]) -> NDArray[np.float64]:
+def _swing(model: mujoco.MjModel, motion: Motion) -> NDArray[np.float64]:
     """Return controls that swing each actuator of the robot, a little behind the one before; the rest hold still."""
-    times = np.arange(round(motion["seconds"] * motion["frames_per_s"])) / motion["frames_per_s"]
+    times = np.arange(round(motion.seconds * motion.frames_per_s)) / motion.frames_per_s
     limited = model.actuator_ctrllimited.astype(bool)
     low = np.where(limited, model.actuator_ctrlrange[:, 0], -1.0)
     high = np.where(limited, model.actuator_ctrlrange[:, 1], 1.0)
@@ -173,13 +192,13 @@ def _written_on(pixels: _Pixels, caption: str) -> _Pixels:
     return np.asarray(picture)
 
 
-def _png(pixels: _Pixels) -> str:
+def _png(pixels: _Pixels) -> bytes:
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "PNG", optimize=True)
-    return base64.b64encode(file.getvalue()).decode()
+    return file.getvalue()
 
 
-def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> str:
+def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> bytes:
     file = io.BytesIO()
     with av.open(file, "w", format="mp4") as container:
         stream = None
@@ -192,4 +211,4 @@ def _mp4(pictures: Iterator[_Pixels], frames_per_s: float) -> str:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
         if stream is not None:
             container.mux(stream.encode())
-    return base64.b64encode(file.getvalue()).decode()
+    return file.getvalue()

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.sandbox.worker import GL_WANTED
+from aidsr.sandbox.environment import GL_WANTED
 
 __all__ = ["Canvas", "NoOpenGLError"]
 

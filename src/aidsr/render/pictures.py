@@ -6,27 +6,28 @@ videos need OpenGL.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Annotated
 
-from aidsr.sandbox import isolation
-from aidsr.sandbox.isolation import Limits
+from pydantic import PlainSerializer
 
-if TYPE_CHECKING:
-    from aidsr.render.camera import View
-
-__all__ = ["Frames", "filmstrip", "gl_status", "picture", "video"]
-
-Frames = Sequence[Sequence[float]]
-"""One row of numbers for each frame, shape `(n_frames, nq)` or `(n_frames, nu)`; NumPy arrays too."""
+from aidsr.render.view import View
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
 
 _PICTURE_LIMITS = Limits(wall_s=60, cpu_s=120)
 _VIDEO_LIMITS = Limits(wall_s=600, cpu_s=1200)
-_HOME = "aidsr.render.draw"
 
 
+def _rows(frames: Sequence[Sequence[float]]) -> list[list[float]]:
+    return [[float(value) for value in row] for row in frames]
+
+
+Frames = Annotated[Sequence[Sequence[float]], PlainSerializer(_rows)]
+"""One row of numbers for each frame, shape `(n_frames, nq)` or `(n_frames, nu)`; NumPy arrays too."""
+
+
+@isolated(limits=_PICTURE_LIMITS)
 def picture(
     mjcf: str, *, width: int = 640, height: int = 480, view: View | None = None, lit: Sequence[str] = ()
 ) -> bytes:
@@ -45,10 +46,12 @@ def picture(
         MjcfError: The text cannot be loaded.
         IsolationError: Drawing ran past a limit.
     """
-    shown: dict[str, Any] = {"width": width, "height": height, "view": _written(view), "lit": list(lit)}
-    return _drawn("draw_picture", _PICTURE_LIMITS, mjcf=mjcf, **shown) or b""
+    from aidsr.render.draw import draw_picture
+
+    return draw_picture(mjcf, width, height, view or View(), lit)
 
 
+@isolated(limits=_PICTURE_LIMITS)
 def filmstrip(
     mjcf: str,
     *,
@@ -65,11 +68,12 @@ def filmstrip(
 
     The motion is given as in `video`.
     """
-    motion = _motion(qpos, ctrl, seconds, frames_per_s)
-    size = {"count": count, "width": width, "height": height}
-    return _drawn("draw_filmstrip", _PICTURE_LIMITS, mjcf=mjcf, motion=motion, view=_written(view), **size) or b""
+    from aidsr.render.draw import Motion, draw_filmstrip
+
+    return draw_filmstrip(mjcf, Motion(qpos, ctrl, seconds, frames_per_s), count, width, height, view or View())
 
 
+@isolated(limits=_VIDEO_LIMITS)
 def video(
     mjcf: str,
     *,
@@ -100,32 +104,15 @@ def video(
         MjcfError: The text cannot be loaded.
         IsolationError: Simulating or drawing ran past a limit.
     """
-    motion = _motion(qpos, ctrl, seconds, frames_per_s)
-    size = {"width": width - width % 2, "height": height - height % 2}
-    return _drawn("draw_video", _VIDEO_LIMITS, mjcf=mjcf, motion=motion, view=_written(view), **size)
+    from aidsr.render.draw import Motion, draw_video
+
+    size = (width - width % 2, height - height % 2)
+    return draw_video(mjcf, Motion(qpos, ctrl, seconds, frames_per_s), *size, view or View())
 
 
+@isolated(limits=_PICTURE_LIMITS)
 def gl_status() -> str:
     """Return in one sentence how pictures are drawn here, for `aidsr doctor`."""
-    status: str = isolation.call(f"{_HOME}:describe_graphics", {}, _PICTURE_LIMITS)["status"]
-    return status
+    from aidsr.render.draw import describe_graphics
 
-
-def _drawn(function: str, limits: Limits, **argument: Any) -> bytes | None:
-    data = isolation.call(f"{_HOME}:{function}", argument, limits)["data"]
-    return None if data is None else base64.b64decode(data)
-
-
-def _written(view: View | None) -> dict[str, Any]:
-    return {} if view is None else asdict(view)
-
-
-def _motion(qpos: Frames | None, ctrl: Frames | None, seconds: float, frames_per_s: float) -> dict[str, Any]:
-    if qpos is not None and ctrl is not None:
-        raise ValueError("expected qpos to show or ctrl to simulate, found both")
-    timing = {"seconds": seconds, "frames_per_s": frames_per_s}
-    return timing | {name: _rows(rows) for name, rows in (("qpos", qpos), ("ctrl", ctrl)) if rows is not None}
-
-
-def _rows(frames: Frames) -> list[list[float]]:
-    return [[float(value) for value in row] for row in frames]
+    return describe_graphics()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from aidsr.render.camera import Array, View, aim, ball, robot_corners
+from aidsr.render.camera import Array, aim, ball, robot_corners
+from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
 
 __all__ = ["Travel", "travelled"]

@@ -7,13 +7,10 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from aidsr.core.errors import UserError
-from aidsr.render import pictures as rendering
-from aidsr.sandbox import isolation
-
-__all__ = ["has_display", "prepare_in_worker", "view"]
+from aidsr.render import pictures
+from aidsr.sandbox.isolated import isolated
 
 
 def view(mjcf: str, picture: Path) -> Path | None:
@@ -34,13 +31,13 @@ def view(mjcf: str, picture: Path) -> Path | None:
         UserError: There is a display and the viewer could not use it, or the picture cannot be written.
     """
     if not has_display():
-        drawn = rendering.picture(mjcf, width=1280, height=960)
+        drawn = pictures.picture(mjcf, width=1280, height=960)
         try:
             picture.write_bytes(drawn)
         except OSError as error:
             raise UserError(f"Expected a place to write to, could not write {picture}: {error.strerror}.") from error
         return picture
-    checked = isolation.call("aidsr.render.viewer:prepare_in_worker", {"mjcf": mjcf})["mjcf"]
+    checked = checked_document(mjcf)
     with tempfile.TemporaryDirectory(prefix="aidsr-view-") as folder:
         file = Path(folder) / "model.xml"
         file.write_text(checked, encoding="utf-8")
@@ -60,10 +57,11 @@ def has_display() -> bool:
     return True
 
 
-def prepare_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Return {"mjcf": the document as it was checked}, so that the viewer opens nothing else."""
+@isolated
+def checked_document(mjcf: str) -> str:
+    """Return the document as it was checked, so that the viewer opens nothing else."""
     from aidsr.mjcf.compile import load_mjcf
     from aidsr.mjcf.read import canonical
 
-    text, _ = canonical(load_mjcf(argument["mjcf"]).document.root)
-    return {"mjcf": text}
+    text, _ = canonical(load_mjcf(mjcf).document.root)
+    return text

@@ -1,11 +1,9 @@
-"""One worker process as its parent sees it: start, ask, notice how it ended, clean up."""
+"""One worker process as its parent sees it: start it, send requests, see how it ended, clean up."""
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
-import site
 import subprocess
 import sys
 import tempfile
@@ -13,19 +11,12 @@ import threading
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-import aidsr
-from aidsr.sandbox.worker import GL_WANTED, INSIDE, read_message, write_message
-
-__all__ = ["Child", "child_environment"]
+from aidsr.sandbox.environment import child_environment
+from aidsr.sandbox.pipes import read_message, write_message
 
 _START_LIMIT_S = 120.0  # our choice: importing MuJoCo takes 1 s, and many times that on a machine under heavy load
 _MAX_CALLS = 200  # our choice: then a fresh process, in case a native library loses memory on each model
 _OUTPUT_TAIL = 1500  # characters of a dead child's output kept in the error
-
-_KEPT = {"PATH", "LANG", "LC_ALL", "LC_CTYPE", "TZ", "PYTHONPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"}
-_KEPT |= {"SYSTEMROOT", "WINDIR", "COMSPEC", "PATHEXT", "MUJOCO_EGL_DEVICE_ID"}
-_KEPT |= {"CUDA_VISIBLE_DEVICES", "NVIDIA_VISIBLE_DEVICES", "NVIDIA_DRIVER_CAPABILITIES", "PYTHONDONTWRITEBYTECODE"}
-_KEPT_PREFIXES = ("__EGL_", "EGL_", "LIBGL_", "MESA_", "GALLIUM_")
 
 
 class Child:
@@ -53,8 +44,8 @@ class Child:
         """Whether another call may be given to this child."""
         return not (self._busy or self._late) and self._calls < _MAX_CALLS and self._process.poll() is None
 
-    def ask(self, request: dict[str, Any], wall_s: float) -> dict[str, Any]:
-        """Return the child's answer, or {"time" | "memory" | "crash": …} saying how it ended instead.
+    def call(self, request: dict[str, Any], wall_s: float) -> dict[str, Any]:
+        """Return the child's reply, or {"time" | "memory" | "crash": …} saying how it ended instead.
 
         Raises:
             TypeError: The request cannot be expressed in JSON.
@@ -66,10 +57,10 @@ class Child:
                 return start if "crash" in start else {"crash": f"it was not ready after {_START_LIMIT_S:g} s"}
             self._ready = True
         self._calls += 1
-        answer = self._exchange(request, wall_s)
-        # What was short of memory may be in any state; it stays busy for good and is replaced.
-        self._busy = not answer.keys() & {"result", "mjcf", "user", "bug"}
-        return answer
+        reply = self._exchange(request, wall_s)
+        # A child that ran out of memory may be in any state; it stays busy for good and is replaced.
+        self._busy = not reply.keys() & {"result", "mjcf", "user", "bug"}
+        return reply
 
     def close(self) -> None:
         """End the process and remove its folder."""
@@ -83,58 +74,33 @@ class Child:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _exchange(self, request: dict[str, Any] | None, limit_s: float) -> dict[str, Any]:
-        clock = threading.Timer(limit_s, self._stop)
-        clock.daemon = True
-        clock.start()
+        timer = threading.Timer(limit_s, self._kill_late)
+        timer.daemon = True
+        timer.start()
         try:
             if request is not None:
                 write_message(self._requests, request)
-            answer = read_message(self._replies)
+            reply = read_message(self._replies)
         except OSError:
-            answer = None
+            reply = None
         finally:
-            clock.cancel()
-        return self._ending() if answer is None else answer
+            timer.cancel()
+        return self._cause_of_death() if reply is None else reply
 
-    def _stop(self) -> None:
+    def _kill_late(self) -> None:
         self._late = True
         self._process.kill()
 
-    def _ending(self) -> dict[str, Any]:
-        """Return how the process ended, in the words of `ask`."""
+    def _cause_of_death(self) -> dict[str, Any]:
+        """Return how the process ended, in the form of `call`."""
         code = self._process.wait()
         if self._late:
             return {"time": "wall"}
         if sys.platform != "win32" and code == -signal.SIGXCPU:
             return {"time": "cpu"}
         output = (self._folder / "output.txt").read_text("utf-8", "replace")
-        # Killed and not by us: the system does that when memory runs out. C++ says bad_alloc before it aborts.
+        # Killed and not by us: the system does that when memory runs out. C++ prints bad_alloc before it aborts.
         if (sys.platform != "win32" and code == -signal.SIGKILL) or "bad_alloc" in output or "MemoryError" in output:
             return {"memory": True}
         name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return {"crash": f"{name}\n{output[-_OUTPUT_TAIL:]}".strip()}
-
-
-def child_environment(folder: Path) -> dict[str, str]:
-    """Return the variables a child gets: what libraries need to load, and nothing that could be a key."""
-    kept = {name: value for name, value in os.environ.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
-    root = str(Path(aidsr.__file__).parents[1])
-    private = str(folder)
-    if site.ENABLE_USER_SITE:  # where MuJoCo may be installed; Python looks for it in HOME, which becomes the folder
-        kept["PYTHONUSERBASE"] = site.getuserbase()
-    return kept | {
-        "PYTHONPATH": os.pathsep.join([root, *filter(None, [kept.get("PYTHONPATH")])]),
-        INSIDE: private,
-        "HOME": private,
-        "USERPROFILE": private,
-        "TMPDIR": private,
-        "TEMP": private,
-        "TMP": private,
-        # Each extra arena or thread reserves address space, which is what the memory limit counts.
-        "MALLOC_ARENA_MAX": "2",
-        "OPENBLAS_NUM_THREADS": "1",
-        "OMP_NUM_THREADS": "1",
-        # MuJoCo loads OpenGL when imported and most calls need none; the others get it from `aidsr.render.opengl`.
-        "MUJOCO_GL": "disable",
-        GL_WANTED: os.environ.get("MUJOCO_GL", ""),
-    }

@@ -19,7 +19,7 @@ from aidsr.core.artifacts import Fault, Placement, Robot, Scene
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf, warnings_as_notes
 from aidsr.mjcf.location import Element
-from aidsr.sandbox import isolation
+from aidsr.sandbox.isolated import isolated
 from aidsr.sim.beam import solref
 from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_functional_part, part_names
 from aidsr.sim.ownership import ROBOT_PREFIX
@@ -35,8 +35,6 @@ from aidsr.sim.scaling import scale_robot
 from aidsr.sim.strip_scenery import settle_inertias, strip_scenery
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors, measured_parts
 
-__all__ = ["FUNCTIONAL_SITE", "TaskSensor", "add_sensors", "add_sensors_in_worker", "assemble", "assemble_in_worker"]
-
 _SITE_RADIUS_M = 0.003
 _SITE_GROUP = 4  # MuJoCo draws groups 0 to 2 unless asked for more
 
@@ -49,6 +47,7 @@ _OF_THE_ENVIRONMENT = ("option", "visual", "statistic", "size", "keyframe")
 """Sections of a robot's file that have one owner in a scene: the environment."""
 
 
+@isolated
 def assemble(robot: Robot, environment: str, placement: Placement, sensors: Sequence[TaskSensor] = ()) -> Scene:
     """Place a robot in an environment, in an isolated process.
 
@@ -63,54 +62,26 @@ def assemble(robot: Robot, environment: str, placement: Placement, sensors: Sequ
             the placement names something that does not exist, or the robot cannot be based as the placement asks.
         IsolationError: Assembling ran past its limits.
     """
-    argument = {
-        "robot": robot.model_dump(mode="json"),
-        "environment": environment,
-        "placement": placement.model_dump(mode="json"),
-        "sensors": [sensor.model_dump(mode="json") for sensor in sensors],
-    }
-    return Scene.model_validate(isolation.call("aidsr.sim.assembly:assemble_in_worker", argument))
+    mjcf, notes = _assemble(robot, environment, placement, sensors)
+    return Scene(mjcf=mjcf, placement=placement, notes=tuple(notes))
 
 
-def assemble_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Do the work of `assemble` on plain values.
-
-    Raises:
-        MjcfError: As `assemble`.
-    """
-    robot = Robot.model_validate(argument["robot"])
-    placement = Placement.model_validate(argument["placement"])
-    sensors = [TaskSensor.model_validate(sensor) for sensor in argument["sensors"]]
-    mjcf, notes = _assemble(robot, argument["environment"], placement, sensors)
-    return Scene(mjcf=mjcf, placement=placement, notes=notes).model_dump(mode="json")
-
-
+@isolated
 def add_sensors(scene: str, sensors: Sequence[TaskSensor]) -> str:
     """Return the MJCF of an assembled scene with those sensors whose names it lacks, in an isolated process.
 
     Raises:
         MjcfError: The scene cannot be loaded, or a sensor needs a functional part and the scene marks none.
     """
-    argument = {"scene": scene, "sensors": [sensor.model_dump(mode="json") for sensor in sensors]}
-    return str(isolation.call("aidsr.sim.assembly:add_sensors_in_worker", argument)["mjcf"])
-
-
-def add_sensors_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Do the work of `add_sensors` on plain values.
-
-    Raises:
-        MjcfError: As `add_sensors`.
-    """
-    spec = load_mjcf(argument["scene"]).spec
+    spec = load_mjcf(scene).spec
     model = _compile(spec.copy(), "the scene")
     taken = {model.sensor(i).name for i in range(model.nsensor)}
-    wanted = [TaskSensor.model_validate(sensor) for sensor in argument["sensors"]]
-    new = [sensor for sensor in wanted if sensor.name not in taken]
+    new = [sensor for sensor in sensors if sensor.name not in taken]
     parts = measured_parts(model)
     if not parts["root"] or (not parts["part_body"] and any(sensor.needs_functional_part for sensor in new)):
         raise MjcfError([_missing("functional part", FUNCTIONAL_SITE, "of the scene", part_names(model))])
     add_task_sensors(spec, new, **parts)
-    return {"mjcf": _write(spec)}
+    return _write(spec)
 
 
 def _assemble(

@@ -9,10 +9,8 @@ import numpy as np
 
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
 from aidsr.mjcf.compile import load_mjcf
-from aidsr.sandbox import isolation
+from aidsr.sandbox.isolated import isolated
 from aidsr.sim.placement import mount_names, refuse_unfit
-
-__all__ = ["summarize_environment", "summarize_in_worker"]
 
 _JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
 _SIZES = {
@@ -26,6 +24,7 @@ _DECIMALS = 6
 """Micrometres and millionths are the finest a reader needs. Our choice: MuJoCo writes six digits as well."""
 
 
+@isolated
 def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> EnvironmentSummary:
     """Describe an environment in its initial state, read in an isolated process.
 
@@ -37,25 +36,14 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
         MjcfError: It cannot be loaded, or no robot can be placed in it.
         IsolationError: Reading it ran past its limits.
     """
-    argument = {"environment": environment, "may_hold_robot": may_hold_robot}
-    found = isolation.call("aidsr.sim.environment_summary:summarize_in_worker", argument)
-    return EnvironmentSummary.model_validate(found)
-
-
-def summarize_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Do the work of `summarize_environment` on plain values.
-
-    Raises:
-        MjcfError: As `summarize_environment`.
-    """
-    loaded = load_mjcf(argument["environment"])
-    if not argument["may_hold_robot"]:
+    loaded = load_mjcf(environment)
+    if not may_hold_robot:
         refuse_unfit(loaded)
     model = loaded.model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     bodies = [body for body in range(model.nbody) if body or model.body_geomnum[0]]
-    summary = EnvironmentSummary(
+    return EnvironmentSummary(
         gravity_m_s2=_vector(model.opt.gravity),
         timestep_s=model.opt.timestep,
         mounts=tuple(_mount(model, data, name) for name in mount_names(model)),
@@ -64,7 +52,6 @@ def summarize_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
         sensors=tuple(model.sensor(i).name for i in range(model.nsensor)),
         actuators=tuple(model.actuator(i).name for i in range(model.nu)),
     )
-    return summary.model_dump(mode="json")
 
 
 def _vector(values: Any) -> Vec3:

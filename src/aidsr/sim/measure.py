@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from aidsr.core.artifacts import Artifact, Robot, Vec3
-from aidsr.sandbox import isolation
-
-__all__ = ["Extent", "measure", "measure_in_worker"]
+from aidsr.sandbox.isolated import isolated
 
 
 class Extent(Artifact):
@@ -28,24 +26,14 @@ class Extent(Artifact):
     """Of all its bodies."""
 
 
+@isolated
 def measure(robot: Robot) -> Extent:
-    """Measure a robot as it is drawn.
+    """Measure a robot as it is drawn, in an isolated process.
 
     Raises:
         MjcfError: The robot cannot be loaded.
         IsolationError: Loading it ran past its limits.
     """
-    argument = {"mjcf": robot.mjcf, "functional_part": robot.functional_part}
-    return Extent.model_validate(isolation.call("aidsr.sim.measure:measure_in_worker", argument))
-
-
-def measure_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Do the work of `measure` on plain values.
-
-    Raises:
-        MjcfError: The robot cannot be loaded.
-    """
-    # here and not above: whoever only asks needs no MuJoCo
     import mujoco
     import numpy as np
 
@@ -54,14 +42,14 @@ def measure_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
     from aidsr.sim.functional_part import find_functional_part
     from aidsr.sim.structure import read_structure
 
-    model = compile_mjcf(argument["mjcf"])
+    model = compile_mjcf(robot.mjcf)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     # body 1 is the first root; a floor that came with the robot belongs to body 0 and does not count
     low, high = bounding_box_m(model, data, range(1, model.nbody))
     structure = read_structure(model)
     origin = data.xpos[structure.roots[0]] if len(structure.roots) == 1 else np.zeros(3)
-    part = find_functional_part(model, argument["functional_part"])
+    part = find_functional_part(model, robot.functional_part)
     works_at = None
     if part is not None:
         body = model.body(part.body).id
@@ -72,7 +60,7 @@ def measure_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
         functional_part_m=works_at,
         length_m=round(structure.characteristic_length_m, 4),
         mass_kg=round(float(np.sum(model.body_mass[1:])), 4),
-    ).model_dump(mode="json")
+    )
 
 
 def _vector(values: Any) -> Vec3:

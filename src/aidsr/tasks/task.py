@@ -17,6 +17,7 @@ import numpy as np
 from lxml import etree
 
 from aidsr.core.artifacts import Base, Brief
+from aidsr.mjcf.read import parse_document
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.judging import judging, said
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
@@ -200,7 +201,7 @@ class Task(ABC):
 
 def _edited(mjcf: str, edits: Edits) -> str:
     """Return the MJCF with some attributes set; the very same text where each of them has its value already."""
-    root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
+    root = parse_document(mjcf).root
     changed = False
     for place, attributes in edits.items():
         element, _, name = place.partition("/")

@@ -14,7 +14,7 @@ from aidsr import __version__
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
-from aidsr.sim.assembly import FUNCTIONAL_SITE
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.structure import read_structure
 from aidsr.validation.causes import without_consequences
 from aidsr.validation.mount import MountedModel, mount_model
@@ -41,11 +41,6 @@ class Examination:
     report: ValidationReport
     mounted: MountedModel | None = None
     robot: RobotUnderTest | None = None
-
-
-def examine(argument: dict[str, Any]) -> dict[str, Any]:
-    """Answer a request of `aidsr.validation.validate`."""
-    return examine_text(**argument).report.model_dump(mode="json")
 
 
 def examine_text(

@@ -10,7 +10,7 @@ from aidsr import __version__
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.mjcf.read import open_mjcf
-from aidsr.sandbox.isolation import call
+from aidsr.sandbox.isolated import isolated
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone stands while it is tested."""
@@ -49,12 +49,19 @@ def validate(
     """
     if mount not in get_args(Mount):
         raise UserError(f"Expected mount to be one of {', '.join(get_args(Mount))}, found {mount!r}.")
-    options = {"mount": mount, "needs_contact": needs_contact, "environment": environment, "realizable": realizable}
     try:
-        argument = {"text": open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf, **options}
-        return ValidationReport.model_validate(call("aidsr.validation.engine:examine", argument))
+        text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
+        return examine(text, mount, needs_contact, environment, realizable)
     except (IsolationError, MjcfError) as error:
         return unexamined(error)
+
+
+@isolated
+def examine(text: str, mount: Mount, needs_contact: bool, environment: str, realizable: bool) -> ValidationReport:
+    """Return the report on an MJCF text, made in an isolated process; the arguments are those of `validate`."""
+    from aidsr.validation.engine import examine_text
+
+    return examine_text(text, mount, needs_contact, environment, realizable).report
 
 
 def unexamined(error: IsolationError | MjcfError) -> ValidationReport:

@@ -151,6 +151,11 @@ def test_doctor_names_keys_and_never_says_them(monkeypatch, capsys) -> None:
     assert {"Python", "packages", "graphics", "isolation", "files", "keys"} <= {check.topic for check in checks()}
 
 
+def test_doctor_tests_isolation_when_asked(capsys) -> None:
+    assert run_main("doctor", "--test-isolation") == 0
+    assert "tested, holds: own process, wall clock, processor time, memory" in " ".join(capsys.readouterr().out.split())
+
+
 def test_the_command_line_loads_neither_simulator_nor_client() -> None:
     heavy = ("mujoco", "torch", "pydantic_ai", "pydantic")
     code = f"import sys, aidsr.apps.cli; print([m for m in {heavy} if m in sys.modules])"

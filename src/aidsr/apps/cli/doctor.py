@@ -26,13 +26,19 @@ class Check:
     text: str
 
 
-def doctor() -> int:
+def doctor(*, test_isolation: bool = False) -> int:
     """Check this installation: versions, graphics, isolation, keys.
 
     Says which keys are set and never what they are. Exit code 0 means that AID-SR works here, 1 that something is
     wrong.
 
         aidsr doctor
+        aidsr doctor --test-isolation
+
+    Parameters
+    ----------
+    test_isolation
+        Also crash, stall and overfill child processes on purpose, to see that their limits hold here.
     """
     from rich.console import Console
     from rich.markup import escape
@@ -40,16 +46,17 @@ def doctor() -> int:
 
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=False)
     marks = {"ok": "[green]ok[/]", "absent": "[yellow]–[/]", "problem": "[bold red]problem[/]"}
-    found = checks()
+    found = checks(test_isolation=test_isolation)
     for check in found:
         table.add_row(marks[check.result], f"[bold]{check.topic}[/]", escape(check.text))
     Console(highlight=False).print(table)
     return 1 if any(check.result == "problem" for check in found) else 0
 
 
-def checks() -> tuple[Check, ...]:
+def checks(*, test_isolation: bool = False) -> tuple[Check, ...]:
     """Return everything the doctor looks at."""
-    return (*_versions(), _extras(), *_machine(), *_isolation(), *_keys())
+    tested = (_tested_isolation(),) if test_isolation else ()
+    return (*_versions(), _extras(), *_machine(), *_isolation(), *tested, *_keys())
 
 
 def _versions() -> tuple[Check, ...]:
@@ -92,13 +99,24 @@ def _machine() -> tuple[Check, ...]:
 
 
 def _isolation() -> tuple[Check, ...]:
-    from aidsr.sandbox.isolation import guarantees
+    from aidsr.sandbox.guarantees import guarantees
 
     all_of_them = guarantees()
     held = ", ".join(guarantee.name for guarantee in all_of_them if guarantee.holds)
     missing = ", ".join(guarantee.name for guarantee in all_of_them if not guarantee.holds)
     found = (Check("isolation", "ok", f"models are opened in child processes: {held}"),)
     return (*found, Check("isolation", "absent", f"not on this platform: {missing}")) if missing else found
+
+
+def _tested_isolation() -> Check:
+    from aidsr.sandbox.guarantees import guarantees, try_guarantees
+
+    promised = {guarantee.name: guarantee.holds for guarantee in guarantees()}
+    tried = try_guarantees()
+    broken = [f"{guarantee.name} ({guarantee.how})" for guarantee in tried if not guarantee.holds]
+    if any(promised[guarantee.name] and not guarantee.holds for guarantee in tried):
+        return Check("isolation", "problem", f"tested, does not hold: {', '.join(broken)}")
+    return Check("isolation", "ok", f"tested, holds: {', '.join(each.name for each in tried if each.holds)}")
 
 
 def _keys() -> tuple[Check, ...]:

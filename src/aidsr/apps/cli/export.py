@@ -56,10 +56,10 @@ def export(
     from rich.console import Console
 
     from aidsr.core.extras import require_extra
-    from aidsr.sandbox.isolation import prepare
+    from aidsr.sandbox.pool import warm_up
 
     require_extra("fabrication", "making parts")
-    prepare()  # the worker starts while the rest is imported
+    warm_up()  # the worker starts while the rest is imported
     from aidsr.loop.export import export as make_package
 
     exported = make_package(design, out, printer=printer, material=material, policy=policy, cad=step)

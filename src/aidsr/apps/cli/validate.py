@@ -68,14 +68,14 @@ def validate(
         Print the schema of the JSON, and nothing else.
     """
     from aidsr.core.errors import UserError
-    from aidsr.sandbox.isolation import prepare
+    from aidsr.sandbox.pool import warm_up
 
     if schema:
         from aidsr.validation.json_report import schema_text
 
         sys.stdout.write(schema_text())
         return 0
-    prepare()  # the worker starts while the rest is imported
+    warm_up()  # the worker starts while the rest is imported
     from aidsr.apps.cli.checking import Check, refuse_to_overwrite
 
     unknown = next((file for file in files if file.startswith("--")), None)

@@ -14,8 +14,8 @@ from aidsr.apps.mcp.desk import Desk
 from aidsr.core.artifacts import Artifact, EnvironmentSummary, Fault, Placement, Robot
 from aidsr.core.errors import AidsrError
 from aidsr.learn.openloop import probe
-from aidsr.render.camera import View
 from aidsr.render.pictures import picture
+from aidsr.render.view import View
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Level, load_task, task_names
 from aidsr.teams.llm.prompts import render

@@ -99,8 +99,8 @@ def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
     Raises:
         AidsrError: There is no such task, or it cannot be drawn.
     """
-    from aidsr.render.camera import View
     from aidsr.render.pictures import picture
+    from aidsr.render.view import View
     from aidsr.tasks import load_task
 
     environment = load_task(task).environment

@@ -13,9 +13,10 @@ import numpy as np
 from lxml import etree
 
 from aidsr.core.artifacts import ActuatorGroup
-from aidsr.core.errors import UserError
+from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
+from aidsr.mjcf.read import parse_document
 from aidsr.sim.assembly import add_sensors
 from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task
@@ -103,9 +104,9 @@ def _measured(mjcf: str, task: Task) -> str:
         MjcfError: The scene cannot be loaded.
     """
     try:
-        root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
-    except etree.XMLSyntaxError:
-        return mjcf  # the safe loader says it better
+        root = parse_document(mjcf).root
+    except MjcfError:
+        return mjcf  # loading it reports every fault
     names = {element.get("name") for element in root.iter(etree.Element)}
     missing = [name for name in task.required_names if name not in names]
     if missing:

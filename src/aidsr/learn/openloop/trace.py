@@ -15,7 +15,7 @@ from aidsr.learn.episodes.divergence import speeds_m_s
 from aidsr.learn.episodes.playing import Course, play
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import Motion, Motions, OpenLoop
-from aidsr.sim.assembly import FUNCTIONAL_SITE
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Variation, apply_to_simulation
 from aidsr.tasks.goal_kinds import MoveTask, ReachTask
 from aidsr.tasks.readings import FloatArray

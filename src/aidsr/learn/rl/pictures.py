@@ -11,6 +11,7 @@ import numpy as np
 from lxml import etree
 
 from aidsr.learn.rl.evaluation import Watched
+from aidsr.mjcf.read import parse_document
 from aidsr.render.pictures import video
 from aidsr.tasks import Change, Variation
 
@@ -90,7 +91,7 @@ def episode_videos(mjcf: str, watched: Watched, control_dt_s: float) -> dict[str
 
 def varied_mjcf(mjcf: str, variation: Variation) -> str:
     """Return the text of a scene with what a variation moves or resizes, for pictures of it."""
-    root = etree.fromstring(mjcf.encode(), etree.XMLParser(resolve_entities=False, no_network=True))
+    root = parse_document(mjcf).root
     elements = {(str(e.tag), e.get("name")): e for e in root.iter(etree.Element) if e.get("name")}
     for change in variation.changes:
         if change.field == "geom_type":

@@ -2,39 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
-from aidsr.core.artifacts import ActuatorGroup
-from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.evaluation import evaluate
-from aidsr.learn.rl.policy import one_torch_thread
-from aidsr.learn.rl.trained import FinishedTraining
-from aidsr.learn.rl.training import train
-from aidsr.tasks import goal_task, load_task, read_goal
+from aidsr.core.artifacts import ActuatorGroup, Evaluation
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+from aidsr.tasks import Level
 
-__all__ = ["learn_in_worker"]
+_LIMITS = Limits(wall_s=14_400.0, cpu_s=14_400.0, memory_mib=16_384)
+"""Our choice: many times what a training of 100,000 steps takes; torch alone maps several GiB."""
 
 
-def learn_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
-    """Train a policy for some steps and return its evaluation on development variations it never saw, as plain values.
+@isolated(limits=_LIMITS)
+def train_briefly(
+    mjcf: str,
+    *,
+    steps: int,
+    groups: Sequence[ActuatorGroup] = (),
+    task: str = "",
+    level: Level = "standard",
+    goal: Path | None = None,
+) -> Evaluation:
+    """Train a policy for some steps in an isolated process and evaluate it on development variations it never saw.
 
-    Held-out ones are kept for the score: what is found here goes to those who design.
+    Held-out variations are kept for the score: what is found here goes to those who design.
 
     Args:
-        argument: `mjcf` of a scene, `groups` of actuators, `task` and `level` or the file of a `goal`, and `steps`.
+        mjcf: MJCF of the scene.
+        steps: Steps of training.
+        groups: Actuators that act together.
+        task: Name of the task.
+        level: Its level.
+        goal: File of a goal, instead of a task.
 
     Raises:
         UserError: There is no such task, or the scene is not one of it.
         MjcfError: The scene cannot be loaded.
+        IsolationError: Training ran past its limits.
     """
-    mjcf, goal = argument["mjcf"], argument["goal"]
-    task = goal_task(read_goal(goal), mjcf) if goal else load_task(argument["task"], argument["level"])
-    groups = [ActuatorGroup.model_validate(group) for group in argument["groups"]]
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.rl.evaluation import evaluate
+    from aidsr.learn.rl.policy import one_torch_thread
+    from aidsr.learn.rl.trained import FinishedTraining
+    from aidsr.learn.rl.training import train
+    from aidsr.tasks import goal_task, load_task, read_goal
+
+    about = goal_task(read_goal(goal), mjcf) if goal else load_task(task, level)
     with TemporaryDirectory() as home:
         folder = Path(home, "training")
-        train(TaskScene.of(mjcf, task, groups=groups), folder, steps=argument["steps"], threads=1)
+        train(TaskScene.of(mjcf, about, groups=groups), folder, steps=steps, threads=1)
         trained = FinishedTraining.load(folder)
         with one_torch_thread():
             evaluation, _ = evaluate(
@@ -45,4 +63,4 @@ def learn_in_worker(argument: dict[str, Any]) -> dict[str, Any]:
                 training=trained.result,
                 split="development",
             )
-    return evaluation.model_dump(mode="json")
+    return evaluation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aidsr.sandbox.isolation import call
+from aidsr.sandbox.isolated import isolated
 from aidsr.validation.fidelity.report import FidelityReport
 
 
@@ -25,4 +25,12 @@ def fidelity(mjcf: str | Path) -> FidelityReport:
     from aidsr.mjcf.read import open_mjcf
 
     text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
-    return FidelityReport.model_validate(call("aidsr.validation.fidelity.examining:examine", {"text": text}))
+    return examine_fidelity(text)
+
+
+@isolated
+def examine_fidelity(text: str) -> FidelityReport:
+    """Do the work of `fidelity` in an isolated process."""
+    from aidsr.validation.fidelity.examining import examine
+
+    return examine(text)

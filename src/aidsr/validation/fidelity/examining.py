@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import numpy as np
 
@@ -21,13 +19,13 @@ _CUT_CABLES = 2
 """Cables with which a limb is looked at with twice the segments: those that fitted their arcs worst."""
 
 
-def examine(argument: dict[str, Any]) -> dict[str, Any]:
-    """Answer a request of `aidsr.validation.fidelity.fidelity`.
+def examine(text: str) -> FidelityReport:
+    """Do the work of `aidsr.validation.fidelity.fidelity`.
 
     Raises:
         MjcfError: The text is no model.
     """
-    standing = mount_model(load_mjcf(argument["text"]), "fixed", None)
+    standing = mount_model(load_mjcf(text), "fixed", None)
     model, notes = standing.model, standing.notes
     structure = read_structure(model)
     builds: list[tuple[Limb, list[str], Chain]] = []
@@ -47,7 +45,7 @@ def examine(argument: dict[str, Any]) -> dict[str, Any]:
     limbs = [_examine_limb(model, structure, limb, tuple(alike), chain) for limb, alike, chain in builds]
     found = [limb for limb, _, _ in builds]
     half_step = half_step_percent(model, structure, found) if found and structure.tendon_actuators else None
-    report = FidelityReport(
+    return FidelityReport(
         limbs=tuple(limbs),
         left_out=tuple(left_out),
         timestep_s=float(model.opt.timestep),
@@ -55,7 +53,6 @@ def examine(argument: dict[str, Any]) -> dict[str, Any]:
         half_step_note="" if half_step is not None else _why_no_step(structure, found),
         notes=notes,
     )
-    return report.model_dump(mode="json")
 
 
 def _why_no_step(structure: Structure, limbs: list[Limb]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aidsr.core.artifacts import Artifact, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError
-from aidsr.sandbox.isolation import call
+from aidsr.sandbox.isolated import isolated
 from aidsr.validation.page.traces import ActuatorTrace, Signal
 from aidsr.validation.validating import Mount, unexamined
 
@@ -20,8 +20,25 @@ class Traced(Artifact):
 
 def traced(mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, realizable: bool = False) -> Traced:
     """Validate a text as `aidsr.validate` does, and keep what the page shows; see there for the arguments."""
-    options = {"mount": mount, "needs_contact": needs_contact, "realizable": realizable}
     try:
-        return Traced.model_validate(call("aidsr.validation.page.tracing:trace", {"text": mjcf, **options}))
+        return trace(mjcf, mount, needs_contact, realizable)
     except (IsolationError, MjcfError) as error:
         return Traced(report=unexamined(error))
+
+
+@isolated
+def trace(text: str, mount: Mount, needs_contact: bool, realizable: bool) -> Traced:
+    """Do the work of `traced` in an isolated process."""
+    from aidsr.validation.engine import examine_text
+    from aidsr.validation.page.acting import actuator_traces
+    from aidsr.validation.page.signals import signal_of
+
+    examined = examine_text(text, mount, needs_contact, realizable=realizable)
+    robot, faults = examined.robot, examined.report.faults
+    if robot is None:
+        return Traced(report=examined.report, signals=(None,) * len(faults))
+    return Traced(
+        report=examined.report,
+        signals=tuple(signal_of(robot, fault) for fault in faults),
+        actuators=tuple(actuator_traces(robot)),
+    )

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from aidsr.core.artifacts import Repairs
 from aidsr.core.errors import IsolationError
-from aidsr.sandbox.isolation import call
+from aidsr.sandbox.isolated import isolated
 
 __all__ = ["REPAIRS", "Repaired", "leave_as_written", "repair"]
 
@@ -57,11 +57,18 @@ def repair(mjcf: str, *, only: Collection[str] = REPAIRS, kept_names: Collection
     unknown = set(only) - set(REPAIRS)
     if unknown:
         raise ValueError(f"expected repairs out of {', '.join(REPAIRS)}; found {', '.join(sorted(unknown))}")
-    argument = {"text": mjcf, "only": [name for name in REPAIRS if name in only], "kept_names": [*kept_names]}
     try:
-        return Repaired.model_validate(call("aidsr.validation.repairs.working:repair_text", argument))
+        return repair_in_worker(mjcf, [name for name in REPAIRS if name in only], list(kept_names))
     except IsolationError:
         return Repaired(mjcf=mjcf)
+
+
+@isolated
+def repair_in_worker(text: str, only: list[str], kept_names: list[str]) -> Repaired:
+    """Do the work of `repair` in an isolated process."""
+    from aidsr.validation.repairs.working import repair_text
+
+    return repair_text(text, only, kept_names)
 
 
 def leave_as_written(mjcf: str, *, kept_names: Collection[str] = ()) -> Repaired:

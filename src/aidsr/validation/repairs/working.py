@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
-from typing import Any
 
 from lxml import etree
 
@@ -12,6 +11,7 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.location import Element
 from aidsr.mjcf.read import Document, parse_document, unsafe
 from aidsr.validation.repairs import attachment, markup, naming, ranges, shapes
+from aidsr.validation.repairs.repairing import Repaired
 
 __all__ = ["repair_text"]
 
@@ -31,31 +31,29 @@ _ON_DOCUMENT: dict[str, Callable[[Element], Iterator[str]]] = {
 """Each changes the document it is given and yields a sentence for each change."""
 
 
-def repair_text(argument: dict[str, Any]) -> dict[str, Any]:
-    """Answer a request of `aidsr.validation.repairs.repair`."""
-    text, only = str(argument["text"]), list(argument["only"])
+def repair_text(written: str, only: Sequence[str], kept_names: Collection[str]) -> Repaired:
+    """Do the work of `aidsr.validation.repairs.repair`."""
+    text = written
     done: dict[str, list[str]] = {}
     document = _parsed(text)
     if document is None and "dashes_in_comments" in only:
         text, notes = markup.without_dashes_in_comments(text)
         document = _parsed(text)
         if document is None:
-            return {"mjcf": argument["text"]}
+            return Repaired(mjcf=written)
         done["dashes_in_comments"] = notes
     if document is None or unsafe(document):
-        return {"mjcf": argument["text"]}
-    changes = _ON_DOCUMENT | {
-        "duplicate_names": partial(naming.duplicate_names, kept_names=frozenset(argument["kept_names"]))
-    }
+        return Repaired(mjcf=written)
+    changes = _ON_DOCUMENT | {"duplicate_names": partial(naming.duplicate_names, kept_names=frozenset(kept_names))}
     changed = {name: list(changes[name](document.root)) for name in only if name in changes}
     if any(changed.values()):
         text = etree.tostring(document.root.getroottree(), encoding="unicode")
     done |= {name: notes for name, notes in changed.items() if notes}
-    return {
-        "mjcf": text,
-        "notes": [note for notes in done.values() for note in notes],
-        "counts": {name: len(notes) for name, notes in done.items()},
-    }
+    return Repaired(
+        mjcf=text,
+        notes=tuple(note for notes in done.values() for note in notes),
+        counts={name: len(notes) for name, notes in done.items()},
+    )
 
 
 def _parsed(text: str) -> Document | None:

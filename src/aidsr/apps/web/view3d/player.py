@@ -2,7 +2,7 @@
 
 Models from outside are compiled and stepped here and never in the server. Over its two pipes it takes commands, as
 JSON, and gives messages (see `frames`), each behind eight bytes of length. It sends frames while something moves, one a
-second while nothing does, and ends when its pipe closes. Like the workers of `aidsr.sandbox.isolation` it has no keys,
+second while nothing does, and ends when its pipe closes. Like the workers of `aidsr.sandbox` it has no keys,
 a folder of its own, and bounds on memory and on the processor time between two frames.
 """
 
@@ -28,7 +28,8 @@ from aidsr.apps.web.view3d.playing import SPEED_BOUNDS, Playing
 from aidsr.apps.web.view3d.shown import Shown
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError
-from aidsr.sandbox.worker import limit_for_good, listen, take_over_pipes
+from aidsr.sandbox.limits import set_process_limits
+from aidsr.sandbox.pipes import forward_requests, take_over_pipes
 
 __all__ = ["FRAMES_PER_S", "Player", "main"]
 
@@ -187,10 +188,10 @@ def main() -> None:
     """Obey until the server closes the pipe."""
     requests, replies = take_over_pipes()
     faulthandler.enable()
-    limit_for_good()
+    set_process_limits()
     _limit_memory()
     inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-    threading.Thread(target=listen, args=(requests, inbox), daemon=True).start()
+    threading.Thread(target=forward_requests, args=(requests, inbox), daemon=True).start()
     mujoco.set_mju_user_warning(lambda _message: None)
     player = Player(replies)
     while True:

@@ -16,8 +16,9 @@ from aidsr.apps.web.view3d.parts import Parts, list_parts
 from aidsr.apps.web.view3d.tendons import TendonLines, tendon_facts
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
-from aidsr.render.camera import View, frame
+from aidsr.render.camera import frame
 from aidsr.render.stage import staged
+from aidsr.render.view import View
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
 from aidsr.validation.mount import mount_model

@@ -25,7 +25,7 @@ from aidsr.apps.web.view3d.frames import Kind, kind_of, pack_json
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import open_mjcf
-from aidsr.sandbox.child import child_environment
+from aidsr.sandbox.environment import child_environment
 from aidsr.validation.validating import Mount
 
 __all__ = ["Episode", "Model", "SceneStream", "Watcher"]

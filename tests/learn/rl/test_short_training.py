@@ -4,17 +4,13 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-from aidsr.core.artifacts import Evaluation
+from aidsr.learn.rl.short_training import train_briefly
 from aidsr.learn.rl.training import DEVELOPMENT
-from aidsr.loop.task_trial import LIMITS
-from aidsr.sandbox import isolation
 from scenes import small_scene
 
 
 def test_a_policy_is_trained_and_judged_in_an_isolated_process() -> None:
-    subject = {"mjcf": small_scene(), "groups": [], "task": "button_pushing", "level": "standard", "goal": ""}
-    learned = isolation.call("aidsr.learn.rl.short_training:learn_in_worker", {**subject, "steps": 1}, LIMITS)
-    evaluation = Evaluation.model_validate(learned)
+    evaluation = train_briefly(small_scene(), steps=1, task="button_pushing")
     assert evaluation.task == "reaching/button_pushing"
     assert evaluation.split == "development"  # held-out variations score designs, and make none
     assert [episode.variation for episode in evaluation.episodes] == list(range(DEVELOPMENT, DEVELOPMENT + 20))

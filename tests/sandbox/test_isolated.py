@@ -9,26 +9,21 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import misbehaving
 import pytest
+from misbehaving import Parcel
 
 from aidsr.core.errors import IsolationError, MjcfError, UserError
-from aidsr.sandbox import isolation
-from aidsr.sandbox.child import Child, child_environment
-from aidsr.sandbox.isolation import Limits
-from aidsr.sandbox.self_test import try_isolation
-
-TRIALS = "aidsr.sandbox.self_test"
-LIMITS = {"cpu_s": 60, "memory_mib": 4096}
+from aidsr.sandbox.child import Child
+from aidsr.sandbox.environment import child_environment
+from aidsr.sandbox.guarantees import guarantees, try_guarantees
+from aidsr.sandbox.isolated import isolated
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="a limit of Linux")
-
-
-def trial(name: str, limits: Limits | None = None, **argument: Any) -> dict[str, Any]:
-    return isolation.call(f"{TRIALS}:{name}", argument, limits)
 
 
 @pytest.fixture
@@ -38,8 +33,10 @@ def child() -> Iterator[Child]:
     one.close()
 
 
-def request(name: str, **argument: Any) -> dict[str, Any]:
-    return {"function": f"{TRIALS}:{name}", "argument": argument, "limits": LIMITS}
+def request(name: str, *arguments: Any, cpu_s: float = 60) -> dict[str, Any]:
+    limits = {"cpu_s": cpu_s, "memory_mib": 4096}
+    here = str(Path(__file__).parent)
+    return {"function": f"misbehaving:{name}", "arguments": arguments, "limits": limits, "path": [here]}
 
 
 @pytest.mark.parametrize("enabled", [True, False, None])
@@ -69,82 +66,100 @@ def gone(pid: int) -> bool:
 
 
 def test_values_travel_there_and_back_and_the_worker_stays_warm() -> None:
-    argument = {"text": "Grüße", "numbers": [1, 2.5, float("inf")], "nothing": None}
-    first = trial("echo", **argument)
-    second = trial("echo", **argument)
-    assert first["argument"] == argument
-    assert first["pid"] == second["pid"] != os.getpid()
+    parcel = Parcel("text", (1.0, float("inf")))
+    first = misbehaving.process()
+    assert misbehaving.echo(parcel, more=b"\xff\x00") == (parcel, b"\xff\x00")
+    assert misbehaving.echo() == (Parcel(), b"")
+    assert first == misbehaving.process() != os.getpid()
 
 
-def test_stray_prints_do_not_become_answers() -> None:
-    assert trial("chatter") == {"done": True}
+def test_a_relative_path_means_the_callers_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert misbehaving.absolute(Path("goal.json")) == tmp_path / "goal.json"
 
 
-def test_only_functions_of_aidsr_are_run() -> None:
-    with pytest.raises(RuntimeError, match=r'expected "aidsr\.module:function", found \'os:getcwd\''):
-        isolation.call("os:getcwd", {})
+def test_a_decorated_function_keeps_its_name_and_signature() -> None:
+    assert misbehaving.sleep.__name__ == "sleep"
+    assert misbehaving.sleep.__doc__ == "Wait without using the processor."
+    with pytest.raises(TypeError, match="seconds"):
+        misbehaving.sleep()  # type: ignore[call-arg]
+
+
+def test_stray_prints_do_not_become_replies() -> None:
+    assert misbehaving.chatter()
+
+
+def test_only_decorated_functions_of_a_module_are_run(child: Child) -> None:
+    asked = request("echo") | {"function": "os:getcwd"}
+    assert "os:getcwd is not decorated with @isolated" in child.call(asked, 60)["bug"]
+
+
+def test_a_function_that_a_worker_could_not_find_is_refused() -> None:
+    def inner() -> None: ...
+
+    with pytest.raises(TypeError, match="module level"):
+        isolated(inner)
 
 
 def test_faults_travel_back_as_they_were() -> None:
     with pytest.raises(MjcfError) as caught:
-        trial("refuse", error="mjcf")
+        misbehaving.refuse("mjcf")
     (fault,) = caught.value.faults
     assert (fault.code, fault.names, fault.line) == ("bad_value", ("a",), 3)
 
 
 def test_a_users_mistake_travels_back_as_it_was() -> None:
     with pytest.raises(UserError, match=r"^on purpose$"):
-        trial("refuse", error="user")
+        misbehaving.refuse("user")
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"), [("refuse", "LookupError: on purpose"), ("unspeakable", "TypeError: Object")]
+    ("call", "kind"),
+    [(lambda: misbehaving.refuse("bug"), "LookupError: on purpose"), (misbehaving.lie, "Unable to serialize")],
 )
-def test_a_bug_keeps_the_traceback_of_the_child(name: str, kind: str) -> None:
-    with pytest.raises(RuntimeError, match=kind) as caught:
-        trial(name, error="bug")
+def test_a_bug_keeps_the_traceback_of_the_child(call: Callable[[], object], kind: str) -> None:
+    with pytest.raises(RuntimeError, match="failed in its worker") as caught:
+        call()
     assert "Traceback" in caught.value.__notes__[0]
-    assert trial("echo")["argument"] == {}
+    assert kind in caught.value.__notes__[0]
+    assert misbehaving.echo() == (Parcel(), b"")
 
 
 @pytest.mark.parametrize(
-    ("name", "argument", "limits", "kind"),
+    ("call", "kind"),
     [
-        ("crash", {}, None, "crash"),
-        ("abort", {"signal": "SIGABRT"}, None, "crash"),
-        ("abort", {"signal": "SIGKILL"}, None, "memory"),
-        ("sleep", {"seconds": 600}, Limits(wall_s=0.2), "time"),
-        ("hang", {"seconds": 600}, Limits(wall_s=0.2), "time"),
+        (misbehaving.crash, "crash"),
+        (lambda: misbehaving.die_by("SIGABRT"), "crash"),
+        (lambda: misbehaving.die_by("SIGKILL"), "memory"),
+        (misbehaving.sleep_too_long, "time"),
+        (misbehaving.hang, "time"),
     ],
 )
-def test_the_pool_survives_the_end_of_a_worker(
-    name: str, argument: dict[str, Any], limits: Limits | None, kind: str
-) -> None:
-    before = trial("echo")["pid"]
+def test_the_pool_survives_the_end_of_a_worker(call: Callable[[], None], kind: str) -> None:
+    before = misbehaving.process()
     with pytest.raises(IsolationError) as caught:
-        trial(name, limits, **argument)
+        call()
     assert caught.value.kind == kind
-    assert trial("echo")["pid"] != before
+    assert misbehaving.process() != before
     assert not alive(before)
 
 
 def test_a_crash_says_what_the_process_last_printed() -> None:
     with pytest.raises(IsolationError, match=r"(?s)SIGSEGV.*Segmentation fault.*in crash"):
-        trial("crash")
+        misbehaving.crash()
 
 
 @linux
 def test_memory_is_limited_for_a_call_and_given_back() -> None:
-    with pytest.raises(IsolationError, match="more than 1024 MiB") as caught:
-        trial("allocate", Limits(memory_mib=1024), mib=2048)
+    with pytest.raises(IsolationError, match="allocate_in_a_gigabyte needed more than 1024 MiB") as caught:
+        misbehaving.allocate_in_a_gigabyte(2048)
     assert caught.value.kind == "memory"
-    assert trial("allocate", mib=64) == {"bytes": 64 * 2**20}
+    assert misbehaving.allocate(64) == 64 * 2**20
 
 
 @linux
 def test_processor_time_is_limited_for_a_call(child: Child) -> None:
-    spin = request("spin") | {"limits": {"cpu_s": 0.1, "memory_mib": 4096}}
-    assert child.ask(spin, 60) == {"time": "cpu"}
+    assert child.call(request("spin", cpu_s=0.1), 60) == {"time": "cpu"}
     assert not child.usable
 
 
@@ -154,8 +169,8 @@ def test_calls_run_side_by_side() -> None:
 
     def one() -> None:
         both_inside.wait()
-        trial("sleep", seconds=0.3)
-        pids.append(trial("echo")["pid"])
+        misbehaving.sleep(0.3)
+        pids.append(misbehaving.process())
 
     threads = [threading.Thread(target=one) for _ in range(2)]
     for thread in threads:
@@ -169,7 +184,7 @@ def test_no_key_reaches_a_child(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "MY_TOKEN", "HTTPS_PROXY"):
         monkeypatch.setenv(name, "secret")
     child = Child()
-    variables = child.ask(request("surroundings"), 60)["result"]["variables"]
+    ((_, variables),) = child.call(request("surroundings"), 60)["result"]
     child.close()
     assert not [name for name in variables if "KEY" in name or "TOKEN" in name or "PROXY" in name]
     assert "PATH" in variables
@@ -179,7 +194,7 @@ def test_files_are_left_in_a_private_folder_that_goes_away(
     child: Child, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    folder = Path(child.ask(request("surroundings"), 60)["result"]["folder"])
+    folder = Path(child.call(request("surroundings"), 60)["result"][0][0])
     assert (folder / "MUJOCO_LOG.TXT").exists()
     child.close()
     assert not folder.exists()
@@ -192,13 +207,12 @@ def test_a_child_without_its_folder_is_still_closed(child: Child) -> None:
 
 
 PARENT = """
-import sys, threading
-from aidsr.sandbox import isolation
-first = isolation.call("aidsr.sandbox.self_test:echo", {})
-folder = isolation.call("aidsr.sandbox.self_test:surroundings", {})["folder"]
-print(first["pid"], folder, flush=True)
+import sys
+sys.path.append(sys.argv[2])
+import misbehaving
+print(misbehaving.process(), misbehaving.surroundings()[0], flush=True)
 if sys.argv[1] == "wait":
-    isolation.call("aidsr.sandbox.self_test:sleep", {"seconds": 600}, isolation.Limits(wall_s=900))
+    misbehaving.sleep_long()
 """
 
 
@@ -206,7 +220,8 @@ def start_parent(folder: Path, what: str) -> subprocess.Popen[str]:
     """Start a plain script, which has no `if __name__ == "__main__"`."""
     script = folder / "script.py"
     script.write_text(PARENT)
-    return subprocess.Popen([sys.executable, str(script), what], stdout=subprocess.PIPE, text=True, cwd=folder)
+    command = [sys.executable, str(script), what, str(Path(__file__).parent)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=folder)
 
 
 def test_workers_end_with_the_script_that_used_them(tmp_path: Path) -> None:
@@ -231,28 +246,28 @@ def test_a_worker_leaves_when_its_parent_is_killed(tmp_path: Path) -> None:
 
 def test_a_call_inside_a_worker_runs_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("AIDSR_INSIDE_WORKER", "anything")
-    assert trial("echo")["pid"] == os.getpid()
+    assert misbehaving.process() == os.getpid()
 
 
 def test_the_parent_needs_no_mujoco() -> None:
-    code = "import sys, aidsr.sandbox.isolation, aidsr.mjcf.read, aidsr.render.pictures, aidsr.render.viewer; "
+    code = "import sys, aidsr.validation, aidsr.mjcf.read, aidsr.render.viewer, aidsr.sim.measure; "
     code += "print([name for name in ('mujoco', 'numpy', 'av', 'PIL') if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 
 
 def test_guarantees_are_those_of_this_platform() -> None:
-    holds = {guarantee.name: guarantee.holds for guarantee in isolation.guarantees()}
+    holds = {guarantee.name: guarantee.holds for guarantee in guarantees()}
     assert holds["own process"]
     assert holds["memory"] == (sys.platform == "linux")
 
 
 def test_what_is_promised_is_kept_when_it_is_tried() -> None:
-    promised = {guarantee.name: guarantee.holds for guarantee in isolation.guarantees()}
-    tried = {guarantee.name: guarantee.holds for guarantee in try_isolation()}
+    promised = {guarantee.name: guarantee.holds for guarantee in guarantees()}
+    tried = {guarantee.name: guarantee.holds for guarantee in try_guarantees()}
     assert tried == {name: promised[name] for name in tried}
 
 
 def test_the_documentation_lists_every_guarantee() -> None:
     page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
-    assert [guarantee.name for guarantee in isolation.guarantees() if f"| {guarantee.name} |" not in page] == []
+    assert [guarantee.name for guarantee in guarantees() if f"| {guarantee.name} |" not in page] == []

@@ -1,0 +1,79 @@
+"""What isolation promises on this platform, and a test that it holds on this machine."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from aidsr.core.errors import IsolationError
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """One thing that isolation promises, and whether it holds."""
+
+    name: str
+    holds: bool
+    how: str
+
+
+def guarantees() -> tuple[Guarantee, ...]:
+    """Return what isolation covers on this platform."""
+    posix, linux = sys.platform != "win32", sys.platform == "linux"
+    return (
+        Guarantee("own process", True, "a crash of a native library ends a child, never the caller"),
+        Guarantee("wall clock", True, "the caller ends a child that answers too late"),
+        Guarantee("processor time", posix, "RLIMIT_CPU for each call"),
+        Guarantee("memory", linux, "RLIMIT_AS for each call"),
+        Guarantee("no core dumps", posix, "RLIMIT_CORE 0"),
+        Guarantee("file size", posix, "RLIMIT_FSIZE 256 MiB"),
+        Guarantee("private working directory", True, "a temporary folder, removed when the child ends"),
+        Guarantee("no keys", True, "a child's environment holds only variables from a short list"),
+        Guarantee("ends with its parent", True, "a child leaves when its request pipe closes"),
+    )
+
+
+def try_guarantees() -> tuple[Guarantee, ...]:
+    """Crash, stall and overfill a worker on purpose; return which guarantees held. Takes a few seconds."""
+    attempts: tuple[tuple[str, Callable[[], None], str], ...] = (
+        ("own process", _crash, "crash"),
+        ("wall clock", _sleep, "time"),
+        ("processor time", _spin, "time"),
+        ("memory", _allocate, "memory"),
+    )
+    return tuple(_attempt(*each) for each in attempts)
+
+
+def _attempt(name: str, misbehave: Callable[[], None], expected: str) -> Guarantee:
+    try:
+        misbehave()
+    except IsolationError as error:
+        return Guarantee(name, error.kind == expected, f"tested: the call ended in {error.kind}")
+    return Guarantee(name, False, "tested: the call was not stopped")
+
+
+@isolated
+def _crash() -> None:
+    """Read from address zero, as a fault in a native library would."""
+    ctypes.string_at(0)
+
+
+@isolated(limits=Limits(wall_s=0.5))
+def _sleep() -> None:
+    time.sleep(60)
+
+
+@isolated(limits=Limits(wall_s=30, cpu_s=1))
+def _spin() -> None:
+    while True:
+        pass
+
+
+@isolated(limits=Limits(memory_mib=2048))
+def _allocate() -> None:
+    bytes(8192 * 2**20)

@@ -1,0 +1,165 @@
+"""`@isolated`: a function that runs in a limited child process and is called like any other.
+
+A model written by a language model or a stranger can make a native library crash, hang or exhaust memory. Every
+function that compiles or steps such a model therefore carries this decorator:
+
+    @isolated
+    def measure(robot: Robot) -> Extent:
+        import mujoco
+        ...
+
+The caller sees the function's own signature, types and errors. The body runs in one of a few warm workers (see
+`aidsr.sandbox.pool`). What loads slowly is imported in the body: then the caller never loads it.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, wraps
+from importlib import import_module
+from pathlib import Path
+from types import GenericAlias
+from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
+
+from pydantic import ConfigDict, TypeAdapter
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.sandbox.environment import inside_worker
+from aidsr.sandbox.limits import Limits
+from aidsr.sandbox.pool import call_in_worker
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@overload
+def isolated(function: Callable[P, R], /) -> Callable[P, R]: ...
+@overload
+def isolated(*, limits: Limits) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
+def isolated(
+    function: Callable[P, R] | None = None, /, *, limits: Limits | None = None
+) -> Callable[P, R] | Callable[[Callable[P, R]], Callable[P, R]]:
+    """Make a module-level function run in a worker process, under limits.
+
+    Arguments and result travel as JSON by their annotations, which have to be importable at run time: pydantic models,
+    dataclasses, numbers, text, bytes and containers of them. A relative path means the caller's directory. The function
+    may be called from several threads; each call has a worker of its own. Called inside a worker it runs at once, under
+    the limits of the call in progress.
+
+    Besides what the function raises itself (MjcfError and UserError as they are), calling it raises:
+
+        IsolationError: The call ran past a limit or its process died.
+        RuntimeError: A bug of ours in the function; the child's traceback is a note on the error.
+
+    Args:
+        function: The function; omitted where limits are given.
+        limits: What a call may use; `Limits()` when not given.
+    """
+    if function is not None:
+        return _isolate(function, limits or Limits())
+    return lambda function: _isolate(function, limits or Limits())
+
+
+def run_request(name: str, arguments: Sequence[Any]) -> Any:
+    """Run the decorated function "module:function" on arguments as JSON gave them and return its result for JSON.
+
+    Raises:
+        ValueError: The function is not decorated with `@isolated`; nothing else is ever run by name.
+    """
+    import_module(name.partition(":")[0])
+    if name not in _FUNCTIONS:
+        raise ValueError(f"{name} is not decorated with @isolated")
+    return _FUNCTIONS[name].run(arguments)
+
+
+def _isolate(function: Callable[P, R], limits: Limits) -> Callable[P, R]:
+    if function.__qualname__ != function.__name__:
+        raise TypeError(f"{function.__qualname__} is not at module level, where a worker could find it")
+    subject = _FUNCTIONS[f"{function.__module__}:{function.__qualname__}"] = _Function(function, limits)
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        if inside_worker():
+            return function(*args, **kwargs)
+        result: R = subject.call(*args, **kwargs)
+        return result
+
+    return call
+
+
+@dataclass(frozen=True)
+class _Function:
+    """A decorated function with the conversions of its arguments and its result."""
+
+    function: Callable[..., Any]
+    limits: Limits
+
+    @cached_property
+    def _signature(self) -> inspect.Signature:
+        return inspect.signature(self.function)
+
+    @cached_property
+    def _types(self) -> dict[str, Any]:
+        return get_type_hints(self.function, include_extras=True)
+
+    @cached_property
+    def _arguments(self) -> TypeAdapter[Any]:
+        return _adapter(*(self._types[name] for name in self._signature.parameters))
+
+    @cached_property
+    def _result(self) -> TypeAdapter[Any]:
+        return _adapter(self._types["return"])
+
+    def call(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the function in a worker."""
+        bound = self._signature.bind(*args, **kwargs)
+        bound.apply_defaults()
+        values = tuple(value.absolute() if isinstance(value, Path) else value for value in bound.arguments.values())
+        request = {
+            "function": f"{self.function.__module__}:{self.function.__qualname__}",
+            "arguments": self._arguments.dump_python(values, mode="json", warnings="error"),
+            "limits": {"cpu_s": self.limits.cpu_s, "memory_mib": self.limits.memory_mib},
+            "path": [entry for entry in sys.path if Path(entry).is_absolute()],  # a worker finds what its caller finds
+        }
+        reply = call_in_worker(request, self.limits.wall_s)
+        if "result" not in reply:
+            raise _error(self.function.__name__, reply, self.limits)
+        (result,) = self._result.validate_python(reply["result"])
+        return result
+
+    def run(self, arguments: Sequence[Any]) -> Any:
+        """Run the function here, on arguments as JSON gave them; return its result for JSON."""
+        values = self._arguments.validate_python(arguments)
+        result = self.function(**dict(zip(self._signature.parameters, values, strict=True)))
+        return self._result.dump_python((result,), mode="json", warnings="error")
+
+
+def _adapter(*types: Any) -> TypeAdapter[Any]:
+    """Return what converts a tuple of values of these types; bytes become base64."""
+    row: Any = GenericAlias(tuple, types)
+    return TypeAdapter(row, config=ConfigDict(ser_json_bytes="base64", val_json_bytes="base64"))
+
+
+_FUNCTIONS: dict[str, _Function] = {}
+
+
+def _error(name: str, reply: dict[str, Any], limits: Limits) -> Exception:
+    """Return what to raise for a reply that brought no result."""
+    if "mjcf" in reply:
+        return MjcfError([Fault.model_validate(fault) for fault in reply["mjcf"]])
+    if "user" in reply:
+        return UserError(reply["user"])
+    if "bug" in reply:
+        error = RuntimeError(f"{name} failed in its worker: {reply['bug'].strip().splitlines()[-1]}")
+        error.add_note("In the worker:\n" + reply["bug"])
+        return error
+    if "time" in reply:
+        spent = f"{limits.wall_s:g} s" if reply["time"] == "wall" else f"{limits.cpu_s:g} s of processor time"
+        return IsolationError("time", f"{name} was stopped after {spent}; the model is too large or too slow to run")
+    if "memory" in reply:
+        return IsolationError("memory", f"{name} needed more than {limits.memory_mib} MiB; the model is too large")
+    return IsolationError("crash", f"the process running {name} died: {reply['crash']}")

@@ -1,0 +1,57 @@
+"""What a call in a worker may use, and how the operating system enforces it."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+_MAX_FILE_BYTES = 256 * 2**20  # our choice: a picture is 100 KB, a video a few MB; a runaway log must not fill the disk
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one call may use. Our choice: generous for a robot of this size, small for a machine."""
+
+    wall_s: float = 60.0
+    cpu_s: float = 120.0
+    """Processor time over all threads; a whole battery of tests on two threads takes about 1 s."""
+    memory_mib: int = 4096
+    """Address space; a worker maps 0.2 GiB when it starts and 0.9 GiB while it draws with OpenGL."""
+
+
+def set_process_limits() -> None:
+    """Set the limits that hold for the life of this process: no core dumps, no giant files."""
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (_MAX_FILE_BYTES, _MAX_FILE_BYTES))
+
+
+@contextlib.contextmanager
+def call_limits(cpu_s: float, memory_mib: int) -> Iterator[None]:
+    """Limit processor time and address space of this process for the duration of one call.
+
+    Past the first the system kills the process (SIGXCPU); past the second allocations fail. Only the soft limits are
+    changed, so that they can be restored.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    import resource
+
+    limits = {resource.RLIMIT_CPU: math.ceil(time.process_time() + cpu_s)}
+    if sys.platform == "linux":  # macOS ignores RLIMIT_AS
+        limits[resource.RLIMIT_AS] = memory_mib * 2**20
+    before = {kind: resource.getrlimit(kind) for kind in limits}
+    for kind, soft in limits.items():
+        resource.setrlimit(kind, (soft, before[kind][1]))
+    try:
+        yield
+    finally:
+        for kind, both in before.items():
+            resource.setrlimit(kind, both)

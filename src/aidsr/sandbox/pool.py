@@ -1,0 +1,87 @@
+"""A few warm worker processes, each serving one call at a time. Loads nothing heavy."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import os
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+from aidsr.sandbox.child import Child
+from aidsr.sandbox.environment import inside_worker
+
+
+def warm_up() -> None:
+    """Start a worker in the background, so that it is ready by the time the first call comes."""
+    if not inside_worker():
+        _pool().warm_up()
+
+
+def call_in_worker(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
+    """Return the reply of an idle worker to a request, see `Child.call`; waits while all are busy."""
+    with _pool().child() as child:
+        return child.call(request, wall_s)
+
+
+class _Pool:
+    def __init__(self, size: int) -> None:
+        self._slots = threading.BoundedSemaphore(size)
+        self._lock = threading.Lock()
+        self._idle: list[Child] = []
+
+    @contextlib.contextmanager
+    def child(self) -> Iterator[Child]:
+        """Lend a child that is ready or being started; waits while all are busy."""
+        with self._slots:
+            child = self._take()
+            try:
+                yield child
+            finally:
+                if child.usable:
+                    with self._lock:
+                        self._idle.append(child)
+                else:
+                    child.close()
+
+    def warm_up(self) -> None:
+        with self._lock:
+            if not self._idle:
+                self._idle.append(Child())
+
+    def close(self) -> None:
+        with self._lock:
+            while self._idle:
+                self._idle.pop().close()
+
+    def _take(self) -> Child:
+        with self._lock:
+            while self._idle:
+                child = self._idle.pop()
+                if child.usable:
+                    return child
+                child.close()
+        return Child()
+
+
+_pools: list[_Pool] = []
+_pools_lock = threading.Lock()
+
+
+def _pool() -> _Pool:
+    """Return the pool of this process, made when first needed."""
+    with _pools_lock:
+        if not _pools:
+            # Our choice: one child per core, at least two so that a long call does not hold up a short one, and at most
+            # four because each holds about 150 MB.
+            _pools.append(_Pool(max(2, min(4, os.cpu_count() or 2))))
+            atexit.register(_close)
+            if hasattr(os, "register_at_fork"):
+                os.register_at_fork(after_in_child=_pools.clear)  # a forked copy must not share pipes with the original
+        return _pools[0]
+
+
+def _close() -> None:
+    while _pools:
+        _pools.pop().close()

@@ -1,0 +1,127 @@
+"""Functions that behave badly on purpose, to see what isolation makes of them."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import MjcfError, UserError
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """Values of several types."""
+
+    text: str = "Grüße"
+    numbers: tuple[float, ...] = (1.0, 2.5, float("inf"))
+    data: bytes = b"\x89PNG\xff"
+    nothing: None = None
+
+
+@isolated
+def echo(parcel: Parcel = Parcel(), *, more: bytes = b"") -> tuple[Parcel, bytes]:
+    return parcel, more
+
+
+@isolated
+def process() -> int:
+    """Return the number of the process."""
+    return os.getpid()
+
+
+@isolated
+def absolute(path: Path) -> Path:
+    return path
+
+
+@isolated
+def chatter() -> bool:
+    """Print to standard output from Python and from C."""
+    print("not a reply")  # noqa: T201
+    sys.stdout.flush()
+    os.write(1, b"\x00" * 64)
+    return True
+
+
+@isolated
+def surroundings() -> tuple[Path, list[str]]:
+    """Leave a file behind and return the working directory and the names of the environment variables."""
+    Path("MUJOCO_LOG.TXT").write_text("left behind")
+    return Path.cwd(), sorted(os.environ)
+
+
+@isolated
+def crash() -> None:
+    """Read from address zero, as a fault in a native library would."""
+    ctypes.string_at(0)
+
+
+@isolated
+def die_by(name: str) -> None:
+    """End the process with a signal."""
+    os.kill(os.getpid(), signal.Signals[name])
+
+
+@isolated
+def sleep(seconds: float) -> None:
+    """Wait without using the processor."""
+    time.sleep(seconds)
+
+
+@isolated(limits=Limits(wall_s=900))
+def sleep_long() -> None:
+    time.sleep(600)
+
+
+@isolated(limits=Limits(wall_s=0.2))
+def sleep_too_long() -> None:
+    time.sleep(600)
+
+
+@isolated(limits=Limits(wall_s=0.2))
+def hang() -> None:
+    """Wait in native code that keeps the interpreter to itself."""
+    ctypes.PyDLL(None).sleep(600)
+
+
+@isolated(limits=Limits(cpu_s=0.1))
+def spin() -> None:
+    """Use the processor for ever."""
+    while True:
+        pass
+
+
+@isolated
+def allocate(mib: int) -> int:
+    return len(bytes(mib * 2**20))
+
+
+@isolated(limits=Limits(memory_mib=1024))
+def allocate_in_a_gigabyte(mib: int) -> int:
+    return len(bytes(mib * 2**20))
+
+
+@isolated
+def refuse(error: Literal["mjcf", "user", "bug"]) -> None:
+    """Raise one of the errors that travel back as they are, or any other."""
+    if error == "mjcf":
+        fault = Fault(code="bad_value", layer="load", severity="error", names=("a",), message="on purpose", line=3)
+        raise MjcfError([fault])
+    if error == "user":
+        raise UserError("on purpose")
+    raise LookupError("on purpose")
+
+
+@isolated
+def lie() -> int:
+    """Return something else than the annotation says."""
+    return object()  # type: ignore[return-value]
