@@ -72,7 +72,7 @@ class QuickPushing(ButtonPushing):
 
     time_limit_s = 1.0
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return np.abs(readings["tip_position"][:, 0]) > 0.05
 
 

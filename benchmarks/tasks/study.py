@@ -80,7 +80,7 @@ def by_hand(task: Task) -> Fact:
     seen = []
     for index in range(VARIATIONS):
         fresh = Episode(task, index=index)
-        seen.append(task.features(fresh.look(), fresh.standing.memory)[0])
+        seen.append(task.observe(fresh.look(), fresh.state.task_state)[0])
     differ = int((np.ptp(np.array(seen), axis=0) > 1e-6).sum())
     facts = {"goal_held": episode.won, "features": len(seen[0]), "features_differ": differ}
     return {"task": task.name, "level": task.level, "version": BENCHMARK_VERSION, "design": 0, **facts}

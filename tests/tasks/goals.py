@@ -9,8 +9,8 @@ import numpy as np
 from stick import Episode
 
 from aidsr.tasks import Task, load_task
-from aidsr.tasks.reaching.half_cylinder import HALF_WIDTH_M
-from aidsr.tasks.reaching.pipe import BEND_RADIUS_M, LENGTH_M
+from aidsr.tasks.reaching.pipe_inserting import BEND_RADIUS_M, LENGTH_M
+from aidsr.tasks.reaching.surface_adapting import HALF_WIDTH_M
 
 STICK = "robot/stick"
 GAP_M = 0.0095

@@ -4,17 +4,21 @@ import numpy as np
 from sights import altered, first, outlined, slots, touches
 
 from aidsr.tasks import Readings, Task, load_task
-from aidsr.tasks.task import Memory
+from aidsr.tasks.task import TaskState
 
 JUST = 1e-6
 OPPOSED = slots((0.3, (1.0, 0.0, 0.0)), (0.3, (-1.0, 0.0, 0.0)))
 
 
-def of(name: str, level: str = "standard", **amiss) -> tuple[Task, Readings, Memory]:
+def of(name: str, level: str = "standard", **amiss) -> tuple[Task, Readings, TaskState]:
     """A task, what it reads and what it remembers, just good enough but for what is amiss."""
     task, seen = load_task(name, level), first(name, level)
     then, remembered = globals()[name.rpartition("/")[2]](task, seen, **amiss)
-    return task, then, {**task.begin(seen), **{what: np.asarray(value)[None] for what, value in remembered.items()}}
+    return (
+        task,
+        then,
+        {**task.reset_state(seen), **{what: np.asarray(value)[None] for what, value in remembered.items()}},
+    )
 
 
 def button_pushing(task, seen, travel_m=0.005, tip_n=0.06, robot_n=0.06, away_m=0.0):

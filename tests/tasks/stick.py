@@ -8,8 +8,8 @@ import numpy as np
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Reader, Readings, Task, apply_to_simulation
-from aidsr.tasks.scoring import Score, begin, score
-from aidsr.tasks.task import Memory
+from aidsr.tasks.scoring import Score, reset, score
+from aidsr.tasks.task import TaskState
 
 STICK = """
 <mujoco model="stick">
@@ -54,14 +54,14 @@ class Episode:
         self.variation = task.variation(split, index)
         apply_to_simulation(self.variation, self.model, self.data)
         seen = self.look()
-        self.standing = begin(task, seen)
-        self.progress = [float(self.standing.progress[0])]
-        self.course: list[tuple[Readings, Memory]] = [(seen, self.standing.memory)]
+        self.state = reset(task, seen)
+        self.progress = [float(self.state.progress[0])]
+        self.course: list[tuple[Readings, TaskState]] = [(seen, self.state.task_state)]
         self.score: Score | None = None
 
     @property
     def won(self) -> bool:
-        return bool(self.standing.won[0])
+        return bool(self.state.success[0])
 
     def look(self, samples: list[np.ndarray] | None = None) -> Readings:
         """What the task reads now."""
@@ -95,9 +95,9 @@ class Episode:
                 mujoco.mj_step(self.model, self.data)
                 samples.append(self.data.sensordata.copy())
         seen = self.look(samples)
-        self.standing, self.score = score(self.task, self.standing, seen, np.zeros((1, 1)))
+        self.state, self.score = score(self.task, self.state, seen, np.zeros((1, 1)))
         self.progress.append(float(self.score.progress[0]))
-        self.course.append((seen, self.standing.memory))
+        self.course.append((seen, self.state.task_state))
         return self.score
 
     def run(self, seconds: float, hand=None) -> None:
@@ -105,7 +105,7 @@ class Episode:
         end = self.data.time + seconds
         while self.data.time < end - 1e-9:
             self.step(hand)
-            if self.won or self.score.failed[0]:
+            if self.won or self.score.failure[0]:
                 break
 
     # --- hands ---

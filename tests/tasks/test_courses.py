@@ -1,15 +1,13 @@
 """What holds all along a way to the goal of each task."""
 
-import re
-
 import goals
 import numpy as np
 import pytest
 from sights import stacked
 from stick import Episode
 
-from aidsr.tasks import TASKS, load_task
-from aidsr.tasks.scoring import begin, score
+from aidsr.tasks import TASKS, Task, load_task
+from aidsr.tasks.scoring import reset, score
 
 BOTH_LEVELS = [(name, level) for name in TASKS for level in ("standard", "hard")]
 
@@ -44,7 +42,7 @@ def test_a_goal_reached_by_hand_succeeds_and_progress_leads_there(name, level):
     episode = goals.played(name, level)
     progress = np.array(episode.progress)
     assert episode.won
-    assert not episode.score.failed[0]
+    assert not episode.score.failure[0]
     assert 0.0 <= progress.min() <= progress.max() <= 1.0
     assert np.diff(progress).min() > -0.02
     assert progress[-1] > progress.max() - 0.02
@@ -63,8 +61,8 @@ def test_nothing_on_the_way_counts_against_it(name, level):
 @pytest.mark.parametrize("name", TASKS)
 def test_features_lie_in_their_ranges_and_change_on_the_way(name):
     episode = goals.played(name)
-    low, high = _ranges(type(episode.task).__doc__)
-    features = np.concatenate([episode.task.features(seen, memory) for seen, memory in episode.course])
+    low, high = _ranges(episode.task)
+    features = np.concatenate([episode.task.observe(seen, memory) for seen, memory in episode.course])
     # what is pressed against a stop gives way a little
     slack = 0.05 * (high - low)
     assert (features >= low - slack).all()
@@ -89,20 +87,16 @@ def test_many_episodes_are_scored_as_each_alone(name):
 
 def _scored(task, course) -> dict[str, np.ndarray]:
     """What a course is worth, what is remembered of it and what a policy sees, (steps, n, ...) by name."""
-    standing, steps = begin(task, course[0]), []
+    state, steps = reset(task, course[0]), []
     for seen in course[1:]:
-        standing, worth = score(task, standing, seen, np.zeros((seen.n, 1)))
-        succeeded = task.succeeded(seen, standing.memory)
-        features = task.features(seen, standing.memory)
-        steps.append({**vars(worth), **standing.memory, "features": features, "at the goal": succeeded})
+        state, worth = score(task, state, seen, np.zeros((seen.n, 1)))
+        succeeded = task.is_success(seen, state.task_state)
+        features = task.observe(seen, state.task_state)
+        steps.append({**vars(worth), **state.task_state, "features": features, "at the goal": succeeded})
     return {what: np.array([step[what] for step in steps], dtype=float) for what in steps[0]}
 
 
-def _ranges(docstring: str) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper ends of all features by the docstring's table."""
-    ends = []
-    for row in re.findall(r"^\s*\| (\d.*)", docstring, re.MULTILINE):
-        index, _, _, span = (cell.strip() for cell in row.split("|")[:4])
-        numbers = [int(number) for number in index.split("-")]
-        ends += [[float(end) for end in re.split(" to | or ", span)]] * (numbers[-1] - numbers[0] + 1)
-    return tuple(np.array(ends).T)
+def _ranges(task: Task) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper ends of all features."""
+    ends = [feature.range for feature in task.features for _ in range(feature.size)]
+    return tuple(np.array(ends, dtype=float).T)

@@ -5,7 +5,7 @@ import pytest
 from table import TABLE
 
 from aidsr.tasks import Readings, goal_task, parse_goal
-from aidsr.tasks.scoring import begin, score
+from aidsr.tasks.scoring import reset, score
 
 DT_S = 0.002
 """Between two samples: five of them are 10 ms."""
@@ -59,7 +59,7 @@ ENDS = {
 def test_success_ends_where_the_goal_says(text, now, won):
     task = goal_task(parse_goal(text), TABLE)
     first = forces(0.0) if task.name == "goal/touch" else moved(0.0, 0.0, 0.0)
-    assert task.succeeded(now, task.begin(first)).tolist() == [won]
+    assert task.is_success(now, task.reset_state(first)).tolist() == [won]
 
 
 @pytest.mark.parametrize("part", ["robot", "functional_part"])
@@ -72,17 +72,17 @@ def test_time_and_base_are_those_of_the_goal():
     task = goal_task(parse_goal(f'{LIFT}\nhold_s = 0.12\ntime_limit_s = 3\nbase = "free"'), TABLE)
     assert (task.hold_s, task.time_limit_s, task.base) == (0.12, 3.0, "free")
     assert (task.brief().base, task.brief().judging["Time"][:3]) == ("free", "3 s")
-    standing, won = begin(task, moved(0.0, 0.0, 0.0)), []
+    state, won = reset(task, moved(0.0, 0.0, 0.0)), []
     for _ in range(4):
-        standing, result = score(task, standing, moved(0.0, 0.0, 0.1), np.zeros((1, 1)))
-        won.append(bool(result.succeeded[0]))
+        state, result = score(task, state, moved(0.0, 0.0, 0.1), np.zeros((1, 1)))
+        won.append(bool(result.success[0]))
     assert won == [False, False, True, True]
 
 
 def test_a_goal_that_need_not_be_held_must_still_be_reached():
     task = goal_task(parse_goal(f"{LIFT}\nhold_s = 0"), TABLE)
-    standing = begin(task, moved(0.0, 0.0, 0.0))
-    standing, result = score(task, standing, moved(0.0, 0.0, 0.07), np.zeros((1, 1)))
-    assert not result.succeeded[0]
-    _, result = score(task, standing, moved(0.0, 0.0, 0.09), np.zeros((1, 1)))
-    assert result.succeeded[0]
+    state = reset(task, moved(0.0, 0.0, 0.0))
+    state, result = score(task, state, moved(0.0, 0.0, 0.07), np.zeros((1, 1)))
+    assert not result.success[0]
+    _, result = score(task, state, moved(0.0, 0.0, 0.09), np.zeros((1, 1)))
+    assert result.success[0]

@@ -54,9 +54,9 @@ def test_a_lid_on_a_hinge_is_lifted_as_it_opens(target, arm_m):
         episode = Episode(task)
         episode.data.joint("lid").qpos = angle
         mujoco.mj_forward(episode.model, episode.data)
-        rise = (episode.look()["goal_position"] - episode.standing.memory["start"])[0, 2]
+        rise = (episode.look()["goal_position"] - episode.state.task_state["start"])[0, 2]
         assert rise == pytest.approx(arm_m * np.sin(angle))
-        assert task.succeeded(episode.look(), episode.standing.memory)[0] == enough
+        assert task.is_success(episode.look(), episode.state.task_state)[0] == enough
 
 
 def test_a_body_that_only_turns_on_the_spot_is_refused_and_a_part_beside_its_axis_is_not():

@@ -78,8 +78,8 @@ def test_a_goal_is_a_task_like_any_other(tmp_path, text, hand, name, needs_conta
     idle.run(2.0)
     assert not idle.won
     episode = Episode(task, base="free")
-    width = len(re.findall(r"^\s*\| \d", task.__doc__, re.MULTILINE))
-    assert task.features(episode.look(), episode.standing.memory).shape[1] >= width
+    width = sum(feature.size for feature in task.features)
+    assert task.observe(episode.look(), episode.state.task_state).shape[1] == width
     hand(episode)
     assert episode.won
     assert episode.progress[-1] == pytest.approx(1.0, abs=0.01)

@@ -14,14 +14,14 @@ def test_a_robot_far_outside_its_lane_is_lost(name, aside_m, lost):
     episode = Episode(load_task(name))
     left, start = episode.sensor("lane_left"), episode.sensor("lane_position")
     episode.place(start + aside_m * left + (0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
-    assert episode.step().failed[0] == lost
+    assert episode.step().failure[0] == lost
 
 
 def test_an_object_off_the_table_is_lost():
     episode = Episode(load_task("simple_grasping"))
-    assert not episode.step().failed[0]
+    assert not episode.step().failure[0]
     episode.put("object_free", (0.6, 0.0, 0.1))
-    assert episode.step().failed[0]
+    assert episode.step().failure[0]
 
 
 def test_an_object_pushed_far_away_in_weightlessness_is_lost():
@@ -29,14 +29,14 @@ def test_an_object_pushed_far_away_in_weightlessness_is_lost():
     tip_m = episode.tip_m.copy()
     for away_m, lost in ((0.4, False), (0.8, True)):
         episode.put("object_free", (tip_m[0] + away_m, *tip_m[1:]))
-        assert episode.step().failed[0] == lost
+        assert episode.step().failure[0] == lost
 
 
 def test_a_ball_on_the_floor_is_lost():
     episode = Episode(load_task("dynamic_catching"))
-    assert not episode.step().failed[0]
+    assert not episode.step().failure[0]
     episode.put("ball_free", (0.5, 0.0, 0.03))
-    assert episode.step().failed[0]
+    assert episode.step().failure[0]
 
 
 @pytest.mark.parametrize(("over_bottom_m", "lost"), [(0.005, False), (-0.002, True)])
@@ -49,7 +49,7 @@ def test_a_robot_on_the_bottom_of_the_gap_is_lost(over_bottom_m, lost):
     episode.place(goal_m, across)
     for _ in range(5):
         episode.step(lambda e: e.hold("robot/stick", e.tip_m, goal_m, along=across))
-    assert episode.score.failed[0] == lost
+    assert episode.score.failure[0] == lost
 
 
 @pytest.mark.parametrize(("force_n", "lost"), [(1.0, False), (3.0, True)])
@@ -63,4 +63,4 @@ def test_a_fragile_object_that_is_pressed_too_hard_is_lost(force_n, lost):
 
     for _ in range(4):
         episode.step(press)
-    assert episode.score.failed[0] == lost
+    assert episode.score.failure[0] == lost

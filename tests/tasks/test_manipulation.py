@@ -6,8 +6,8 @@ import pytest
 from stick import Episode
 
 from aidsr.tasks import load_task
-from aidsr.tasks.manipulation.cells import in_order
-from aidsr.tasks.manipulation.drawers import wanted
+from aidsr.tasks.manipulation.drawer_opening import wanted
+from aidsr.tasks.manipulation.force_controlled_brushing import in_order
 
 CELLS = 25
 
@@ -36,7 +36,7 @@ def test_progress_waits_for_the_cell_whose_turn_it_is():
 def test_enough_cells_in_any_order_are_success():
     task = load_task("force_controlled_brushing")
     seen, enough = Episode(task).look(), memory(*range(CELLS - 18, CELLS))
-    assert task.succeeded(seen, enough).tolist() == [True]
+    assert task.is_success(seen, enough).tolist() == [True]
     assert task.progress(seen, enough).tolist() == [1.0]
 
 
@@ -62,7 +62,7 @@ def test_letting_go_of_a_drawer_that_is_moved_far_costs_nothing():
 @pytest.mark.parametrize(("stage", "said"), [(0, 1), (2, 1), (3, -1), (4, 1), (11, -1), (12, -1)])
 def test_a_policy_is_told_to_open_or_to_shut_and_to_keep_shut_at_the_end(stage, said):
     task = load_task("drawer_opening")
-    features = task.features(Episode(task, base="free").look(), {"stage": np.array([float(stage)])})
+    features = task.observe(Episode(task, base="free").look(), {"stage": np.array([float(stage)])})
     assert features[0, 5] == said
 
 

@@ -7,7 +7,7 @@ import pytest
 from stick import Episode
 
 from aidsr.tasks import apply_to_simulation, load_task
-from aidsr.tasks.reaching.pipe import INNER_M, LENGTH_M, along_pipe_m, pipe_walls
+from aidsr.tasks.reaching.pipe_inserting import INNER_M, LENGTH_M, along_pipe_m, pipe_walls
 
 
 def stage(name: str, level: str = "standard") -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -78,14 +78,14 @@ def test_a_handle_bar_holds_what_hooks_behind_it():
 def test_a_drawer_that_is_open_again_at_the_end_has_to_be_shut():
     task = load_task("drawer_opening")
     episode = goals.drawer_opening(task)
-    memory = episode.standing.memory
+    memory = episode.state.task_state
     assert memory["stage"] == [12.0]
     for opening_m, worth in ((0.10, 11 / 12), (0.055, 11.5 / 12), (0.01, 1.0)):
         episode.data.joint("drawer_2").qpos = opening_m
         mujoco.mj_forward(episode.model, episode.data)
         readings = episode.look()
         assert task.progress(readings, memory) == pytest.approx([worth], abs=2e-3)
-        assert task.succeeded(readings, memory) == [opening_m <= 0.01]
+        assert task.is_success(readings, memory) == [opening_m <= 0.01]
 
 
 @pytest.mark.parametrize("name", ["simple_grasping", "delicate_grasping"])
@@ -230,7 +230,7 @@ def test_obstacles_leave_their_gaps_free(level):
 @pytest.mark.parametrize("bend", [-1.0, 0.0, 1.0])
 def test_the_tunnel_is_as_wide_and_high_as_it_says(bend):
     from aidsr.tasks import Variation
-    from aidsr.tasks.locomotion.bent_tunnel import tunnel_changes
+    from aidsr.tasks.locomotion.tunnel import tunnel_changes
 
     model, data = stage("tunnel")
     bend_rad = bend * np.deg2rad(25.0)

@@ -58,7 +58,7 @@ MISSES = [
 
 def succeeded(name: str, level: str, **amiss) -> list[bool]:
     task, seen, memory = states.of(name, level, **amiss)
-    return task.succeeded(seen, memory).tolist()
+    return task.is_success(seen, memory).tolist()
 
 
 @pytest.mark.parametrize(("name", "level"), [(name, level) for name in TASKS for level in ("standard", "hard")])
@@ -92,7 +92,7 @@ def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n,
     task = load_task("pipe_inserting", level)
     seen = first(task.name, level)
     pressed_and_not = stacked([altered(seen, {"wall_contacts": touches(*forces)}) for forces in (forces_n, ())])
-    memory = task.remember(pressed_and_not, {"steps": np.full(2, 7.0), "pressed": np.full(2, 2.0)})
+    memory = task.update_state(pressed_and_not, {"steps": np.full(2, 7.0), "pressed": np.full(2, 2.0)})
     assert memory["steps"].tolist() == [8.0, 8.0]
     assert memory["pressed"].tolist() == [2.0 + counted, 2.0]
 
@@ -102,6 +102,6 @@ def test_a_ball_that_strays_from_its_place_while_the_mount_draws_back_is_left_fo
     task = load_task("zero_gravity_grasping")
     seen = first(task.name)
     strayed = altered(seen, {"object_position": seen["object_position"][0] + (away_m, 0.0, 0.0)}, time_s=time_s)
-    memory = task.remember(strayed, task.begin(seen))
+    memory = task.update_state(strayed, task.reset_state(seen))
     assert memory["left"] == [left]
-    assert task.remember(altered(seen, {}, time_s=4.0), {**memory, "left": np.ones(1)})["left"] == [1.0]
+    assert task.update_state(altered(seen, {}, time_s=4.0), {**memory, "left": np.ones(1)})["left"] == [1.0]

@@ -14,7 +14,7 @@ def readings(**sensors: np.ndarray) -> Readings:
 
 
 def test_an_unknown_sensor_is_named_with_those_there_are():
-    with pytest.raises(KeyError, match=r'no sensor "tip".*tip_force, tip_position'):
+    with pytest.raises(KeyError, match=r'unknown sensor "tip".*tip_force, tip_position'):
         readings(tip_position=np.zeros((1, 1, 3)), tip_force=np.zeros((1, 1, 3)))["tip"]
 
 

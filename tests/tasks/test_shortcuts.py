@@ -5,7 +5,7 @@ import pytest
 from stick import Episode
 
 from aidsr.tasks import load_task
-from aidsr.tasks.locomotion.bent_tunnel import along_tunnel_m
+from aidsr.tasks.locomotion.tunnel import along_tunnel_m
 
 
 def test_a_body_that_turns_sideways_before_the_tunnel_comes_no_nearer():

@@ -1,4 +1,4 @@
-"""docs/task_reference.md is what the docstrings say, and says everything about every task."""
+"""docs/task_reference.md is what the tasks' fields say, and says everything about every task."""
 
 import re
 from pathlib import Path
@@ -7,10 +7,10 @@ import pytest
 
 from aidsr.apps.cli import main
 from aidsr.tasks import TASKS
-from aidsr.tasks.page import task_page
+from aidsr.tasks.reference import task_reference
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = task_page(TASKS.values())
+PAGE = task_reference(TASKS.values())
 
 
 def test_the_page_in_the_docs_is_up_to_date(capsys):

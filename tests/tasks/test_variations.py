@@ -176,7 +176,7 @@ def test_a_change_holds_plain_numbers():
 
 
 def test_an_episode_counts_from_zero():
-    with pytest.raises(ValueError, match="counts from 0, found -1"):
+    with pytest.raises(ValueError, match="negative episode index: -1"):
         load_task("button_pushing").variation("development", -1)
 
 
@@ -219,6 +219,6 @@ def test_episodes_of_other_parameters_are_refused_in_a_sentence(first, other):
     episode = Episode(load_task("flat_ground"))
     drawn = [Variation((), {name: (1.0,) for name in said.split(", ") if name != "none"}) for said in (first, other)]
     samples = np.zeros((2, 1, episode.model.nsensordata))
-    with pytest.raises(UserError, match=f"found one with {first} and one with {other}. Give every variation"):
+    with pytest.raises(UserError, match=f"one has {first}, one has {other}. Return all of them"):
         episode.reader.read(samples, np.zeros(2), drawn)
     assert episode.reader.read(samples, np.zeros(2), drawn[:1] * 2).parameters["width_m"].tolist() == [[1.0], [1.0]]

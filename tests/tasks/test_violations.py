@@ -5,7 +5,7 @@ import pytest
 from sights import altered, first, touches
 
 from aidsr.tasks import TASKS, Readings, load_task
-from aidsr.tasks.scoring import begin, score
+from aidsr.tasks.scoring import reset, score
 
 LANES = ("flat_ground", "stairs", "obstacles", "gap", "tunnel")
 
@@ -104,8 +104,8 @@ def test_what_passes_a_limit_counts_by_how_far(name, sensors, violation):
 @pytest.mark.parametrize(("name", "sensors", "lost"), LOST)
 def test_what_cannot_be_made_good_is_lost(name, sensors, lost):
     task, seen = load_task(name), state(name, sensors)
-    _, worth = score(task, begin(task, first(name)), seen, np.zeros((1, 1)))
-    assert worth.failed.tolist() == [lost]
+    _, worth = score(task, reset(task, first(name)), seen, np.zeros((1, 1)))
+    assert worth.failure.tolist() == [lost]
 
 
 @pytest.mark.parametrize(("forces_n", "violation", "lost"), [((0.75,), 0.5, False), ((0.9, 0.9, 0.9, 0.4), 1.0, True)])
@@ -113,7 +113,7 @@ def test_at_the_hard_level_a_fragile_object_bears_half(forces_n, violation, lost
     task = load_task("delicate_grasping", "hard")
     seen = state(task.name, touched("grip", *forces_n), "hard")
     assert task.violation(seen) == pytest.approx([violation])
-    assert task.failed(seen, task.begin(seen)).tolist() == [lost]
+    assert task.is_failure(seen, task.reset_state(seen)).tolist() == [lost]
 
 
 def test_every_task_is_violated_here():

@@ -160,7 +160,6 @@ def brief_for(
     warm_up()  # a worker starts while the rest is imported
     from aidsr.sim.environment_summary import summarize_environment
     from aidsr.tasks import goal_task, load_task, read_goal
-    from aidsr.tasks.judging import judging
 
     starting_robot = _mjcf(robot, "robot") if robot else ""
     if task:
@@ -184,7 +183,7 @@ def brief_for(
     if not goal:
         return brief
     aim = goal_task(read_goal(goal), mjcf)
-    return brief.model_copy(update={"base": aim.base, "needs_contact": aim.needs_contact, "judging": judging(aim)})
+    return brief.model_copy(update={"base": aim.base, "needs_contact": aim.needs_contact, "judging": aim.judging()})
 
 
 def start(

@@ -1,4 +1,4 @@
-"""The benchmark: 14 tasks in four categories, and a door for tasks of others.
+"""The benchmark: 14 tasks in four categories, and tasks of other packages.
 
     from aidsr.tasks import load_task, task_names
 
@@ -17,8 +17,7 @@ from typing import get_args
 
 from aidsr.core.errors import UserError
 from aidsr.tasks.goal import Goal, parse_goal, read_goal
-from aidsr.tasks.goal_kinds import GoalTask
-from aidsr.tasks.goal_task import goal_task
+from aidsr.tasks.goal_tasks import GoalTask, goal_task
 from aidsr.tasks.grasping.delicate_grasping import DelicateGrasping
 from aidsr.tasks.grasping.dynamic_catching import DynamicCatching
 from aidsr.tasks.grasping.simple_grasping import SimpleGrasping
@@ -33,9 +32,8 @@ from aidsr.tasks.manipulation.force_controlled_brushing import ForceControlledBr
 from aidsr.tasks.reaching.button_pushing import ButtonPushing
 from aidsr.tasks.reaching.pipe_inserting import PipeInserting
 from aidsr.tasks.reaching.surface_adapting import SurfaceAdapting
-from aidsr.tasks.reader import Reader
-from aidsr.tasks.readings import Contacts, Outline, Readings
-from aidsr.tasks.task import BENCHMARK_VERSION, Level, Split, Task
+from aidsr.tasks.readings import Contacts, Outline, Reader, Readings
+from aidsr.tasks.task import BENCHMARK_VERSION, Criteria, Feature, Level, Split, Task
 from aidsr.tasks.variation import Change, Variation, apply_to_batch, apply_to_simulation
 
 __all__ = [
@@ -44,6 +42,8 @@ __all__ = [
     "TASKS",
     "Change",
     "Contacts",
+    "Criteria",
+    "Feature",
     "Goal",
     "GoalTask",
     "Level",
@@ -106,30 +106,34 @@ def load_task(name: str, level: Level = "standard") -> Task:
     found = [known for known in names if name in (known, known.rpartition("/")[2])]
     if len(found) != 1:
         raise UserError(_unknown(name, found, names))
-    task = TASKS.get(found[0]) or _of_another_package(found[0])
-    if level not in get_args(Level) or (level == "hard" and not task.hard):
-        levels = "standard or hard" if task.hard else "standard only"
-        raise UserError(f'Task "{found[0]}" comes at level {levels}; found "{level}".')
+    task = TASKS.get(found[0]) or _load_entry_point(found[0])
+    levels = get_args(Level) if task.hard else ("standard",)
+    if level not in levels:
+        raise UserError(f'task "{found[0]}" has no level "{level}"; levels: {", ".join(levels)}')
     return task.at(level)
 
 
 def _unknown(name: str, found: list[str], names: tuple[str, ...]) -> str:
-    """Return the sentence for a name that is nobody's or several tasks'."""
+    """Return the message for a name of no task, or of several."""
     if found:
-        return f'"{name}" is the name of several tasks: {", ".join(found)}. Name one of them in full.'
+        return f'"{name}" is ambiguous: {", ".join(found)}; use the full name'
     plain = {known.rpartition("/")[2]: known for known in names} | {known: known for known in names}
     near = difflib.get_close_matches(name, plain, n=1)
-    hint = f' Did you mean "{plain[near[0]]}"?' if near else ""
-    return f'There is no task "{name}".{hint} Tasks: {", ".join(names)}.'
+    hint = f' did you mean "{plain[near[0]]}"?' if near else ""
+    return f'unknown task "{name}";{hint} tasks: {", ".join(names)}'
 
 
-def _of_another_package(name: str) -> type[Task]:
-    """Load the task class behind an entry point."""
-    (entry,) = entry_points(group=ENTRY_POINT_GROUP, name=name)
+def _load_entry_point(name: str) -> type[Task]:
+    """Load the task class behind an entry point.
+
+    Raises:
+        UserError: It is none, or packages declare several of this name.
+    """
+    entries = entry_points(group=ENTRY_POINT_GROUP, name=name)
+    if len(entries) > 1:
+        raise UserError(f"duplicate task {name}: {', '.join(entry.value for entry in entries)}")
+    (entry,) = entries
     task = entry.load()
     if not (isinstance(task, type) and issubclass(task, Task)):
-        raise UserError(
-            f'The entry point "{name}" in group "{ENTRY_POINT_GROUP}" must name a subclass of aidsr.tasks.Task; '
-            f"found {entry.value}. Correct it in the package that declares it."
-        )
+        raise UserError(f'entry point "{name}" in group "{ENTRY_POINT_GROUP}" is no aidsr.tasks.Task: {entry.value}')
     return task

@@ -20,8 +20,6 @@ from pydantic import Field, TypeAdapter, ValidationError, field_validator, model
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.errors import UserError
 
-__all__ = ["GOAL_VERSION", "AnyGoal", "Goal", "Lift", "Reach", "Touch", "Travel", "parse_goal", "read_goal"]
-
 GOAL_VERSION = 2
 """Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
 

@@ -1,22 +1,31 @@
-"""What a task sees: named sensors of one or many simulations, as arrays with a leading axis."""
+"""What a task reads: named sensors of one or many simulations, as arrays with a leading axis."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.core.errors import UserError
+from aidsr.sim.structure import read_structure
 from aidsr.sim.task_sensors import CONTACT_SLOT_WIDTH
 
-__all__ = ["TOUCH_N", "BoolArray", "Contacts", "FloatArray", "Outline", "Readings"]
+if TYPE_CHECKING:
+    from aidsr.tasks.task import Task
+    from aidsr.tasks.variation import Variation
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 TOUCH_N = 0.05
 """Least force that counts as touching. Source: our choice, well above solver noise, the weight of 5 g."""
+
+_SPHERES = 3
+"""Spheres along the longest axis of each geom of the outline: both ends and the middle."""
 
 
 @dataclass(frozen=True)
@@ -46,14 +55,14 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Outline:
-    """The robot's surface as balls strung along its geoms; n simulations, p balls."""
+    """The robot's surface as spheres strung along its geoms; n simulations, p spheres."""
 
     center_m: FloatArray
     """World position, (n, p, 3) [m]."""
     radius_m: FloatArray
     """(p,) [m]."""
     length_share: FloatArray
-    """How much of the body's length each ball stands for; they add up to 1, (p,)."""
+    """How much of the body's length each sphere stands for; they add up to 1, (p,)."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +98,7 @@ class Readings:
     def samples(self, name: str) -> FloatArray:
         """Return all samples of a sensor since the last control step, (n, s, k)."""
         if name not in self.sensors:
-            raise KeyError(f'the scene has no sensor "{name}"; it has {", ".join(sorted(self.sensors))}')
+            raise KeyError(f'unknown sensor "{name}"; the scene has {", ".join(sorted(self.sensors))}')
         return self.sensors[name]
 
     def force_n(self, name: str) -> FloatArray:
@@ -134,7 +143,7 @@ class Readings:
     def body(self) -> Outline:
         """The robot's outline, for tasks that set `needs_outline`."""
         if self.outline is None:
-            raise ValueError("these readings carry no outline; the task must set needs_outline")
+            raise ValueError("readings without an outline: set needs_outline in the task")
         return self.outline
 
     def contacts(self, name: str) -> Contacts:
@@ -149,8 +158,106 @@ class Readings:
         )
 
 
+@dataclass(frozen=True)
+class Reader:
+    """Makes readings of the arrays of one compiled model, which may stand for many simulations."""
+
+    columns: Mapping[str, slice]
+    """Where each named sensor lies in `sensordata`."""
+    length_m: float
+    timestep_s: float
+    geoms: tuple[int, ...]
+    """The robot's geoms that are solid; empty where the task does not look at them."""
+    offset_m: FloatArray
+    """Centres of the outline's spheres in the frames of their geoms, (g, s, 3) [m]."""
+    radius_m: FloatArray
+    """(g * s,) [m]."""
+    length_share: FloatArray
+    """(g * s,)."""
+
+    @classmethod
+    def of(cls, task: Task, model: mujoco.MjModel) -> Self:
+        """Return the reader for a scene, a robot placed in the task's environment."""
+        structure = read_structure(model)
+        starts = zip(model.sensor_adr, model.sensor_dim, strict=True)
+        solid = [geom for geom in structure.geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+        geoms = tuple(solid) if task.needs_outline else ()
+        half_m = np.array([model.geom_aabb[geom][3:] for geom in geoms]).reshape(-1, 3)
+        radius_m = half_m.min(axis=1)
+        along = half_m.max(axis=1) - radius_m
+        axis = np.eye(3)[half_m.argmax(axis=1)] if geoms else np.zeros((0, 3))
+        steps = np.linspace(-1.0, 1.0, _SPHERES)
+        share = np.repeat(half_m.max(axis=1), _SPHERES)
+        return cls(
+            columns={model.sensor(i).name: slice(int(a), int(a) + int(k)) for i, (a, k) in enumerate(starts)},
+            length_m=structure.characteristic_length_m,
+            timestep_s=float(model.opt.timestep),
+            geoms=geoms,
+            offset_m=steps[None, :, None] * (along[:, None] * axis)[:, None, :],
+            radius_m=np.repeat(radius_m, _SPHERES),
+            length_share=share / share.sum() if geoms else share,
+        )
+
+    def read(
+        self,
+        sensordata: FloatArray,
+        time_s: FloatArray,
+        variations: Sequence[Variation],
+        geom_xpos: FloatArray | None = None,
+        geom_xmat: FloatArray | None = None,
+    ) -> Readings:
+        """Return the readings of n simulations.
+
+        Args:
+            sensordata: Sensor values after each physics step of the last control step, (n, s, nsensordata); readings
+                are views of it, so pass a copy of what a simulation will write into again.
+            time_s: Time since each episode began, (n,) [s].
+            variations: What each episode was started with, n of them.
+            geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only looked at where the task needs the outline.
+            geom_xmat: MuJoCo's field, (n, ngeom, 9) or (n, ngeom, 3, 3).
+
+        Raises:
+            UserError: Not all variations have the same parameters.
+        """
+        return Readings(
+            sensors={name: sensordata[:, :, columns] for name, columns in self.columns.items()},
+            time_s=time_s,
+            length_m=self.length_m,
+            sample_dt_s=self.timestep_s,
+            parameters=_parameters(variations),
+            outline=self._outline(geom_xpos, geom_xmat),
+        )
+
+    def _outline(self, geom_xpos: FloatArray | None, geom_xmat: FloatArray | None) -> Outline | None:
+        if not self.geoms:
+            return None
+        if geom_xpos is None or geom_xmat is None:
+            raise ValueError("geom_xpos and geom_xmat missing: this task needs the outline, pass them to read()")
+        n, geoms = geom_xpos.shape[0], list(self.geoms)
+        turn = geom_xmat.reshape(n, -1, 3, 3)[:, geoms]
+        center_m = geom_xpos[:, geoms, None] + np.einsum("ngij,gbj->ngbi", turn, self.offset_m)
+        return Outline(center_m.reshape(n, -1, 3), self.radius_m, self.length_share)
+
+
 def _block_means(samples: FloatArray, length: float) -> FloatArray:
     """Return means over blocks of about `length` samples, newest block last: (n, s, k) -> (n, blocks, k)."""
     block = max(1, min(samples.shape[1], round(length)))
     kept = samples[:, samples.shape[1] % block :]
     return np.asarray(kept.reshape(kept.shape[0], -1, block, kept.shape[2]).mean(axis=2))
+
+
+def _parameters(variations: Sequence[Variation]) -> dict[str, FloatArray]:
+    """Return the parameters of n episodes, (n, k) each.
+
+    Raises:
+        UserError: Not all episodes have the same ones.
+    """
+    names = variations[0].parameters.keys() if variations else ()
+    for variation in variations:
+        if variation.parameters.keys() != names:
+            first, other = (", ".join(sorted(each)) or "none" for each in (names, variation.parameters))
+            raise UserError(
+                f"episodes with different parameters: one has {first}, one has {other}. Return all of them from every "
+                "call of sample_variation."
+            )
+    return {name: np.array([variation.parameters[name] for variation in variations]) for name in names}

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
-from aidsr.tasks.task import Memory, Task
-
-__all__ = ["Score", "Standing", "begin", "restart", "score"]
+from aidsr.tasks.task import Task, TaskState
 
 PROGRESS_WEIGHT = 10.0
 SUCCESS_BONUS = 5.0
@@ -23,14 +21,14 @@ full violation at 25 Hz more than the goal, and the action's cost only decides b
 
 
 @dataclass(frozen=True)
-class Standing:
+class EpisodeState:
     """Where n episodes stand between two control steps."""
 
-    memory: Memory
+    task_state: TaskState
     progress: FloatArray
     held_s: FloatArray
     """How long the goal has held without a break, (n,) [s]."""
-    won: BoolArray
+    success: BoolArray
     """Whether it has been held long enough at any time, (n,)."""
 
 
@@ -41,67 +39,67 @@ class Score:
     reward: FloatArray
     progress: FloatArray
     violation: FloatArray
-    succeeded: BoolArray
+    success: BoolArray
     """The goal has been held for `hold_s`, now or before."""
-    failed: BoolArray
-    """The episode is lost: the task's own rule. Divergence and the time limit are seen by who steps the simulation."""
+    failure: BoolArray
+    """The task's own rule ends the episode; divergence and the time limit are for the caller to see."""
 
 
-def begin(task: Task, readings: Readings) -> Standing:
-    """Return the standing of n fresh episodes at their first readings."""
+def reset(task: Task, readings: Readings) -> EpisodeState:
+    """Return the state of n fresh episodes at their first readings."""
     # readings may be views of a buffer that the simulation writes into again
-    memory = {name: value.copy() for name, value in task.begin(readings).items()}
-    return Standing(
-        memory=memory,
-        progress=task.progress(readings, memory),
+    task_state = {name: value.copy() for name, value in task.reset_state(readings).items()}
+    return EpisodeState(
+        task_state=task_state,
+        progress=task.progress(readings, task_state),
         held_s=np.zeros(readings.n),
-        won=np.zeros(readings.n, dtype=np.bool_),
+        success=np.zeros(readings.n, dtype=np.bool_),
     )
 
 
-def restart(old: Standing, fresh: Standing, which: BoolArray) -> Standing:
-    """Return the standing with some episodes replaced by fresh ones.
+def merge(old: EpisodeState, new: EpisodeState, mask: BoolArray) -> EpisodeState:
+    """Return the state of n episodes, new where the mask is set and old elsewhere.
 
     Args:
-        old: Standing of n episodes.
-        fresh: Standing of n episodes as if all began now.
-        which: Which of them did, (n,).
+        old: State of n episodes.
+        new: State of n episodes.
+        mask: (n,).
     """
 
-    def choose(new: FloatArray, kept: FloatArray) -> FloatArray:
-        return np.where(which.reshape(-1, *[1] * (kept.ndim - 1)), new, kept)
+    def choose(theirs: FloatArray, ours: FloatArray) -> FloatArray:
+        return np.where(mask.reshape(-1, *[1] * (ours.ndim - 1)), theirs, ours)
 
-    return Standing(
-        memory={name: choose(fresh.memory[name], kept) for name, kept in old.memory.items()},
-        progress=choose(fresh.progress, old.progress),
-        held_s=choose(fresh.held_s, old.held_s),
-        won=np.where(which, fresh.won, old.won),
+    return EpisodeState(
+        task_state={name: choose(new.task_state[name], value) for name, value in old.task_state.items()},
+        progress=choose(new.progress, old.progress),
+        held_s=choose(new.held_s, old.held_s),
+        success=np.where(mask, new.success, old.success),
     )
 
 
-def score(task: Task, standing: Standing, readings: Readings, action: FloatArray) -> tuple[Standing, Score]:
-    """Return the standing after one control step and what it was worth.
+def score(task: Task, state: EpisodeState, readings: Readings, action: FloatArray) -> tuple[EpisodeState, Score]:
+    """Return the state after one control step and what the step was worth.
 
     reward = 10 x gain in progress + 5 once on held success - violation - 0.01 x mean squared action
 
     Args:
         task: The task.
-        standing: Standing before the step.
-        readings: Readings after it.
-        action: What the policy asked for, (n, n_actions), each -1 to 1.
+        state: Before the step.
+        readings: After it.
+        action: The policy's, (n, n_actions), each -1 to 1.
     """
-    memory = task.remember(readings, standing.memory)
-    progress = task.progress(readings, memory)
+    task_state = task.update_state(readings, state.task_state)
+    progress = task.progress(readings, task_state)
     violation = task.violation(readings)
-    failed = task.failed(readings, memory)
-    held_s = np.where(task.succeeded(readings, memory) & ~failed, standing.held_s + task.control_dt_s, 0.0)
+    failure = task.is_failure(readings, task_state)
+    held_s = np.where(task.is_success(readings, task_state) & ~failure, state.held_s + task.control_dt_s, 0.0)
     # half a control step of slack, because a sum of many small times misses its round value by a rounding error
-    won = standing.won | (held_s > max(0.0, task.hold_s - task.control_dt_s / 2))
+    success = state.success | (held_s > max(0.0, task.hold_s - task.control_dt_s / 2))
     reward = (
-        PROGRESS_WEIGHT * (progress - standing.progress)
-        + SUCCESS_BONUS * (won & ~standing.won)
+        PROGRESS_WEIGHT * (progress - state.progress)
+        + SUCCESS_BONUS * (success & ~state.success)
         - VIOLATION_WEIGHT * violation
         - ACTION_WEIGHT * np.mean(np.square(action), axis=1)
     )
-    after = Standing(memory=memory, progress=progress, held_s=held_s, won=won)
-    return after, Score(reward=reward, progress=progress, violation=violation, succeeded=won, failed=failed)
+    after = EpisodeState(task_state=task_state, progress=progress, held_s=held_s, success=success)
+    return after, Score(reward=reward, progress=progress, violation=violation, success=success, failure=failure)

@@ -6,8 +6,6 @@ import numpy as np
 
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["approach", "closeness", "excess", "share"]
-
 
 def closeness(distance: FloatArray, *, within: float = 0.0, margin: float) -> FloatArray:
     """Return 1 up to `within`, then a smooth fall that never reaches 0, so that every step nearer is worth something.

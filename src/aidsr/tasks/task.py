@@ -17,40 +17,74 @@ import numpy as np
 from lxml import etree
 
 from aidsr.core.artifacts import Base, Brief
+from aidsr.core.errors import UserError
 from aidsr.mjcf.read import parse_document
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.judging import judging, said
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
-
-__all__ = ["BENCHMARK_VERSION", "Edits", "Level", "Memory", "Split", "Task"]
 
 BENCHMARK_VERSION = 3
 """Changes whenever a dimension, a threshold, a variation or an end of a task does; every result carries it.
 
-Version 2 ends an episode that cannot be made good any more: a robot 0.1 m outside its lane, an object off the table, on
-the floor or out of reach. Before, policies paid for it to the time limit, which drowned what they could have learned.
+Version 2 ends an episode that cannot be recovered: a robot 0.1 m outside its lane, an object off the table, on the
+floor or out of reach. Before, policies paid for it to the time limit, which drowned what they could have learned.
 
-Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out. With it
-came another progress on the drawers, and in all tasks checks of policies that forgive a freak in twenty.
+Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out. It also
+changes the progress of the drawers, and lets the checks of policies ignore one episode in twenty.
 """
 
 Level = Literal["standard", "hard"]
 Split = Literal["development", "held_out"]
-_ROUNDING = 1e-6
-"""Progress that much below a stage has reached it."""
-Memory = Mapping[str, FloatArray]
+TaskState = Mapping[str, FloatArray]
 """What a task carries from one control step of an episode to the next, by name, each (n, ...)."""
 Edits = Mapping[str, Mapping[str, float | tuple[float, ...]]]
 """Attributes of MJCF elements by "element/name": {"joint/button_slide": {"springref": -0.0025}}."""
+
+FORCE_SCALE_N = 5.0
+"""Contact forces are observed in units of this. Our choice: what a tendon robot of this size presses with."""
+FRICTION_ELSE = (0.005, 0.0001)
+"""Torsional and rolling friction where a variation changes the sliding one: MuJoCo's defaults."""
+_ROUNDING = 1e-6
+"""Progress this close below a stage has reached it."""
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One group of numbers that a policy observes beside its own body."""
+
+    name: str
+    unit: str
+    """Empty for a number without one."""
+    range: tuple[float, float]
+    """What it lies between in a good episode; not enforced."""
+    source: str
+    """The sensors it is computed from; in brackets what is no sensor: "(time)", "(state)", "(outline)"."""
+    size: int = 1
+    """How many numbers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Criteria:
+    """How a task is judged, in sentences formatted from its own numbers.
+
+    Designers are told them beside the objective, so they must hold at the task's level.
+    """
+
+    variation: str
+    """What differs between episodes."""
+    progress: str
+    """What progress is made of; for people, designers are not told."""
+    success: str
+    violation: str
+    failure: str = ""
+    """What ends an episode as lost; empty where nothing does."""
 
 
 @dataclass(frozen=True)
 class Task(ABC):
     """One task at one level: what the hard level changes are fields, what both share are class constants.
 
-    A subclass in `some_task.py` finds its environment in `some_task.xml`. Its docstring holds a table of its features:
-    index, feature, unit, range, sensor.
+    A subclass in `some_task.py` finds its environment in `some_task.xml`.
     """
 
     name: ClassVar[str]
@@ -66,16 +100,16 @@ class Task(ABC):
     """Bodies, joints, sites, actuators and sensors of the environment that this task cannot do without."""
     sensors: ClassVar[tuple[TaskSensor, ...]]
     """What scene assembly adds to measure the robot."""
+    features: ClassVar[tuple[Feature, ...]]
+    """What `observe` returns, in its order."""
     needs_outline: ClassVar[bool] = False
-    """Whether it looks at all of the robot's surface; see `Readings.outline`."""
+    """Whether it reads the robot's surface; see `Readings.outline`."""
     stages: ClassVar[tuple[tuple[float, str], ...]] = ()
     """What is reached at which progress, in rising order: ((0.5, "at the button"), (1.0, "pressed"))."""
     policy_actuators: ClassVar[tuple[str, ...]] = ()
     """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}
     """Fields that differ at the hard level, empty for a task that has none."""
-    hard_words: ClassVar[Mapping[str, str]] = {}
-    """What designers are told at the hard level where a method's docstring is not so there, by the method's name."""
 
     level: Level = "standard"
 
@@ -84,24 +118,17 @@ class Task(ABC):
         """Return the task at a level."""
         return cls(level=level, **(cls.hard if level == "hard" else {}))
 
-    def reached(self, progress: float, *, won: bool = False) -> str:
-        """Return in words how far an episode came that got to this progress."""
-        if won:
-            return "held success"
-        before = [words for start, words in self.stages if progress >= start - _ROUNDING]
-        after = [words for start, words in self.stages if progress < start - _ROUNDING]
-        if not self.stages:
-            return f"progress {progress:.2f} of 1"
-        if not after:
-            return f"{before[-1]}, but success was not held"
-        return f"{before[-1] if before else 'begun'}, not yet {after[0]}"
-
     # --- what a designer is told ---
 
     @property
     @abstractmethod
     def objective(self) -> str:
         """One or two sentences with sizes and goal, and no hint of a mechanism."""
+
+    @property
+    @abstractmethod
+    def criteria(self) -> Criteria:
+        """How it is judged, in sentences."""
 
     @property
     def edits(self) -> Edits:
@@ -114,13 +141,29 @@ class Task(ABC):
         path = Path(str(sys.modules[type(self).__module__].__file__)).with_suffix(".xml")
         return _edited(path.read_text(encoding="utf-8"), self.edits)
 
-    def terms(self) -> tuple[str, str, str]:
-        """Return what differs between episodes, what success is and what counts against it, as the docstrings say.
+    def judging(self) -> dict[str, str]:
+        """Return by title what differs between episodes, what success is and what counts against it.
 
         Raises:
-            UserError: One of them is missing.
+            UserError: The task can end an episode as lost and its criteria do not say when.
         """
-        return said(self, "draw"), said(self, "succeeded"), said(self, "violation")
+        criteria = self.criteria
+        if type(self).is_failure is not Task.is_failure and not criteria.failure:
+            raise UserError(f'task "{self.name}" defines is_failure without a sentence: set Criteria.failure')
+        facts = {
+            "Episodes differ": criteria.variation,
+            "Success": f"{criteria.success} Held for {self.hold_s:g} s.",
+            "Counts against it": criteria.violation,
+            "Time": f"{self.time_limit_s:g} s, {1 / self.control_dt_s:g} actions a second.",
+        }
+        if criteria.failure:
+            facts["Lost at once"] = criteria.failure
+        if self.base == "moving":
+            driven = ", ".join(self.policy_actuators)
+            facts["Who moves the mount"] = (
+                f"The policy drives {driven} beside the robot's own actuators." if driven else "A timetable does."
+            )
+        return facts
 
     def brief(self) -> Brief:
         """Return the job as a team of designers gets it."""
@@ -134,10 +177,10 @@ class Task(ABC):
             summary=summarize_environment(environment),
             base=self.base,
             needs_contact=self.needs_contact,
-            judging=judging(self),
+            judging=self.judging(),
         )
 
-    # --- what happens in an episode ---
+    # --- an episode, in the order of calls ---
 
     def variation(self, split: Split, index: int) -> Variation:
         """Return what sets an episode apart.
@@ -147,37 +190,35 @@ class Task(ABC):
             index: Which one; the same index is the same variation for ever.
         """
         if index < 0:
-            raise ValueError(f"an episode's index counts from 0, found {index}")
+            raise ValueError(f"negative episode index: {index}")
         seed = np.random.SeedSequence([("development", "held_out").index(split), index])
-        return self.draw(np.random.default_rng(seed))
+        return self.sample_variation(np.random.default_rng(seed))
 
     @abstractmethod
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Draw one variation."""
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        """Sample what sets one episode apart."""
+
+    def reset_state(self, readings: Readings) -> TaskState:
+        """Return the state of an episode at its first readings."""
+        del readings
+        return {}
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
         """Return the controls of the environment's actuators that follow a script, by name, (n,) each."""
         del readings
         return {}
 
-    # --- what is seen, and what it is worth ---
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        """Return the state after one more control step."""
+        del readings
+        return state
 
     @abstractmethod
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Return what a policy sees beside its own body, (n, k): the table in the task's docstring."""
-
-    def begin(self, readings: Readings) -> Memory:
-        """Return the memory of an episode at its first readings."""
-        del readings
-        return {}
-
-    def remember(self, readings: Readings, memory: Memory) -> Memory:
-        """Return the memory after one more control step."""
-        del readings
-        return memory
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        """Return what a policy observes beside its own body, (n, k), as `features` lists it."""
 
     @abstractmethod
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         """Return how far the task is done, 0 to 1, (n,)."""
 
     @abstractmethod
@@ -185,18 +226,31 @@ class Task(ABC):
         """Return how badly the robot does what it must not, 0 to 1, (n,)."""
 
     @abstractmethod
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """Return where the goal holds at this moment, (n,). Holding it for `hold_s` is seen to in `scoring`."""
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        """Return where the goal holds at this moment, (n,); `scoring` asks that it holds for `hold_s`."""
 
-    @property
-    def can_be_lost(self) -> bool:
-        """Whether anything but a divergence ends an episode before its time without success."""
-        return type(self).failed is not Task.failed
-
-    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
         """Return where the episode is lost for good, (n,)."""
-        del memory
+        del state
         return np.zeros(readings.n, dtype=np.bool_)
+
+    def stage_reached(self, progress: float, *, success: bool = False) -> str:
+        """Return in words how far an episode came that got to this progress."""
+        if success:
+            return "held success"
+        before = [words for start, words in self.stages if progress >= start - _ROUNDING]
+        after = [words for start, words in self.stages if progress < start - _ROUNDING]
+        if not self.stages:
+            return f"progress {progress:.2f} of 1"
+        if not after:
+            return f"{before[-1]}, but success was not held"
+        return f"{before[-1] if before else 'begun'}, not yet {after[0]}"
+
+
+def span(low_high: tuple[float, float], scale: float = 1.0) -> str:
+    """Return a range as "0.6 to 1.2", or as one number where both ends are the same."""
+    low, high = (f"{scale * number:g}" for number in low_high)
+    return low if low == high else f"{low} to {high}"
 
 
 def _edited(mjcf: str, edits: Edits) -> str:

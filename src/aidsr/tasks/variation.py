@@ -17,8 +17,6 @@ import numpy as np
 if TYPE_CHECKING:
     from mujoco.batch import Batch
 
-__all__ = ["Change", "Shape", "Variation", "apply_to_batch", "apply_to_simulation", "solid"]
-
 Shape = Literal["sphere", "cylinder", "box"]
 
 _STATE = frozenset({"qpos", "qvel"})

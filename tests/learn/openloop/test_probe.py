@@ -21,21 +21,21 @@ QUICK = {"candidates": 64, "variations": 2, "threads": 1}
 class FarPushing(QuickPushing):
     """Bends farther than the arm can."""
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return np.abs(readings["tip_position"][:, 0]) > 1.0
 
 
 class SidedPushing(QuickPushing):
     """Bends to one side in some variations and to the other in others; the wrong one loses."""
 
-    def draw(self, rng):
-        drawn = super().draw(rng)
+    def sample_variation(self, rng):
+        drawn = super().sample_variation(rng)
         return replace(drawn, parameters={**drawn.parameters, "side": (float(rng.choice((-1.0, 1.0))),)})
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return self._sideways_m(readings) > 0.05
 
-    def failed(self, readings, memory):
+    def is_failure(self, readings, state):
         return self._sideways_m(readings) < -0.02
 
     def _sideways_m(self, readings):
@@ -164,8 +164,8 @@ def test_a_scene_of_another_task_is_refused():
 
 def test_stages_are_told_in_words():
     task = QuickPushing()
-    assert task.reached(0.2) == "begun, not yet at the button"
-    assert task.reached(0.55) == "at the button, not yet pressed"
-    assert task.reached(1.0) == "pressed, but success was not held"
-    assert task.reached(1.0, won=True) == "held success"
+    assert task.stage_reached(0.2) == "begun, not yet at the button"
+    assert task.stage_reached(0.55) == "at the button, not yet pressed"
+    assert task.stage_reached(1.0) == "pressed, but success was not held"
+    assert task.stage_reached(1.0, success=True) == "held success"
     assert replace(task).stages == task.stages

@@ -29,10 +29,10 @@ def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] =
     from rich.table import Table
 
     from aidsr.tasks import TASKS, load_task, task_names
-    from aidsr.tasks.page import task_page
+    from aidsr.tasks.reference import task_reference
 
     if page:
-        sys.stdout.write(task_page(TASKS.values()))
+        sys.stdout.write(task_reference(TASKS.values()))
         return 0
     table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), header_style="dim")
     for title in ("task", "levels", "objective"):

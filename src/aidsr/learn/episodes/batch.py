@@ -18,7 +18,7 @@ from aidsr.learn.episodes.proprioception import Proprioception
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
 from aidsr.tasks.readings import BoolArray, FloatArray
-from aidsr.tasks.scoring import begin, restart, score
+from aidsr.tasks.scoring import merge, reset, score
 
 __all__ = ["OBSERVED_LIMIT", "Episodes", "Moment"]
 
@@ -110,7 +110,7 @@ class Episodes:
         self._bind_outputs()
         self._apply(np.arange(self.n))
         readings = self._read(self._sensordata[:, None])
-        self._standing = begin(task, readings)
+        self._state = reset(task, readings)
         self.observation = self._observe(readings)
         """What the policy sees now, (n, n_observations)."""
 
@@ -135,7 +135,7 @@ class Episodes:
         self._apply(ids)
         which = np.isin(np.arange(self.n), ids)
         readings = self._read(self._sensordata[:, None])
-        self._standing = restart(self._standing, begin(self.task, readings), which)
+        self._state = merge(self._state, reset(self.task, readings), which)
         self.observation = np.where(which[:, None], self._observe(readings), self.observation)
         return self.observation
 
@@ -161,17 +161,17 @@ class Episodes:
         self._last_action = np.where(running[:, None], applied, self._last_action)
         samples, diverged = self._simulate(running)
         readings = self._read(samples)
-        after, worth = score(self.task, self._standing, readings, asked)
+        after, worth = score(self.task, self._state, readings, asked)
         good = running & ~diverged
-        self._standing = restart(self._standing, after, good)
+        self._state = merge(self._state, after, good)
         # what a broken simulation shows means nothing: the policy keeps its last sight of it
         self.observation = np.where(good[:, None], self._observe(readings), self.observation)
-        succeeded, failed = good & worth.succeeded, good & worth.failed & ~worth.succeeded
+        succeeded, failed = good & worth.success, good & worth.failure & ~worth.success
         over = readings.time_s > self.time_limit_s - self.task.control_dt_s / 2
         moment = Moment(
             observation=self.observation,
             reward=np.where(good, worth.reward, 0.0),
-            progress=np.where(running, self._standing.progress, 0.0),
+            progress=np.where(running, self._state.progress, 0.0),
             violation=np.where(good, worth.violation, 0.0),
             succeeded=succeeded,
             failed=failed,
@@ -220,6 +220,6 @@ class Episodes:
 
     def _observe(self, readings: Readings) -> NDArray[np.float32]:
         """Return proprioception, last action and the task's features, (n, n_observations)."""
-        features = self.task.features(readings, self._standing.memory)
+        features = self.task.observe(readings, self._state.task_state)
         seen = np.concatenate([self._body.read(self.batch), self._last_action, features], axis=1)
         return np.asarray(np.clip(np.nan_to_num(seen), -OBSERVED_LIMIT, OBSERVED_LIMIT), dtype=np.float32)

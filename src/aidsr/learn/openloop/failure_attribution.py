@@ -12,7 +12,7 @@ from aidsr.core.artifacts import Critique, CritiqueIssue, TaskReport
 from aidsr.core.formatting import written
 from aidsr.learn.openloop.trace import Trace
 from aidsr.tasks import GoalTask, Task
-from aidsr.tasks.goal_kinds import ReachTask, TouchTask, TravelTask
+from aidsr.tasks.goal_tasks import ReachTask, TouchTask, TravelTask
 from aidsr.tasks.readings import TOUCH_N
 
 __all__ = ["judge_trace", "targets_of"]
@@ -53,7 +53,9 @@ def judge_trace(task: Task, trace: Trace, tried: int) -> TaskReport:
     """
     won = bool(trace.course.succeeded[0])
     progress = float(trace.course.best_progress[0])
-    reached = f"{task.reached(progress, won=won)} (progress {progress:.2f}, best of {tried} open-loop motions)"
+    reached = (
+        f"{task.stage_reached(progress, success=won)} (progress {progress:.2f}, best of {tried} open-loop motions)"
+    )
     if trace.course.failed[0]:
         reached += f", given up by the task's own rule after {_s(float(trace.course.time_s[0]))}"
     if (forbidden := sum(look.violation > 0 for look in trace.looks) / len(trace.looks)) > _SELDOM:

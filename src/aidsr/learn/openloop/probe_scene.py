@@ -137,7 +137,7 @@ def probe_scene(
         wall_s=round(time.monotonic() - began, 2),
         variations=found,
         same_motion_share=same_motion_share,
-        reached=scene.task.reached(best.episode.best_progress, won=best.episode.ended == "succeeded"),
+        reached=scene.task.stage_reached(best.episode.best_progress, success=best.episode.ended == "succeeded"),
         versions={"mujoco": mujoco.__version__},
     )
 

@@ -17,7 +17,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import Motion, Motions, OpenLoop
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Variation, apply_to_simulation
-from aidsr.tasks.goal_kinds import MoveTask, ReachTask
+from aidsr.tasks.goal_tasks import MoveTask, ReachTask
 from aidsr.tasks.readings import FloatArray
 
 __all__ = ["Look", "Trace", "trace"]

@@ -7,32 +7,26 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.grasping.carriage import RAISED_M, TABLE_M, Lifting, raised_m
+from aidsr.tasks.grasping.base import LIFT_PROGRESS, RAISED_M, TABLE_M, LiftTask, raised_m
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
-from aidsr.tasks.task import Memory
+from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation
 
 HALF_AXES_M = np.array([0.020, 0.020, 0.027])
 """Half axes of the ellipsoid, which lies on its side."""
+SIZE_FACTOR = (0.85, 1.15)
+MASS_KG = (0.02, 0.04)
+OFFSET_M = 0.01
+TOGETHER = 3.0
+"""What all contacts together may bear, in single ones."""
 LUMP_M = 0.012
 LUMPS = ("object_lump_1", "object_lump_2", "object_lump_3")
 
 
 @dataclass(frozen=True)
-class DelicateGrasping(Lifting):
+class DelicateGrasping(LiftTask):
     """The carriage lowers the robot, waits two seconds and lifts it; the object must come along and not be crushed.
-
-    | index | feature                                  | unit | range       | sensor                         |
-    |-------|------------------------------------------|------|-------------|--------------------------------|
-    | 0-2   | functional part to object                | m    | -0.8 to 0.8 | object_position, tip_position  |
-    | 3-5   | object's velocity                        | m/s  | -3 to 3     | object_velocity                |
-    | 6-8   | mount to object                          | m    | -0.8 to 0.8 | object_position, mount_position |
-    | 9     | carriage's height, 0 at the start        | m    | -0.1 to 0.05 | carriage_height               |
-    | 10    | time, 1 when the lift has ended          |      | 0 to 2.7    | (time)                         |
-    | 11    | strongest contact with the object, 1 = 5 N |    | 0 to 0.4    | grip                           |
-    | 12    | how far the contacts face each other     |      | 0 to 1      | grip                           |
-    | 13    | all contacts together, 1 = their limit   |      | 0 to 1      | grip                           |
 
     Source: our choice; an egg's or a berry's size, and the contact pressures of ultragentle soft grippers.
     """
@@ -41,24 +35,45 @@ class DelicateGrasping(Lifting):
     time_limit_s: ClassVar = 12.0
     hold_s: ClassVar = 2.0
     required_names: ClassVar = ("mount", "table", "carriage", "carriage_lift", "object", "object_free")
+    features: ClassVar = (
+        Feature("functional part to object", "m", (-0.8, 0.8), "object_position, tip_position", size=3),
+        Feature("object's velocity", "m/s", (-3, 3), "object_velocity", size=3),
+        Feature("mount to object", "m", (-0.8, 0.8), "object_position, mount_position", size=3),
+        Feature("carriage's height, 0 at the start", "m", (-0.1, 0.05), "carriage_height"),
+        Feature("time, 1 when the lift has ended", "", (0, 2.7), "(time)"),
+        Feature(f"strongest contact with the object, 1 = {FORCE_SCALE_N:g} N", "", (0, 0.4), "grip"),
+        Feature("how far the contacts face each other", "", (0, 1), "grip"),
+        Feature("all contacts together, 1 = their limit", "", (0, 1), "grip"),
+    )
     hard: ClassVar = {"contact_n": 1.0}
 
     contact_n: float = 2.0
-    """What a single contact may bear [N]; all together may bear three times as much."""
+    """What a single contact may bear [N]; see `TOGETHER`."""
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
+        sizes = " x ".join(f"{2000 * half_m:g}" for half_m in HALF_AXES_M)
         return (
-            "Pick up a fragile object of 20 to 40 g, an ellipsoid of 40 x 40 x 54 mm or a lumpy one of that size, "
-            f"and keep it raised at least 0.10 m for 2 s; it breaks when any contact reaches {self.contact_n:g} N or "
-            f"all together {3 * self.contact_n:g} N. The mount comes down to 0.25 m above the table within 1 s, "
-            "waits for 2 s and rises by 0.15 m within 1.5 s."
+            f"Pick up a fragile object of {span(MASS_KG, 1000)} g, an ellipsoid of {sizes} mm or a lumpy one of that "
+            f"size, and keep it raised at least {RAISED_M:.2f} m for {self.hold_s:g} s; it breaks when any contact "
+            f"reaches {self.contact_n:g} N or all together {TOGETHER * self.contact_n:g} N. {self.timetable}"
         )
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Ellipsoid or lumpy, size +-15 %, mass 20 to 40 g, +-10 mm to each side, any yaw."""
-        scale, lumpy, mass_kg = rng.uniform(0.85, 1.15), bool(rng.integers(2)), rng.uniform(0.02, 0.04)
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation=(
+                f"Ellipsoid or lumpy, size +-{100 * (SIZE_FACTOR[1] - 1):g} %, mass {span(MASS_KG, 1000)} g, "
+                f"+-{1000 * OFFSET_M:g} mm to each side, any yaw."
+            ),
+            progress=LIFT_PROGRESS,
+            success=f"Raised at least {RAISED_M:.2f} m.",
+            violation="Contacts beyond half of what the object bears.",
+            failure="The object is broken.",
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        scale, lumpy, mass_kg = rng.uniform(*SIZE_FACTOR), bool(rng.integers(2)), rng.uniform(*MASS_KG)
         half_m = scale * HALF_AXES_M
         # the long axis lies along the body's y
         inertia = (
@@ -66,7 +81,7 @@ class DelicateGrasping(Lifting):
             / 5
             * np.array([half_m[0] ** 2 + half_m[2] ** 2, 2 * half_m[0] ** 2, half_m[0] ** 2 + half_m[2] ** 2])
         )
-        x, y = rng.uniform(-0.01, 0.01, size=2)
+        x, y = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
         half_yaw = rng.uniform(0.0, 2 * np.pi) / 2
         pose = (x, y, TABLE_M + half_m[0], np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw))
         return Variation(
@@ -79,28 +94,24 @@ class DelicateGrasping(Lifting):
             )
         )
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
-        together = readings.contacts("grip").force_n.sum(axis=1) / (3 * self.contact_n)
-        return np.column_stack([super().features(readings, memory), together])
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        together = readings.contacts("grip").force_n.sum(axis=1) / (TOGETHER * self.contact_n)
+        return np.column_stack([super().observe(readings, state), together])
 
     def violation(self, readings: Readings) -> FloatArray:
-        """Contacts beyond half of what the object bears."""
         return excess(self._load(readings), 0.5, full=1.0)
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """Raised at least 0.10 m."""
-        return raised_m(readings, memory) >= RAISED_M
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        return raised_m(readings, state) >= RAISED_M
 
-    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
-        """The object is broken."""
-        del memory
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        del state
         return self._load(readings) >= 1.0
 
     def _load(self, readings: Readings) -> FloatArray:
         """Return the contacts' forces as a share of what the object bears, (n,)."""
         single = readings.peak_contact_n("grip") / self.contact_n
-        return np.maximum(single, readings.peak_contact_n("grip", together=True) / (3 * self.contact_n))
+        return np.maximum(single, readings.peak_contact_n("grip", together=True) / (TOGETHER * self.contact_n))
 
 
 def _lumps(rng: np.random.Generator, scale: float, *, lumpy: bool) -> tuple[Change, ...]:

@@ -7,15 +7,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.locomotion.lane import LANE_HALF_WIDTH_M, LaneTask, in_lane
+from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, in_lane
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
-from aidsr.tasks.task import Memory
+from aidsr.tasks.task import Criteria, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation
 
 GOAL_M = 1.0
 OBSTACLES = 6
 """Boxes and cylinders in turn, as the environment has them."""
+HALF_WIDTH_M = (0.02, 0.03)
 HEIGHT_M = 0.04
 FIELD_M = ((0.35, 1.2), (-0.28, 0.28))
 """Where their middles lie, along and across the lane."""
@@ -25,18 +26,6 @@ NEAREST = 3
 @dataclass(frozen=True)
 class Obstacles(LaneTask):
     """The robot's centre of mass travels a metre between obstacles and stays in the lane.
-
-    | index | feature                                | unit | range       | sensor                                    |
-    |-------|----------------------------------------|------|-------------|-------------------------------------------|
-    | 0     | centre of mass along the lane          | m    | -1 to 5     | com_position, lane_position, lane_forward |
-    | 1     | centre of mass to the left of the lane | m    | -1 to 1     | com_position, lane_position, lane_left    |
-    | 2     | centre of mass over the ground         | m    | 0 to 1      | com_position                              |
-    | 3     | speed along the lane                   | m/s  | -2 to 2     | com_velocity, lane_forward                |
-    | 4     | speed to the left                      | m/s  | -2 to 2     | com_velocity, lane_left                   |
-    | 5     | speed upwards                          | m/s  | -2 to 2     | com_velocity                              |
-    | 6-7   | forward direction, world x and y       |      | -1 to 1     | lane_forward                              |
-    | 8-13  | centre of mass to the three nearest    | m    | -1.5 to 1.5 | com_position, lane_*, (parameters)        |
-    |       | obstacles, along and to the left each  |      |             |                                           |
 
     Source: our choice; obstacles as high as the robots are thick, gaps for one to pass.
     """
@@ -51,6 +40,16 @@ class Obstacles(LaneTask):
         "lane",
         *(f"obstacle_{number}" for number in range(1, OBSTACLES + 1)),
     )
+    features: ClassVar = (
+        *LaneTask.features,
+        Feature(
+            "centre of mass to the three nearest obstacles, along and to the left each",
+            "m",
+            (-1.5, 1.5),
+            "com_position, lane_*, (parameters)",
+            size=6,
+        ),
+    )
     hard: ClassVar = {"gap_m": 0.10}
 
     gap_m: float = 0.15
@@ -58,16 +57,24 @@ class Obstacles(LaneTask):
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
         return (
-            "Travel 1.0 m forward between boxes and cylinders 40 to 60 mm wide and 40 mm high, at least "
-            f"{1000 * self.gap_m:g} mm apart, within 60 s, and stay within 0.3 m to either side of the lane's middle "
-            "line."
+            f"Travel {GOAL_M:.1f} m forward between boxes and cylinders {span(HALF_WIDTH_M, 2000)} mm wide and "
+            f"{1000 * HEIGHT_M:g} mm high, at least {1000 * self.gap_m:g} mm apart, within {self.time_limit_s:g} s, "
+            f"and stay within {LANE_HALF_WIDTH_M:g} m to either side of the lane's middle line."
         )
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Widths and places of the obstacles."""
-        half_m = rng.uniform(0.02, 0.03, size=OBSTACLES)
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation="Widths and places of the obstacles.",
+            progress="Distance travelled forward.",
+            success="A metre forward, and inside the lane.",
+            violation=LEAVES_LANE,
+            failure=OUT_OF_LANE,
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        half_m = rng.uniform(*HALF_WIDTH_M, size=OBSTACLES)
         places = _scatter(rng, half_m, self.gap_m)
         changes: list[Change] = []
         for number, ((x, y), half) in enumerate(zip(places, half_m, strict=True), start=1):
@@ -76,22 +83,19 @@ class Obstacles(LaneTask):
             changes.append(Change("geom_pos", f"obstacle_{number}", (x, y, HEIGHT_M / 2)))
         return Variation(tuple(changes), {"places_m": tuple(places.ravel())})
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         ways = readings.parameters["places_m"].reshape(readings.n, OBSTACLES, 2) - in_lane(readings)[:, None, :2]
         order = np.argsort(np.linalg.norm(ways, axis=2), axis=1)[:, :NEAREST]
         nearest = np.take_along_axis(ways, order[:, :, None], axis=1).reshape(readings.n, -1)
-        return np.column_stack([super().features(readings, memory), nearest])
+        return np.column_stack([super().observe(readings, state), nearest])
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Distance travelled forward."""
-        return share(in_lane(readings)[:, 0] - memory["start"][:, 0], GOAL_M)
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        return share(in_lane(readings)[:, 0] - state["start"][:, 0], GOAL_M)
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """A metre forward, and inside the lane."""
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         there = in_lane(readings)
         inside = np.abs(there[:, 1]) < LANE_HALF_WIDTH_M
-        return (there[:, 0] - memory["start"][:, 0] >= GOAL_M) & inside
+        return (there[:, 0] - state["start"][:, 0] >= GOAL_M) & inside
 
 
 def _scatter(rng: np.random.Generator, half_m: FloatArray, gap_m: float) -> FloatArray:

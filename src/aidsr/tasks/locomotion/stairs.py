@@ -7,16 +7,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.locomotion.lane import LANE_HALF_WIDTH_M, LaneTask, box_between, in_lane
+from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
-from aidsr.tasks.task import Edits, Memory
+from aidsr.tasks.task import Criteria, Edits, Feature, TaskState
 from aidsr.tasks.variation import Change, Variation
 
 FIRST_EDGE_M = 0.4
 """Where the first step begins: a robot of the usual size starts clear of it."""
 STEPS = 3
 TREAD_M = 0.15
+RISE_M = 0.02
+SIZE_FACTOR = (0.8, 1.2)
 LANDING_M = 1.0
 CLIMBED = 0.8
 """Share of the whole rise that counts as being up."""
@@ -25,18 +27,6 @@ CLIMBED = 0.8
 @dataclass(frozen=True)
 class Stairs(LaneTask):
     """The robot's centre of mass gets past the third edge and stays up there.
-
-    | index | feature                                | unit | range       | sensor                                    |
-    |-------|----------------------------------------|------|-------------|-------------------------------------------|
-    | 0     | centre of mass along the lane          | m    | -1 to 5     | com_position, lane_position, lane_forward |
-    | 1     | centre of mass to the left of the lane | m    | -1 to 1     | com_position, lane_position, lane_left    |
-    | 2     | centre of mass over the ground         | m    | 0 to 1      | com_position                              |
-    | 3     | speed along the lane                   | m/s  | -2 to 2     | com_velocity, lane_forward                |
-    | 4     | speed to the left                      | m/s  | -2 to 2     | com_velocity, lane_left                   |
-    | 5     | speed upwards                          | m/s  | -2 to 2     | com_velocity                              |
-    | 6-7   | forward direction, world x and y       |      | -1 to 1     | lane_forward                              |
-    | 8     | tread, 1 = 0.15 m                      |      | 0.8 to 1.2  | (parameters)                              |
-    | 9     | rise, 1 = 20 mm                        |      | 0.8 to 1.8  | (parameters)                              |
 
     Source: our choice, after EvoGym's terrains (risers of 0.2 body lengths; Bhatia et al. 2021), eased to what random
     gaits of good bodies climb in a third of their tries.
@@ -47,54 +37,65 @@ class Stairs(LaneTask):
     hold_s: ClassVar = 1.0
     stages: ClassVar = ((0.2, "before the stairs"), (0.5, "on the stairs"), (1.0, "past the last edge"))
     required_names: ClassVar = ("mount", "ground", "lane", "step_1", "step_2", "step_3")
+    features: ClassVar = (
+        *LaneTask.features,
+        Feature(f"tread, 1 = {TREAD_M:g} m", "", (0.8, 1.2), "(parameters)"),
+        Feature(f"rise, 1 = {1000 * RISE_M:g} mm", "", (0.8, 1.8), "(parameters)"),
+    )
     hard: ClassVar = {"rise_m": 0.03}
 
-    rise_m: float = 0.02
+    rise_m: float = RISE_M
     """Height of a step [m]."""
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
         return (
-            f"Climb three steps, each about {1000 * self.rise_m:g} mm high and 0.15 m deep, that begin 0.4 m ahead, "
-            "and stay for 1 s beyond the third edge."
+            f"Climb three steps, each about {1000 * self.rise_m:g} mm high and {TREAD_M:g} m deep, that begin "
+            f"{FIRST_EDGE_M:g} m ahead, and stay for {self.hold_s:g} s beyond the third edge."
         )
 
     @property
     def edits(self) -> Edits:
-        """See `Task`."""
         boxes = self._steps(self.rise_m, TREAD_M)
         return {f"geom/{box.name}": {box.field.removeprefix("geom_"): box.value} for box in boxes}
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Rise and tread +-20 %."""
-        rise_m, tread_m = self.rise_m * rng.uniform(0.8, 1.2), TREAD_M * rng.uniform(0.8, 1.2)
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation=f"Rise and tread +-{100 * (SIZE_FACTOR[1] - 1):g} %.",
+            progress=(
+                "Nine tenths for the way to the third edge, one for height: for more, policies stand tall and stay."
+            ),
+            success="Past the third edge, up by four fifths of all steps, and not off the side.",
+            violation=LEAVES_LANE,
+            failure=OUT_OF_LANE,
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        rise_m, tread_m = self.rise_m * rng.uniform(*SIZE_FACTOR), TREAD_M * rng.uniform(*SIZE_FACTOR)
         return Variation(self._steps(rise_m, tread_m), {"rise_m": (rise_m,), "tread_m": (tread_m,)})
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
-        tread, rise = readings.parameters["tread_m"] / TREAD_M, readings.parameters["rise_m"] / 0.02
-        return np.column_stack([super().features(readings, memory), tread, rise])
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        tread, rise = readings.parameters["tread_m"] / TREAD_M, readings.parameters["rise_m"] / RISE_M
+        return np.column_stack([super().observe(readings, state), tread, rise])
 
-    def begin(self, readings: Readings) -> Memory:
+    def reset_state(self, readings: Readings) -> TaskState:
         """Where the centre of mass starts."""
         there = in_lane(readings)
         return {"start": there[:, 0], "lowest": there[:, 2]}
 
-    def remember(self, readings: Readings, memory: Memory) -> Memory:
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         """The lowest height of the centre of mass: a body that sinks down at first does not have to rise again."""
-        return {"start": memory["start"], "lowest": np.minimum(memory["lowest"], in_lane(readings)[:, 2])}
+        return {"start": state["start"], "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Nine tenths for the way to the third edge, one for height: for more, policies stand tall and stay."""
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         there, last_edge_m = in_lane(readings), _last_edge_m(readings)
-        way = share(there[:, 0] - memory["start"], last_edge_m - memory["start"])
-        return 0.9 * way + 0.1 * share(there[:, 2] - memory["lowest"], _climb_m(readings))
+        way = share(there[:, 0] - state["start"], last_edge_m - state["start"])
+        return 0.9 * way + 0.1 * share(there[:, 2] - state["lowest"], _climb_m(readings))
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """Past the third edge, up by four fifths of all steps, and not off the side."""
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         there = in_lane(readings)
-        up = there[:, 2] - memory["lowest"] >= _climb_m(readings)
+        up = there[:, 2] - state["lowest"] >= _climb_m(readings)
         return (there[:, 0] > _last_edge_m(readings)) & up & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
 
     def _steps(self, rise_m: float, tread_m: float) -> tuple[Change, ...]:

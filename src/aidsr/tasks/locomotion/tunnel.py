@@ -8,31 +8,31 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.locomotion.bent_tunnel import ENTRANCE_M, LENGTH_M, along_tunnel_m, tunnel_changes
-from aidsr.tasks.locomotion.lane import LaneTask, outline_in_lane
+from aidsr.tasks.locomotion.base import OUT_OF_LANE, LaneTask, box_between, outline_in_lane
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess, share
-from aidsr.tasks.task import Edits, Memory
+from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation
+
+ENTRANCE_M = 0.35
+"""Where the tunnel begins: a robot of the usual size starts clear of it."""
+LENGTH_M = 0.60
+HALF_LENGTH_M = LENGTH_M / 2
+HALF_WIDTH_M = 0.06
+"""Half of the inner width."""
+WALL_M = 0.008
+PORTAL_M = (0.6, 0.3)
+"""Half width and height of the wall around the entrance."""
+BEND_DEG = 25.0
+HEIGHT_M = 0.10
+HEIGHT_FACTOR = (0.9, 1.1)
+FRICTION = (0.6, 1.2)
+MAX_WALL_N = 20.0
 
 
 @dataclass(frozen=True)
 class Tunnel(LaneTask):
     """The whole robot comes out of the tunnel's far end.
-
-    | index | feature                                | unit | range       | sensor                                    |
-    |-------|----------------------------------------|------|-------------|-------------------------------------------|
-    | 0     | centre of mass along the lane          | m    | -1 to 5     | com_position, lane_position, lane_forward |
-    | 1     | centre of mass to the left of the lane | m    | -1 to 1     | com_position, lane_position, lane_left    |
-    | 2     | centre of mass over the ground         | m    | 0 to 1      | com_position                              |
-    | 3     | speed along the lane                   | m/s  | -2 to 2     | com_velocity, lane_forward                |
-    | 4     | speed to the left                      | m/s  | -2 to 2     | com_velocity, lane_left                   |
-    | 5     | speed upwards                          | m/s  | -2 to 2     | com_velocity                              |
-    | 6-7   | forward direction, world x and y       |      | -1 to 1     | lane_forward                              |
-    | 8     | rearmost part along the tunnel         | m    | -1 to 1.5   | (outline)                                 |
-    | 9     | foremost part along the tunnel         | m    | -1 to 1.5   | (outline)                                 |
-    | 10    | bend, to the left                      | rad  | -0.44 to 0.44 | (parameters)                            |
-    | 11    | height, 1 = 0.10 m                     |      | 0.6 to 1.1  | (parameters)                              |
 
     Source: our choice, after EvoGym's caves (0.6 to 1.2 body lengths high; Bhatia et al. 2021).
     """
@@ -47,57 +47,70 @@ class Tunnel(LaneTask):
         *LaneTask.sensors,
         TaskSensor(name="wall_contacts", quantity="contacts", target="tunnel", slots=16),
     )
+    features: ClassVar = (
+        *LaneTask.features,
+        Feature("rearmost part along the tunnel", "m", (-1, 1.5), "(outline)"),
+        Feature("foremost part along the tunnel", "m", (-1, 1.5), "(outline)"),
+        Feature("bend, to the left", "rad", (-0.44, 0.44), "(parameters)"),
+        Feature(f"height, 1 = {HEIGHT_M:.2f} m", "", (0.6, 1.1), "(parameters)"),
+    )
     hard: ClassVar = {"height_m": 0.07}
 
-    height_m: float = 0.10
+    height_m: float = HEIGHT_M
     """Height of the tunnel [m]; an episode has 10 % more or less."""
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
         return (
-            f"Get through a tunnel, 0.12 m wide, about {self.height_m:g} m high and 0.6 m long, that begins 0.35 m "
-            "ahead and turns by up to 25 degrees in the middle, until the whole body is out of its far end."
+            f"Get through a tunnel, {2 * HALF_WIDTH_M:g} m wide, about {self.height_m:g} m high and {LENGTH_M:g} m "
+            f"long, that begins {ENTRANCE_M:g} m ahead and turns by up to {BEND_DEG:g} degrees in the middle, until "
+            "the whole body is out of its far end."
         )
 
     @property
     def edits(self) -> Edits:
-        """See `Task`."""
         boxes = tunnel_changes(0.0, self.height_m)
         return {f"geom/{box.name}": {box.field.removeprefix("geom_"): box.value} for box in boxes}
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Bend up to 25 deg to either side, height +-10 %, friction of the ground 0.6 to 1.2."""
-        bend_rad = float(np.deg2rad(rng.uniform(-25.0, 25.0)))
-        height_m = self.height_m * rng.uniform(0.9, 1.1)
-        friction = Change("geom_friction", "ground", (rng.uniform(0.6, 1.2), 0.005, 0.0001))
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation=(
+                f"Bend up to {BEND_DEG:g} deg to either side, height +-{100 * (HEIGHT_FACTOR[1] - 1):g} %, friction of "
+                f"the ground {span(FRICTION)}."
+            ),
+            progress="Way of the rearmost part to the far end.",
+            success="The whole body is out of the far end.",
+            violation=f"A mean force of more than {MAX_WALL_N:g} N on the walls.",
+            failure=OUT_OF_LANE,
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        bend_rad = float(np.deg2rad(rng.uniform(-BEND_DEG, BEND_DEG)))
+        height_m = self.height_m * rng.uniform(*HEIGHT_FACTOR)
+        friction = Change("geom_friction", "ground", (rng.uniform(*FRICTION), *FRICTION_ELSE))
         parameters = {"bend_rad": (bend_rad,), "height_m": (height_m,)}
         return Variation((*tunnel_changes(bend_rad, height_m), friction), parameters)
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         along_m = _outline_along_m(readings)
         ends = [_rear_m(readings), (along_m + readings.body.radius_m).max(axis=1)]
-        height = readings.parameters["height_m"] / 0.10
-        base = super().features(readings, memory)
+        height = readings.parameters["height_m"] / HEIGHT_M
+        base = super().observe(readings, state)
         return np.column_stack([base, *ends, readings.parameters["bend_rad"], height])
 
-    def begin(self, readings: Readings) -> Memory:
-        """Where the rearmost part starts."""
+    def reset_state(self, readings: Readings) -> TaskState:
         return {"rear": _rear_m(readings)}
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Way of the rearmost part to the far end."""
-        return share(_rear_m(readings) - memory["rear"], LENGTH_M - memory["rear"])
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        return share(_rear_m(readings) - state["rear"], LENGTH_M - state["rear"])
 
     def violation(self, readings: Readings) -> FloatArray:
-        """A mean force of more than 20 N on the walls."""
         force_n = readings.peak_contact_n("wall_contacts", mean_over_s=self.control_dt_s, together=True)
-        return excess(force_n, 20.0)
+        return excess(force_n, MAX_WALL_N)
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """The whole body is out of the far end."""
-        del memory
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        del state
         return _rear_m(readings) >= LENGTH_M
 
 
@@ -110,3 +123,54 @@ def _outline_along_m(readings: Readings) -> FloatArray:
 def _rear_m(readings: Readings) -> FloatArray:
     """Return where the rearmost part is along the tunnel, (n,) [m]."""
     return np.asarray((_outline_along_m(readings) - readings.body.radius_m).min(axis=1))
+
+
+def tunnel_changes(bend_rad: float, height_m: float) -> tuple[Change, ...]:
+    """Return the changes that give the tunnel a bend, positive to the left, and a height."""
+    # a wall on the outside of the bend has to be longer for the halves to meet
+    longer_m = (HALF_WIDTH_M + WALL_M / 2) * np.tan(bend_rad / 2)
+    outer_m, top_m, (wide_m, high_m) = HALF_WIDTH_M + WALL_M, height_m + WALL_M, PORTAL_M
+    turn = (np.cos(bend_rad / 2), 0.0, 0.0, np.sin(bend_rad / 2))
+    changes = [
+        *box_between("portal_left", (-WALL_M, HALF_WIDTH_M, 0.0), (0.0, wide_m, high_m)),
+        *box_between("portal_right", (-WALL_M, -wide_m, 0.0), (0.0, -HALF_WIDTH_M, high_m)),
+        *box_between("portal_top", (-WALL_M, -HALF_WIDTH_M, height_m), (0.0, HALF_WIDTH_M, high_m)),
+        *box_between("left_1", (0.0, HALF_WIDTH_M, 0.0), (HALF_LENGTH_M - longer_m, outer_m, height_m)),
+        *box_between("right_1", (0.0, -outer_m, 0.0), (HALF_LENGTH_M + longer_m, -HALF_WIDTH_M, height_m)),
+        *box_between("roof_1", (0.0, -outer_m, height_m), (HALF_LENGTH_M + abs(longer_m), outer_m, top_m)),
+    ]
+    second = [
+        *box_between("left_2", (longer_m, HALF_WIDTH_M, 0.0), (HALF_LENGTH_M, outer_m, height_m)),
+        *box_between("right_2", (-longer_m, -outer_m, 0.0), (HALF_LENGTH_M, -HALF_WIDTH_M, height_m)),
+        *box_between("roof_2", (-abs(longer_m), -outer_m, height_m), (HALF_LENGTH_M, outer_m, top_m)),
+    ]
+    for change in second:
+        if change.field == "geom_pos":
+            x, y, z = change.value
+            place = (
+                HALF_LENGTH_M + x * np.cos(bend_rad) - y * np.sin(bend_rad),
+                x * np.sin(bend_rad) + y * np.cos(bend_rad),
+                z,
+            )
+            changes += [Change("geom_pos", change.name, place), Change("geom_quat", change.name, turn)]
+        else:
+            changes.append(change)
+    return tuple(changes)
+
+
+def along_tunnel_m(point_m: FloatArray, bend_rad: FloatArray) -> FloatArray:
+    """Return how far points are along the tunnel's middle line, (n, p) [m].
+
+    Before the entrance it is the distance to its middle, negative: a body that turns sideways in front of it comes no
+    nearer.
+
+    Args:
+        point_m: Level points seen from the entrance, along and to the left, (n, p, 2) [m].
+        bend_rad: The bends, (n, 1) [rad].
+    """
+    x, y = point_m[:, :, 0] - HALF_LENGTH_M, point_m[:, :, 1]
+    beyond = x * np.cos(bend_rad) + y * np.sin(bend_rad)
+    # the halves meet in the plane that cuts their angle in two
+    second = x * np.cos(bend_rad / 2) + y * np.sin(bend_rad / 2) > 0.0
+    along = np.where(second, HALF_LENGTH_M + beyond, point_m[:, :, 0])
+    return np.where(along < 0.0, -np.linalg.norm(point_m, axis=2), along)

@@ -8,39 +8,33 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.manipulation.drawers import (
-    ALL_STAGES,
-    DRAWERS,
-    OPEN_M,
-    SHUT_M,
-    STAGES,
-    nearness,
-    openings_m,
-    staged,
-    to_be_shut,
-    wanted,
-)
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
-from aidsr.tasks.shaping import excess
-from aidsr.tasks.task import Edits, Memory, Task
+from aidsr.tasks.shaping import approach, excess, share
+from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState
 from aidsr.tasks.variation import Change, Variation
 
+DRAWERS = ("drawer_1", "drawer_2", "drawer_3")
+STAGES = 4
+"""Of each drawer: approach, hold, pull, push back."""
+ALL_STAGES = STAGES * len(DRAWERS)
+OPEN_M = 0.06
+SHUT_M = 0.01
+FULLY_OPEN_M = 0.10
+"""Where the environment's joints end."""
+NEAR_SHARE = 0.3
+"""Of pulling and pushing. Our choice."""
+BEHIND_M = np.array([0.012, 0.0, 0.0])
+"""From the middle of a handle's bar to where it is pulled from, into the cabinet [m]. Our choice: policies that pulled
+had their functional part 7 to 10 mm behind the bar's middle."""
 NEAR_M = 0.03
+"""A handle this near has been approached."""
+FRICTION_FACTOR = (0.5, 2.0)
+MAX_FORCE_N = 40.0
 
 
 @dataclass(frozen=True)
 class DrawerOpening(Task):
     """Twelve stages: each drawer in its turn is approached, held, pulled open and pushed shut.
-
-    | index | feature                                     | unit | range       | sensor                           |
-    |-------|---------------------------------------------|------|-------------|----------------------------------|
-    | 0-2   | functional part to the wanted drawer's handle | m  | -0.8 to 0.8 | drawer_*_position, tip_position  |
-    | 3     | opening of the wanted drawer, 1 = 60 mm     |      | 0 to 1.7    | drawer_*_opening                 |
-    | 4     | force on its handle, 1 = 5 N                |      | 0 to 8      | drawer_*_force                   |
-    | 5     | 1: to be opened, -1: to be shut, or kept so |      | -1 or 1     | (memory)                         |
-    | 6     | base forwards and back                      | m    | -0.1 to 0.1 | base_x_position                  |
-    | 7     | base up and down                            | m    | -0.2 to 0.15 | base_z_position                 |
-    | 8-10  | openings of drawers 1 to 3, 1 = 60 mm       |      | 0 to 1.7    | drawer_*_opening                 |
 
     Source: our choice, after Meta-World's drawer-open (Yu et al. 2019) and ManiSkill's cabinet drawers (75 % open).
     """
@@ -56,65 +50,137 @@ class DrawerOpening(Task):
         TaskSensor(name="tip_position", quantity="position"),
         *(TaskSensor(name=f"{d}_force", quantity="contact_force", target=f"{d}_handle") for d in DRAWERS),
     )
+    features: ClassVar = (
+        Feature(
+            "functional part to the wanted drawer's handle", "m", (-0.8, 0.8), "drawer_*_position, tip_position", size=3
+        ),
+        Feature(f"opening of the wanted drawer, 1 = {1000 * OPEN_M:g} mm", "", (0, 1.7), "drawer_*_opening"),
+        Feature(f"force on its handle, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "drawer_*_force"),
+        Feature("1: to be opened, -1: to be shut, or kept so", "", (-1, 1), "(state)"),
+        Feature("base forwards and back", "m", (-0.1, 0.1), "base_x_position"),
+        Feature("base up and down", "m", (-0.2, 0.15), "base_z_position"),
+        Feature(f"openings of drawers 1 to 3, 1 = {1000 * OPEN_M:g} mm", "", (0, 1.7), "drawer_*_opening", size=3),
+    )
     hard: ClassVar = {"friction_n": 1.5}
 
     friction_n: float = 0.4
-    """Sliding friction of a drawer [N]; an episode has half to twice of it."""
+    """Sliding friction of a drawer [N]; see `FRICTION_FACTOR`."""
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
         return (
             "Open three drawers by their bar handles (12 mm thick, 60 mm wide, 25 mm in front), 0.10, 0.20 and 0.30 "
-            "m above the floor, one after the other in a given order: at least 60 mm out, then back to 10 mm or "
-            f"less, against {self.friction_n:g} N of friction. The mount, 0.25 m before them, moves between floor "
-            "and 0.35 m and 0.10 m to and fro."
+            f"m above the floor, one after the other in a given order: at least {1000 * OPEN_M:g} mm out, then back "
+            f"to {1000 * SHUT_M:g} mm or less, against {self.friction_n:g} N of friction. The mount, 0.25 m before "
+            "them, moves between floor and 0.35 m and 0.10 m to and fro."
         )
 
     @property
     def edits(self) -> Edits:
-        """See `Task`."""
         return {f"joint/{drawer}": {"frictionloss": self.friction_n} for drawer in DRAWERS}
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Order of the drawers, friction of each from half to twice the nominal one."""
-        friction_n = self.friction_n * rng.uniform(0.5, 2.0, size=3)
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation="Order of the drawers, friction of each from half to twice the nominal one.",
+            progress=(
+                "Stages done, and the share of the present one; after the last one its share is that of all being "
+                "shut. A part of pulling and pushing is to be near the handle, in pulling behind its bar, so that a "
+                "robot that has lost it gains by going back."
+            ),
+            success="All twelve stages are done and all drawers are shut.",
+            violation=f"More than {MAX_FORCE_N:g} N on a handle.",
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        friction_n = self.friction_n * rng.uniform(*FRICTION_FACTOR, size=3)
         changes = tuple(Change("dof_frictionloss", d, (f,)) for d, f in zip(DRAWERS, friction_n, strict=True))
         return Variation(changes, {"order": tuple(float(drawer) for drawer in rng.permutation(3))})
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
-        to_handle, opening_m, force_n = wanted(readings, memory)
-        turn = [opening_m / OPEN_M, force_n / 5.0, np.where(to_be_shut(memory), -1.0, 1.0)]
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        to_handle, opening_m, force_n = wanted(readings, state)
+        turn = [opening_m / OPEN_M, force_n / FORCE_SCALE_N, np.where(to_be_shut(state), -1.0, 1.0)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
         return np.column_stack([to_handle, *turn, *base_m, openings_m(readings) / OPEN_M])
 
-    def begin(self, readings: Readings) -> Memory:
-        """No stage is done."""
+    def reset_state(self, readings: Readings) -> TaskState:
         return {"stage": np.zeros(readings.n)}
 
-    def remember(self, readings: Readings, memory: Memory) -> Memory:
-        """Pass, in order, every stage of the wanted drawer whose goal is reached."""
-        to_handle, opening_m, force_n = wanted(readings, memory)
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        # in order, every stage of the wanted drawer whose goal is reached
+        to_handle, opening_m, force_n = wanted(readings, state)
         arrived, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
-        stage, first = memory["stage"], memory["stage"] // STAGES * STAGES
+        stage, first = state["stage"], state["stage"] // STAGES * STAGES
         for done, reached in enumerate((arrived | touched, touched, opening_m >= OPEN_M, opening_m <= SHUT_M)):
             stage = np.where((stage == first + done) & reached & (stage < ALL_STAGES), stage + 1, stage)
         return {"stage": stage}
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Stages done, and the share of the present one; after the last one its share is that of all being shut.
-
-        A part of pulling and pushing is to be near the handle, in pulling behind its bar, so that a robot that has lost
-        it gains by going back.
-        """
-        to_handle, opening_m, _ = wanted(readings, memory)
-        return staged(memory, nearness(memory, to_handle), opening_m, openings_m(readings).max(axis=1))
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        to_handle, opening_m, _ = wanted(readings, state)
+        return staged(state, nearness(state, to_handle), opening_m, openings_m(readings).max(axis=1))
 
     def violation(self, readings: Readings) -> FloatArray:
-        """More than 40 N on a handle."""
-        return excess(np.max([readings.peak_force_n(f"{drawer}_force") for drawer in DRAWERS], axis=0), 40.0)
+        return excess(np.max([readings.peak_force_n(f"{drawer}_force") for drawer in DRAWERS], axis=0), MAX_FORCE_N)
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """All twelve stages are done and all drawers are shut."""
-        return (memory["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        return (state["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
+
+
+def openings_m(readings: Readings) -> FloatArray:
+    """Return how far the drawers are open, (n, 3) [m]."""
+    return np.column_stack([readings[f"{drawer}_opening"] for drawer in DRAWERS])
+
+
+def wanted(readings: Readings, state: TaskState) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return, of the drawer in turn, functional part to handle (n, 3), opening (n,) and force on the handle (n,).
+
+    After the last stage it is the one that is farthest open, because all have to be shut.
+    """
+    row, opened_m = np.arange(readings.n), openings_m(readings)
+    turn = np.minimum(state["stage"] // STAGES, len(DRAWERS) - 1).astype(np.intp)
+    in_turn = readings.parameters["order"][row, turn].astype(np.intp)
+    drawer = np.where(state["stage"] >= ALL_STAGES, opened_m.argmax(axis=1), in_turn)
+    handles_m = np.stack([readings[f"{name}_position"] for name in DRAWERS], axis=1)
+    forces_n = np.column_stack([readings.force_n(f"{name}_force") for name in DRAWERS])
+    return handles_m[row, drawer] - readings["tip_position"], opened_m[row, drawer], forces_n[row, drawer]
+
+
+def to_be_shut(state: TaskState) -> BoolArray:
+    """Return whether the wanted drawer has to be shut, or kept shut, and not opened, (n,)."""
+    return np.asarray((state["stage"] % STAGES == STAGES - 1) | (state["stage"] >= ALL_STAGES))
+
+
+def nearness(state: TaskState, to_handle: FloatArray) -> FloatArray:
+    """Return how near the functional part is to where it is wanted, 0 to 1, (n,): at the handle; to pull, behind it.
+
+    Args:
+        state: Holds the stage.
+        to_handle: From the functional part to the wanted handle, (n, 3) [m].
+    """
+    to_be_pulled = (state["stage"] % STAGES == STAGES - 2) & (state["stage"] < ALL_STAGES)
+    return approach(np.linalg.norm(to_handle + to_be_pulled[:, None] * BEHIND_M, axis=1))
+
+
+def staged(state: TaskState, near: FloatArray, opening_m: FloatArray, widest_m: FloatArray) -> FloatArray:
+    """Return the share of all stages that is done, the present one in part, 0 to 1, (n,).
+
+    Args:
+        state: Holds the stage.
+        near: See `nearness`, (n,).
+        opening_m: Opening of the wanted drawer, (n,).
+        widest_m: Opening of the drawer that is farthest open, (n,).
+    """
+    stage, last = state["stage"], ALL_STAGES - 1
+    shares = (near, near, _begun(near, share(opening_m, OPEN_M)), _begun(near, _shut(opening_m)))
+    present = np.choose((stage % STAGES).astype(np.intp), shares)
+    return np.asarray(np.where(stage > last, last + _shut(widest_m), stage + present) / ALL_STAGES)
+
+
+def _begun(near: FloatArray, way: FloatArray) -> FloatArray:
+    """Return how far a drawer is moved; being near its handle is worth `NEAR_SHARE`, until as much is done."""
+    return np.asarray(NEAR_SHARE * np.maximum(near, way) + (1.0 - NEAR_SHARE) * way)
+
+
+def _shut(opening_m: FloatArray) -> FloatArray:
+    """Return how far drawers are shut, counted from where they end: what was pulled too far earns from the first mm."""
+    return 1.0 - share(opening_m - SHUT_M, FULLY_OPEN_M - SHUT_M)

@@ -6,15 +6,25 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.manipulation.cells import STEADY, WALL_M, brushed, cell_of, done, in_band, steady, to_wanted_m
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
-from aidsr.tasks.task import Memory, Task
+from aidsr.tasks.task import Criteria, Feature, Task, TaskState
 from aidsr.tasks.variation import Change, Variation
 
 CENTER_M = (0.0, 0.25, 0.30)
+OFFSET_M, TILT_DEG = 0.015, 5.0
+WALL_M = 0.30
+"""Width and height of the wall."""
+BAND_N = (0.3, 1.0)
+"""Strong enough to brush and too weak to scratch."""
+STEADY = 0.6
+"""Share of the time in contact in which the force has to be in the band."""
+STROKE_S = 0.1
+"""A cell is brushed when the force has been in the band on it for this long."""
+MAX_FORCE_N = 3.0
 NEAR_M = 0.2
 """Scale on which coming to the wanted cell is worth something: cells lie up to 0.24 m apart."""
 
@@ -22,17 +32,6 @@ NEAR_M = 0.2
 @dataclass(frozen=True)
 class ForceControlledBrushing(Task):
     """The functional part goes over a wall cell by cell, row by row from the top, with a force in a narrow band.
-
-    | index | feature                                    | unit | range       | sensor                       |
-    |-------|--------------------------------------------|------|-------------|------------------------------|
-    | 0-2   | functional part to the wanted cell         | m    | -0.8 to 0.8 | wall_*, tip_position, (memory) |
-    | 3-5   | outward direction of the wall              |      | -1 to 1     | wall_back                    |
-    | 6     | force on the wall, 1 = 1 N                 |      | 0 to 40     | brush_contacts               |
-    | 7     | 1 while the force is in the band           |      | 0 or 1      | brush_contacts               |
-    | 8     | share of cells brushed                     |      | 0 to 1      | (memory)                     |
-    | 9     | share of the contact time in the band      |      | 0 to 1      | (memory)                     |
-    | 10    | base sideways                              | m    | -0.1 to 0.1 | base_x_position              |
-    | 11    | base up and down                           | m    | -0.1 to 0.1 | base_z_position              |
 
     Source: our choice, after robosuite's Wipe (force window and coverage; Zhu et al. 2020).
     """
@@ -49,6 +48,16 @@ class ForceControlledBrushing(Task):
         TaskSensor(name="brush_contacts", quantity="contacts", target="wall", part="functional_part", slots=4),
         TaskSensor(name="robot_contacts", quantity="contacts", target="wall", slots=8),
     )
+    features: ClassVar = (
+        Feature("functional part to the wanted cell", "m", (-0.8, 0.8), "wall_*, tip_position, (state)", size=3),
+        Feature("outward direction of the wall", "", (-1, 1), "wall_back", size=3),
+        Feature("force on the wall, 1 = 1 N", "", (0, 40), "brush_contacts"),
+        Feature("1 while the force is in the band", "", (0, 1), "brush_contacts"),
+        Feature("share of cells brushed", "", (0, 1), "(state)"),
+        Feature("share of the contact time in the band", "", (0, 1), "(state)"),
+        Feature("base sideways", "m", (-0.1, 0.1), "base_x_position"),
+        Feature("base up and down", "m", (-0.1, 0.1), "base_z_position"),
+    )
     hard: ClassVar = {"cells_a_side": 10, "coverage": 0.9}
 
     cells_a_side: int = 5
@@ -57,63 +66,130 @@ class ForceControlledBrushing(Task):
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
         n, size_mm = self.cells_a_side, 1000 * WALL_M / self.cells_a_side
         return (
-            "Brush an upright wall of 0.3 x 0.3 m: the functional part, whose contact alone counts, has to press on at "
-            f"least {100 * self.coverage:g} % of its {n} x {n} cells ({size_mm:g} mm each) with 0.3 to 1.0 N for 0.1 s "
-            "each and stay in that range for 60 % of its time in contact; no part of the robot may press with more "
-            "than 3 N. The mount faces the wall's middle from 0.25 m and moves 0.10 m up, down and to either side."
+            f"Brush an upright wall of {WALL_M:g} x {WALL_M:g} m: the functional part, whose contact alone counts, has "
+            f"to press on at least {100 * self.coverage:g} % of its {n} x {n} cells ({size_mm:g} mm each) with "
+            f"{BAND_N[0]:.1f} to {BAND_N[1]:.1f} N for {STROKE_S:g} s each and stay in that range for "
+            f"{100 * STEADY:g} % of its time in contact; no part of the robot may press with more than "
+            f"{MAX_FORCE_N:g} N. The mount faces the wall's middle from {CENTER_M[1]:g} m and moves 0.10 m up, down "
+            "and to either side."
         )
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Wall +-15 mm nearer or farther, tilted by up to +-5 deg about both of its edges."""
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation=(
+                f"Wall +-{1000 * OFFSET_M:g} mm nearer or farther, tilted by up to +-{TILT_DEG:g} deg about both of "
+                "its edges."
+            ),
+            progress=(
+                "Cells brushed in order, weighted by how steady the force was; a twentieth for coming to the wanted "
+                "cell."
+            ),
+            success="Enough cells are brushed, with the force in the band most of the time.",
+            violation=f"A peak of more than {MAX_FORCE_N:g} N.",
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, y, z = CENTER_M
-        tip, turn = np.deg2rad(rng.uniform(-5.0, 5.0, size=2)) / 2
+        tip, turn = np.deg2rad(rng.uniform(-TILT_DEG, TILT_DEG, size=2)) / 2
         tipped, turned = (np.cos(tip), np.sin(tip)), (np.cos(turn), np.sin(turn))
         tilt = (tipped[0] * turned[0], tipped[1] * turned[0], tipped[1] * turned[1], tipped[0] * turned[1])
-        place = Change("body_pos", "wall", (x, y + rng.uniform(-0.015, 0.015), z))
+        place = Change("body_pos", "wall", (x, y + rng.uniform(-OFFSET_M, OFFSET_M), z))
         return Variation((place, Change("body_quat", "wall", tilt)))
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         force_n = self._force_n(readings)
-        brushing = [force_n, in_band(force_n), brushed(memory).mean(axis=1), steady(memory)]
+        brushing = [force_n, in_band(force_n), brushed(state).mean(axis=1), steady(state)]
         base_m = [readings["base_x_position"], readings["base_z_position"]]
         return np.column_stack(
-            [to_wanted_m(readings, memory, self.cells_a_side), -readings["wall_back"], *brushing, *base_m]
+            [to_wanted_m(readings, state, self.cells_a_side), -readings["wall_back"], *brushing, *base_m]
         )
 
-    def begin(self, readings: Readings) -> Memory:
-        """Nothing is brushed."""
+    def reset_state(self, readings: Readings) -> TaskState:
         cells = np.zeros((readings.n, self.cells_a_side**2))
         return {"cells_s": cells, "band_s": np.zeros(readings.n), "contact_s": np.zeros(readings.n)}
 
-    def remember(self, readings: Readings, memory: Memory) -> Memory:
-        """Time in the band for each cell and in all, and time in contact."""
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         force_n, dt = self._force_n(readings), self.control_dt_s
         band = in_band(force_n)
         touched = cell_of(readings, readings.contacts("brush_contacts").position_m[:, 0], self.cells_a_side)
-        cells_s = memory["cells_s"].copy()
+        cells_s = state["cells_s"].copy()
         cells_s[np.arange(readings.n), touched] += dt * band
-        contact_s = memory["contact_s"] + dt * (force_n > TOUCH_N)
-        return {"cells_s": cells_s, "band_s": memory["band_s"] + dt * band, "contact_s": contact_s}
+        contact_s = state["contact_s"] + dt * (force_n > TOUCH_N)
+        return {"cells_s": cells_s, "band_s": state["band_s"] + dt * band, "contact_s": contact_s}
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Cells brushed in order, weighted by how steady the force was; a twentieth for coming to the wanted cell."""
-        covered = done(memory, self.coverage) * share(steady(memory), STEADY)
-        near = closeness(np.linalg.norm(to_wanted_m(readings, memory, self.cells_a_side), axis=1), margin=NEAR_M)
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        covered = done(state, self.coverage) * share(steady(state), STEADY)
+        near = closeness(np.linalg.norm(to_wanted_m(readings, state, self.cells_a_side), axis=1), margin=NEAR_M)
         return 0.95 * covered + 0.05 * np.where(covered < 1.0, near, 1.0)
 
     def violation(self, readings: Readings) -> FloatArray:
-        """A peak of more than 3 N."""
-        return excess(readings.peak_contact_n("robot_contacts", together=True), 3.0)
+        return excess(readings.peak_contact_n("robot_contacts", together=True), MAX_FORCE_N)
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """Enough cells are brushed, with the force in the band most of the time."""
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         del readings
-        return np.asarray((brushed(memory).mean(axis=1) >= self.coverage) & (steady(memory) >= STEADY))
+        return np.asarray((brushed(state).mean(axis=1) >= self.coverage) & (steady(state) >= STEADY))
 
     def _force_n(self, readings: Readings) -> FloatArray:
         """Return the mean force of the functional part on the wall over a control step, (n,) [N]."""
         return readings.peak_contact_n("brush_contacts", mean_over_s=self.control_dt_s, together=True)
+
+
+def in_band(force_n: FloatArray) -> BoolArray:
+    """Return whether forces are strong enough to brush and too weak to scratch."""
+    return (force_n >= BAND_N[0]) & (force_n <= BAND_N[1])
+
+
+def brushed(state: TaskState) -> BoolArray:
+    """Return which cells are brushed, (n, cells)."""
+    return state["cells_s"] >= STROKE_S
+
+
+def in_order(state: TaskState) -> FloatArray:
+    """Return how many cells are brushed before the first one that is not, (n,)."""
+    return np.asarray(np.cumprod(brushed(state), axis=1).sum(axis=1), dtype=np.float64)
+
+
+def done(state: TaskState, coverage: float) -> FloatArray:
+    """Return the share of the cells asked for that are brushed in order, 1 where enough are in any order, (n,).
+
+    Cells out of order count when their turn comes: otherwise policies brush what lies next to where they begin and are
+    left in a corner.
+    """
+    enough = brushed(state).mean(axis=1) >= coverage
+    return np.where(enough, 1.0, share(in_order(state), coverage * brushed(state).shape[1]))
+
+
+def steady(state: TaskState) -> FloatArray:
+    """Return the share of the contact time in which the force was in the band, 0 before any contact, (n,)."""
+    return state["band_s"] / np.maximum(state["contact_s"], 1e-9)
+
+
+def cell_of(readings: Readings, point_m: FloatArray, a_side: int) -> NDArray[np.intp]:
+    """Return the number, in the order of brushing, of the cell that a world point lies on or beside, (n,)."""
+    from_middle = point_m - readings["wall_position"]
+    right_m = np.einsum("nk,nk->n", from_middle, readings["wall_right"])
+    down_m = -np.einsum("nk,nk->n", from_middle, readings["wall_up"])
+    column, row = (_index(way_m, a_side) for way_m in (right_m, down_m))
+    return row * a_side + np.where(row % 2 == 0, column, a_side - 1 - column)
+
+
+def _cell_center_m(readings: Readings, number: NDArray[np.intp], a_side: int) -> FloatArray:
+    """Return the world positions of the middles of cells, (n, 3) [m]."""
+    row, place = number // a_side, number % a_side
+    column = np.where(row % 2 == 0, place, a_side - 1 - place)
+    right_m, down_m = ((index + 0.5) * WALL_M / a_side - WALL_M / 2 for index in (column, row))
+    across = right_m[:, None] * readings["wall_right"] - down_m[:, None] * readings["wall_up"]
+    return np.asarray(readings["wall_position"] + across)
+
+
+def to_wanted_m(readings: Readings, state: TaskState, a_side: int) -> FloatArray:
+    """Return the way from the functional part to the first cell that is not brushed, (n, 3) [m]."""
+    return _cell_center_m(readings, np.argmin(brushed(state), axis=1), a_side) - readings["tip_position"]
+
+
+def _index(way_m: FloatArray, a_side: int) -> NDArray[np.intp]:
+    """Return the column or row at a distance from the middle."""
+    return np.clip(np.floor((way_m / WALL_M + 0.5) * a_side), 0, a_side - 1).astype(np.intp)

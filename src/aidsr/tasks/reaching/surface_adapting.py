@@ -8,31 +8,31 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.reaching.half_cylinder import gaps_m, half_cylinder
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
-from aidsr.tasks.task import Memory, Task
-from aidsr.tasks.variation import Variation
+from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
+from aidsr.tasks.variation import Change, Variation
+
+MOUNT_HEIGHT_M = 0.7
+AXIS_HEIGHT_M = 0.65
+GAP_M, GAP_SPREAD_M = 0.13, 0.03
+"""From the line straight down to the surface's nearest side."""
+RADIUS_M = (0.08, 0.25)
+HALF_WIDTH_M = 0.12
+WAVE_M = 0.008
+"""Height of the waves, less than the gap that still counts as lying on the surface."""
+RODS_DEG = np.arange(-80.0, 81.0, 20.0)
+ROD_M = 0.02
+"""Rods that make the waves: where they lie around the axis, and their radius."""
 
 NEAR_LENGTHS = 0.03
 """A part of the body lies on the surface when the gap is at most this share of the robot's length."""
-GAP_M = 0.13
-AXIS_M = 0.65
-"""Height of the cylinder's axis, 0.05 m below the mount."""
+MAX_FORCE_N = 5.0
 
 
 @dataclass(frozen=True)
 class SurfaceAdapting(Task):
     """As much of the body as possible lies along half a cylinder, smooth or with waves.
-
-    | index | feature                                   | unit | range       | sensor                            |
-    |-------|-------------------------------------------|------|-------------|-----------------------------------|
-    | 0-2   | functional part to the cylinder's axis    | m    | -1 to 1     | surface_position, tip_position    |
-    | 3-5   | direction in which the half cylinder looks |     | -1 to 1     | surface_back                      |
-    | 6     | radius, 1 = 0.25 m                        |      | 0.3 to 1    | (parameters)                      |
-    | 7     | share of the body that lies on it         |      | 0 to 1      | (outline)                         |
-    | 8     | mean gap between body and surface         | m    | 0 to 1      | (outline)                         |
-    | 9     | strongest contact, 1 = 5 N                |      | 0 to 8      | surface_contacts                  |
 
     Source: our choice. No accepted threshold was found; 3 % of the length is a third of a body's usual thickness.
     """
@@ -48,55 +48,72 @@ class SurfaceAdapting(Task):
         TaskSensor(name="tip_position", quantity="position"),
         TaskSensor(name="surface_contacts", quantity="contacts", target="surface", slots=16),
     )
+    features: ClassVar = (
+        Feature("functional part to the cylinder's axis", "m", (-1, 1), "surface_position, tip_position", size=3),
+        Feature("direction in which the half cylinder looks", "", (-1, 1), "surface_back", size=3),
+        Feature(f"radius, 1 = {RADIUS_M[1]:g} m", "", (0.3, 1), "(parameters)"),
+        Feature("share of the body that lies on it", "", (0, 1), "(outline)"),
+        Feature("mean gap between body and surface", "m", (0, 1), "(outline)"),
+        Feature(f"strongest contact, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "surface_contacts"),
+    )
     hard: ClassVar = {"share_on_surface": 0.7}
 
     share_on_surface: float = 0.5
 
     @property
     def objective(self) -> str:
-        """See `Task`."""
+        depth_m = MOUNT_HEIGHT_M - AXIS_HEIGHT_M
         return (
-            f"Lie along a rounded surface for 1 s with at least {100 * self.share_on_surface:g} % of the body's "
-            "length, each part within 3 % of that length, and press with at most 5 N. The surface is half a "
-            "cylinder of 0.08 to 0.25 m radius, smooth or with 8 mm waves; its level axis is 0.05 m below the fixed "
-            "mount and its nearest side 0.10 to 0.16 m from the line straight down, to the left or to the right."
+            f"Lie along a rounded surface for {self.hold_s:g} s with at least {100 * self.share_on_surface:g} % of the "
+            f"body's length, each part within {100 * NEAR_LENGTHS:g} % of that length, and press with at most "
+            f"{MAX_FORCE_N:g} N. The surface is half a cylinder of {span(RADIUS_M)} m radius, smooth or with "
+            f"{1000 * WAVE_M:g} mm waves; its level axis is {depth_m:g} m below the fixed mount and its nearest side "
+            f"{GAP_M - GAP_SPREAD_M:.2f} to {GAP_M + GAP_SPREAD_M:.2f} m from the line straight down, to the left or "
+            "to the right."
         )
 
-    def draw(self, rng: np.random.Generator) -> Variation:
-        """Radius 0.08 to 0.25 m, distance +-30 mm, smooth or with waves, on either side."""
-        radius_m, gap_m = rng.uniform(0.08, 0.25), GAP_M + rng.uniform(-0.03, 0.03)
+    @property
+    def criteria(self) -> Criteria:
+        return Criteria(
+            variation=(
+                f"Radius {span(RADIUS_M)} m, distance +-{1000 * GAP_SPREAD_M:g} mm, smooth or with waves, on either "
+                "side."
+            ),
+            progress="Half for the body's nearness to the surface, half for the share of it that lies there.",
+            success="Enough of the body lies on the surface.",
+            violation=f"A contact of more than {MAX_FORCE_N:g} N.",
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        radius_m, gap_m = rng.uniform(*RADIUS_M), GAP_M + rng.uniform(-GAP_SPREAD_M, GAP_SPREAD_M)
         side, waves = (1.0, -1.0)[rng.integers(2)], bool(rng.integers(2))
-        place_m = (side * (gap_m + radius_m), 0.0, AXIS_M)
+        place_m = (side * (gap_m + radius_m), 0.0, AXIS_HEIGHT_M)
         return Variation(half_cylinder(place_m, radius_m, waves=waves), {"radius_m": (radius_m,)})
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table above."""
-        del memory
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        del state
         return np.column_stack(
             [
                 readings["surface_position"] - readings["tip_position"],
                 -readings["surface_back"],
-                readings.parameters["radius_m"] / 0.25,
+                readings.parameters["radius_m"] / RADIUS_M[1],
                 _share_on_surface(readings),
                 np.clip(gaps_m(readings), 0.0, 1.0).mean(axis=1),
-                readings.contacts("surface_contacts").force_n.max(axis=1) / 5.0,
+                readings.contacts("surface_contacts").force_n.max(axis=1) / FORCE_SCALE_N,
             ]
         )
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Half for the body's nearness to the surface, half for the share of it that lies there."""
-        del memory
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        del state
         outline = readings.body
         near = closeness(gaps_m(readings), within=NEAR_LENGTHS * readings.length_m, margin=0.2) @ outline.length_share
         return 0.5 * near + 0.5 * share(_share_on_surface(readings), self.share_on_surface)
 
     def violation(self, readings: Readings) -> FloatArray:
-        """A contact of more than 5 N."""
-        return excess(readings.peak_contact_n("surface_contacts"), 5.0)
+        return excess(readings.peak_contact_n("surface_contacts"), MAX_FORCE_N)
 
-    def succeeded(self, readings: Readings, memory: Memory) -> BoolArray:
-        """Enough of the body lies on the surface."""
-        del memory
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        del state
         return _share_on_surface(readings) >= self.share_on_surface
 
 
@@ -104,3 +121,38 @@ def _share_on_surface(readings: Readings) -> FloatArray:
     """Return the share of the body's length that lies on the surface, (n,)."""
     on = gaps_m(readings) <= NEAR_LENGTHS * readings.length_m
     return np.asarray(on @ readings.body.length_share)
+
+
+def half_cylinder(place_m: tuple[float, float, float], radius_m: float, *, waves: bool) -> tuple[Change, ...]:
+    """Return the changes that put the surface somewhere, of some radius.
+
+    Args:
+        place_m: The cylinder's axis, level along y; it looks towards x = 0, downwards at 45 degrees [m].
+        radius_m: Radius to the tops of its waves [m].
+        waves: Whether it has any.
+    """
+    half = np.deg2rad(45.0) / 2
+    turn = (np.cos(half), 0.0, -np.sin(half), 0.0) if place_m[0] > 0 else (0.0, np.sin(half), 0.0, np.cos(half))
+    rods_m = radius_m - (1 if waves else 2) * ROD_M
+    angles = np.deg2rad(RODS_DEG)
+    rods = np.column_stack([-rods_m * np.cos(angles), np.zeros_like(angles), rods_m * np.sin(angles)])
+    return (
+        Change("body_pos", "surface", place_m),
+        Change("body_quat", "surface", turn),
+        Change("geom_size", "surface_round", (radius_m - WAVE_M * waves, HALF_WIDTH_M, 0.0)),
+        # a millimetre narrower, because two faces in one plane flicker in pictures
+        Change("geom_size", "surface_block", (radius_m / 2, HALF_WIDTH_M - 0.001, radius_m)),
+        Change("geom_pos", "surface_block", (radius_m / 2, 0.0, 0.0)),
+        *(Change("geom_pos", f"ripple_{number}", tuple(rod)) for number, rod in enumerate(rods, start=1)),
+    )
+
+
+def gaps_m(readings: Readings) -> FloatArray:
+    """Return how far each ball of the robot's outline is from the surface, (n, p) [m]; 1 m where it is beside it."""
+    outline, back = readings.body, readings["surface_back"]
+    from_axis = outline.center_m - readings["surface_position"][:, None]
+    across = np.stack([-back[:, 2], np.zeros(readings.n), back[:, 0]], axis=-1)
+    behind = np.einsum("npk,nk->np", from_axis, back)
+    distance = np.hypot(behind, np.einsum("npk,nk->np", from_axis, across))
+    gaps = np.maximum(distance - readings.parameters["radius_m"] - outline.radius_m, 0.0)
+    return np.where((behind > 0.0) | (np.abs(from_axis[:, :, 1]) > HALF_WIDTH_M), 1.0, gaps)

@@ -1,4 +1,4 @@
-"""What the tasks of locomotion share: a body seen in the lane it travels along, and what stands in that lane."""
+"""What the tasks of locomotion share: a body observed in the lane it travels along, and what stands in that lane."""
 
 from __future__ import annotations
 
@@ -11,50 +11,51 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess
-from aidsr.tasks.task import Memory, Task
+from aidsr.tasks.task import Feature, Task, TaskState
 from aidsr.tasks.variation import Change
 
-__all__ = ["LANE_HALF_WIDTH_M", "LaneTask", "box_between", "in_lane", "outline_in_lane", "turned_lane"]
-
 LANE_HALF_WIDTH_M = 0.3
-LOST_M = LANE_HALF_WIDTH_M + 0.1
-"""A robot whose centre of mass is that far from the lane's middle has left it for good."""
+OUTSIDE_M = 0.1
+"""A robot whose centre of mass is that far outside the lane has left it for good."""
+LEAVES_LANE = "The centre of mass leaves the lane."
+OUT_OF_LANE = f"The centre of mass is {OUTSIDE_M:g} m outside the lane."
 
 Corner = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class LaneTask(Task, ABC):
-    """A free robot travels along a lane.
-
-    Features: centre of mass along the lane, to its left and over the ground (0-2), its velocity likewise (3-5), the
-    lane's forward direction in world x and y (6-7).
-    """
+    """A free robot travels along a lane."""
 
     base: ClassVar = "free"
     sensors: ClassVar[tuple[TaskSensor, ...]] = (
         TaskSensor(name="com_position", quantity="center_of_mass"),
         TaskSensor(name="com_velocity", quantity="center_of_mass_velocity"),
     )
+    features: ClassVar[tuple[Feature, ...]] = (
+        Feature("centre of mass along the lane", "m", (-1, 5), "com_position, lane_position, lane_forward"),
+        Feature("centre of mass to the left of the lane", "m", (-1, 1), "com_position, lane_position, lane_left"),
+        Feature("centre of mass over the ground", "m", (0, 1), "com_position"),
+        Feature("speed along the lane", "m/s", (-2, 2), "com_velocity, lane_forward"),
+        Feature("speed to the left", "m/s", (-2, 2), "com_velocity, lane_left"),
+        Feature("speed upwards", "m/s", (-2, 2), "com_velocity"),
+        Feature("forward direction, world x and y", "", (-1, 1), "lane_forward", size=2),
+    )
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table of the task."""
-        del memory
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        del state
         velocity = _along(readings, readings["com_velocity"])
         return np.column_stack([in_lane(readings), velocity, readings["lane_forward"][:, :2]])
 
-    def begin(self, readings: Readings) -> Memory:
-        """Where the centre of mass starts."""
+    def reset_state(self, readings: Readings) -> TaskState:
         return {"start": in_lane(readings)}
 
     def violation(self, readings: Readings) -> FloatArray:
-        """The centre of mass leaves the lane."""
-        return excess(np.abs(in_lane(readings)[:, 1]), LANE_HALF_WIDTH_M, full=LOST_M)
+        return excess(np.abs(in_lane(readings)[:, 1]), LANE_HALF_WIDTH_M, full=LANE_HALF_WIDTH_M + OUTSIDE_M)
 
-    def failed(self, readings: Readings, memory: Memory) -> BoolArray:
-        """The centre of mass is 0.1 m outside the lane."""
-        del memory
-        return np.abs(in_lane(readings)[:, 1]) >= LOST_M
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        del state
+        return np.abs(in_lane(readings)[:, 1]) >= LANE_HALF_WIDTH_M + OUTSIDE_M
 
 
 def in_lane(readings: Readings) -> FloatArray:
@@ -67,9 +68,9 @@ def outline_in_lane(readings: Readings) -> FloatArray:
     return _along(readings, readings.body.center_m - readings["lane_position"][:, None])
 
 
-def turned_lane(rng: np.random.Generator, most_deg: float) -> Change:
-    """Return the lane turned about its start by up to `most_deg` to either side."""
-    half = np.deg2rad(rng.uniform(-most_deg, most_deg)) / 2
+def turned_lane(rng: np.random.Generator, max_deg: float) -> Change:
+    """Return the lane turned about its start by up to `max_deg` to either side."""
+    half = np.deg2rad(rng.uniform(-max_deg, max_deg)) / 2
     return Change("body_quat", "lane", (np.cos(half), 0.0, 0.0, np.sin(half)))
 
 

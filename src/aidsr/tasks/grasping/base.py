@@ -1,4 +1,4 @@
-"""What the grasping tasks on a carriage share: its timetable, what is seen of the object, and how far it is lifted."""
+"""What the grasping tasks on a carriage share: its timetable, what is observed of the object, how far it is lifted."""
 
 from __future__ import annotations
 
@@ -12,25 +12,22 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import FloatArray, Readings
 from aidsr.tasks.shaping import closeness, share
-from aidsr.tasks.task import Memory, Task
-
-__all__ = ["RAISED_M", "TABLE_M", "CarriageTask", "Lifting", "approach", "raised_m", "slip_m"]
+from aidsr.tasks.task import FORCE_SCALE_N, Task, TaskState
 
 TABLE_M = 0.4
 """Height of the table's top over the floor."""
+ABOVE_TABLE_M = 0.25
+"""Height over the table to which the carriage lowers the mount."""
 RAISED_M = 0.10
 """How high the object has to be raised."""
+LIFT_PROGRESS = "Three tenths for coming near, three for holding it from opposite sides, four for its height."
 _LIFT_OFF_M = 0.01
 """An object higher than this over its start has left the table."""
 
 
 @dataclass(frozen=True)
 class CarriageTask(Task, ABC):
-    """A carriage with the mount below follows a timetable; the policy only closes and opens the robot.
-
-    Features: functional part to object (0-2), object's velocity (3-5), mount to object (6-8), carriage's height (9),
-    time (10), strongest contact (11), how far the contacts face each other (12).
-    """
+    """A carriage with the mount below follows a timetable; the policy only closes and opens the robot."""
 
     base: ClassVar = "moving"
     sensors: ClassVar = (
@@ -42,12 +39,10 @@ class CarriageTask(Task, ABC):
     """The timetable: heights over where the carriage starts, with straight lines between."""
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
-        """The carriage's height."""
         return {"carriage_lift": np.interp(readings.time_s, self.times_s, self.heights_m)}
 
-    def features(self, readings: Readings, memory: Memory) -> FloatArray:
-        """See the table of the task."""
-        del memory
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        del state
         grip = readings.contacts("grip")
         return np.column_stack(
             [
@@ -56,39 +51,47 @@ class CarriageTask(Task, ABC):
                 readings["object_position"] - readings["mount_position"],
                 readings["carriage_height"],
                 readings.time_s / self.times_s[-1],
-                grip.force_n.max(axis=1) / 5.0,
+                grip.force_n.max(axis=1) / FORCE_SCALE_N,
                 grip.opposition(),
             ]
         )
 
 
 @dataclass(frozen=True)
-class Lifting(CarriageTask, ABC):
+class LiftTask(CarriageTask, ABC):
     """The object stands on a table and must come along when the carriage goes up: down and up at 0.1 m/s."""
 
     times_s: ClassVar = (0.0, 1.0, 3.0, 4.5)
     heights_m: ClassVar = (0.0, -0.10, -0.10, 0.05)
     stages: ClassVar = ((0.25, "at the object"), (0.5, "around it"), (0.7, "off the table"), (1.0, "raised"))
 
-    def begin(self, readings: Readings) -> Memory:
-        """Where the object stands, and where the functional part sees it."""
+    def reset_state(self, readings: Readings) -> TaskState:
         return {"start": readings["object_position"], "lifted": np.zeros(readings.n), "held": _held(readings)}
 
-    def remember(self, readings: Readings, memory: Memory) -> Memory:
-        """Where the object sat in the grip when it left the table."""
-        before = memory["lifted"] > 0
-        lifted = before | (raised_m(readings, memory) > _LIFT_OFF_M)
-        held = np.where(before[:, None], memory["held"], _held(readings))
-        return {"start": memory["start"], "lifted": lifted.astype(np.float64), "held": held}
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        # "held": where the object sat in the grip when it left the table
+        before = state["lifted"] > 0
+        lifted = before | (raised_m(readings, state) > _LIFT_OFF_M)
+        held = np.where(before[:, None], state["held"], _held(readings))
+        return {"start": state["start"], "lifted": lifted.astype(np.float64), "held": held}
 
-    def progress(self, readings: Readings, memory: Memory) -> FloatArray:
-        """Three tenths for coming near, three for holding it from opposite sides, four for its height."""
-        raised = share(raised_m(readings, memory), RAISED_M)
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        raised = share(raised_m(readings, state), RAISED_M)
         return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+
+    @property
+    def timetable(self) -> str:
+        """What the mount does, in a sentence."""
+        down_s, up_s, end_s = self.times_s[1:]
+        return (
+            f"The mount comes down to {ABOVE_TABLE_M:g} m above the table within {down_s:g} s, waits for "
+            f"{up_s - down_s:g} s and rises by {self.heights_m[-1] - self.heights_m[-2]:.2f} m within "
+            f"{end_s - up_s:g} s."
+        )
 
 
 def approach(readings: Readings) -> FloatArray:
-    """Return how near the functional part is to the object, 0 to 1, (n,)."""
+    """Return the nearness of the functional part to the object, 0 to 1, (n,)."""
     return closeness(away_m(readings), within=0.05, margin=0.2)
 
 
@@ -97,14 +100,14 @@ def away_m(readings: Readings) -> FloatArray:
     return np.asarray(np.linalg.norm(_held(readings), axis=1))
 
 
-def raised_m(readings: Readings, memory: Memory) -> FloatArray:
+def raised_m(readings: Readings, state: TaskState) -> FloatArray:
     """Return how high the object is over where it stood, (n,) [m]."""
-    return np.asarray(readings["object_position"][:, 2] - memory["start"][:, 2])
+    return np.asarray(readings["object_position"][:, 2] - state["start"][:, 2])
 
 
-def slip_m(readings: Readings, memory: Memory) -> FloatArray:
+def slip_m(readings: Readings, state: TaskState) -> FloatArray:
     """Return how far the object has moved against the functional part since it left the table, (n,) [m]."""
-    return np.asarray(np.linalg.norm(_held(readings) - memory["held"], axis=1))
+    return np.asarray(np.linalg.norm(_held(readings) - state["held"], axis=1))
 
 
 def _held(readings: Readings) -> FloatArray:
