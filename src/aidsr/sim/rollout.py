@@ -10,18 +10,9 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-__all__ = ["Recording", "Simulation", "integration_state", "simulate"]
+from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
 
 Array = NDArray[np.float64]
-
-_FATAL = [
-    int(mujoco.mjtWarning.mjWARN_INERTIA),
-    int(mujoco.mjtWarning.mjWARN_BADQPOS),
-    int(mujoco.mjtWarning.mjWARN_BADQVEL),
-    int(mujoco.mjtWarning.mjWARN_BADQACC),
-    int(mujoco.mjtWarning.mjWARN_BADCTRL),
-]
-"""Warnings after which the numbers mean nothing. Source: MuJoCo documentation, Simulation, "Diverging"."""
 
 _STEPS_FOR_ACCELERATION = 3
 _CHUNK_BYTES = 8 * 2**20
@@ -143,9 +134,9 @@ class _Run:
             self.batch.rollout(ctrl.shape[1], control=ctrl, record=list(records), ids=self.alive, out=records)
         except SimulationError as error:
             errors = {int(simulation): self.batch.error(int(simulation)) for simulation in error.ids}
-        suspect = (self._fatal_warnings() > before) | np.isin(self.alive, list(errors))
+        warned = (self._fatal_warnings() > before) | np.isin(self.alive, list(errors))
         good = np.full(self.alive.size, count)
-        for row in np.flatnonzero(suspect | ~np.isfinite(records["qvel"]).all(axis=(1, 2))):
+        for row in np.flatnonzero(numbers_failed(warned, records["qvel"])):
             good[row] = _good_steps(records, int(row)) // self.frame_steps
         self._keep(records, first, count)
         for simulation, frames in zip(self.alive.tolist(), good.tolist(), strict=True):
@@ -163,7 +154,7 @@ class _Run:
 
     def _fatal_warnings(self) -> NDArray[np.int64]:
         """How many of the fatal kinds of warning each simulation still alive has had."""
-        return np.asarray(self.batch.warning[self.alive][:, _FATAL, 1].sum(axis=1))
+        return np.asarray(self.batch.warning[self.alive][:, FATAL_WARNINGS, 1].sum(axis=1))
 
     def _keep(self, records: dict[str | int, Array], first: int, count: int) -> None:
         """Reduce each frame of a chunk to its end and its extremes."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.divergence import DivergenceSign, first_sign, recording_diverged
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure, name_of
-from aidsr.validation.divergence import sound
 from aidsr.validation.drive import Drive
 from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
@@ -107,11 +107,26 @@ class RobotUnderTest:
         """Effect / L of a test: its largest displacement, or where the robot shakes the one it shakes about."""
         return float(self._effects[test])
 
+    def diverged(self, recording: Recording) -> NDArray[np.bool_]:
+        """Which simulations have a sign of divergence, (n_sims,)."""
+        return recording_diverged(recording, self.model, self.structure, **self._speed_limits)
+
+    def first_divergence(self, recording: Recording, row: int) -> DivergenceSign | None:
+        """The first sign of divergence in a simulation, None without one."""
+        return first_sign(recording, row, self.model, self.structure, **self._speed_limits)
+
+    @property
+    def _speed_limits(self) -> dict[str, float]:
+        return {
+            "max_joint_speed_rad_s": self.limits.joint_speed_rad_s,
+            "max_body_speed_m_s": self.limits.body_speed_m_s,
+        }
+
     @cached_property
     def sound_tests(self) -> tuple[int, ...]:
         """Rows of the battery without a sign of divergence: what a diverging test shows is its divergence."""
         battery = self.driven.battery
-        return () if battery is None else tuple(np.flatnonzero(sound(self, battery)).tolist())
+        return () if battery is None else tuple(np.flatnonzero(~self.diverged(battery)).tolist())
 
     def shakes(self, test: int) -> bool:
         """Whether the robot shakes at the end of a test more than an error allows."""

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.divergence import fastest_m_s
 from aidsr.learn.episodes.playing import play
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.divergence import max_body_speeds
 from aidsr.tasks import load_task
 from scenes import Always, QuickPushing, builtin_scene, small_learning
 
@@ -155,7 +155,7 @@ def test_speeds_are_those_of_the_bodies():
     timestep_s = episodes.model.opt.timestep
     episodes.batch.step(nstep=1)
     again = np.linalg.norm(episodes.batch.bind("xipos") - before, axis=2)[0] - moved
-    assert fastest_m_s(episodes.batch)[0] == pytest.approx(again.max() / timestep_s, rel=0.05)
+    assert max_body_speeds(episodes.batch)[0] == pytest.approx(again.max() / timestep_s, rel=0.05)
 
 
 def test_smoothing_keeps_a_share_of_the_last_action():

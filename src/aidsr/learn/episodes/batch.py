@@ -13,8 +13,8 @@ from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
 from aidsr.learn.episodes.actions import ActionMap
-from aidsr.learn.episodes.divergence import broken_down, quiet
 from aidsr.learn.episodes.proprioception import Proprioception
+from aidsr.sim.divergence import batch_diverged, warnings_ignored
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
 from aidsr.tasks.readings import BoolArray, FloatArray
@@ -140,7 +140,7 @@ class Episodes:
         return self.observation
 
     def _apply(self, ids: NDArray[np.intp]) -> None:
-        with quiet():
+        with warnings_ignored():
             apply_to_batch([self.variations[i] for i in ids.tolist()], self.batch, ids.tolist())
         self.running[ids] = True
         self.time_limit_s[ids] = self.task.time_limit_s
@@ -193,7 +193,7 @@ class Episodes:
         if ids.size:
             self.recorded = self._rollout(ids)
             samples[ids] = self.recorded["sensordata"]
-        diverged = running & (broken_down(self.batch) | (self.batch.status != 0))
+        diverged = running & (batch_diverged(self.batch) | (self.batch.status != 0))
         samples[diverged] = self._sensordata[diverged, None]
         self._sensordata = samples[:, -1].copy()
         return samples, diverged
@@ -202,7 +202,7 @@ class Episodes:
         shapes = {name: getattr(self._template, name).shape for name in self._record}
         out = {name: np.zeros((ids.size, self.physics_steps, *shape)) for name, shape in shapes.items()}
         # what went wrong in single simulations stands in batch.status
-        with quiet(), contextlib.suppress(SimulationError):
+        with warnings_ignored(), contextlib.suppress(SimulationError):
             self.batch.rollout(self.physics_steps, record=self._record, ids=ids, out=out)
         return out
 

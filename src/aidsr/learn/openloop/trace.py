@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from aidsr.learn.episodes.batch import Episodes, Moment
-from aidsr.learn.episodes.divergence import speeds_m_s
 from aidsr.learn.episodes.playing import Course, play
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import Motion, Motions, OpenLoop
+from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Variation, apply_to_simulation
 from aidsr.tasks.goal_tasks import MoveTask, ReachTask
@@ -203,7 +203,7 @@ class _Watch:
         data = self._data
         gap_m, nearest = self._gap()
         force_n, touching, touched = self._touch()
-        speeds = speeds_m_s(self._model.body_rootid, data.cvel, data.xipos, data.subtree_com)
+        speeds = body_speeds(self._model.body_rootid, data.cvel, data.xipos, data.subtree_com)
         moved = data.subtree_com[self._root] - self._start
         return Look(
             time_s=time_s,

@@ -8,7 +8,6 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.rollout import Recording
-from aidsr.validation.divergence import divergence
 from aidsr.validation.page.sampling import Array, signal
 from aidsr.validation.page.traces import Signal
 from aidsr.validation.points import displacements, last_quarter
@@ -50,7 +49,7 @@ def _divergence(robot: RobotUnderTest, fault: Fault) -> Signal | None:
     if evidence.battery is not None:
         phases += [(describe_test(robot, row), evidence.battery, row) for row in range(len(evidence.tests))]
     for test, recording, row in phases:
-        if divergence(robot, recording, row) is None:
+        if robot.first_divergence(recording, row) is None:
             continue
         count = max(1, int(recording.good_frames[row]))
         dofs = [dof for dof in range(robot.model.nv) if int(robot.model.dof_jntid[dof]) in robot.structure.joints]

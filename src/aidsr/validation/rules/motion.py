@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.divergence import DivergenceSign
 from aidsr.sim.rollout import Recording
-from aidsr.validation.divergence import divergence, sound
 from aidsr.validation.points import last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
@@ -23,32 +23,37 @@ _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 def numerical_instability(robot: RobotUnderTest) -> Iterator[Fault]:
     """No test ends in numbers that are not finite, warned about, or faster than anything real."""
     for phase, recording, row in _phases(robot):
-        found = divergence(robot, recording, row)
+        found = robot.first_divergence(recording, row)
         if found is None:
             continue
-        measured, limit, unit, names, time_s = found
         what = recording.failures[row] or "faster than anything real"
         yield Fault(
             code="numerical_instability",
             layer="simulate",
             severity="error",
-            names=names,
-            measured=measured,
-            limit=limit,
-            unit=unit,
+            names=_fast_part(robot, found),
+            measured=found.measured,
+            limit=found.limit,
+            unit=found.unit,
             message=f"the simulation fails during {phase}: {what}",
             likely_cause=explain_divergence(robot.model, robot.structure),
             cure='Use <option integrator="implicitfast" timestep="0.002"/>, joint damping of at least 0.02 s times its '
             "stiffness, heavier segments or softer joints and servos.",
-            first_time_s=time_s,
+            first_time_s=found.time_s,
         )
         return
+
+
+def _fast_part(robot: RobotUnderTest, sign: DivergenceSign) -> tuple[str, ...]:
+    if sign.joint is not None:
+        return (robot.joint(sign.joint),)
+    return () if sign.body is None else (robot.body(sign.body),)
 
 
 def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
     """Simulations with a sign of divergence, the passive one first."""
     settle, battery = robot.driven.settle, robot.driven.battery
-    if not sound(robot, settle)[0]:
+    if robot.diverged(settle)[0]:
         yield "settling", settle, 0
     if battery is not None:
         for row in sorted(set(range(len(robot.driven.tests))).difference(robot.sound_tests)):
@@ -76,7 +81,7 @@ def chatter(robot: RobotUnderTest) -> Iterator[Fault]:
     limits = robot.limits
     settle, battery = robot.driven.settle, robot.driven.battery
     worst, where, what = 0.0, -1, ""
-    rows = [("settling", rms, 0) for rms in robot.shaking_g(settle)[:1] if sound(robot, settle)[0]]
+    rows = [("settling", rms, 0) for rms in robot.shaking_g(settle)[:1] if not robot.diverged(settle)[0]]
     if battery is not None:
         shaking_g = robot.shaking_g(battery)
         rows += [("", shaking_g[row], row) for row in robot.sound_tests if robot.driven.tests[row].kind != "sweep"]

@@ -13,18 +13,13 @@ from aidsr.apps.web.view3d.frames import Moment
 from aidsr.apps.web.view3d.motions import Motion
 from aidsr.apps.web.view3d.shown import Shown
 from aidsr.apps.web.view3d.tendons import tensions_n
+from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
 from aidsr.validation.drive import set_act
 
 __all__ = ["SPEED_BOUNDS", "Playing"]
 
 SPEED_BOUNDS = (0.02, 4.0)
 """Times real time."""
-_BROKEN = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-    mujoco.mjtWarning.mjWARN_BADCTRL,
-)
 _CHUNK_STEPS = 5
 
 
@@ -151,7 +146,8 @@ class Playing:
         # smoothed over about ten frames, so that the number can be read
         self.pace += 0.1 * (done * step_s / wall_s - self.pace)
         self.time_s = float(data.time)
-        if any(data.warning[kind].number for kind in _BROKEN) or not np.isfinite(data.qpos).all():
+        warned = np.array([any(data.warning[kind].number for kind in FATAL_WARNINGS)])
+        if numbers_failed(warned, data.qpos[None])[0]:
             self._stop("the numbers grew without bound")
 
     def _stop(self, why: str) -> None:
