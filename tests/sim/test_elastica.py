@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from aidsr.sim.beam import CLAMPED_FREE_FIRST_MODE, first_bending_frequency
-from aidsr.sim.elastica import Rod, curved_tip, first_frequency, loaded_tip, uniform_rod
+from aidsr.sim.elastica import Rod, curved_tip, first_frequency, loaded_tip
+
+
+def uniform_rod(length_m: float, bending_stiffness_n_m2: float, mass_kg: float = 0.0) -> Rod:
+    """Return a rod of one piece."""
+    return Rod(np.array([length_m]), np.array([bending_stiffness_n_m2]), np.array([mass_kg / length_m]))
 
 
 @pytest.mark.parametrize(("alpha", "aside"), [(1.0, 0.30172), (2.0, 0.49346), (3.0, 0.60325), (10.0, 0.81061)])

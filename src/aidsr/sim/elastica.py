@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Rod", "Tip", "curved_tip", "first_frequency", "loaded_tip", "uniform_rod"]
-
 Vector = NDArray[np.float64]
 
 _STEPS = 240
@@ -61,11 +59,6 @@ class Tip:
     along_m: float
     aside_m: float
     angle_rad: float
-
-
-def uniform_rod(length_m: float, bending_stiffness_n_m2: float, mass_kg: float = 0.0) -> Rod:
-    """Return a rod of one piece."""
-    return Rod(np.array([length_m]), np.array([bending_stiffness_n_m2]), np.array([mass_kg / length_m]))
 
 
 def loaded_tip(rod: Rod, *, load_n: float = 0.0, gravity_m_s2: float = 0.0) -> Tip:
