@@ -19,11 +19,13 @@ from aidsr.core.artifacts import (
     Scene,
     ValidationReport,
 )
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import MjcfError
 from aidsr.core.roles import Feedback, Team
-from aidsr.loop import Parts, start
-from aidsr.loop.human import approve_at_once
-from aidsr.runs import Run, RunConfig
+from aidsr.loop.human import approve
+from aidsr.loop.parts import Parts
+from aidsr.loop.run import create_run
+from aidsr.runs import Run
 from aidsr.validation.repairs import Repaired
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -140,13 +142,13 @@ def parts(scripted: Scripted, **changes: object) -> Parts:
         "assemble": assemble,
         "picture": lambda _mjcf: PNG,
         "filmstrip": lambda _mjcf: PNG,
-        "person": approve_at_once,
+        "person": approve,
     }
     return Parts(**{**values, **changes})
 
 
 def new_run(folder: Path, **config: object) -> Run:
-    return start(brief(), RunConfig(**{"concepts": 1, **config}), runs=folder)
+    return create_run(brief(), RunConfig(**{"concepts": 1, **config}), runs=folder)
 
 
 def _concept(name: str) -> Concept:

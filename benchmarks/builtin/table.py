@@ -23,11 +23,11 @@ from typing import Any
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
-from aidsr.runs import RunConfig
 from aidsr.runs.files import replace_file
 from aidsr.studies.jobs import trained_at
 from aidsr.studies.outcomes import DesignRow, read_outcomes

@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from statistics import median
 
-from aidsr.runs import RunConfig
+from aidsr.core.config import RunConfig
 from aidsr.studies.jobs import Job, perform
 from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.pool import LocalPool

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from aidsr.learn.openloop import probe
-    from aidsr.loop import design
+    from aidsr.loop.run import design
     from aidsr.tasks import load_task
     from aidsr.validation import validate
 
@@ -20,7 +20,7 @@ __all__ = ["__version__", "design", "load_task", "probe", "validate"]
 __version__ = "0.1.0"
 
 _HOMES = {
-    "design": "aidsr.loop",
+    "design": "aidsr.loop.run",
     "load_task": "aidsr.tasks",
     "probe": "aidsr.learn.openloop",
     "validate": "aidsr.validation",

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PlausibilityCheck
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.rl.recipe import Recipe
-from aidsr.runs import RunConfig
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Arm, StudyPlan, begin_study
 from aidsr.tasks import BENCHMARK_VERSION, task_names

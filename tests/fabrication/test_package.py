@@ -12,6 +12,7 @@ from exported import made, mjcf, report
 from fingers import finger
 
 from aidsr.core.artifacts import Outcome, Placement, ValidationReport
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.fabrication.changing import as_built, changes_of
 from aidsr.fabrication.force_response import responses
@@ -21,7 +22,7 @@ from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.schema import Retest
 from aidsr.fabrication.verdict import judge, retest_of
 from aidsr.loop.export import export
-from aidsr.runs import RunConfig, RunRecord, new_run
+from aidsr.runs import RunRecord, new_run
 from aidsr.tasks import load_task
 from aidsr.validation import validate
 

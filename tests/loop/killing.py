@@ -18,8 +18,9 @@ from pathlib import Path
 from aidsr.core.artifacts import Critique, CritiqueIssue
 from aidsr.core.calls import CallRecord, Message, Question, Usage
 from aidsr.core.roles import Team
-from aidsr.loop import Parts, work
-from aidsr.loop.human import approve_at_once
+from aidsr.loop.human import approve
+from aidsr.loop.parts import Parts
+from aidsr.loop.runner import run_designs
 from aidsr.runs import RecordedModel, Run, read_status, write_summary
 from scripted import Script, Scripted, assemble, new_run, repair, validate
 
@@ -116,7 +117,7 @@ def live(run: Run, log: Path, last: int | None) -> int:
             roles = AskingTeam(RecordedModel(model, folder))
             return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
-        work(run, Parts(team, repair, validate, assemble, str.encode, str.encode, approve_at_once))
+        run_designs(run, Parts(team, repair, validate, assemble, str.encode, str.encode, approve))
         os._exit(0)
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):

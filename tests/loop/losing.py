@@ -1,6 +1,6 @@
 """Whether a reply that a provider was paid for is ever lost: faults of every kind, and kill -9, against a real server.
 
-    PYTHONPATH=tests python tests/pipeline/losing.py --faults 200 --kills 50
+    PYTHONPATH=tests python tests/loop/losing.py --faults 200 --kills 50
 
 A reply counts as paid when the server sent it to its last byte. It is lost when no file of the run holds it. Only the
 language model's server, the validator and the pictures are stand-ins; provider client, retries, agents, loop and run
@@ -29,12 +29,15 @@ from killing import AskingTeam, Life
 
 from aidsr.core.artifacts import EnvironmentSummary, MountSummary, Scene, ValidationReport
 from aidsr.core.calls import CallRecord, Question
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import AidsrError, MjcfError
 from aidsr.core.roles import Team
-from aidsr.loop import Parts, parts_of, start, work
-from aidsr.loop.human import approve_at_once
+from aidsr.loop.human import approve
+from aidsr.loop.parts import Parts
+from aidsr.loop.run import create_run, parts_of
+from aidsr.loop.runner import run_designs
 from aidsr.mjcf.read import parse_document
-from aidsr.runs import RecordedModel, Run, RunConfig, read_status
+from aidsr.runs import RecordedModel, Run, read_status
 from aidsr.teams.providers import Patience, connect
 from loopback import Act, Cut, Drop, Fail, Hang, Loopback, Raw, Received, Say
 from scripted import PNG, assemble, brief, new_run, repair, validate
@@ -164,11 +167,11 @@ def designed(folder: Path, url: str) -> None:
     mount = MountSummary(name="mount", position_m=(0, 0, 0), z_axis=(0, 0, 1), x_axis=(1, 0, 0), moved_by=())
     job = brief().model_copy(update={"summary": brief().summary.model_copy(update={"mounts": (mount,)})})
     assert isinstance(job.summary, EnvironmentSummary)
-    run = start(job, RunConfig(model=f"loop@{url}/v1", concepts=2), runs=folder)
+    run = create_run(job, RunConfig(model=f"loop@{url}/v1", concepts=2), runs=folder)
     stand_ins = {"validate": looked_at, "assemble": placed, "picture": lambda _: PNG, "filmstrip": lambda _: PNG}
     for _ in range(10):
         with suppress(AidsrError):
-            work(run, replace(parts_of(run), **stand_ins))
+            run_designs(run, replace(parts_of(run), **stand_ins))
         if read_status(run).state == "finished":
             return
 
@@ -237,7 +240,7 @@ def live(run: Path, url: str, last: int | None) -> None:
         roles = AskingTeam(Watched(model, folder))
         return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
-    work(Run(run), Parts(team, repair, validate, assemble, str.encode, str.encode, approve_at_once))
+    run_designs(Run(run), Parts(team, repair, validate, assemble, str.encode, str.encode, approve))
 
 
 class Killer:

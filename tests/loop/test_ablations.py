@@ -8,10 +8,12 @@ import pytest
 
 import scripted
 from aidsr.core.artifacts import MountSummary
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop import start, work
-from aidsr.loop.ablations import without
-from aidsr.runs import RunConfig, read_status
+from aidsr.loop.ablations import ablate
+from aidsr.loop.run import create_run
+from aidsr.loop.runner import run_designs
+from aidsr.runs import read_status
 from scripted import Script, Scripted
 
 
@@ -20,9 +22,9 @@ def grow(tmp_path, script: Script, method: str):
     mount = MountSummary(name="ok", position_m=(0, 0, 1), z_axis=(0, 0, -1), x_axis=(1, 0, 0), moved_by=())
     asked = scripted.brief()
     asked = asked.model_copy(update={"summary": asked.summary.model_copy(update={"mounts": (mount,)})})
-    run = start(asked, RunConfig(concepts=1, iterations=1), runs=tmp_path)
-    parts = without(scripted.parts(team), method)
-    return read_status(work(run, parts)).designs[0], [role for role, _, _ in team.asked]
+    run = create_run(asked, RunConfig(concepts=1, iterations=1), runs=tmp_path)
+    parts = ablate(scripted.parts(team), method)
+    return read_status(run_designs(run, parts)).designs[0], [role for role, _, _ in team.asked]
 
 
 @pytest.mark.parametrize(
@@ -46,11 +48,11 @@ def test_what_is_left_out_is_not_asked(tmp_path, method, script, approved, asked
 
 def test_the_full_method_is_the_parts_themselves() -> None:
     parts = scripted.parts(Scripted())
-    assert without(parts, "full") is parts
-    others = without(parts, "no_validation")
+    assert ablate(parts, "full") is parts
+    others = ablate(parts, "no_validation")
     assert others == replace(parts, validate=others.validate)
 
 
 def test_rules_cannot_be_prompted(tmp_path) -> None:
-    with pytest.raises(UserError, match="asks a language model"):
-        start(scripted.brief(), RunConfig(method="direct"), runs=tmp_path)
+    with pytest.raises(UserError, match="cannot be prompted directly"):
+        create_run(scripted.brief(), RunConfig(method="direct"), runs=tmp_path)

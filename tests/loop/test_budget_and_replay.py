@@ -16,14 +16,17 @@ import aidsr
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import Outcome
 from aidsr.core.calls import CallRecord, Message, Question, Usage
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import BudgetError, ModelError, ReplyError, UserError
 from aidsr.core.roles import Team
-from aidsr.loop import Parts, give_budget, parts_of, resume, work
 from aidsr.loop.budget import Budgeted, Ledger, check_prices
 from aidsr.loop.estimate import estimate
-from aidsr.loop.human import approve_at_once
-from aidsr.loop.teams import from_anywhere
-from aidsr.runs import Budget, EventLog, RecordedModel, Run, RunConfig, read_status
+from aidsr.loop.human import approve
+from aidsr.loop.parts import Parts
+from aidsr.loop.run import parts_of, replace_budget, resume
+from aidsr.loop.runner import run_designs
+from aidsr.loop.teams import absolute_name
+from aidsr.runs import EventLog, RecordedModel, Run, read_status
 from aidsr.runs.replay import ReplayedModel
 from aidsr.teams.providers.manual import estimated_tokens
 from loopback import Act, Fail, Loopback, Received
@@ -52,7 +55,7 @@ class Paid:
 
 
 def parts(team_for: Callable[[Path], Team]) -> Parts:
-    return Parts(team_for, repair, validate, assemble, str.encode, str.encode, approve_at_once)
+    return Parts(team_for, repair, validate, assemble, str.encode, str.encode, approve)
 
 
 def asking(model_for: Callable[[Path], object]) -> Parts:
@@ -92,7 +95,7 @@ def question(text: str, role="coder", cap: int = 20) -> Question:
 )
 def test_a_run_out_of_budget_ends_as_that_and_goes_on_with_a_larger_one(tmp_path: Path, budget: Budget) -> None:
     run, model = new_run(tmp_path, concepts=2, budget=budget), Paid()
-    status = read_status(work(run, within(run, model)))
+    status = read_status(run_designs(run, within(run, model)))
     assert status.state == "finished"
     assert {design.outcome.outcome for design in status.designs} == {"out_of_budget"}
     assert "next call could" in status.designs[0].outcome.reason
@@ -103,7 +106,7 @@ def test_a_run_out_of_budget_ends_as_that_and_goes_on_with_a_larger_one(tmp_path
     run.larger_budget.write_text(Budget(tokens=10**6).model_dump_json())
     for design in run.designs:
         design.reopen()
-    after = read_status(work(run, within(run, model)))
+    after = read_status(run_designs(run, within(run, model)))
     assert [design.outcome.outcome for design in after.designs] == ["approved", "approved"]
     assert after.usage.calls == model.count > asked_before
     assert (run.path / "designs" / "1" / "outcome_before_1.json").exists()
@@ -219,8 +222,8 @@ def test_money_cannot_be_limited_where_no_price_is_known() -> None:
 def test_a_larger_budget_needs_a_known_price_too(tmp_path: Path) -> None:
     run = new_run(tmp_path, model=f"manual:{tmp_path / 'p'}")
     with pytest.raises(UserError, match="is not known"):
-        give_budget(run, Budget(cost_usd=5))
-    give_budget(run, Budget(tokens=5))
+        replace_budget(run, Budget(cost_usd=5))
+    replace_budget(run, Budget(tokens=5))
     assert run.budget() == Budget(tokens=5)
 
 
@@ -228,10 +231,10 @@ def test_a_run_at_work_is_given_no_other_budget(tmp_path: Path) -> None:
     run = new_run(tmp_path, budget=Budget(tokens=60))
     run.design(1).outcome.write(Outcome(outcome="out_of_budget", reason="60 tokens", iteration=1))
     with EventLog(run.events), pytest.raises(UserError, match="another process is at work"):
-        give_budget(run, Budget(tokens=10**6))
+        replace_budget(run, Budget(tokens=10**6))
     assert run.budget() == Budget(tokens=60)
     assert run.design(1).outcome.read() is not None
-    give_budget(run, Budget(tokens=10**6))
+    replace_budget(run, Budget(tokens=10**6))
     assert run.budget() == Budget(tokens=10**6)
     assert run.design(1).outcome.read() is None
 
@@ -244,9 +247,9 @@ def test_a_run_whose_price_is_no_longer_known_does_not_go_on(tmp_path: Path) -> 
 
 
 def test_a_run_replays_itself_free_and_to_the_same_files(tmp_path: Path) -> None:
-    first = work(new_run(tmp_path / "a", concepts=2), asking(always(Paid())))
+    first = run_designs(new_run(tmp_path / "a", concepts=2), asking(always(Paid())))
     replayed = ReplayedModel(first.path)
-    second = work(new_run(tmp_path / "b", concepts=2), asking(lambda _folder: replayed))
+    second = run_designs(new_run(tmp_path / "b", concepts=2), asking(lambda _folder: replayed))
     for design in (1, 2):
         assert second.design(design).final_robot.read() == first.design(design).final_robot.read() is not None
     usage = read_status(second).usage
@@ -294,8 +297,8 @@ def test_a_run_goes_on_from_another_directory_with_the_same_model(
 
 @pytest.mark.parametrize("name", ["builtin", "openai:gpt-5", "m@http://localhost:8000/v1", "manual:", "manual:/there"])
 def test_a_model_without_a_relative_folder_keeps_its_name(name: str) -> None:
-    assert from_anywhere(name) == name
-    assert from_anywhere("manual:letters") == f"manual:{Path.cwd() / 'letters'}"
+    assert absolute_name(name) == name
+    assert absolute_name("manual:letters") == f"manual:{Path.cwd() / 'letters'}"
 
 
 def test_a_run_without_calls_cannot_be_replayed(tmp_path: Path) -> None:
@@ -317,8 +320,8 @@ def test_a_designer_whose_replies_were_unusable_is_asked_anew_after_resuming(tmp
         return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
     with pytest.raises(ReplyError, match="asks the Designer anew"):
-        work(run, parts(team))
-    status = read_status(work(run, parts(team)))
+        run_designs(run, parts(team))
+    status = read_status(run_designs(run, parts(team)))
     assert status.approved == 1
     assert sorted(path.name for path in (run.path / "calls").iterdir()) == [
         "0001_designer.unusable.json",
@@ -334,7 +337,7 @@ def test_estimates_say_what_they_rest_on(tmp_path: Path) -> None:
     assert guess.usage.calls == 12
     assert guess.usage.cost_usd > 0
     assert "rule of thumb" in guess.basis
-    run = work(new_run(tmp_path, concepts=2), asking(always(Paid())))
+    run = run_designs(new_run(tmp_path, concepts=2), asking(always(Paid())))
     record = json.loads(run.record.path.read_text())
     record["config"]["model"] = config.model
     run.record.path.write_text(json.dumps(record))

@@ -9,9 +9,11 @@ import pytest
 from test_language_model_runs import Provider
 
 from aidsr.core.artifacts import ValidationReport
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop import brief_for, parts_of, start, work
-from aidsr.runs import RunConfig, read_status
+from aidsr.loop.run import create_run, make_brief, parts_of
+from aidsr.loop.runner import run_designs
+from aidsr.runs import read_status
 from loopback import Loopback, Received
 from scripted import new_run
 
@@ -21,11 +23,11 @@ def judged(received: Received) -> bool:
 
 
 def test_the_judge_sees_the_pictures_of_the_iteration_and_nobody_else_does(tmp_path: Path) -> None:
-    brief = brief_for(task="button_pushing")
+    brief = make_brief(task="button_pushing")
     with Loopback(Provider(working_for=100)) as server:
         config = RunConfig(model=f"loop@{server.url}/v1", concepts=1, judge_pictures=True)
-        run = start(brief, config, level="standard", runs=tmp_path)
-        work(run, replace(parts_of(run), validate=lambda *_, **__: ValidationReport(stable=True)))
+        run = create_run(brief, config, level="standard", runs=tmp_path)
+        run_designs(run, replace(parts_of(run), validate=lambda *_, **__: ValidationReport(stable=True)))
     assert read_status(run).approved == 1
     iteration = run.design(1).iteration(1)
     shown = [iteration.preview.read(), iteration.motion.read()]
@@ -37,5 +39,5 @@ def test_the_judge_sees_the_pictures_of_the_iteration_and_nobody_else_does(tmp_p
 
 
 def test_rules_see_no_pictures(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="pictures are for a language model's Judge"):
+    with pytest.raises(UserError, match="rules see no pictures"):
         new_run(tmp_path, judge_pictures=True)

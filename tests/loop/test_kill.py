@@ -19,7 +19,7 @@ def stories(request, tmp_path_factory) -> list[dict]:
     place = tmp_path_factory.mktemp("killed")
     told = subprocess.run(
         [sys.executable, HERE / "killing.py", place, str(request.param)],
-        env={**os.environ, "PYTHONPATH": str(HERE.parent)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE.parent), *sys.path])},
         capture_output=True,
         text=True,
         check=True,

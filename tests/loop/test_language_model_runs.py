@@ -7,7 +7,7 @@ import pytest
 
 import aidsr
 from aidsr.core.calls import CallRecord
-from aidsr.loop import resume
+from aidsr.loop.run import resume
 from aidsr.runs import read_status
 from loopback import Act, Fail, Loopback, Received, Say
 

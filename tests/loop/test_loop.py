@@ -7,7 +7,7 @@ import pytest
 
 from aidsr.core.artifacts import ActuatorGroup, Critique, Decision, Keep, Outcome, ValidationReport
 from aidsr.core.errors import IsolationError, ModelError, ReplyError
-from aidsr.loop import work
+from aidsr.loop.runner import run_designs
 from aidsr.runs import read_events, read_status
 from aidsr.runs.events import NoPicture, Stopped
 from aidsr.runs.events import Repaired as RepairedEvent
@@ -18,7 +18,7 @@ from scripted import Script, Scripted, new_run, parts
 def grow(tmp_path, *scripts: Script, changes=(), **config):
     scripted = Scripted(scripts or [Script()])
     run = new_run(tmp_path, concepts=len(scripted.scripts), **config)
-    work(run, parts(scripted, **dict(changes)))
+    run_designs(run, parts(scripted, **dict(changes)))
     return run, scripted, read_status(run)
 
 
@@ -87,7 +87,7 @@ def test_a_coder_that_is_asked_again_sees_the_repaired_robot(tmp_path) -> None:
             return super().repair(brief, concept, robot, feedback)
 
     run = new_run(tmp_path)
-    work(run, parts(Watching([Script(robots=["misspelt+chatter", "ok"])])))
+    run_designs(run, parts(Watching([Script(robots=["misspelt+chatter", "ok"])])))
     assert [re.search("faults='(.*?)'", mjcf).group(1) for mjcf in seen] == ["ok+chatter"]
 
 
@@ -103,7 +103,7 @@ def test_names_used_outside_the_mjcf_are_kept(tmp_path) -> None:
         kept.append(set(kept_names))
         return Repaired(mjcf=mjcf)
 
-    work(new_run(tmp_path), parts(Grouping(), repair=watch))
+    run_designs(new_run(tmp_path), parts(Grouping(), repair=watch))
     assert kept == [{"tip", "m0", "m1"}]
 
 
@@ -197,7 +197,7 @@ def test_a_bug_in_one_design_is_recorded_and_the_others_go_on(tmp_path) -> None:
     assert "ZeroDivisionError" in stopped.traceback
     assert "scripted.py" in stopped.traceback
     assert status.state == "stopped"
-    work(run, parts(Scripted([Script()] * 3)))
+    run_designs(run, parts(Scripted([Script()] * 3)))
     assert read_status(run).state == "finished"
 
 
@@ -206,7 +206,7 @@ def test_an_unreachable_model_leaves_the_design_to_be_resumed(tmp_path) -> None:
     assert status.designs[0].stopped.cause == "error"
     assert status.designs[0].stopped.message == "no answer from x"
     again = Scripted()
-    work(run, parts(again))
+    run_designs(run, parts(again))
     assert roles(again) == ["integrator", "judge"]
     assert read_status(run).approved == 1
 
@@ -218,10 +218,10 @@ def test_a_designer_that_cannot_be_asked_stops_the_run(tmp_path) -> None:
 
     run = new_run(tmp_path)
     with pytest.raises(ModelError):
-        work(run, parts(Unreachable()))
+        run_designs(run, parts(Unreachable()))
     status = read_status(run)
     assert (status.state, status.stopped.message) == ("stopped", "no answer from x")
-    work(run, parts(Scripted()))
+    run_designs(run, parts(Scripted()))
     assert read_status(run).approved == 1
 
 
@@ -256,7 +256,7 @@ def test_events_reach_the_listener_in_order_and_in_the_calling_thread(tmp_path) 
 
     heard = []
     run = new_run(tmp_path, concepts=2)
-    work(
+    run_designs(
         run, parts(Scripted([Script()] * 2)), lambda number, event: heard.append((number, event, threading.get_ident()))
     )
     assert {thread for _, _, thread in heard} == {threading.get_ident()}
@@ -269,7 +269,7 @@ def test_nothing_is_asked_of_a_finished_run(tmp_path) -> None:
     run, _, _ = grow(tmp_path)
     before = {path: path.read_bytes() for path in run.path.rglob("*.*") if path.suffix not in (".jsonl", ".html")}
     again = Scripted()
-    work(run, parts(again))
+    run_designs(run, parts(again))
     assert again.asked == []
     assert all(path.read_bytes() == content for path, content in before.items())
 

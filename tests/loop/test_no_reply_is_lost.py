@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 def found() -> dict:
     told = subprocess.run(
         [sys.executable, HERE / "losing.py", "--faults", str(FAULTS), "--kills", str(KILLS), "--json"],
-        env={**os.environ, "PYTHONPATH": str(HERE.parent)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE.parent), *sys.path])},
         capture_output=True,
         text=True,
         check=True,

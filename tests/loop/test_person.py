@@ -6,8 +6,8 @@ import time
 import pytest
 
 from aidsr.core.artifacts import Decision
-from aidsr.loop import work
-from aidsr.loop.human import DecisionFile, Said
+from aidsr.loop.human import DecisionFile, PresetFeedback
+from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_events, read_status
 from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
 from scripted import Scripted, new_run, parts
@@ -35,7 +35,7 @@ def kinds(run: Run) -> list[type]:
 
 def test_waits_for_the_file_and_goes_on(tmp_path) -> None:
     run = new_run(tmp_path, human=True)
-    work(run, parts(Scripted(), person=PERSON), Editor(run, '{"verdict": "approve"}'))
+    run_designs(run, parts(Scripted(), person=PERSON), Editor(run, '{"verdict": "approve"}'))
     assert read_status(run).approved == 1
     assert kinds(run) == [Waiting, Decided]
 
@@ -43,7 +43,7 @@ def test_waits_for_the_file_and_goes_on(tmp_path) -> None:
 def test_a_file_that_cannot_be_read_is_reported_and_waited_for(tmp_path) -> None:
     run = new_run(tmp_path, human=True)
     answers = Editor(run, '{"verdict": "refine"}', '{"verdict": "yes"}', '{"verdict": "quit"}')
-    work(run, parts(Scripted(), person=PERSON), answers)
+    run_designs(run, parts(Scripted(), person=PERSON), answers)
     assert kinds(run) == [Waiting, DecisionUnreadable, DecisionUnreadable, Decided]
     assert "text that says what to change" in read_events(run.design(1).events)[-4].reason
     assert read_status(run).designs[0].outcome.outcome == "quit"
@@ -52,7 +52,7 @@ def test_a_file_that_cannot_be_read_is_reported_and_waited_for(tmp_path) -> None
 def test_refine_then_approve(tmp_path) -> None:
     run, scripted = new_run(tmp_path, human=True), Scripted()
     answers = Editor(run, '{"verdict": "refine", "text": "softer"}', '{"verdict": "approve"}')
-    work(run, parts(scripted, person=PERSON), answers)
+    run_designs(run, parts(scripted, person=PERSON), answers)
     assert ("designer", "concept 1", "softer") in scripted.asked
     assert read_status(run).designs[0].round == 2
 
@@ -63,9 +63,9 @@ def test_an_answer_given_while_nobody_was_at_work_counts(tmp_path) -> None:
         raise RuntimeError("the machine is switched off")
 
     run = new_run(tmp_path, human=True)
-    work(run, parts(Scripted(), person=interrupted))
+    run_designs(run, parts(Scripted(), person=interrupted))
     run.design(1).iteration(1).decision.write(Decision(verdict="approve"))
-    work(run, parts(Scripted(), person=PERSON))
+    run_designs(run, parts(Scripted(), person=PERSON))
     assert read_status(run).approved == 1
 
 
@@ -76,7 +76,7 @@ def test_an_interrupt_ends_the_waiting(tmp_path) -> None:
 
     run = new_run(tmp_path, human=True)
     with pytest.raises(KeyboardInterrupt):
-        work(run, parts(Scripted(), person=PERSON), press_control_c)
+        run_designs(run, parts(Scripted(), person=PERSON), press_control_c)
     assert not [thread for thread in threading.enumerate() if thread.name == "design 1"]
     assert read_status(run).state == "stopped"
     assert read_status(run).designs[0].stopped.cause == "interrupted"
@@ -98,13 +98,13 @@ def test_an_empty_file_is_one_that_is_being_written(tmp_path) -> None:
                 time.sleep(PERSON.poll_s)
             path.write_text('{"verdict": "approve"}')
 
-    work(run, parts(Scripted(), person=person), slow_editor)
+    run_designs(run, parts(Scripted(), person=person), slow_editor)
     assert kinds(run) == [Waiting, Decided]
 
 
 def test_what_was_said_beforehand_is_one_round_and_then_approved(tmp_path) -> None:
     run, team = new_run(tmp_path), Scripted()
-    work(run, parts(team, person=Said("Longer.")))
+    run_designs(run, parts(team, person=PresetFeedback("Longer.")))
     assert run.design(1).iteration(1).decision.read() == Decision(verdict="refine", text="Longer.")
     assert read_status(run).designs[0].round == 2
     assert read_status(run).designs[0].outcome.outcome == "approved"

@@ -7,9 +7,10 @@ import pytest
 
 from aidsr import runs
 from aidsr.core.artifacts import Decision
-from aidsr.loop import work
+from aidsr.core.config import RunConfig
 from aidsr.loop.human import DecisionFile
-from aidsr.runs import LAYOUT, Run, RunConfig, RunRecord, write_summary
+from aidsr.loop.runner import run_designs
+from aidsr.runs import LAYOUT, Run, RunRecord, write_summary
 from aidsr.runs.events import Waiting
 from aidsr.studies.jobs import VERIFIED, trained_at
 from scripted import Script, Scripted, brief, new_run, parts
@@ -31,7 +32,7 @@ def run(tmp_path_factory) -> Run:
             answer = Decision(verdict="refine", text="<i>longer</i>") if first else Decision(verdict="approve")
             run.design(number).iteration(event.iteration).decision.write(answer)
 
-    work(run, parts(Scripted(scripts), person=DecisionFile(poll_s=0.01)), decide)
+    run_designs(run, parts(Scripted(scripts), person=DecisionFile(poll_s=0.01)), decide)
     return run
 
 
@@ -128,7 +129,7 @@ def test_a_run_that_waits_says_what_to_do_and_reloads(tmp_path) -> None:
             seen.append(write_summary(run).read_text())
             run.design(number).iteration(event.iteration).decision.write(Decision(verdict="approve"))
 
-    work(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), look)
+    run_designs(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), look)
     assert "waiting for you" in seen[0]
     assert "designs/1/01/decision.json" in seen[0]
     assert 'http-equiv="refresh"' in seen[0]

@@ -7,9 +7,10 @@ import pytest
 
 from aidsr.core.artifacts import Critique, CritiqueIssue, Decision, TaskReport
 from aidsr.core.errors import IsolationError, UserError
-from aidsr.loop import parts_of, work
-from aidsr.loop.early_stop import same_again
+from aidsr.loop.early_stop import no_progress
 from aidsr.loop.routing import after_trial
+from aidsr.loop.run import parts_of
+from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_events, read_status
 from aidsr.runs.event_text import DOING, sentence
 from aidsr.runs.events import Decided, Done, Step, Waiting
@@ -38,7 +39,7 @@ def grow(tmp_path: Path, *reports: TaskReport | Exception, script: Script | None
 
     scripted = Scripted([script or Script()])
     run = new_run(tmp_path)
-    work(run, parts(scripted, **{"try_out": try_out, "task_rounds": 2, **changes}))
+    run_designs(run, parts(scripted, **{"try_out": try_out, "task_rounds": 2, **changes}))
     assert left == [], "some of the trials were not made"
     return run, [role for role, _, _ in scripted.asked], read_status(run).designs[0].outcome
 
@@ -94,7 +95,7 @@ def test_each_round_has_all_its_iterations_and_a_failed_one_keeps_what_was(tmp_p
 
 
 def test_the_same_shortfall_twice_is_enough(tmp_path) -> None:
-    _, asked, outcome = grow(tmp_path, short(), short(), stalled=same_again)
+    _, asked, outcome = grow(tmp_path, short(), short(), stalled=no_progress)
     assert asked.count("coder") == 2
     assert outcome.outcome == "approved"
 
@@ -128,7 +129,7 @@ def test_resuming_tries_nothing_twice(tmp_path) -> None:
     def again(_robot, _scene):
         pytest.fail("tried once more")
 
-    work(run, parts(Scripted(), try_out=again, task_rounds=2))
+    run_designs(run, parts(Scripted(), try_out=again, task_rounds=2))
     assert read_status(run).approved == 1
 
 

@@ -14,10 +14,10 @@ from aidsr.core.artifacts import (
     Scene,
     TaskReport,
 )
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop import brief_for, start
+from aidsr.loop.run import create_run, make_brief
 from aidsr.loop.task_trial import check_trial, trial_of, with_policy
-from aidsr.runs import RunConfig
 from scenes import small_scene
 
 ISSUE = CritiqueIssue(blame="coder", component="tip", problem="presses with 0.1 N")
@@ -74,7 +74,7 @@ def test_training_is_off_by_default_and_needs_the_trial() -> None:
 @pytest.mark.slow
 def test_a_scene_is_probed_and_trained_in(tmp_path: Path) -> None:
     config = RunConfig(task_feedback=True, task_training=1)
-    run = start(brief_for(task="button_pushing"), config, level="standard", runs=tmp_path)
+    run = create_run(make_brief(task="button_pushing"), config, level="standard", runs=tmp_path)
     scene = Scene(mjcf=small_scene(), placement=Placement(mount="mount", base="fixed"))
     report = trial_of(run)(Robot(mjcf="", functional_part="tip"), scene)
     assert "open-loop motions" in report.critique.summary

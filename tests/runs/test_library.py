@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from aidsr.core.artifacts import Concept, Fault, Placement, ValidationReport
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import EventLog, Library, Run, RunConfig, RunRecord
+from aidsr.runs import EventLog, Library, Run, RunRecord
 from aidsr.runs.compare import Attempted, compare
 from aidsr.runs.events import Started, at_work
 from aidsr.runs.library import fingerprint

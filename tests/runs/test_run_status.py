@@ -15,8 +15,9 @@ from aidsr.core.artifacts import (
     ValidationReport,
 )
 from aidsr.core.calls import CallRecord, Message, Question, Usage
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import EventLog, RecordedModel, Run, RunConfig, RunRecord, new_run, read_status
+from aidsr.runs import EventLog, RecordedModel, Run, RunRecord, new_run, read_status
 from aidsr.runs.events import Begun, Done, Event, Finished, Started, Stopped, Waiting
 from aidsr.runs.stages import attempts
 

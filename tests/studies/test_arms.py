@@ -8,8 +8,8 @@ import pytest
 
 from aidsr.apps.cli import main
 from aidsr.apps.cli.plan_options import PlanOptions
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import RunConfig
 from aidsr.studies.arms import arms_of, read_feedback
 from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.pool import LocalPool

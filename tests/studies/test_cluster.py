@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("ray", reason="needs the extra ray")
 
-from aidsr.runs import RunConfig
+from aidsr.core.config import RunConfig
 from aidsr.studies.cluster import RayPool
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.pool import LocalPool

@@ -10,8 +10,8 @@ import pytest
 
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import RunConfig
 from aidsr.studies.leaderboard import check_scenes, leaderboard
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import drive

@@ -18,9 +18,9 @@ import pytest
 
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityCheck, ValidationReport
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
-from aidsr.runs import RunConfig
 from aidsr.studies.estimate import forecast
 from aidsr.studies.gallery import gallery
 from aidsr.studies.jobs import Job, pending, perform, trained_at

@@ -10,9 +10,10 @@ import pytest
 
 from aidsr.apps.cli import main
 from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import AidsrError, BudgetError, UserError
-from aidsr.loop import brief_for
-from aidsr.runs import Budget, RunConfig, RunRecord, new_run
+from aidsr.loop.run import make_brief
+from aidsr.runs import RunRecord, new_run
 from aidsr.runs.files import JsonFile
 from aidsr.studies.budget import Purse, check_limit, limit_of, limit_study
 from aidsr.studies.jobs import Job, pending, perform
@@ -50,7 +51,7 @@ def pay(study: Study, cell: Cell, cost_usd: float | None) -> None:
         started="2026-01-31T10:02:00+00:00",
         versions={},
     )
-    run = study.run(cell) or new_run(study.home(cell), record, brief_for(task=TASK))
+    run = study.run(cell) or new_run(study.home(cell), record, make_brief(task=TASK))
     usage = Usage(calls=1, input_tokens=1000, output_tokens=100, cost_usd=cost_usd)
     question = Question(role="designer", messages=())
     call = CallRecord(question=question, model="gpt-5", reply="", finish="stop", usage=usage, started=record.started)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from aidsr.runs import DesignFolder, RunConfig
+from aidsr.core.config import RunConfig
+from aidsr.runs import DesignFolder
 from aidsr.studies.cluster import pack, perform_packed, unpack
 from aidsr.studies.jobs import VERIFIED, Job, made_by, perform, trained_at
 from aidsr.studies.study import Arm, Study, StudyPlan, begin_study

@@ -10,10 +10,10 @@ from table import TABLE
 
 from aidsr import probe
 from aidsr.apps.cli import main
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.loop import brief_for, start
-from aidsr.runs import RunConfig
+from aidsr.loop.run import create_run, make_brief
 from aidsr.tasks import goal_task, read_goal
 
 PAGE = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
@@ -206,12 +206,12 @@ def example(tmp_path, monkeypatch):
 
 
 def test_the_example_is_kept_with_its_run(example):
-    brief = brief_for("Touch the bell", environment=Path("bell.xml"), goal=Path("goal.toml"))
+    brief = make_brief("Touch the bell", environment=Path("bell.xml"), goal=Path("goal.toml"))
     assert (brief.task, brief.base, brief.needs_contact) == ("", "any", True)
-    run = start(brief, RunConfig(), runs=example, goal=Path("goal.toml"))
+    run = create_run(brief, RunConfig(), runs=example, goal=Path("goal.toml"))
     assert run.goal.read().decode() == FILES["goal.toml"]
     with pytest.raises(UserError, match="brings its own objective, environment and goal"):
-        brief_for(task="button_pushing", goal=Path("goal.toml"))
+        make_brief(task="button_pushing", goal=Path("goal.toml"))
 
 
 def test_the_example_can_be_done_by_a_small_arm(example, capsys):
@@ -252,7 +252,7 @@ TOLD = {
 def test_a_goal_tells_those_who_design_for_it_how_it_is_judged(tmp_path, kind):
     (tmp_path / "table.xml").write_text(TABLE)
     (tmp_path / "goal.toml").write_text(GOALS[kind][0])
-    told = brief_for("Do it", environment=tmp_path / "table.xml", goal=tmp_path / "goal.toml").judging
+    told = make_brief("Do it", environment=tmp_path / "table.xml", goal=tmp_path / "goal.toml").judging
     differ, success, against = TOLD[kind]
     assert (told["Episodes differ"], told["Counts against it"]) == (differ, against)
     assert success in told["Success"]

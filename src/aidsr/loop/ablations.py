@@ -9,11 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
+from aidsr.core.config import Method
 from aidsr.core.roles import Feedback, Integrator, Judge, Team
 from aidsr.loop.parts import Mount, Parts, TeamFor
-from aidsr.runs.record import Method
-
-__all__ = ["AcceptAll", "ApproveAll", "DefaultPlacement", "without"]
 
 
 class ApproveAll:
@@ -70,7 +68,7 @@ class _With:
         return replace(team, integrator=self.integrator or team.integrator, judge=self.judge or team.judge)
 
 
-def without(parts: Parts, method: Method) -> Parts:
+def ablate(parts: Parts, method: Method) -> Parts:
     """Return the parts of a method that leaves something out; those of the full method are as they were."""
     match method:
         case "full":

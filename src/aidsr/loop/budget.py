@@ -7,13 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Question, Usage
+from aidsr.core.config import Budget
 from aidsr.core.errors import BudgetError, Limit, ModelError, UserError
 from aidsr.core.model import Model
 from aidsr.runs import Run
-from aidsr.runs.record import Budget
 from aidsr.teams.providers.manual import estimated_input_tokens
-
-__all__ = ["Budgeted", "Ledger", "Price", "check_prices", "priced", "spent_by"]
 
 Price = Callable[[int, int], float | None]
 """Returns what so many tokens in and out cost [USD], None when that is not known."""

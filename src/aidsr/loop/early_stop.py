@@ -8,20 +8,18 @@ from aidsr.core.artifacts import Critique, Fault, ValidationReport
 from aidsr.core.roles import Feedback
 from aidsr.loop.routing import Change
 
-__all__ = ["keep_trying", "same_again"]
-
 _LEAST_IMPROVEMENT = 0.05
 """Share of its distance to the limit by which a fault must get better to count as better. Our choice: eight iterations
 of less would leave two thirds of the distance."""
 
 
-def keep_trying(changes: Sequence[Change]) -> bool:
+def never_stop(changes: Sequence[Change]) -> bool:
     """Never give up before the attempts are used up, as the paper's method does."""
     del changes
     return False
 
 
-def same_again(changes: Sequence[Change]) -> bool:
+def no_progress(changes: Sequence[Change]) -> bool:
     """Whether the newest change asks a role once more for what it did not get any better at when it was last asked.
 
     The problems are the same when the faults have the same codes and places, or the Judge said the same words. Faults

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aidsr.core.calls import Usage
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop.teams import asks_nobody, price_of
-from aidsr.runs import Run, RunConfig, read_status
-
-__all__ = ["Estimate", "estimate"]
+from aidsr.loop.teams import is_offline, price_of
+from aidsr.runs import Run, read_status
 
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
 """One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.
@@ -33,7 +32,7 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
         config: The run to be.
         runs: Folder of earlier runs.
     """
-    if asks_nobody(config.model):
+    if is_offline(config.model):
         return Estimate(Usage(), "rules ask no language model")
     earlier = _earlier(config.model, runs)
     if earlier:

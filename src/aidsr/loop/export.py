@@ -27,8 +27,6 @@ from aidsr.validation import validate
 if TYPE_CHECKING:
     from aidsr.validation.validating import Mount
 
-__all__ = ["Exported", "export"]
-
 
 @dataclass(frozen=True)
 class Exported:

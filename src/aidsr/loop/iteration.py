@@ -27,8 +27,6 @@ from aidsr.loop.steps import Steps
 from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Repaired
 
-__all__ = ["Attempt", "Draft"]
-
 _MOUNT: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
 """How a robot alone is held while it is validated, by what the task does with its root."""
 
@@ -44,7 +42,7 @@ class Draft:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class Iteration:
     """The steps of one iteration, in its folder."""
 
     folder: IterationFolder

@@ -9,8 +9,6 @@ from aidsr.core.artifacts import Scene
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.runs import IterationFolder
 
-__all__ = ["pictures_of"]
-
 _STANDING = "The scene as it stands at the start."
 _MOVING = "Five moments, from left to right, while the robot's actuators swing through their ranges."
 

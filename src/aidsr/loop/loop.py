@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 
 from aidsr.core.artifacts import Brief, Decision, Outcome
 from aidsr.core.errors import BudgetError, ReplyError
-from aidsr.loop.iteration import Attempt, Draft
+from aidsr.loop.iteration import Draft, Iteration
 from aidsr.loop.parts import Halt, Parts
 from aidsr.loop.routing import Change
 from aidsr.runs import DesignFolder, EventLog
 
-__all__ = ["Growth"]
-
 
 @dataclass(frozen=True)
-class Growth:
+class DesignLoop:
     """Grows one design from its concept."""
 
     design: DesignFolder
@@ -44,7 +42,7 @@ class Growth:
     def _rounds(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
         at = _Standing(draft, self.brief, 1 + self.iterations)
         for number in itertools.count(1):
-            attempt = Attempt(self.design.iteration(number), at.brief, self.parts, log, halt)
+            attempt = Iteration(self.design.iteration(number), at.brief, self.parts, log, halt)
             found = self._next(attempt, at)
             if isinstance(found, Outcome) and at.fallback:
                 attempt, at.draft = at.fallback
@@ -64,7 +62,7 @@ class Growth:
                     at = _Standing(at.draft, brief, 1 + self.iterations, Change(concept=found.text))
         raise AssertionError("the attempts are counted")
 
-    def _next(self, attempt: Attempt, at: _Standing) -> Decision | Outcome | None:
+    def _next(self, attempt: Iteration, at: _Standing) -> Decision | Outcome | None:
         """Make an attempt and return the person's decision or how the design ends; None when it goes on."""
         number = attempt.folder.number
         try:
@@ -86,7 +84,7 @@ class Growth:
         at.asked = found
         return None
 
-    def _after_trial(self, attempt: Attempt, at: _Standing, found: Change) -> Outcome | None:
+    def _after_trial(self, attempt: Iteration, at: _Standing, found: Change) -> Outcome | None:
         """Send a design back that fell short on its task; after the last time, keep what came farthest."""
         at.shortfalls.append(found)
         if not at.fallback or _progress(attempt) > _progress(at.fallback[0]):
@@ -96,7 +94,7 @@ class Growth:
         at.left, at.found_wrong, at.asked = 1 + self.iterations, [], found
         return None
 
-    def _approve(self, attempt: Attempt, draft: Draft) -> Outcome:
+    def _approve(self, attempt: Iteration, draft: Draft) -> Outcome:
         scene = attempt.folder.scene.read()
         assert scene is not None, "only an assembled scene is judged"
         assert draft.robot is not None, "only a robot is placed in a scene"
@@ -126,11 +124,11 @@ class _Standing:
     found_wrong: list[Change] = field(default_factory=list)
     shortfalls: list[Change] = field(default_factory=list)
     """What scenes fell short by that the Judge had passed."""
-    fallback: tuple[Attempt, Draft] | None = None
+    fallback: tuple[Iteration, Draft] | None = None
     """The one of them that came farthest; it is kept where nothing better follows."""
 
 
-def _progress(attempt: Attempt) -> float:
+def _progress(attempt: Iteration) -> float:
     report = attempt.folder.task_report.read()
     return report.progress if report else 0.0
 

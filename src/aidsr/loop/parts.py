@@ -9,26 +9,13 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from aidsr.core.artifacts import Decision, Placement, Robot, Scene, TaskReport, ValidationReport
 from aidsr.core.roles import Team
-from aidsr.loop.early_stop import keep_trying
+from aidsr.loop.early_stop import never_stop
 from aidsr.loop.routing import Change
 from aidsr.runs import EventLog, IterationFolder
 
 if TYPE_CHECKING:
     from aidsr.validation.repairs import Repaired
 
-__all__ = [
-    "Assemble",
-    "Halt",
-    "Mount",
-    "Parts",
-    "Person",
-    "Picture",
-    "Repair",
-    "Stalled",
-    "TeamFor",
-    "TryOut",
-    "Validate",
-]
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone is held while it is validated."""
@@ -102,7 +89,7 @@ class Parts:
     filmstrip: Picture
     """Draws a few moments of a model while its actuators swing."""
     person: Person
-    stalled: Stalled = keep_trying
+    stalled: Stalled = never_stop
     try_out: TryOut | None = None
     task_rounds: int = 0
     """How often a design may be sent back after it was tried."""

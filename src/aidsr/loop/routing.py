@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from aidsr.core.artifacts import Critique, Fault, TaskReport, ValidationReport
 from aidsr.core.roles import Feedback
 
-__all__ = ["Change", "after_critique", "after_scene_faults", "after_trial"]
-
 _CURED_BY_PLACING = frozenset({"free_fall", "base_not_attached"})
 """Faults that a robot which is stable alone can only have because of where and how it was put. Our choice."""
 

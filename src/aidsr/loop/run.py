@@ -1,4 +1,4 @@
-"""From what a person asks for to a run folder, and from a run folder to the parts that work on it."""
+"""`design` and `resume`: from a request to a run folder, and from a run folder to the parts that the loop calls."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from aidsr.core.artifacts import Brief
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.loop.ablations import without
-from aidsr.loop.early_stop import keep_trying, same_again
-from aidsr.loop.human import DecisionFile, Said, approve_at_once
+from aidsr.loop.ablations import ablate
+from aidsr.loop.early_stop import never_stop, no_progress
+from aidsr.loop.human import DecisionFile, PresetFeedback, approve
 from aidsr.loop.parts import Parts, Person
-from aidsr.loop.runner import Listen, work
+from aidsr.loop.runner import Listen, run_designs
 from aidsr.loop.task_trial import check_trial, trial_of
-from aidsr.loop.teams import BUILTIN, check_model, from_anywhere, team_of
-from aidsr.runs import Budget, EventLog, Run, RunConfig, RunRecord, new_run
+from aidsr.loop.teams import absolute_name, check_model, model_name, require_object, team_of
+from aidsr.runs import EventLog, Run, RunRecord, new_run
 from aidsr.runs.files import replace_file
 
 if TYPE_CHECKING:
     from aidsr.tasks import Level
-
-__all__ = ["BUILTIN", "brief_for", "design", "give_budget", "parts_of", "resume", "start"]
-
+    from aidsr.core.model import Model
 
 _VERSIONS_OF = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim")
 
@@ -37,111 +36,109 @@ def design(
     environment: str | Path = "",
     robot: str | Path = "",
     goal: str | Path = "",
-    model: str = BUILTIN,
-    concepts: int = 3,
-    iterations: int = 8,
-    max_output_tokens: int = 20_000,
-    seed: int = 0,
-    repairs: bool = True,
-    early_stop: bool = True,
-    judge_pictures: bool = False,
-    task_feedback: bool = False,
-    task_rounds: int = 2,
-    task_training: int = 0,
-    human: bool = False,
-    budget: Budget | None = None,
+    model: str | Model | None = None,
+    config: RunConfig | None = None,
     runs: str | Path = "runs",
     listen: Listen = lambda _design, _event: None,
+    **settings: Any,
 ) -> Run:
     """Design robots for a task, or for an objective in words, and return the finished run.
 
-        run = aidsr.design(task="button_pushing", seed=1)
+        run = aidsr.design(task="button_pushing", seed=1, concepts=2)
         print(run.summary)                              # the page to open
         scene = run.design(1).final_scene.read()        # MJCF, None if design 1 was not approved
 
     Args:
-        objective: What the robot should do, in plain words; needs `environment`.
+        objective: What the robot should do, in plain words; requires `environment`.
         task: Name of a benchmark task instead; it brings objective and environment.
         level: Level of the task.
         environment: The environment without a robot: a path, or the MJCF itself.
         robot: A robot to start from: a path, or the MJCF itself.
         goal: File that says how success is measured in that environment (docs/environments.md); kept with the run.
-        model: "builtin" for the rules, or a language model's name, for example "openai:gpt-5" (see docs/models.md).
-        concepts: How many designs to grow.
-        iterations: Repairs allowed after the first attempt, per concept and round.
-        max_output_tokens: Cap on the output of one call to a language model.
-        seed: Seed of the built-in rules.
-        repairs: Put right by code what can mean only one thing in a robot (see docs/validation.md), before it is
-            validated; neither a call nor an iteration is spent on that.
-        early_stop: End a design when a role is asked for the same again and nothing got better, before its iterations
-            are used up.
-        judge_pictures: Show the Judge pictures of the scene, which must be a language model that takes images.
-        task_feedback: Try each scene that the Judge passed on its task by open-loop motions, and send it back to the
-            role to blame where it falls short (see docs/learning.md); needs a task or a goal.
-        task_rounds: How often a design may go back for that.
-        task_training: Control steps of a policy's training whose result is told beside each trial; 0 trains none.
-        budget: What a language model may use, in tokens and money, for the run and for each design; without a limit by
-            default. A call that could exceed it is not made, and its design ends as "out_of_budget".
-        human: Wait for a person's decision.json after each scene the Judge passed.
+        model: "builtin" for the rules, a language model's name, for example "openai:gpt-5" (see docs/models.md), or any
+            object with a `name` and a method `ask` (see `aidsr.Model`).
+        config: Settings of the run; defaults where not given.
         runs: Folder in which the run's folder is made.
-        listen: Told of every event as it happens: number of the design (0 for the run), event.
+        listen: Called with every event as it happens: number of the design (0 for the run), event.
+        **settings: Fields of `RunConfig` that replace those of `config`.
 
     Raises:
         UserError: Something asked for does not exist or does not fit together.
         ModelError: The language model could not be reached before there were concepts.
     """
-    config = RunConfig(
-        model=from_anywhere(model),
-        concepts=concepts,
-        iterations=iterations,
-        max_output_tokens=max_output_tokens,
-        seed=seed,
-        repairs=repairs,
-        early_stop=early_stop,
-        judge_pictures=judge_pictures,
-        task_feedback=task_feedback,
-        task_rounds=task_rounds,
-        task_training=task_training,
-        human=human,
-        budget=budget or Budget(),
-    )
-    brief = brief_for(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
-    run = start(brief, config, level=level if task else "", runs=runs, goal=goal)
-    return work(run, parts_of(run), listen)
+    asked = (config or RunConfig()).updated(settings)
+    if model is not None:
+        asked = asked.updated({"model": model if isinstance(model, str) else model_name(model)})
+    asked = asked.updated({"model": absolute_name(asked.model)})
+    client = None if model is None or isinstance(model, str) else model
+    brief = make_brief(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
+    run = create_run(brief, asked, level=level if task else "", runs=runs, goal=goal, model=client)
+    return run_designs(run, parts_of(run, client), listen)
 
 
-def resume(run: str | Path, listen: Listen = lambda _design, _event: None, *, budget: Budget | None = None) -> Run:
-    """Go on with a run that was stopped or killed, and return it. No answered call is asked again.
+def resume(
+    run: str | Path | Run,
+    listen: Listen = lambda _design, _event: None,
+    *,
+    budget: Budget | None = None,
+    model: str | Model | None = None,
+) -> Run:
+    """Continue a run that was stopped or killed, and return it. No answered call is asked again.
+
+        run = aidsr.resume("runs/2026-01-31_1002_button_pushing_7f3a")
 
     Args:
-        run: Folder of the run.
+        run: The run, or its folder.
         listen: As for `design`.
-        budget: Holds from now on, what was spent before included; designs that ran out of budget go on.
+        budget: Replaces the run's budget, what was spent before included; designs that ran out of budget go on.
+        model: Required for a run that was designed by an object: that object, or another of the same name.
 
     Raises:
-        UserError: The folder is not a run, another process is at work on it, or the budget cannot be kept.
+        UserError: The folder is not a run, another process is at work on it, the budget cannot be kept, or the model is
+            not the run's.
         ModelError: The language model could not be reached before there were concepts.
     """
-    found = Run(Path(run))
+    found = run if isinstance(run, Run) else Run(Path(run))
+    client = _same_model(found, model)
     if budget is not None:
-        give_budget(found, budget)
-    return work(found, parts_of(found), listen)
+        replace_budget(found, budget, client)
+    return run_designs(found, parts_of(found, client), listen)
 
 
-def give_budget(run: Run, budget: Budget) -> None:
-    """Let another budget hold for a run, and take its designs that ran out of the last one up again.
+def _same_model(run: Run, model: str | Model | None) -> Model | None:
+    """Return the object that a run goes on with; None where its recorded name says all.
+
+    Raises:
+        UserError: The model is another one than the run's.
+    """
+    if model is None:
+        return None
+    name, recorded = model if isinstance(model, str) else model_name(model), run.asked().config.model
+    if name not in (recorded, absolute_name(recorded)) and absolute_name(name) != recorded:
+        raise UserError(f"{run.path} was designed by {recorded}, not by {name}; resume it with the same model")
+    return None if isinstance(model, str) else model
+
+
+def replace_budget(run: Run, budget: Budget, model: Model | None = None) -> None:
+    """Replace the budget of a run, and reopen its designs that ran out of the last one.
+
+    Args:
+        run: The run.
+        budget: Holds from now on, what was spent before included.
+        model: The object that designs, where the run has one.
 
     Raises:
         UserError: Money is limited and the model's price is not known, or a process is at work on the run.
     """
-    check_model(run.asked().config, budget)
+    require_object(run, model)
+    check_model(run.asked().config, budget, model)
     with EventLog(run.events):
         replace_file(run.larger_budget, budget.model_dump_json(indent=2).encode() + b"\n")
         for design in run.designs:
             design.reopen()
 
 
-def brief_for(
+def make_brief(
     objective: str = "",
     *,
     task: str = "",
@@ -150,7 +147,7 @@ def brief_for(
     robot: str | Path = "",
     goal: str | Path = "",
 ) -> Brief:
-    """Return the job to be given to a team; the arguments are those of `design`.
+    """Return the brief of a run; the arguments are those of `design`.
 
     Raises:
         UserError: Something asked for does not exist or does not fit together.
@@ -169,11 +166,9 @@ def brief_for(
             )
         return load_task(task, level).brief().model_copy(update={"starting_robot": starting_robot})
     if not objective.strip():
-        raise UserError("a task or an objective in words was expected; name one of `aidsr tasks`, or say what to do")
+        raise UserError("no task and no objective given; name one of `aidsr tasks`, or say what the robot should do")
     if not environment:
-        raise UserError(
-            "an objective in words needs a place; give an environment, the MJCF of everything but the robot"
-        )
+        raise UserError("an objective in words requires an environment; give the MJCF of everything but the robot")
     mjcf = _mjcf(environment, "environment")
     try:
         summary = summarize_environment(mjcf)
@@ -186,38 +181,52 @@ def brief_for(
     return brief.model_copy(update={"base": aim.base, "needs_contact": aim.needs_contact, "judging": aim.judging()})
 
 
-def start(
+def create_run(
     brief: Brief,
     config: RunConfig,
     *,
     level: Level | Literal[""] = "",
     runs: str | Path = "runs",
     goal: str | Path = "",
+    model: Model | None = None,
 ) -> Run:
-    """Make the folder of a new run; `work` then does it.
+    """Make the folder of a new run; `run_designs` then works on it.
+
+    Args:
+        brief: What is to be designed.
+        config: Settings of the run.
+        level: Level of the task; empty without one.
+        runs: Folder in which the run's folder is made.
+        goal: File of a goal, kept with the run.
+        model: The object that designs; None where its name in `config` is enough to connect to it.
 
     Raises:
         UserError: The model's name is not understood or lacks its key, there is no task to give feedback, or the
             folder cannot be made.
     """
-    check_model(config, config.budget)
+    check_model(config, config.budget, model)
     check_trial(config, measured=bool(brief.task or goal))
     record = RunRecord(
         objective=brief.objective,
         task=brief.task,
         level=level,
         config=config,
+        model_object=model is not None,
         started=datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
         versions={"python": platform.python_version(), **{name: _version(name) for name in _VERSIONS_OF}},
     )
     return new_run(Path(runs), record, brief, Path(goal).read_bytes() if goal else b"")
 
 
-def parts_of(run: Run) -> Parts:
-    """Return the real parts for a run, as its run.json asks for them.
+def parts_of(run: Run, model: Model | None = None) -> Parts:
+    """Return the parts of the loop for a run, as its run.json asks for them.
+
+    Args:
+        run: The run.
+        model: The object that designs, where the run has one.
 
     Raises:
-        UserError: The folder is not a run, or its model lacks its key.
+        UserError: The folder is not a run, its model lacks its key, or it is an object that is not given.
     """
     from aidsr.render.pictures import filmstrip, picture
     from aidsr.sim.assembly import assemble
@@ -226,7 +235,7 @@ def parts_of(run: Run) -> Parts:
     from aidsr.validation.repairs import leave_as_written, repair
 
     record = run.asked()
-    team_for, interrupt = team_of(run, record.config)
+    team_for, interrupt = team_of(run, model)
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     parts = Parts(
         team_for=team_for,
@@ -238,16 +247,16 @@ def parts_of(run: Run) -> Parts:
         person=_person(record.config),
         try_out=trial_of(run) if record.config.task_feedback else None,
         task_rounds=record.config.task_rounds,
-        stalled=same_again if record.config.early_stop else keep_trying,
+        stalled=no_progress if record.config.early_stop else never_stop,
         interrupt=interrupt,
     )
-    return without(parts, record.config.method)
+    return ablate(parts, record.config.method)
 
 
 def _person(config: RunConfig) -> Person:
     if config.human:
         return DecisionFile()
-    return Said(config.feedback) if config.feedback else approve_at_once
+    return PresetFeedback(config.feedback) if config.feedback else approve
 
 
 def _mjcf(source: str | Path, what: str) -> str:

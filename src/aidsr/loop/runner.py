@@ -12,14 +12,12 @@ from dataclasses import dataclass, field
 
 from aidsr.core.artifacts import Brief, Concept
 from aidsr.core.errors import AidsrError, ReplyError
-from aidsr.loop.loop import Growth
+from aidsr.loop.loop import DesignLoop
 from aidsr.loop.parts import Parts
 from aidsr.loop.steps import HaltedError, Steps
 from aidsr.runs import DesignFolder, EventLog, Run, write_summary
 from aidsr.runs.answered_calls import set_calls_aside
 from aidsr.runs.events import Done, Event, Finished, Started, Stopped, Waiting, without_secrets
-
-__all__ = ["Listen", "work"]
 
 Listen = Callable[[int, Event], None]
 """Told of every event, in the thread that called `work`: the number of the design, 0 for the run, and the event."""
@@ -28,7 +26,7 @@ _LAST_STEPS_S = 5.0
 """How long an interrupted run waits for its threads [s]; what they do after that is lost, as in a kill. Our choice."""
 
 
-def work(run: Run, parts: Parts, listen: Listen = lambda _design, _event: None) -> Run:
+def run_designs(run: Run, parts: Parts, listen: Listen = lambda _design, _event: None) -> Run:
     """Do everything on a run that is not done yet; call it again on a run that was stopped, or killed.
 
     A design that stops, for a model that cannot be reached or a bug of ours, is recorded and does not keep the others
@@ -63,7 +61,7 @@ class _Work:
             designs = self._designs(concepts)
             write_summary(self.run)
             with _recorded(log, self.halted):
-                self._grow_all([Growth(design, brief, config.iterations, self.parts) for design in designs])
+                self._grow_all([DesignLoop(design, brief, config.iterations, self.parts) for design in designs])
             if all(design.outcome.read() for design in designs):
                 log.write(Finished())
         write_summary(self.run)
@@ -88,7 +86,7 @@ class _Work:
             design.iteration(1).concept.write(concept)
         return designs
 
-    def _grow_all(self, growths: list[Growth]) -> None:
+    def _grow_all(self, growths: list[DesignLoop]) -> None:
         threads = [
             threading.Thread(target=self._grow, args=(growth,), name=f"design {growth.design.number}", daemon=True)
             for growth in growths
@@ -120,7 +118,7 @@ class _Work:
             ):
                 write_summary(self.run)
 
-    def _grow(self, growth: Growth) -> None:
+    def _grow(self, growth: DesignLoop) -> None:
         """Grow one design in its thread; whatever ends it early stays in its log, and the others go on."""
         number = growth.design.number
         try:

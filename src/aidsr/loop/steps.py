@@ -12,8 +12,6 @@ from aidsr.runs import EventLog
 from aidsr.runs.events import Begun, Done, NoPicture, Step
 from aidsr.runs.files import BytesFile, Stored
 
-__all__ = ["HaltedError", "Steps"]
-
 Value = TypeVar("Value")
 
 

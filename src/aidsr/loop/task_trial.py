@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 
 from aidsr.core.artifacts import Critique, Evaluation, Robot, Scene, TaskReport
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import IsolationError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.loop.parts import TryOut
-from aidsr.runs import Run, RunConfig
-
-__all__ = ["check_trial", "trial_of", "with_policy"]
+from aidsr.core.config import RunConfig
+from aidsr.runs import Run
 
 
 def check_trial(config: RunConfig, *, measured: bool) -> None:

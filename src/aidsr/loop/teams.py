@@ -1,4 +1,4 @@
-"""Who plays the four roles of a run: rules, or a model that is recorded, capped and kept within a budget."""
+"""Who plays the four roles of a run: rules, a baseline, or a model that is recorded, capped and within a budget."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Question
+from aidsr.core.config import BUILTIN, Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.model import Model
@@ -14,79 +15,114 @@ from aidsr.core.roles import Team
 from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
 from aidsr.loop.judge_images import pictures_of
 from aidsr.loop.parts import TeamFor
-from aidsr.runs import RecordedModel, Run, RunConfig
-from aidsr.runs.record import Budget
+from aidsr.runs import RecordedModel, Run
 from aidsr.runs.replay import REPLAY, ReplayedModel
 from aidsr.teams.providers import ManualModel, connect
 from aidsr.teams.providers.manual import MANUAL
 from aidsr.teams.providers.prices import list_price_usd
 
-__all__ = ["BUILTIN", "REFERENCE", "SEARCH", "asks_nobody", "check_model", "from_anywhere", "price_of", "team_of"]
-
-BUILTIN = "builtin"
-"""Model name of the rules. They are no language model, need no key and cost nothing."""
 REFERENCE = "reference"
 """Model name of the robots designed by hand, see `aidsr.teams.baselines`."""
 SEARCH = "search"
 """Model name of a search over the numbers of the rules' robots, see `aidsr.teams.baselines`."""
 
 
-def check_model(config: RunConfig, budget: Budget) -> None:
-    """Refuse what could not be asked, before a run is made or goes on.
+def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -> None:
+    """Refuse a model that cannot be asked, before a run is made or resumed.
+
+    Args:
+        config: Settings of the run.
+        budget: What it may use.
+        model: The object that designs, where `config.model` is only its name.
 
     Raises:
         UserError: The model's name is not understood or lacks its key, its directory is in use, or its price is not
             known and money is limited.
     """
-    if asks_nobody(config.model):
+    if model is None and is_offline(config.model):
         if config.model == SEARCH:
             require_extra("search", "the search")
         if config.judge_pictures:
-            raise UserError("pictures are for a language model's Judge; name one with --model, the rules see none")
+            raise UserError("the built-in rules see no pictures; name a language model with --model")
         if config.method == "direct":
-            raise UserError(
-                "direct prompting asks a language model; name one with --model, the rules cannot be prompted"
-            )
-    else:
-        model = _connected(config.model)
-        if isinstance(model, ManualModel):
-            model.check_free()
-        check_prices(budget, config.model, price_of(config.model))
+            raise UserError("the built-in rules cannot be prompted directly; name a language model with --model")
+        return
+    client = model or _connected(config.model)
+    if isinstance(client, ManualModel):
+        client.check_free()
+    check_prices(budget, config.model, _unknown_price if model else price_of(config.model))
 
 
-def team_of(run: Run, config: RunConfig) -> tuple[TeamFor, Callable[[], None]]:
-    """Return what makes the teams of a run, and what lets calls that wait for a person or for each other give up.
+def model_name(model: Model) -> str:
+    """Return the name of an object that is to play the roles.
 
     Raises:
-        UserError: The model lacks its key, or money is limited and its price is not known, or no longer.
+        UserError: It has no name or no method `ask`, or its name is one of the built-in teams.
     """
-    if asks_nobody(config.model):
-        team = _team_without_a_model(run, config)
-        return lambda _folder: team, lambda: None
-    from aidsr.teams import llm as agents
+    name = getattr(model, "name", None)
+    if not (isinstance(name, str) and name and callable(getattr(model, "ask", None))):
+        raise UserError(
+            f"{type(model).__name__} is not a model: it needs a name (str) and a method ask (see aidsr.Model)"
+        )
+    if is_offline(name):
+        raise UserError(f'the name "{name}" is reserved for the built-in team; give the model another name')
+    return name
 
-    model, price = _connected(config.model), price_of(config.model)
+
+def require_object(run: Run, model: Model | None) -> None:
+    """Refuse to go on with a run that was designed by an object when no object is given.
+
+    Raises:
+        UserError: It was, and there is none.
+    """
+    record = run.asked()
+    if record.model_object and model is None:
+        raise UserError(
+            f'{run.path} was designed by a Python object named "{record.config.model}"; resume it in Python and pass '
+            f"the object: aidsr.resume({str(run.path)!r}, model=…)"
+        )
+
+
+def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[], None]]:
+    """Return a factory of the run's teams, and a function that interrupts calls that wait.
+
+    Args:
+        run: The run.
+        model: The object that designs, where the run has one.
+
+    Raises:
+        UserError: The model lacks its key or is an object that is not given, or money is limited and its price is not
+            known.
+    """
+    config = run.asked().config
+    require_object(run, model)
+    if model is None and is_offline(config.model):
+        team = _offline_team(run, config)
+        return lambda _folder: team, lambda: None
+    from aidsr.teams import llm
+
+    client, price = (model, _unknown_price) if model else (_connected(config.model), price_of(config.model))
     check_prices(run.budget(), config.model, price)
     ledger = Ledger(run, run.budget(), config.concepts, price)
-    by_hand = model if isinstance(model, ManualModel) else None
-    kept: Callable[[CallRecord], None] = by_hand.kept if by_hand else lambda _record: None
+    manual = client if isinstance(client, ManualModel) else None
+    kept: Callable[[CallRecord], None] = manual.kept if manual else lambda _record: None
 
     def team_for(folder: Path) -> Team:
-        capped = _Capped(RecordedModel(Budgeted(model, ledger, folder), folder, kept), config.max_output_tokens)
+        capped = _Capped(RecordedModel(Budgeted(client, ledger, folder), folder, kept), config.max_output_tokens)
         if config.method == "direct":
-            return agents.direct_team(capped)
-        return agents.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else agents.blind)
+            return llm.direct_team(capped)
+        return llm.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else llm.blind)
 
     def interrupt() -> None:
         ledger.interrupt()
-        if by_hand:
-            by_hand.interrupt()
+        if manual:
+            manual.interrupt()
 
     return team_for, interrupt
 
 
-def from_anywhere(model: str) -> str:
-    """Return the name of a model as it holds in every directory: a folder in it, of replies or of a run, absolute."""
+def absolute_name(model: str) -> str:
+    """Return a model's name with the folder in it, of replies or of a run, as an absolute path."""
     for kind in (MANUAL, REPLAY):
         folder = model.removeprefix(kind)
         if model.startswith(kind) and folder.strip():
@@ -94,12 +130,12 @@ def from_anywhere(model: str) -> str:
     return model
 
 
-def asks_nobody(model: str) -> bool:
-    """Whether a name stands for rules, robots designed by hand or a search: no language model, no key, no cost."""
+def is_offline(model: str) -> bool:
+    """Whether a name is of a team without a language model: the rules, reference robots or the search."""
     return model in (BUILTIN, REFERENCE, SEARCH)
 
 
-def _team_without_a_model(run: Run, config: RunConfig) -> Team:
+def _offline_team(run: Run, config: RunConfig) -> Team:
     if config.model == BUILTIN:
         from aidsr.teams import rules as builtin
 
@@ -108,22 +144,22 @@ def _team_without_a_model(run: Run, config: RunConfig) -> Team:
         from aidsr.teams.baselines import reference
 
         return reference.team()
-    return _searching_team(run, config)
+    return _search_team(run, config)
 
 
-def _searching_team(run: Run, config: RunConfig) -> Team:
-    """Return the team that searches; what it measured before it was interrupted is in the run's folder."""
+def _search_team(run: Run, config: RunConfig) -> Team:
+    """Return the team that searches; its finished generations are in the run's folder."""
     from aidsr.teams.baselines.generations import Generation, read_search, write_search
     from aidsr.teams.baselines.search import team
 
     known = list(read_search(run))
 
-    def note(generation: Generation) -> None:
+    def record(generation: Generation) -> None:
         known.append(generation)
         write_search(run, known)
 
     level = run.asked().level or "standard"
-    return team(config.seed, level, config.search_robots, known=tuple(known), listen=note)
+    return team(config.seed, level, config.search_robots, known=tuple(known), listen=record)
 
 
 def _connected(name: str) -> Model:
@@ -131,10 +167,15 @@ def _connected(name: str) -> Model:
 
 
 def price_of(name: str) -> Price:
-    """Return what tells the price of a call to a model; a replayed one is free, a person's is not known."""
+    """Return the price function of a model; a replayed call is free, a person's has no known price."""
     if name.startswith(REPLAY):
         return lambda _input_tokens, _output_tokens: 0.0
-    return partial(list_price_usd, name) if not name.startswith(MANUAL) else lambda _in, _out: None
+    return _unknown_price if name.startswith(MANUAL) else partial(list_price_usd, name)
+
+
+def _unknown_price(_input_tokens: int, _output_tokens: int) -> float | None:
+    """Return None: nobody knows what a call to this model costs."""
+    return None
 
 
 class _Capped:

@@ -4,14 +4,13 @@ from aidsr.runs.events import EventLog, read_events
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run, new_run
 from aidsr.runs.layout import LAYOUT, layout_text
 from aidsr.runs.library import Library
-from aidsr.runs.record import Budget, RunConfig, RunRecord
+from aidsr.runs.record import RunRecord
 from aidsr.runs.recorded_model import RecordedModel
 from aidsr.runs.status import DesignStatus, RunStatus, read_status
 from aidsr.runs.summary import write_summary
 
 __all__ = [
     "LAYOUT",
-    "Budget",
     "DesignFolder",
     "DesignStatus",
     "EventLog",
@@ -19,7 +18,6 @@ __all__ = [
     "Library",
     "RecordedModel",
     "Run",
-    "RunConfig",
     "RunRecord",
     "RunStatus",
     "layout_text",

@@ -7,8 +7,6 @@ from pathlib import Path
 from aidsr.core.calls import CallRecord
 from aidsr.runs.files import JsonFile
 
-__all__ = ["calls_in", "set_calls_aside"]
-
 _UNUSABLE = ".unusable.json"
 
 

@@ -12,8 +12,6 @@ from aidsr.core.formatting import bound
 from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import newest
 
-__all__ = ["Attempted", "Comparison", "attempted", "compare"]
-
 
 class Attempted(Artifact):
     """A design as it stood at one iteration: of each thing the newest until then."""

@@ -15,8 +15,6 @@ from aidsr.runs.events import (
 )
 from aidsr.runs.summary import repairs_in_words
 
-__all__ = ["DOING", "sentence"]
-
 DOING = {
     "concepts": "the Designer thinks of concepts",
     "concept": "the Designer revises the concept",

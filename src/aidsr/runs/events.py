@@ -21,26 +21,6 @@ from pydantic import Field, TypeAdapter, ValidationError
 from aidsr.core.artifacts import Artifact, Outcome
 from aidsr.core.errors import UserError
 
-__all__ = [
-    "Begun",
-    "Decided",
-    "DecisionUnreadable",
-    "Done",
-    "Event",
-    "EventLog",
-    "Finished",
-    "NoPicture",
-    "Repaired",
-    "Started",
-    "Step",
-    "Stopped",
-    "Waiting",
-    "at_work",
-    "read_events",
-    "without_secrets",
-    "working_time_s",
-]
-
 Step = Literal[
     "concepts",
     "concept",

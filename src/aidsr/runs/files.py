@@ -19,8 +19,6 @@ from pydantic import TypeAdapter, ValidationError
 from aidsr.core.artifacts import Robot, Scene
 from aidsr.core.errors import UserError
 
-__all__ = ["BytesFile", "JsonFile", "MjcfFile", "Stored", "WrittenTwiceError", "replace_file", "write_once"]
-
 Value = TypeVar("Value")
 Drawn = TypeVar("Drawn", Robot, Scene)
 

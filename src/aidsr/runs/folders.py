@@ -28,12 +28,11 @@ from aidsr.core.artifacts import (
     ValidationReport,
 )
 from aidsr.core.calls import CallRecord
+from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
 from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
-from aidsr.runs.record import Budget, RunRecord
-
-__all__ = ["DesignFolder", "IterationFolder", "Run", "new_run"]
+from aidsr.runs.record import RunRecord
 
 
 @dataclass(frozen=True)

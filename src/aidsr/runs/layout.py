@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["LAYOUT", "layout_text"]
-
 LAYOUT: tuple[tuple[str, str], ...] = (
     ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
     ("brief.json", "what the team is told: the objective and the environment as facts"),

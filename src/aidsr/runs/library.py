@@ -11,8 +11,6 @@ from aidsr.core.errors import UserError
 from aidsr.runs.events import at_work
 from aidsr.runs.folders import Run
 
-__all__ = ["Library", "fingerprint"]
-
 _TRASH = ".trash"
 _NAME = re.compile(r"\w[\w .+()-]{0,199}(?<! )")
 """What a folder may be called to be opened by name: no separator, nothing hidden, nothing that climbs."""

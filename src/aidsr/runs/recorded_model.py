@@ -14,8 +14,6 @@ from aidsr.runs.files import JsonFile
 if TYPE_CHECKING:
     from aidsr.core.model import Model
 
-__all__ = ["RecordedModel"]
-
 
 class RecordedModel:
     """Asks `model`, and writes each answer to `folder`/calls before anyone sees it.

@@ -12,8 +12,6 @@ from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ModelError, UserError
 from aidsr.runs.folders import Run
 
-__all__ = ["REPLAY", "ReplayedModel"]
-
 REPLAY = "replay:"
 """What the name of such a model begins with; the folder of the run follows."""
 

@@ -8,8 +8,6 @@ from aidsr.core.artifacts import Artifact
 from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import DesignStatus, decided
 
-__all__ = ["Attempt", "Mark", "Stage", "attempts"]
-
 Mark = Literal["none", "kept", "doing", "done", "good", "bad"]
 """Not there; taken over from before; at work; made; found good; found bad."""
 

@@ -21,8 +21,6 @@ from aidsr.runs.events import (
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.record import RunRecord
 
-__all__ = ["DesignStatus", "RunStatus", "State", "decided", "newest", "read_status"]
-
 Value = TypeVar("Value")
 State = Literal["running", "waiting", "stopped", "finished"]
 """Of a run or a design: "waiting" for a person's decision; "stopped" by an error or an interrupt, to be resumed;

@@ -18,8 +18,6 @@ from aidsr.runs.trainings import trainings_of, verdict_in_words
 if TYPE_CHECKING:
     from jinja2 import Template
 
-__all__ = ["cost_in_words", "duration_in_words", "repairs_in_words", "tokens_in_words", "write_summary"]
-
 
 def write_summary(run: Run) -> Path:
     """Write summary.html anew from the present state of the run, and return its path."""

@@ -16,8 +16,6 @@ from aidsr.core.errors import UserError
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
-__all__ = ["CurveRow", "Inspection", "Training", "read_curve", "trainings_of", "verdict_in_words"]
-
 
 class Inspection(Artifact):
     """A person's word on whether a trained robot moves as a continuum robot could.

@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import RunConfig
-from aidsr.runs.record import Method
 from aidsr.studies.study import Arm
 from aidsr.tasks import load_task
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 
 from aidsr.core.calls import Usage
+from aidsr.core.config import Budget
 from aidsr.core.errors import Limit, UserError
 from aidsr.loop.budget import check_prices, spent_by
-from aidsr.loop.teams import asks_nobody, price_of
-from aidsr.runs import Budget
+from aidsr.loop.teams import is_offline, price_of
 from aidsr.runs.files import JsonFile, replace_file
 from aidsr.studies.jobs import Job
 from aidsr.studies.study import Arm, Cell, Study
@@ -37,7 +37,7 @@ def check_limit(study: Study, budget: Budget) -> None:
         UserError: Money is limited and the price of a model is not known, or an arm's runs have limits of their own.
     """
     for arm in study.plan.arms:
-        if not asks_nobody(arm.config.model):
+        if not is_offline(arm.config.model):
             check_prices(budget, arm.config.model, price_of(arm.config.model))
         if budget != Budget() and arm.config.budget != Budget():
             raise UserError(
@@ -124,7 +124,7 @@ class Purse:
         """
         arm = self._study.arm(job.cell.arm)
         # an arm that goes on with the designs of another one asks nobody, unless a person speaks
-        if job.stage != "design" or asks_nobody(arm.config.model) or (arm.after and not arm.feedback):
+        if job.stage != "design" or is_offline(arm.config.model) or (arm.after and not arm.feedback):
             return job
         shares = {name: each.share(job.cell, arm.config.concepts, free) for name, each in self._accounts.items()}
         if not all(shares.values()):

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from statistics import fmean, median
 
 from aidsr.core.artifacts import Artifact
-from aidsr.loop.teams import SEARCH, asks_nobody
-from aidsr.runs import RunConfig
+from aidsr.core.config import RunConfig
+from aidsr.loop.teams import SEARCH, is_offline
 from aidsr.studies.jobs import finished, pending_in
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study
@@ -97,26 +97,26 @@ def _seconds_by_task(rows: Sequence[DesignRow]) -> dict[str, float]:
 
 def _seconds(own: Sequence[DesignRow], config: RunConfig) -> float:
     """Return how long a design takes the machine; waiting for a language model takes no core."""
-    if own and asks_nobody(config.model):
+    if own and is_offline(config.model):
         return median(row.latency_s for row in own)
     return _BUILTIN_S + config.search_robots * _SEARCHED_ROBOT_S * (config.model == SEARCH)
 
 
 def _dollars(own: Sequence[DesignRow], model: str) -> float:
-    if asks_nobody(model):
+    if is_offline(model):
         return 0.0
     costs = _known_costs(own)
     return median(costs) if costs else PAPER.cost_usd
 
 
 def _tokens(own: Sequence[DesignRow], model: str) -> float:
-    if asks_nobody(model):
+    if is_offline(model):
         return 0.0
     return median([row.usage.input_tokens + row.usage.output_tokens for row in own] or [PAPER.tokens])
 
 
 def _is_published(own: Sequence[DesignRow], model: str) -> bool:
-    return not asks_nobody(model) and not _known_costs(own)
+    return not is_offline(model) and not _known_costs(own)
 
 
 def _known_costs(own: Sequence[DesignRow]) -> list[float]:

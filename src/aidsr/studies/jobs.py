@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Literal, Self, get_args
 
 from aidsr.core.artifacts import ValidationReport
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import AidsrError, BudgetError, Limit
-from aidsr.loop import brief_for, give_budget, parts_of, start, work
-from aidsr.runs import Budget, DesignFolder, Run, RunConfig, read_status
+from aidsr.loop.run import create_run, make_brief, parts_of, replace_budget
+from aidsr.loop.runner import run_designs
+from aidsr.runs import DesignFolder, Run, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.studies.study import Cell, Study, open_study
 from aidsr.tasks import load_task
@@ -174,12 +176,14 @@ def _design(study: Study, job: Job) -> None:
         if before is not None:
             run = _go_on_with(study, before, home, config)
         else:
-            run = start(brief_for(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home)
+            run = create_run(
+                make_brief(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home
+            )
     limit = Budget(cost_usd=job.most_usd, tokens=job.most_tokens)
     if limit != Budget() or run.larger_budget.exists():
-        give_budget(run, limit)
+        replace_budget(run, limit)
     try:
-        status = read_status(work(run, parts_of(run)))
+        status = read_status(run_designs(run, parts_of(run)))
     except BudgetError as error:
         if limit == Budget():  # the arm's own budget is too small, and no other try has more
             raise AidsrError(str(error)) from error

@@ -15,10 +15,10 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.loop.teams import REFERENCE, SEARCH
-from aidsr.runs import Run, RunConfig
-from aidsr.runs.record import Method
+from aidsr.runs import Run
 from aidsr.studies.file_errors import mistake_in
 from aidsr.tasks import BENCHMARK_VERSION
 

@@ -13,7 +13,7 @@ from aidsr.apps.cli import app, main
 from aidsr.apps.cli.doctor import checks
 from aidsr.apps.cli.view import model_of
 from aidsr.core.errors import ModelError, UserError
-from aidsr.loop import work
+from aidsr.loop.runner import run_designs
 from aidsr.mjcf.read import BOUNDS
 from aidsr.runs import layout_text
 from scripted import Script, Scripted, new_run, parts
@@ -30,14 +30,14 @@ def run_main(*words: str) -> int:
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["design"], "a task or an objective in words was expected"),
-        (["design", "press it"], "needs a place"),
+        (["design"], "no task and no objective"),
+        (["design", "press it"], "requires an environment"),
         (["design", "press it", "--environment", "nowhere.xml"], "nowhere.xml does not exist"),
         (["design", "--task", "no_such_task"], "no_such_task"),
         (["design", "press it", "--task", "button_pushing"], "brings its own objective"),
         (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
-        (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train needs a measure of success"),
-        (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "only tasks come at levels"),
+        (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train requires a measure of success"),
+        (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "--level requires a task"),
         (["design", "press it", "--environment", PLACE, "--task-feedback", "--dry-run"], "needs a measure of success"),
         (["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"], "ask for --task-feedback"),
         (["show"], "the folder of a run was expected"),
@@ -83,7 +83,7 @@ def test_help_says_what_the_command_does_and_how_to_type_it(command, capsys) -> 
 def test_view_finds_the_model_of_a_design(tmp_path) -> None:
     run = new_run(tmp_path, concepts=3, iterations=1)
     scripts = [Script(), Script(robots=["chatter"]), Script(placements=["chatter"])]
-    work(run, parts(Scripted(scripts)))
+    run_designs(run, parts(Scripted(scripts)))
     newest = [model_of(run.design(number).path).relative_to(run.path).as_posix() for number in (1, 2, 3)]
     assert newest == ["designs/1/final.xml", "designs/2/02/robot.xml", "designs/3/02/scene.xml"]
     assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
@@ -123,7 +123,7 @@ def test_show_prints_layout_status_and_files(tmp_path, monkeypatch, capsys) -> N
     assert run_main("show", "--layout") == 0
     assert capsys.readouterr().out == layout_text() + "\n"
     run = new_run(tmp_path, concepts=2)
-    work(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=[ModelError("no answer from x")])])))
+    run_designs(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=[ModelError("no answer from x")])])))
     assert run_main("show", str(run.path)) == 0
     said = capsys.readouterr().out
     assert all(word in said for word in ("approved", "stopped", "no answer from x", "aidsr resume", "final.xml"))
@@ -157,7 +157,7 @@ def test_doctor_tests_isolation_when_asked(capsys) -> None:
 
 
 def test_the_command_line_loads_neither_simulator_nor_client() -> None:
-    heavy = ("mujoco", "torch", "pydantic_ai", "pydantic")
+    heavy = ("mujoco", "numpy", "torch", "pydantic_ai")
     code = f"import sys, aidsr.apps.cli; print([m for m in {heavy} if m in sys.modules])"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"

@@ -12,8 +12,8 @@ from aidsr.apps.cli.following import Lines, Panel, follow
 from aidsr.core.artifacts import Decision
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError
-from aidsr.loop import work
 from aidsr.loop.human import DecisionFile
+from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
 from aidsr.runs.events import Begun, Done, Waiting
 from aidsr.runs.summary import cost_in_words, duration_in_words
@@ -59,7 +59,7 @@ def test_follow_shows_the_traceback_of_a_bug(tmp_path, capsys) -> None:
 
 def test_panel_has_two_lines_for_each_design_and_fits(tmp_path) -> None:
     run = new_run(tmp_path, concepts=2)
-    work(run, parts(Scripted([Script(), Script()])))
+    run_designs(run, parts(Scripted([Script(), Script()])))
     console = terminal(60)
     panel = Panel(console, run)
     panel.heard(0, Begun(step="concepts"))
@@ -80,7 +80,7 @@ def test_panel_has_two_lines_for_each_design_and_fits(tmp_path) -> None:
 
 def test_panel_knows_a_design_by_its_number(tmp_path) -> None:
     run, console = new_run(tmp_path, concepts=2, model="ollama:made"), terminal()
-    work(run, parts(Scripted([Script(), Script()])))
+    run_designs(run, parts(Scripted([Script(), Script()])))
     shutil.rmtree(run.design(1).path)
     panel = Panel(console, run)
     panel.heard(2, Done(step="critique", iteration=1, summary="passed"))
@@ -111,7 +111,7 @@ def ask(tmp_path, *typed: str, typing: bool = True):
     lines = list(typed)
     asker = Asker(console, run, Lines(console).aside, lambda _wait_s: lines.pop(0) if lines else None, typing=typing)
     with asker:
-        work(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), asker.heard)
+        run_designs(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), asker.heard)
     return read_status(run).designs[0], console.file.getvalue()
 
 
@@ -145,7 +145,7 @@ def test_a_terminal_that_goes_away_leaves_the_file(tmp_path) -> None:
             return Decision(verdict="approve")
 
     with Asker(console, run, Lines(console).aside, gone, typing=True) as asker:
-        work(run, parts(Scripted(), person=Waiter()), asker.heard)
+        run_designs(run, parts(Scripted(), person=Waiter()), asker.heard)
     assert console.file.getvalue().count('{"verdict": "approve"}') == 1
 
 
@@ -159,7 +159,7 @@ def test_without_a_terminal_the_file_is_explained(tmp_path) -> None:
             if event.kind == "waiting":
                 decision.write(Decision(verdict="approve"))
 
-        work(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), answer)
+        run_designs(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), answer)
     assert '{"verdict": "approve"}' in console.file.getvalue()
     assert str(decision.path) in console.file.getvalue()
 

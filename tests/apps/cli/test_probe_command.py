@@ -6,8 +6,9 @@ import pytest
 
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import ActuatorGroup, Robot
+from aidsr.core.config import RunConfig
 from aidsr.learn.openloop import ProbeReport
-from aidsr.runs import Run, RunConfig, RunRecord
+from aidsr.runs import Run, RunRecord
 from scenes import small_arm, small_scene
 
 QUICK = ("--candidates", "16", "--variations", "1", "--threads", "1")

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from aidsr.apps.cli import main
 from aidsr.apps.cli.studies import StudyTable
-from aidsr.loop import brief_for, start
-from aidsr.runs import RunConfig
+from aidsr.core.config import RunConfig
+from aidsr.loop.run import create_run, make_brief
 from aidsr.studies.jobs import Job
 from aidsr.studies.pool import Ended
 from aidsr.studies.runner import Progress
@@ -38,7 +38,7 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
         (["--tasks", "gap", "gap"], "every task was expected once, found locomotion/gap more often"),
         (["--method", "full", "full"], "every arm needs a name of its own, found builtin, builtin"),
         (["--model", "gpt-99", "--seeds", "0"], '"gpt-99" is not a model name'),
-        (["--method", "direct", "--seeds", "0"], "direct prompting asks a language model"),
+        (["--method", "direct", "--seeds", "0"], "cannot be prompted directly"),
         (["--baseline", "search", "--search-robots", "20"], "whole generations of 8, found 20; 16 or 24 would do"),
         (["--resume", "--search-robots", "8"], "found --search-robots beside it"),
         (["--resume", "--designs", "3"], "found --designs beside it; leave one of the two out"),
@@ -87,7 +87,7 @@ def test_a_search_at_work_tells_how_far_it_is(tmp_path: Path) -> None:
     console = Console(file=out, force_terminal=True, width=120, color_system=None)
     with StudyTable(console, study) as table:
         table.listen(Progress(0, (job,), 0, ()))
-        run = start(brief_for(task=TASK), arm.config, level="standard", runs=study.home(job.cell))
+        run = create_run(make_brief(task=TASK), arm.config, level="standard", runs=study.home(job.cell))
         write_search(run, [Generation(concept=1, generation=3, of=4, worths=(0.25, 0.5))])
     assert "design search/reaching.button_pushing/1: generation 3 of 4, worth 0.50 (0.25 at first)" in out.getvalue()
 

@@ -22,8 +22,9 @@ from aidsr.core.artifacts import (
     ValidationReport,
 )
 from aidsr.core.calls import CallRecord, Message, Question, Usage
+from aidsr.core.config import RunConfig
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
-from aidsr.runs import DesignFolder, EventLog, Run, RunConfig, RunRecord, new_run
+from aidsr.runs import DesignFolder, EventLog, Run, RunRecord, new_run
 from aidsr.runs.events import Done, Finished, Started, Waiting
 from aidsr.runs.files import JsonFile, replace_file
 

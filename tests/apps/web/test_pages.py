@@ -29,8 +29,9 @@ from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setting_up import FRESH, order_from
 from aidsr.apps.web.site import Site
 from aidsr.core.artifacts import Critique, CritiqueIssue, Outcome, PlausibilityCheck, TaskReport
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import Budget, EventLog, RunConfig
+from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of

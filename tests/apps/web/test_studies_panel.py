@@ -11,8 +11,8 @@ from made import made_run
 from aidsr.apps.web.routes import routes
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import Studies, StudyView
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import Budget, RunConfig
 from aidsr.studies.budget import limit_study
 from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
 

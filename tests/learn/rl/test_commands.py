@@ -19,10 +19,10 @@ from aidsr.apps.cli import main
 from aidsr.apps.cli.subject import subject_of
 from aidsr.apps.cli.teaching import Teacher, train_designs
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
+from aidsr.core.config import RunConfig
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import trained, training
 from aidsr.learn.rl.training_folder import TakenError, TrainingConfig, TrainingFolder
-from aidsr.runs import RunConfig
 from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
 from aidsr.tasks import load_task

@@ -8,9 +8,10 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import Placement, Robot
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.rl.trained import FinishedTraining
-from aidsr.runs import Run, RunConfig, RunRecord
+from aidsr.runs import Run, RunRecord
 from aidsr.sim.assembly import assemble
 from aidsr.tasks.goal import GOAL_VERSION
 from scenes import small_arm

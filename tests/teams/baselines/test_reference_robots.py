@@ -6,9 +6,10 @@ import pytest
 from lxml import etree
 
 from aidsr.core.artifacts import ValidationReport
+from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop import brief_for, parts_of, start, work
-from aidsr.runs import RunConfig
+from aidsr.loop.run import create_run, make_brief, parts_of
+from aidsr.loop.runner import run_designs
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import load_task, task_names
 from aidsr.teams.baselines.reference import read_reference, team
@@ -54,7 +55,7 @@ def test_a_task_of_ones_own_has_none() -> None:
 
 def test_it_goes_through_the_same_loop(tmp_path) -> None:
     config = RunConfig(model="reference", concepts=1, iterations=0)
-    run = start(brief_for(task="gap"), config, level="standard", runs=tmp_path)
-    work(run, parts_of(run))
+    run = create_run(make_brief(task="gap"), config, level="standard", runs=tmp_path)
+    run_designs(run, parts_of(run))
     assert run.design(1).outcome.read().outcome == "approved"
     assert run.design(1).final_robot.read().decode() == read_reference("gap")[1].mjcf

@@ -26,8 +26,6 @@ from aidsr.apps.cli import (
 )
 from aidsr.core.errors import AidsrError, UserError
 
-__all__ = ["app", "main"]
-
 app = App(
     name="aidsr",
     version=__version__,

@@ -19,8 +19,6 @@ from aidsr.runs import IterationFolder, Run
 from aidsr.runs.events import Event, Waiting
 from aidsr.runs.status import newest
 
-__all__ = ["Asker", "parse_answer", "read_line"]
-
 _LOOK_S = 0.3
 """How often to see whether the answer came by file [s]."""
 

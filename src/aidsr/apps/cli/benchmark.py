@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from aidsr.studies.pool import Pool
     from aidsr.studies.study import Study
 
-__all__ = ["benchmark", "compare", "leaderboard", "report", "submit"]
-
 
 def benchmark(
     study: Path,

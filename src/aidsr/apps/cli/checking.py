@@ -16,8 +16,6 @@ from aidsr.validation.json_report import FileReport
 from aidsr.validation.page import GENERATOR, Traced, page_html, traced
 from aidsr.validation.repairs import repair
 
-__all__ = ["Check", "refuse_to_overwrite"]
-
 STANDARD_INPUT = "-"
 _HEAD_BYTES = 400
 """Of a page, in which it says what made it."""

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from aidsr.loop.export import Exported
 
-__all__ = ["export"]
-
 
 def export(
     design: Path,

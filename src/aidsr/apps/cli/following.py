@@ -18,14 +18,13 @@ from rich.text import Text
 from aidsr.apps.cli.asking import Asker
 from aidsr.apps.cli.mailbox import Mailbox
 from aidsr.apps.cli.reporting import print_introduction, print_result
-from aidsr.loop import Parts, work
+from aidsr.loop.parts import Parts
+from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
 from aidsr.runs.events import Begun, Done, Event
 from aidsr.runs.status import newest
 from aidsr.runs.summary import cost_in_words
-
-__all__ = ["Lines", "Panel", "View", "follow"]
 
 
 def follow(run: Run, parts: Parts) -> int:
@@ -41,7 +40,7 @@ def follow(run: Run, parts: Parts) -> int:
                 view.heard(number, event)
                 asker.heard(number, event)
 
-            work(run, parts, heard)
+            run_designs(run, parts, heard)
     except KeyboardInterrupt:
         console.print(
             f"\nInterrupted. What is done is kept; go on with [bold]aidsr resume {escape(str(run.path))}[/]",

@@ -17,8 +17,6 @@ from aidsr.core.formatting import compared
 if TYPE_CHECKING:
     from aidsr.learn.rl.callbacks import CurvePoint
 
-__all__ = ["TrainingBar", "print_evaluation", "print_evaluations"]
-
 
 class TrainingBar:
     """A line that grows while a policy learns, or a line now and then where there is no terminal."""

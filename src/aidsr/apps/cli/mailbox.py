@@ -12,8 +12,6 @@ from rich.markup import escape
 
 from aidsr.teams.providers.manual import MANUAL, waiting_prompts
 
-__all__ = ["Mailbox"]
-
 _LOOK_S = 0.3
 """How often to look for new prompts [s]."""
 

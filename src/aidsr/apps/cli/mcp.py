@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["mcp"]
-
 
 def mcp(*, folder: Path = Path("scenes")) -> int:
     """Give an agent of yours our physics: a Model Context Protocol server on standard input and output.

@@ -12,7 +12,6 @@ from cyclopts.validators import Number
 if TYPE_CHECKING:
     from aidsr.studies.study import StudyPlan
 
-__all__ = ["PlanOptions"]
 
 Way = Literal[
     "full",

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from aidsr.learn.openloop import ProbeReport
 
-__all__ = ["probe"]
-
 
 def probe(
     scene: Path,

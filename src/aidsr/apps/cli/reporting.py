@@ -6,14 +6,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from aidsr.loop import BUILTIN
-from aidsr.loop.teams import asks_nobody
+from aidsr.core.config import BUILTIN
+from aidsr.loop.teams import is_offline
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
 from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
 from aidsr.runs.trainings import trainings_of, verdict_in_words
 from aidsr.teams.providers.manual import MANUAL
-
-__all__ = ["print_files", "print_introduction", "print_result", "print_status"]
 
 _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "red", "waiting": "yellow"}
 
@@ -27,7 +25,7 @@ def print_introduction(console: Console, run: Run) -> None:
             f"Model: [cyan]builtin[/], seed {record.config.seed}. These are fixed rules, not a language model: "
             "no key is used and nothing is paid."
         )
-    elif asks_nobody(record.config.model):
+    elif is_offline(record.config.model):
         console.print(f"Model: [cyan]{record.config.model}[/]. No language model: no key is used and nothing is paid.")
     elif record.config.model.startswith(MANUAL):
         console.print(

@@ -6,14 +6,12 @@ from pathlib import Path
 
 from aidsr.apps.cli.spending import Limits
 
-__all__ = ["resume"]
-
 
 def resume(run: Path, /, *, limits: Limits | None = None) -> int:
-    """Go on with a run that was stopped or killed.
+    """Continue a run that was stopped or killed.
 
-    What is finished is kept, and no question that a language model answered is asked again. A limit given here holds
-    instead of the earlier ones, what was spent before included; designs that ran out of budget go on.
+    What is finished is kept, and no question that a language model answered is asked again. A limit given here
+    replaces the earlier ones, what was spent before included; designs that ran out of budget go on.
 
         aidsr resume runs/2026-01-31_1002_button_pushing_7f3a
 
@@ -25,10 +23,10 @@ def resume(run: Path, /, *, limits: Limits | None = None) -> int:
         Folder of the run.
     """
     from aidsr.apps.cli.following import follow
-    from aidsr.loop import give_budget, parts_of
+    from aidsr.loop.run import parts_of, replace_budget
     from aidsr.runs import Run
 
     found = Run(run)
     if limits is not None and limits != Limits():
-        give_budget(found, limits.budget())
+        replace_budget(found, limits.value())
     return follow(found, parts_of(found))

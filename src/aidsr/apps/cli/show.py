@@ -7,8 +7,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-__all__ = ["show"]
-
 
 def show(
     run: Path | None = None,

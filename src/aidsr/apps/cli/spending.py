@@ -1,4 +1,4 @@
-"""Options that limit what a language model may use, and what a run will about cost."""
+"""Options that limit what a language model may use, and the estimated cost of a run."""
 
 from __future__ import annotations
 
@@ -9,42 +9,19 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.options import Options, options_for
+from aidsr.core.config import Budget, RunConfig
+
+
+def limit_name(field: str) -> str:
+    """Return the option of a field of `Budget`: "cost_per_design_usd" is --max-cost-per-design."""
+    return f"--max-{field.removesuffix('_usd').replace('_', '-')}"
+
+
 if TYPE_CHECKING:
-    from aidsr.runs import Budget, RunConfig
-
-__all__ = ["Limits", "StudyLimits", "print_estimate"]
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Limits:
-    """What a language model may use; a call that could exceed it is not made."""
-
-    max_cost: Annotated[
-        float | None,
-        Parameter(validator=Number(gt=0), help="Most the run may cost, in dollars; the model's price must be known."),
-    ] = None
-    max_tokens: Annotated[
-        int | None, Parameter(validator=Number(gte=1), help="Most tokens, in and out, that the run may use.")
-    ] = None
-    max_cost_per_design: Annotated[
-        float | None,
-        Parameter(validator=Number(gt=0), help="Most one design may cost, its share of the Designer's call included."),
-    ] = None
-    max_tokens_per_design: Annotated[
-        int | None, Parameter(validator=Number(gte=1), help="Most tokens that one design may use.")
-    ] = None
-
-    def budget(self) -> Budget:
-        """Return the limits as a run records them."""
-        from aidsr.runs import Budget
-
-        return Budget(
-            tokens=self.max_tokens,
-            cost_usd=self.max_cost,
-            tokens_per_design=self.max_tokens_per_design,
-            cost_per_design_usd=self.max_cost_per_design,
-        )
+    Limits = Options[Budget]
+else:
+    Limits = options_for(Budget, name=limit_name)
 
 
 @Parameter(name="*")
@@ -56,13 +33,13 @@ class StudyLimits:
         float | None,
         Parameter(
             validator=Number(gt=0),
-            help="Most the whole study may cost, in dollars, what was paid before included; holds until another is "
+            help="Maximum cost of the whole study, in dollars, what was paid before included; holds until another is "
             "given. No call that could exceed it is made, and what needs no language model goes on.",
         ),
     ] = None
     max_tokens: Annotated[
         int | None,
-        Parameter(validator=Number(gte=1), help="Most tokens, in and out, that the whole study may use."),
+        Parameter(validator=Number(gte=1), help="Maximum tokens of the whole study, in and out."),
     ] = None
 
     def changed(self, kept: Budget) -> Budget:
@@ -72,7 +49,7 @@ class StudyLimits:
 
 
 def print_estimate(config: RunConfig, runs: Path) -> None:
-    """Say what the run will about cost."""
+    """Print the estimated cost of a run."""
     from rich.console import Console
 
     from aidsr.loop.estimate import estimate

@@ -15,9 +15,9 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from aidsr.core.config import Budget
 from aidsr.core.errors import Limit
 from aidsr.loop.teams import SEARCH
-from aidsr.runs import Budget
 from aidsr.studies.budget import Purse, limit_of
 from aidsr.studies.estimate import Forecast, forecast
 from aidsr.studies.jobs import Job, finished, in_words
@@ -26,8 +26,6 @@ from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
 from aidsr.studies.tables import differences
 from aidsr.teams.baselines.generations import read_search, search_in_words
-
-__all__ = ["StudyTable", "say_comparison", "say_forecast", "say_unpaid"]
 
 
 def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:

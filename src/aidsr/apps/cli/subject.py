@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from aidsr.runs import Run
     from aidsr.tasks import Task
 
-__all__ = ["Subject", "subject_of"]
 
 Levels = Literal["standard", "hard"]
 

@@ -6,8 +6,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-__all__ = ["tasks"]
-
 
 def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
     """List the benchmark tasks.

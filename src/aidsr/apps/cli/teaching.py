@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.runs import Run
 
-__all__ = ["Teacher", "train_designs"]
-
 
 @dataclass(frozen=True)
 class Teacher:

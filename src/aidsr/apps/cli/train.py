@@ -8,8 +8,6 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-__all__ = ["train"]
-
 
 def train(
     scene: Path,

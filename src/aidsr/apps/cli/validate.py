@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from aidsr.apps.cli.checking import Check
     from aidsr.validation.json_report import FileReport
 
-__all__ = ["validate"]
 
 _Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 _Path = Annotated[Path | None, Parameter(show_default=False)]

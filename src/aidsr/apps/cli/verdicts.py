@@ -9,8 +9,6 @@ from aidsr.core.artifacts import Fault
 from aidsr.core.formatting import written
 from aidsr.validation.json_report import FileReport
 
-__all__ = ["told", "verdict"]
-
 _REALIZABILITY_BYTES = 1000
 """Bound on what is said about building it, beside the 1,600 bytes about how it moves."""
 

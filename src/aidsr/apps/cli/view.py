@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["model_of", "view"]
-
 
 def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     """Look at a design, a scene or a robot.

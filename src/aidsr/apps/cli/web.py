@@ -8,8 +8,6 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-__all__ = ["web"]
-
 
 def web(
     *,

@@ -12,10 +12,9 @@ from pydantic import ValidationError
 
 from aidsr.apps.web.parts import box, choice, text, tokens_in_words
 from aidsr.apps.web.site import Site
+from aidsr.core.config import BUILTIN, Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop import BUILTIN
 from aidsr.loop.estimate import estimate
-from aidsr.runs import Budget, RunConfig
 from aidsr.runs.summary import cost_in_words
 from aidsr.teams.providers import key_variables
 from aidsr.teams.providers.manual import MANUAL

@@ -8,8 +8,9 @@ from tempfile import TemporaryDirectory
 from typing import Literal
 
 from aidsr.apps.web.site import Site
-from aidsr.loop.run import brief_for, start
-from aidsr.runs import Run, RunConfig
+from aidsr.core.config import RunConfig
+from aidsr.loop.run import create_run, make_brief
+from aidsr.runs import Run
 
 __all__ = ["DEMO", "Order", "launch"]
 
@@ -44,7 +45,7 @@ def launch(site: Site, order: Order) -> Run:
         file = Path(folder) / "goal.toml"
         file.write_text(order.goal, encoding="utf-8")
         goal = file if order.goal else ""
-        brief = brief_for(
+        brief = make_brief(
             order.objective,
             task=order.task,
             level=order.level,
@@ -53,6 +54,6 @@ def launch(site: Site, order: Order) -> Run:
             goal=goal,
         )
         level = order.level if order.task else ""
-        run = start(brief, order.config, level=level, runs=site.library.path, goal=goal)
+        run = create_run(brief, order.config, level=level, runs=site.library.path, goal=goal)
     site.go_on(run)
     return run

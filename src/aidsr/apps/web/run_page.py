@@ -29,7 +29,7 @@ from aidsr.apps.web.parts import (
 from aidsr.apps.web.site import DesignView, RunView, Site
 from aidsr.core.artifacts import Concept
 from aidsr.core.errors import AidsrError, UserError
-from aidsr.loop import give_budget
+from aidsr.loop.run import replace_budget
 from aidsr.runs import Run
 from aidsr.runs.event_text import DOING
 from aidsr.runs.summary import duration_in_words
@@ -148,7 +148,7 @@ def _larger_budget(site: Site, run: Run) -> None:
 
     def go_on() -> None:
         site.refuse_at_work(run)
-        give_budget(run, budget_from(form))
+        replace_budget(run, budget_from(form))
         site.go_on(run)
 
     with box("notice wait stack", role="status"):

@@ -15,8 +15,9 @@ from aidsr.apps.web.live import working
 from aidsr.apps.web.parts import box, button, choice, image, text
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.uploading import ENVIRONMENT, GOAL, ROBOT, upload
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.runs import Budget, Run, RunConfig
+from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
 
 __all__ = ["add_setup", "order_from"]

@@ -13,7 +13,7 @@ from aidsr.core.calls import Usage
 from aidsr.core.errors import AidsrError, UserError
 
 if TYPE_CHECKING:
-    from aidsr.runs import Budget
+    from aidsr.core.config import Budget
     from aidsr.studies.budget import Purse
 
 __all__ = ["Studies", "StudyView"]

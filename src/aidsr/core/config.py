@@ -1,0 +1,247 @@
+"""`RunConfig`: every setting of a run, once. The Python API, the command line, the web app and studies derive from it.
+
+To add a setting, add a field: its description is the help of the command line, its title the label of the web app, its
+bounds hold everywhere, and its default is what files written before mean.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError
+from pydantic.fields import FieldInfo
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
+
+BUILTIN = "builtin"
+"""Model name of the rules. They are no language model, need no key and cost nothing."""
+
+STUDY_ONLY = "study only"
+"""Marks a field that is set by studies and scripts; the command line and the web app do not offer it."""
+
+Method = Literal[
+    "full", "no_judge", "no_integrator", "no_judge_or_integrator", "no_validation", "no_feedback", "direct"
+]
+"""The full method, or an ablation: "no_feedback" has neither validation nor Judge, "direct" is one call to a model."""
+
+
+class Budget(Artifact):
+    """What a run may use of a language model. None is no limit. A call that could exceed one is not made."""
+
+    tokens: Annotated[
+        int | None,
+        Field(
+            ge=1, title="Maximum tokens of the run, in and out", description="Maximum tokens of the run, in and out."
+        ),
+    ] = None
+    cost_usd: Annotated[
+        float | None,
+        Field(
+            gt=0,
+            title="Maximum cost of the run, in dollars",
+            description="Maximum cost of the run, in dollars; the model's price must be known.",
+        ),
+    ] = None
+    tokens_per_design: Annotated[
+        int | None,
+        Field(ge=1, title="Maximum tokens of one design", description="Maximum tokens of one design, in and out."),
+    ] = None
+    cost_per_design_usd: Annotated[
+        float | None,
+        Field(
+            gt=0,
+            title="Maximum cost of one design, in dollars",
+            description="Maximum cost of one design, its share of the Designer's first call included.",
+        ),
+    ] = None
+
+    @property
+    def limits_cost(self) -> bool:
+        """Whether money is limited, for which prices must be known."""
+        return self.cost_usd is not None or self.cost_per_design_usd is not None
+
+
+class RunConfig(Artifact):
+    """Every setting of a run. The defaults are the paper's where the paper names one.
+
+        config = aidsr.RunConfig(concepts=5, seed=1)
+        run = aidsr.design(task="gap", config=config)
+        run = aidsr.design(task="gap", concepts=5, seed=1)  # the same
+
+    Raises:
+        ValidationError: A value is out of bounds, or there is no such setting.
+    """
+
+    model: Annotated[
+        str,
+        Field(
+            title="Model",
+            description='Who designs: "builtin" for the rules, which need no key, or a language model, for example '
+            "openai:gpt-5, anthropic:…, google:…, openrouter:…, ollama:…, or MODEL@URL of a compatible server; "
+            "manual:DIRECTORY to answer in files, replay:RUN to reuse recorded replies. No API call unless you name a "
+            "model.",
+        ),
+    ] = BUILTIN
+    """Never holds a key."""
+    method: Annotated[
+        Method, STUDY_ONLY, Field(description="The full method, or an ablation that leaves part of it out.")
+    ] = "full"
+    concepts: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=20,
+            title="Concepts, designed side by side",
+            description="Number of concepts, designed side by side.",
+        ),
+    ] = 3
+    """Source: AID-SR, three concepts."""
+    iterations: Annotated[
+        int,
+        Field(
+            ge=0,
+            le=100,
+            title="Repairs of each design, at most",
+            description="Maximum repairs after the first iteration, per concept and round.",
+        ),
+    ] = 8
+    """Source: AID-SR, eight iterations."""
+    max_output_tokens: Annotated[
+        int,
+        Field(
+            ge=256,
+            title="Output tokens of one call, at most",
+            description="Maximum output tokens of one call to a language model, reasoning included.",
+        ),
+    ] = 20_000
+    """Source: AID-SR, 20,000 tokens."""
+    seed: Annotated[
+        int,
+        Field(
+            ge=0,
+            title="Seed of the built-in rules",
+            description="Seed of the built-in rules; the same seed gives the same robots.",
+        ),
+    ] = 0
+    repairs: Annotated[
+        bool,
+        Field(
+            title="Fix unambiguous mistakes of a robot by code",
+            description="Fix unambiguous mistakes of a robot by code before it is validated; that costs neither a call "
+            "nor an iteration.",
+        ),
+    ] = True
+    early_stop: Annotated[
+        bool,
+        Field(
+            title="Stop a design early when nothing improves",
+            description="Stop a design when a role is asked for the same change again and nothing improved.",
+        ),
+    ] = True
+    """The paper's method has no such rule: studies of it switch it off."""
+    search_robots: Annotated[
+        int,
+        STUDY_ONLY,
+        Field(
+            ge=8,
+            le=8000,
+            multiple_of=8,
+            description='Robots that the baseline "search" tries for each design, in generations of eight; each takes '
+            "seconds of one core.",
+        ),
+    ] = 32
+    """Our choice: minutes of one core."""
+    judge_pictures: Annotated[
+        bool,
+        Field(
+            title="Show the Judge pictures of the scene",
+            description="Show the Judge pictures of the scene; only for a model that takes images.",
+        ),
+    ] = False
+    task_feedback: Annotated[
+        bool,
+        Field(
+            title="Try each design that the Judge passed on its task, and send back what falls short",
+            description="Try each scene that the Judge passed on its task with open-loop motions, and send it back to "
+            "the role to blame where it falls short; requires a task or a goal.",
+        ),
+    ] = False
+    """The paper names this as missing from its method."""
+    task_rounds: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=10,
+            title="Times a design may go back for that",
+            description="How often a design may be sent back by --task-feedback, each time with all its iterations.",
+        ),
+    ] = 2
+    """Our choice."""
+    task_training: Annotated[
+        int,
+        Field(
+            ge=0,
+            title="Control steps of training beside that trial; 0 trains none",
+            description="Control steps of a policy trained in addition to that trial; 0 trains none. Requires "
+            '--task-feedback and the extra "rl".',
+        ),
+    ] = 0
+    budget: Annotated[Budget, Field(description="Limits of what a language model may use.")] = Budget()
+    """As given at the start; a later one may replace it, see `aidsr.resume`."""
+    human: Annotated[
+        bool,
+        Field(
+            title="Ask me about each design that the Judge passed",
+            description="Ask a person about each scene that the Judge passed: approve, refine or quit.",
+        ),
+    ] = False
+    feedback: Annotated[
+        str,
+        STUDY_ONLY,
+        Field(
+            description="Feedback on the first scene of each design that the Judge passed, in place of a person; the "
+            "next scene is approved."
+        ),
+    ] = ""
+
+    def updated(self, settings: Mapping[str, Any]) -> RunConfig:
+        """Return this configuration with other values of some settings.
+
+        Raises:
+            UserError: There is no such setting, or a value is out of bounds.
+        """
+        return checked_config({**dict(self), **settings})
+
+
+def checked_config(settings: Mapping[str, Any]) -> RunConfig:
+    """Return the configuration with these settings, the rest as by default.
+
+    Raises:
+        UserError: There is no such setting, with the nearest name, or a value is out of bounds.
+    """
+    for name in settings:
+        if name not in RunConfig.model_fields:
+            near = difflib.get_close_matches(name, RunConfig.model_fields, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"settings are {', '.join(RunConfig.model_fields)}"
+            raise UserError(f"unknown setting: {name}; {hint}")
+    try:
+        return RunConfig.model_validate(dict(settings))
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = ".".join(str(part) for part in first["loc"])
+        message = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+        raise UserError(f"invalid {name}: {first['input']!r}; it must be {message}") from None
+
+
+def run_settings() -> dict[str, FieldInfo]:
+    """Return the fields that a person sets for a run, by name; the command line and the web app offer them."""
+    return {name: field for name, field in RunConfig.model_fields.items() if STUDY_ONLY not in field.metadata}
+
+
+def bounds(field: FieldInfo) -> dict[str, float]:
+    """Return the bounds of a field: "ge", "gt", "le" and "multiple_of", those that it has."""
+    names = ("ge", "gt", "le", "multiple_of")
+    return {name: getattr(each, name) for each in field.metadata for name in names if hasattr(each, name)}
