@@ -32,7 +32,7 @@ class Parrot:
         )
 
 
-CONCEPT = """{"concepts": [{"name": "finger", "interpretation": "push", "morphology": "One finger of ten segments.",
+CONCEPT = """{"interpretation": "A finger that pushes.", "concepts": [{"name": "finger", "morphology": "One finger.",
 "actuation": "Two tendons.", "functional_part": "tip", "family": "finger"}]}"""
 
 

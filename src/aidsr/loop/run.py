@@ -22,8 +22,8 @@ from aidsr.runs import EventLog, Run, RunRecord, new_run
 from aidsr.runs.files import replace_file
 
 if TYPE_CHECKING:
-    from aidsr.tasks import Level
     from aidsr.core.model import Model
+    from aidsr.tasks import Level
 
 _VERSIONS_OF = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim")
 

@@ -9,7 +9,6 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import IsolationError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.loop.parts import TryOut
-from aidsr.core.config import RunConfig
 from aidsr.runs import Run
 
 
