@@ -82,7 +82,7 @@ def test_a_scene_gives_json_and_leaves_nothing_unless_asked(tmp_path, capsys):
     [
         (["scene.xml"], "--task"),
         (["nowhere.xml", "--task", "button_pushing"], "nowhere.xml"),
-        (["scene.xml", "--task", "buton_pushing"], "Did you mean"),
+        (["scene.xml", "--task", "buton_pushing"], "did you mean"),
         (["."], "final.xml"),
     ],
 )
