@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study bench-fabrication
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study bench-fabrication film
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -36,29 +36,35 @@ test-slow: $(VENV)/dev  ## run the tests that take minutes
 demo: $(VENV)/core  ## design three robots for button_pushing with the built-in rules; no key needed
 	$(BIN)/aidsr design --task button_pushing --model builtin --seed 1
 
-bench-stability: $(VENV)/core  ## how many of the built-in designs end as stable scenes (minutes)
+bench-stability: $(VENV)/core  ## share of built-in designs that end as stable scenes (minutes)
 	$(BIN)/python benchmarks/stability/run.py
 
-bench-builtin: $(VENV)/dev  ## train and judge built-in designs of every task that OUT.jsonl lacks (many hours; a stopped one goes on): STEPS=300000 DESIGNS=5 JOBS=2 OUT=results
+bench-builtin: $(VENV)/dev  ## train and evaluate built-in designs of every task missing in OUT.jsonl (many hours, resumable): STEPS=300000 DESIGNS=5 JOBS=2 OUT=results
 	$(BIN)/python benchmarks/builtin/table.py --steps $(or $(STEPS),300000) --designs $(or $(DESIGNS),5) --jobs $(or $(JOBS),2) --out $(or $(OUT),results)
 
-bench-rl: $(VENV)/dev  ## stepping and learning, beside plain Gymnasium environments in SubprocVecEnv (hours; a stopped one goes on): RUNS=5 OUT=results
+bench-rl: $(VENV)/dev  ## speed of stepping and learning, against Gymnasium environments in SubprocVecEnv (hours, resumable): RUNS=5 OUT=results
 	$(BIN)/python benchmarks/rl/speed.py --runs $(or $(RUNS),5) --out $(or $(OUT),results)
 
-corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour; a stopped run goes on): JOBS=2
+corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour, resumable): JOBS=2
 	$(BIN)/python -m benchmarks.validator.report --processes $(or $(JOBS),2)
 
-bench-validator: $(VENV)/core  ## how long a validation takes, beside a plain loop over mj_step
+bench-validator: $(VENV)/core  ## time of a validation, against a plain loop over mj_step
 	$(BIN)/python -m benchmarks.validator.speed
 
-fuzz: $(VENV)/core  ## feed CASES=1000 broken documents to the validator, BATTERY=50 of them driven
+fuzz: $(VENV)/core  ## give CASES=1000 broken documents to the validator, simulate BATTERY=50 of them
 	$(BIN)/python -m benchmarks.validator.fuzz --cases $(or $(CASES),1000) --battery $(or $(BATTERY),50)
 
-bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=runs can be built, JOBS=2 at once, and what keeps the rest from it
+bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=runs can be built, and why not the others: JOBS=2
 	$(BIN)/python benchmarks/fabrication/run.py $(or $(RUNS),runs) --jobs $(or $(JOBS),2)
 
-tasks-study: $(VENV)/dev  ## idle bodies, goals by hand and open-loop motions at every task (hours; what is measured is kept)
+tasks-study: $(VENV)/dev  ## idle bodies, goals by hand and open-loop motions for every task (hours, resumable)
 	$(BIN)/python benchmarks/tasks/study.py
+
+film: $(VENV)/dev  ## make the film of the README again (minutes)
+	rm -rf build/readme
+	$(BIN)/aidsr design --task simple_grasping --seed 1 --runs build/readme
+	$(BIN)/aidsr train build/readme/*/designs/1 --steps 60000 --from-probe
+	$(BIN)/python benchmarks/readme/film.py build/readme/*/designs/1 docs/images/grasping.webp
 
 docs: $(VENV)/dev  ## build the documentation into build/site
 	$(BIN)/mkdocs build --strict --quiet

@@ -1,8 +1,6 @@
 """Draw the film of the README: a robot designed from words, doing its job.
 
-    aidsr design --task simple_grasping --seed 1 --runs build/readme
-    aidsr train build/readme/*_simple_grasping_*/designs/1 --steps 60000 --from-probe
-    python benchmarks/readme/film.py build/readme/*_simple_grasping_*/designs/1 docs/images/grasping.webp
+    make film
 
 First the objective's words, then the best held-out episode of the design's newest policy, then how often it succeeds.
 """
