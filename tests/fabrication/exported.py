@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from aidsr.core.artifacts import ValidationReport
-from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.printers import printer_named
 from aidsr.tasks import load_task
 from aidsr.teams.rules.families import FAMILIES
@@ -40,8 +40,8 @@ def report(robot: str) -> ValidationReport:
 
 
 @cache
-def made(robot: str, material: str | None = None, printer: str = "fdm") -> Made:
-    return make(mjcf(robot), [report(robot)], printer_named(printer), material=material)
+def made(robot: str, material: str | None = None, printer: str = "fdm") -> RobotBuild:
+    return build_robot(mjcf(robot), [report(robot)], printer_named(printer), material=material)
 
 
 @dataclass(frozen=True)

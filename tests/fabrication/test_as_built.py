@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from fingers import WINCH, finger
 
-from aidsr.fabrication.changing import as_built, changes_of
-from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.as_built import as_built, changes_of
+from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.printers import printer_named
 from aidsr.validation import validate
 
 
 @cache
-def made(mjcf: str) -> Made:
-    return make(mjcf, [validate(mjcf)], printer_named("fdm"))
+def made(mjcf: str) -> RobotBuild:
+    return build_robot(mjcf, [validate(mjcf)], printer_named("fdm"))
 
 
 @cache

@@ -8,8 +8,8 @@ from fingers import finger
 
 from aidsr.core.errors import UserError
 from aidsr.fabrication.anatomy import read_anatomy
+from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.hinges import design_hinges
-from aidsr.fabrication.making import make
 from aidsr.fabrication.materials import LINE_SAFETY, line_for, lines, material_for
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.skeleton import Skeleton
@@ -95,7 +95,7 @@ def test_necks_too_thick_for_their_gap_or_their_cables_are_told(stiffness: float
 
 
 def test_a_limb_whose_necks_would_lie_in_its_cables_way_is_made_on_rods() -> None:
-    assert not make(finger(stiffness=20.0), [], printer_named("fdm")).material.elastomer
+    assert not build_robot(finger(stiffness=20.0), [], printer_named("fdm")).material.elastomer
 
 
 def test_what_a_printer_cannot_print_is_refused() -> None:

@@ -14,9 +14,9 @@ from fingers import finger
 from aidsr.core.artifacts import Outcome, Placement, ValidationReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.fabrication.changing import as_built, changes_of
+from aidsr.fabrication.as_built import as_built, changes_of
+from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.force_response import responses
-from aidsr.fabrication.making import make
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.schema import Retest
@@ -137,7 +137,7 @@ def test_a_design_is_made_tried_and_compared_at_the_size_it_was_approved_with(tm
 
 
 def test_an_export_that_is_stopped_leaves_the_folder_as_it_was(tmp_path) -> None:
-    whole, home = make(finger(), [validate(finger())], printer_named("fdm")), tmp_path / "finger" / "export"
+    whole, home = build_robot(finger(), [validate(finger())], printer_named("fdm")), tmp_path / "finger" / "export"
 
     def stopped() -> None:
         with pytest.raises(AttributeError):

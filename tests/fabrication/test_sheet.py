@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from fingers import finger
 
-from aidsr.fabrication.making import make
+from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 
@@ -18,5 +18,5 @@ LONG = '<geom name="post" type="cylinder" size="0.02 0.2" pos="0 0 -0.2" mass="0
     ids=["a post too long for the bed", "a body with a name as of an upper half"],
 )
 def test_only_pieces_that_were_cut_are_to_be_glued(robot: str, glued: bool, tmp_path: Path) -> None:
-    write_package(tmp_path, make(robot, [], printer_named("fdm"), material="tpu95a"), title="a finger")
+    write_package(tmp_path, build_robot(robot, [], printer_named("fdm"), material="tpu95a"), title="a finger")
     assert ("Glue pieces that were cut" in (tmp_path / "sheet.html").read_text()) == glued

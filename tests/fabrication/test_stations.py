@@ -12,7 +12,7 @@ from aidsr.fabrication.materials import lines
 from aidsr.fabrication.printers import PRINTERS, Printer
 from aidsr.fabrication.solids import rounded
 from aidsr.fabrication.stations import Drum, seat_of, spool
-from aidsr.fabrication.winches import Demand, string
+from aidsr.fabrication.winches import Demand, choose_winches
 
 SEATS = {motor.name: seat_of(motor) for motor in catalogue()}
 HORN, SHAFT = SEATS["Feetech STS3215-C018"], SEATS["Pololu 25D gearmotor 20.4:1 HP 12 V"]
@@ -42,7 +42,7 @@ def test_a_line_can_be_tied_to_its_spool(line) -> None:
 def test_a_spool_bends_its_line_gently_and_holds_it_in_one_layer(pull_n: float) -> None:
     cable = Cable(tendon="a", actuator="a", guides=(), wraps=False, length_mm=100, largest_pull_n=pull_n, torques_mm={})
     asked = Demand(pull_n, 0.02, 0.3)
-    (winch,) = string(Anatomy(parts=(), joints=(), cables=(cable,)), {"a": asked}, {})
+    (winch,) = choose_winches(Anatomy(parts=(), joints=(), cables=(cable,)), {"a": asked}, {})
     drum, line = winch.drum, winch.line
     assert 2 * drum.radius_mm >= 10 * line.diameter_mm
     assert drum.radius_mm + line.diameter_mm / 2 == pytest.approx(1000 * winch.fit.spool_radius_m)

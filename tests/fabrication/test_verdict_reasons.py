@@ -6,7 +6,7 @@ import pytest
 from fingers import finger
 
 from aidsr.core.artifacts import Fault, ValidationReport
-from aidsr.fabrication.making import Made, make
+from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.schema import Verdict
 from aidsr.fabrication.verdict import judge, retest_of
@@ -18,8 +18,8 @@ BOTH_WAYS = "".join(MOTOR.format(name=name) for name in ("flex", "extend"))
 
 
 @cache
-def made() -> Made:
-    return make(finger(), [validate(finger())], printer_named("fdm"))
+def made() -> RobotBuild:
+    return build_robot(finger(), [validate(finger())], printer_named("fdm"))
 
 
 def judged(designed: ValidationReport, built: ValidationReport) -> Verdict:

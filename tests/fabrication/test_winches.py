@@ -9,7 +9,7 @@ from aidsr.core.artifacts import ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Cable
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.stations import seat_of, station
-from aidsr.fabrication.winches import Demand, demands, string, winch_faults
+from aidsr.fabrication.winches import Demand, choose_winches, demands, winch_faults
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -31,7 +31,7 @@ def test_cables_are_cut_for_the_spools_that_alike_motors_share() -> None:
         Cable(tendon=name, actuator=name, guides=(), wraps=False, length_mm=100.0, largest_pull_n=10.0, torques_mm={})
         for name in asked
     )
-    winches = string(Anatomy(parts=(), joints=(), cables=cables), asked, {})
+    winches = choose_winches(Anatomy(parts=(), joints=(), cables=cables), asked, {})
     assert len({(winch.fit.motor.name, winch.fit.spool_radius_m) for winch in winches}) == 1
     for winch in winches:
         radius_mm = 1000 * winch.fit.spool_radius_m
@@ -55,12 +55,12 @@ def test_pulls_that_no_motor_holds_are_told() -> None:
         for name, asked in report("arm").measurements["motors"].items()
     }
     asked = demands(anatomy, [ValidationReport(stable=True, measurements={"motors": strong})])
-    codes = {fault.code for fault in winch_faults(anatomy, string(anatomy, asked, {}))}
+    codes = {fault.code for fault in winch_faults(anatomy, choose_winches(anatomy, asked, {}))}
     assert codes == {"cable_stroke", "cable_strength"}
 
 
 def test_an_actuator_nobody_tested_is_told() -> None:
     anatomy = made("arm").anatomy
-    faults = list(winch_faults(anatomy, string(anatomy, demands(anatomy, []), {})))
+    faults = list(winch_faults(anatomy, choose_winches(anatomy, demands(anatomy, []), {})))
     assert [fault.code for fault in faults] == ["cable_stroke"]
     assert len(faults[0].names) == len(anatomy.cables)

@@ -14,8 +14,6 @@ from aidsr.core.artifacts import Artifact, Vec3
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
-__all__ = ["Anatomy", "Cable", "Guide", "Joint", "Part", "Shape", "Vector", "read_anatomy"]
-
 Vector = NDArray[np.float64]
 
 _LIMITS = Limits(wall_s=120, cpu_s=60)
@@ -129,6 +127,6 @@ def read_anatomy(mjcf: str) -> Anatomy:
         MjcfError: The text cannot be loaded.
         IsolationError: Loading ran past a limit.
     """
-    from aidsr.fabrication.reading import read
+    from aidsr.fabrication.anatomy_reader import read
 
     return read(mjcf)

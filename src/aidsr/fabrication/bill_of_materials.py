@@ -6,10 +6,8 @@ import math
 from collections import defaultdict
 
 from aidsr.core.artifacts import Artifact
-from aidsr.fabrication.making import Made
+from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.winches import SHEATH_MM
-
-__all__ = ["Item", "bill"]
 
 
 class Item(Artifact):
@@ -23,18 +21,18 @@ class Item(Artifact):
     source: str = ""
 
 
-def bill(made: Made) -> tuple[Item, ...]:
+def bill(build: RobotBuild) -> tuple[Item, ...]:
     """Return all that is bought."""
-    return (*_motors(made), *_rods(made), *_lines(made), *_small(made), *_plastic(made))
+    return (*_motors(build), *_rods(build), *_lines(build), *_small(build), *_plastic(build))
 
 
-def _motors(made: Made) -> list[Item]:
+def _motors(build: RobotBuild) -> list[Item]:
     groups: dict[str, list[str]] = defaultdict(list)
     motors = {}
-    for winch in made.winches:
+    for winch in build.winches:
         if winch.fit is not None:
             motors[winch.fit.motor.name] = winch.fit.motor
-            groups[winch.fit.motor.name].append(made.anatomy.cables[winch.cable].actuator)
+            groups[winch.fit.motor.name].append(build.anatomy.cables[winch.cable].actuator)
     return [
         Item(
             what=f"motor {name}, {motors[name].voltage_v:g} V",
@@ -47,11 +45,11 @@ def _motors(made: Made) -> list[Item]:
     ]
 
 
-def _rods(made: Made) -> list[Item]:
+def _rods(build: RobotBuild) -> list[Item]:
     lengths: dict[tuple[str, float], list[float]] = defaultdict(list)
     stock = {}
-    for rod in made.shaping.rods:
-        backbone = made.hinges.backbones[rod.backbone]
+    for rod in build.shaping.rods:
+        backbone = build.hinges.backbones[rod.backbone]
         stock[backbone.rod.label] = backbone.rod
         lengths[(backbone.rod.label, backbone.diameter_mm)].append(rod.length_mm)
     return [
@@ -71,13 +69,13 @@ def _counted(lengths: list[float]) -> list[tuple[int, int]]:
     return [(length, rounded.count(length)) for length in sorted(set(rounded))]
 
 
-def _lines(made: Made) -> list[Item]:
+def _lines(build: RobotBuild) -> list[Item]:
     items: list[Item] = []
     cut: dict[str, float] = defaultdict(float)
-    lines = {winch.line.label: winch.line for winch in made.winches if winch.line is not None}
+    lines = {winch.line.label: winch.line for winch in build.winches if winch.line is not None}
     sheaths: dict[str, list[float]] = defaultdict(list)
-    tubes = {winch.sheath.label: winch.sheath for winch in made.winches}
-    for winch in made.winches:
+    tubes = {winch.sheath.label: winch.sheath for winch in build.winches}
+    for winch in build.winches:
         sheaths[winch.sheath.label].append(SHEATH_MM)
         if winch.line is not None:
             cut[winch.line.label] += winch.cut_mm
@@ -92,19 +90,19 @@ def _lines(made: Made) -> list[Item]:
     return items
 
 
-def _small(made: Made) -> list[Item]:
-    count = len(made.winches)
+def _small(build: RobotBuild) -> list[Item]:
+    count = len(build.winches)
     items = [Item(what="crimp sleeve or bead, 2 mm", amount=str(count), used_for="tied ends", cost_usd=0.1 * count)]
     if count:
-        screws = 4 * count + (4 if made.shaping.flange_mm else 0)
+        screws = 4 * count + (4 if build.shaping.flange_mm else 0)
         items.append(Item(what="screw M4 x 12", amount=str(screws), used_for="stations, foot", cost_usd=0.1 * screws))
     return items
 
 
-def _plastic(made: Made) -> list[Item]:
+def _plastic(build: RobotBuild) -> list[Item]:
     masses: dict[str, float] = defaultdict(float)
-    used = {part.material.label: part.material for part in made.parts}
-    for part in made.parts:
+    used = {part.material.label: part.material for part in build.parts}
+    for part in build.parts:
         masses[part.material.label] += part.weight.printed_kg * len(part.used_for)
     return [
         Item(

@@ -11,8 +11,6 @@ from aidsr.fabrication.anatomy import Vector
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import Triangles, frame_along, placed, triangles
 
-__all__ = ["Print", "is_watertight", "thinnest_wall_mm", "to_print"]
-
 Size = tuple[float, float, float]
 
 _PROBES = 300

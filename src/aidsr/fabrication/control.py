@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.force_response import Response
-from aidsr.fabrication.making import Made
-
-__all__ = ["DRIVE", "control_map"]
 
 
-def control_map(made: Made, responses: tuple[Response, ...]) -> dict[str, Any]:
+def control_map(build: RobotBuild, responses: tuple[Response, ...]) -> dict[str, Any]:
     """Return what `drive.py` reads: for each actuator its motor, spool, and table from control to spool angle."""
     known = {response.actuator: response for response in responses}
     actuators = []
-    for number, winch in enumerate(made.winches, start=1):
-        name = made.anatomy.cables[winch.cable].actuator
+    for number, winch in enumerate(build.winches, start=1):
+        name = build.anatomy.cables[winch.cable].actuator
         response, radius_mm = known.get(name), 1000 * winch.fit.spool_radius_m if winch.fit else None
         if response is None or radius_mm is None or winch.fit is None:
             continue
@@ -23,7 +21,7 @@ def control_map(made: Made, responses: tuple[Response, ...]) -> dict[str, Any]:
         actuators.append(
             {
                 "name": name,
-                "cable": made.anatomy.cables[winch.cable].tendon,
+                "cable": build.anatomy.cables[winch.cable].tendon,
                 "motor_id": number,
                 "motor": winch.fit.motor.name,
                 "spool_radius_mm": round(radius_mm, 2),

@@ -1,4 +1,4 @@
-"""Which pieces are the same but for where they sit, so that one file serves for all of them."""
+"""Which pieces have the same shape, so that one file serves for all of them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from manifold3d import Manifold
 
 from aidsr.fabrication.anatomy import Part, Vector
 from aidsr.fabrication.solids import placed, triangles
-
-__all__ = ["alike", "moments"]
 
 _TOLERANCE = 0.02
 """Largest relative difference of the moments of two pieces that are the same. Our choice: facets of curved faces."""
@@ -33,6 +31,6 @@ def moments(solid: Manifold, part: Part) -> Vector:
     return np.concatenate([[np.cbrt(total)], at_home.bounding_box(), middle.sum(axis=0) / total, signed_root])
 
 
-def alike(one: Vector, other: Vector) -> bool:
+def same_shape(one: Vector, other: Vector) -> bool:
     """Whether two pieces with these moments are the same."""
     return bool(np.abs(one - other).max() <= _TOLERANCE * one[0])

@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
 
-__all__ = ["elastic_faults", "unmakeable"]
-
 _SAME_STIFFNESS = 0.1
 """Stiffnesses about two axes that differ by less than this share are made by one round rod. Our choice."""
 
@@ -17,7 +15,7 @@ def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
     """Yield the joints that no elastic hinge can stand for, whatever it is made of."""
     reasons: dict[str, list[str]] = {}
     for joint in anatomy.joints:
-        reason = unmakeable(joint)
+        reason = unsupported_reason(joint)
         if reason:
             reasons.setdefault(reason, []).extend(joint.names)
     for reason, names in reasons.items():
@@ -31,7 +29,7 @@ def elastic_faults(anatomy: Anatomy) -> Iterator[Fault]:
         )
 
 
-def unmakeable(joint: Joint) -> str:
+def unsupported_reason(joint: Joint) -> str:
     """Return why no rod or neck can stand for a joint; "" where one can."""
     if joint.kind == "other":
         return "slides or has more than turning joints; rods and necks only bend"

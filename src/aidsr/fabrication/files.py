@@ -12,8 +12,6 @@ import numpy as np
 
 from aidsr.fabrication.solids import Triangles
 
-__all__ = ["stl", "three_mf"]
-
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'

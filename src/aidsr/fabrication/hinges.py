@@ -16,12 +16,10 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy, Joint
-from aidsr.fabrication.elastic import elastic_faults, unmakeable
+from aidsr.fabrication.elastic import elastic_faults, unsupported_reason
 from aidsr.fabrication.materials import Material, Rod, rods
 from aidsr.fabrication.skeleton import Gap, Skeleton
 from aidsr.sim.beam import rod_diameter, rod_stiffness
-
-__all__ = ["Backbone", "Hinge", "Hinges", "design_hinges"]
 
 _LEAST_CLAMP_MM = 3.0
 """Length over which a part must hold a rod. Our choice: a glued joint of two to three diameters."""
@@ -92,7 +90,7 @@ def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> H
     hinges: dict[int, Hinge] = {}
     backbones: list[Backbone] = []
     faults = list(elastic_faults(anatomy))
-    makeable = {index for index, joint in enumerate(anatomy.joints) if not unmakeable(joint)}
+    makeable = {index for index, joint in enumerate(anatomy.joints) if not unsupported_reason(joint)}
     for limb in skeleton.limbs:
         joints = tuple(index for index in limb if index in makeable)
         if material.elastomer:
@@ -100,12 +98,12 @@ def design_hinges(anatomy: Anatomy, skeleton: Skeleton, material: Material) -> H
             hinges |= {hinge.joint: hinge for hinge in found}
             continue
         for stretch in _stretches(joints, skeleton):
-            made = _best_backbone(anatomy, skeleton, stretch)
-            if made is None:
+            build = _best_backbone(anatomy, skeleton, stretch)
+            if build is None:
                 faults.append(_no_rod(anatomy, skeleton, stretch))
                 continue
-            backbones.append(made[0])
-            hinges |= {hinge.joint: hinge for hinge in made[1]}
+            backbones.append(build[0])
+            hinges |= {hinge.joint: hinge for hinge in build[1]}
     faults += [*_strained(anatomy, hinges), *_too_thick(anatomy, skeleton, hinges)]
     return Hinges(hinges, tuple(backbones), tuple(faults))
 

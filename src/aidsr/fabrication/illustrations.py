@@ -10,13 +10,11 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from aidsr.fabrication.anatomy import Vector
-from aidsr.fabrication.cutting import Piece
-from aidsr.fabrication.drawing import Coloured, View, draw, view_of
-from aidsr.fabrication.making import Made
+from aidsr.fabrication.build import RobotBuild
+from aidsr.fabrication.cut_parts import Piece
+from aidsr.fabrication.draw_solids import Coloured, View, draw, view_of
 from aidsr.fabrication.solids import rounded, triangles
 from aidsr.fabrication.stations import seat_of, spool, station
-
-__all__ = ["exploded", "routing", "winch_picture"]
 
 _APART = 0.55
 """How far pieces are moved away from the root / their distance from it. Our choice: they no longer overlap."""
@@ -30,20 +28,22 @@ _SIZE = (860, 620)
 _CABLE_COLOURS = ("#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a65", "#a04000", "#566573")
 
 
-def exploded(made: Made) -> Markup:
+def exploded(build: RobotBuild) -> Markup:
     """Return the robot taken apart, with the letter of its file at each piece."""
-    pieces, root = made.shaping.pieces, _middle(made.shaping.pieces[0])
-    letters = {name: chr(65 + n % 26) for n, part in enumerate(made.robot_parts) for name in part.used_for}
-    kinds = {name: n for n, part in enumerate(made.robot_parts) for name in part.used_for}
+    pieces, root = build.shaping.pieces, _middle(build.shaping.pieces[0])
+    letters = {name: chr(65 + n % 26) for n, part in enumerate(build.robot_parts) for name in part.used_for}
+    kinds = {name: n for n, part in enumerate(build.robot_parts) for name in part.used_for}
     shifts = [_APART * (_middle(piece) - root) for piece in pieces]
     items = [
         Coloured(triangles(piece.solid.simplify(_COARSE_MM)), _COLOURS[kinds[piece.name] % len(_COLOURS)], shift)
         for piece, shift in zip(pieces, shifts, strict=True)
     ]
-    for rod in made.shaping.rods:
-        diameter = made.hinges.backbones[rod.backbone].diameter_mm
+    for rod in build.shaping.rods:
+        diameter = build.hinges.backbones[rod.backbone].diameter_mm
         along = (rod.end - rod.begin) * (1 + _APART)
-        aside = 1.6 * made.skeleton.gaps[made.hinges.backbones[rod.backbone].joints[0]].reach_mm * np.array([1.0, 0, 0])
+        aside = (
+            1.6 * build.skeleton.gaps[build.hinges.backbones[rod.backbone].joints[0]].reach_mm * np.array([1.0, 0, 0])
+        )
         begin = root + (1 + _APART) * (rod.begin - root) + aside
         items.append(Coloured(triangles(rounded(begin, begin + along, diameter / 2)), _ROD_COLOUR, np.zeros(3)))
     view = _view(items)
@@ -51,15 +51,15 @@ def exploded(made: Made) -> Markup:
     return _labelled(draw(items, view), view, list(zip(centres, [letters[p.name] for p in pieces], strict=True)))
 
 
-def winch_picture(made: Made) -> Markup:
+def winch_picture(build: RobotBuild) -> Markup:
     """Return one winch: its station, and the spool before the shaft it goes on."""
-    first = next((winch for winch in made.winches if winch.fit is not None), None)
+    first = next((winch for winch in build.winches if winch.fit is not None), None)
     if first is None or first.fit is None:
         return Markup("")
     seat = seat_of(first.fit.motor)
-    stand = station(seat, first.drum, first.sheath, made.printer)
+    stand = station(seat, first.drum, first.sheath, build.printer)
     _, _, _, _, wide, high = stand.bounding_box()
-    drum = spool(seat, first.drum, made.printer).rotate((-90, 0, 0)).translate((0, wide + 12, high / 2))
+    drum = spool(seat, first.drum, build.printer).rotate((-90, 0, 0)).translate((0, wide + 12, high / 2))
     items = [
         Coloured(triangles(stand.simplify(_COARSE_MM)), _COLOURS[0], np.zeros(3)),
         Coloured(triangles(drum.simplify(_COARSE_MM)), _COLOURS[2], np.zeros(3)),
@@ -70,21 +70,21 @@ def winch_picture(made: Made) -> Markup:
     return _labelled(draw(items, view), view, labels, "picture narrow")
 
 
-def routing(made: Made) -> Markup:
+def routing(build: RobotBuild) -> Markup:
     """Return each limb seen from its tip, with its cables where they leave the root, one colour a cable."""
-    return Markup("").join(_limb_end(made, limb) for limb in made.skeleton.limbs)
+    return Markup("").join(_limb_end(build, limb) for limb in build.skeleton.limbs)
 
 
-def _limb_end(made: Made, limb: tuple[int, ...]) -> Markup:
-    gap = made.skeleton.gaps[limb[0]]
-    members = {made.anatomy.joints[index].child for index in limb}
-    cables = [n for n, cable in enumerate(made.anatomy.cables) if any(guide.part in members for guide in cable.guides)]
+def _limb_end(build: RobotBuild, limb: tuple[int, ...]) -> Markup:
+    gap = build.skeleton.gaps[limb[0]]
+    members = {build.anatomy.joints[index].child for index in limb}
+    cables = [n for n, cable in enumerate(build.anatomy.cables) if any(guide.part in members for guide in cable.guides)]
     side = _sideways(gap.after)
     across = np.cross(gap.after, side)
     drawn = []
     for number in cables:
-        guide = next(g for g in made.anatomy.cables[number].guides if g.part in members)
-        anchors = [made.skeleton.gaps[j] for j in limb if made.anatomy.joints[j].child == guide.part]
+        guide = next(g for g in build.anatomy.cables[number].guides if g.part in members)
+        anchors = [build.skeleton.gaps[j] for j in limb if build.anatomy.joints[j].child == guide.part]
         away = np.array(guide.position_mm) - anchors[0].anchor
         drawn.append((number, float(away @ side), float(away @ across)))
     reach = max([gap.radius_mm, *(math.hypot(x, y) for _, x, y in drawn)]) + 3.0
@@ -95,12 +95,12 @@ def _limb_end(made: Made, limb: tuple[int, ...]) -> Markup:
         px, py = 150 + scale * x, 105 - scale * y
         shapes.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" r="5" fill="{colour}"/>')
         anchor = "start" if px >= 150 else "end"
-        name = escape(made.anatomy.cables[number].actuator or made.anatomy.cables[number].tendon)
+        name = escape(build.anatomy.cables[number].actuator or build.anatomy.cables[number].tendon)
         shift = 9 if px >= 150 else -9
         shapes.append(
             f'<text x="{px + shift:.1f}" y="{py + 4:.1f}" text-anchor="{anchor}" fill="{colour}">{name}</text>'
         )
-    name = escape(made.anatomy.parts[made.anatomy.joints[limb[0]].child].name)
+    name = escape(build.anatomy.parts[build.anatomy.joints[limb[0]].child].name)
     title = f'<text x="150" y="206" text-anchor="middle">limb that begins with {name}</text>'
     return Markup(f'<svg viewBox="-40 0 380 212" class="routing">{"".join(shapes)}{title}</svg>')
 

@@ -11,12 +11,10 @@ from manifold3d import Manifold
 
 from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy
-from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.cut_parts import Piece
 from aidsr.fabrication.routing import Bore, Duct
-from aidsr.fabrication.shaping import Shaping
+from aidsr.fabrication.shape_parts import Shaping
 from aidsr.fabrication.solids import rounded, union
-
-__all__ = ["Passage", "duct_faults", "overlap_faults", "passages"]
 
 _FREE_SHARE, _HELD_SHARE = 0.01, 0.95
 """Share of a cable that may touch plastic, and share of the wall around it that must be there. Our choice: facets of a

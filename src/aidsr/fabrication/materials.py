@@ -11,19 +11,6 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
 from aidsr.fabrication.printers import Printer
 
-__all__ = [
-    "LINE_SAFETY",
-    "Line",
-    "Material",
-    "Rod",
-    "Sheath",
-    "line_for",
-    "material_for",
-    "materials",
-    "rods",
-    "sheath_for",
-]
-
 LINE_SAFETY = 4.0
 """Breaking load of a line / the pull it works under. Our choice: knots halve the strength of a braided line, and half
 of what is left keeps it from creeping."""
@@ -126,5 +113,5 @@ def material_for(printer: Printer, name: str | None) -> tuple[Material, ...]:
     chosen = tuple(material for material in fitting if material.name == name)
     if not chosen:
         known = ", ".join(material.name for material in fitting)
-        raise UserError(f'a material for the {printer.name} printer was expected, one of {known}; found "{name}"')
+        raise UserError(f'the {printer.name} printer has no material "{name}"; choose one of {known}')
     return chosen

@@ -7,21 +7,19 @@ import shutil
 from pathlib import Path
 
 from aidsr.fabrication.bill_of_materials import bill
+from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.control import DRIVE, control_map
 from aidsr.fabrication.files import stl, three_mf
 from aidsr.fabrication.force_response import Response
-from aidsr.fabrication.making import Made
 from aidsr.fabrication.schema import MARK, PartEntry, Retest, Verdict
 from aidsr.fabrication.sheet import sheet
 from aidsr.fabrication.step import step
 from aidsr.fabrication.verdict import judge
 
-__all__ = ["write_package"]
-
 
 def write_package(
     folder: Path,
-    made: Made,
+    build: RobotBuild,
     *,
     title: str,
     built_mjcf: str | None = None,
@@ -35,7 +33,7 @@ def write_package(
 
     Args:
         folder: Made when it is missing; files of an earlier export in it are replaced.
-        made: The robot.
+        build: The robot.
         title: What the sheet calls it.
         built_mjcf: The robot as built.
         responses: How far each actuator reels in.
@@ -46,17 +44,17 @@ def write_package(
     unfinished = home.with_name(f".{home.name}.unfinished")
     _remove(unfinished)
     try:
-        _write_parts(unfinished / "parts", made, cad=cad)
-        items = bill(made)
-        verdict = judge(made, tuple((item.what, item.cost_usd) for item in items), retest)
-        control = control_map(made, responses)
+        _write_parts(unfinished / "parts", build, cad=cad)
+        items = bill(build)
+        verdict = judge(build, tuple((item.what, item.cost_usd) for item in items), retest)
+        control = control_map(build, responses)
         texts = {
-            "sheet.html": sheet(made, verdict, items, control, title),
+            "sheet.html": sheet(build, verdict, items, control, title),
             "control.json": json.dumps(control, indent=2),
             "drive.py": DRIVE,
-            "parts.json": json.dumps(_part_list(made), indent=2),
+            "parts.json": json.dumps(_part_list(build), indent=2),
             "bill.json": json.dumps([item.model_dump(mode="json") for item in items], indent=2),
-            "cables.json": json.dumps(_cable_list(made), indent=2),
+            "cables.json": json.dumps(_cable_list(build), indent=2),
             MARK: verdict.model_dump_json(indent=2),
         }
         if built_mjcf is not None:
@@ -69,9 +67,9 @@ def write_package(
     return verdict
 
 
-def _write_parts(folder: Path, made: Made, *, cad: bool) -> None:
+def _write_parts(folder: Path, build: RobotBuild, *, cad: bool) -> None:
     folder.mkdir(parents=True)
-    for part in made.parts:
+    for part in build.parts:
         (folder / f"{part.name}.3mf").write_bytes(three_mf(part.lying.surface, part.name))
         (folder / f"{part.name}.stl").write_bytes(stl(part.lying.surface, part.name))
         if cad:
@@ -95,7 +93,7 @@ def _remove(folder: Path) -> None:
         shutil.rmtree(folder)
 
 
-def _part_list(made: Made) -> list[dict[str, object]]:
+def _part_list(build: RobotBuild) -> list[dict[str, object]]:
     entries = (
         PartEntry(
             file=part.name,
@@ -112,16 +110,16 @@ def _part_list(made: Made) -> list[dict[str, object]]:
             watertight=part.lying.watertight,
             fits_bed=part.lying.fits,
         )
-        for part in made.parts
+        for part in build.parts
     )
     return [entry.model_dump(mode="json") for entry in entries]
 
 
-def _cable_list(made: Made) -> list[dict[str, object]]:
+def _cable_list(build: RobotBuild) -> list[dict[str, object]]:
     return [
         {
-            "cable": made.anatomy.cables[winch.cable].tendon,
-            "actuator": made.anatomy.cables[winch.cable].actuator,
+            "cable": build.anatomy.cables[winch.cable].tendon,
+            "actuator": build.anatomy.cables[winch.cable].actuator,
             "line": winch.line.label if winch.line else None,
             "in_robot_mm": round(winch.inside_mm, 1),
             "stroke_mm": round(1000 * winch.demand.stroke_m, 1),
@@ -133,7 +131,7 @@ def _cable_list(made: Made) -> list[dict[str, object]]:
             "motor_speed_m_s": round(winch.fit.speed_m_s, 4) if winch.fit else None,
             "torque_share": round(winch.fit.torque_share, 3) if winch.fit else None,
             "spool_radius_mm": 1000 * winch.fit.spool_radius_m if winch.fit else None,
-            "guides": [guide.site for guide in made.anatomy.cables[winch.cable].guides],
+            "guides": [guide.site for guide in build.anatomy.cables[winch.cable].guides],
         }
-        for winch in made.winches
+        for winch in build.winches
     ]

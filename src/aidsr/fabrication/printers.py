@@ -5,8 +5,6 @@ from __future__ import annotations
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
 
-__all__ = ["PRINTERS", "Printer", "printer_named"]
-
 
 class Printer(Artifact):
     """One kind of printer."""
@@ -81,4 +79,4 @@ def printer_named(name: str) -> Printer:
     for printer in PRINTERS:
         if printer.name == name:
             return printer
-    raise UserError(f'a printer was expected, one of {", ".join(p.name for p in PRINTERS)}; found "{name}"')
+    raise UserError(f'unknown printer "{name}"; choose one of {", ".join(p.name for p in PRINTERS)}')

@@ -16,8 +16,6 @@ from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.skeleton import Skeleton, unit
 from aidsr.fabrication.solids import bell_mouth, first_hits, rounded
 
-__all__ = ["Bore", "Duct", "bore_for", "ducts_of", "routing_faults"]
-
 _FILLET_MM = 0.6
 """Radius of a mouth. Our choice: the line's own radius twice over, and less than the wall around it."""
 

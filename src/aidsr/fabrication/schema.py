@@ -1,6 +1,6 @@
-"""What an export tells of itself, as read from its files: verdict.json and parts.json.
+"""The files of an export: verdict.json and parts.json.
 
-Whoever only wants to look needs no library of solids.
+Reading an export needs no library of solids.
 """
 
 from __future__ import annotations
@@ -8,8 +8,6 @@ from __future__ import annotations
 from typing import Literal
 
 from aidsr.core.artifacts import Artifact, Fault
-
-__all__ = ["MARK", "REACH_TOLERANCE", "Change", "PartEntry", "Retest", "Verdict"]
 
 MARK = "verdict.json"
 """File by which a folder is known to be an export, and may be replaced by the next."""
@@ -47,7 +45,7 @@ class Retest(Artifact):
 
 
 class Verdict(Artifact):
-    """What is said of a robot that somebody wants to build."""
+    """Whether a robot can be built, with reasons, changes, mass and cost."""
 
     verdict: Literal["buildable", "buildable with changes", "not buildable"]
     reasons: tuple[Fault, ...]

@@ -8,14 +8,12 @@ import jinja2
 
 from aidsr.core.formatting import finding
 from aidsr.fabrication.bill_of_materials import Item
+from aidsr.fabrication.build import PrintedPart, RobotBuild
 from aidsr.fabrication.illustrations import exploded, routing, winch_picture
-from aidsr.fabrication.making import Made, PrintedPart
 from aidsr.fabrication.schema import Verdict
 
-__all__ = ["sheet"]
 
-
-def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[str, Any], title: str) -> str:
+def sheet(build: RobotBuild, verdict: Verdict, items: tuple[Item, ...], control: dict[str, Any], title: str) -> str:
     """Return the sheet as HTML that needs nothing else."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
@@ -23,20 +21,20 @@ def sheet(made: Made, verdict: Verdict, items: tuple[Item, ...], control: dict[s
     environment.filters["finding"] = finding
     return environment.get_template("sheet.html.j2").render(
         title=title,
-        made=made,
+        build=build,
         verdict=verdict,
         items=items,
         total_usd=sum(item.cost_usd or 0.0 for item in items),
-        parts=[(chr(65 + n % 26), part) for n, part in enumerate(made.robot_parts)],
-        bench=[part for part in made.parts if part.what != "robot"],
-        cut=any(piece.cut for piece in made.shaping.pieces),
+        parts=[(chr(65 + n % 26), part) for n, part in enumerate(build.robot_parts)],
+        bench=[part for part in build.parts if part.what != "robot"],
+        cut=any(piece.cut for piece in build.shaping.pieces),
         settings=_settings,
-        cables=_cables(made),
-        hinges=_hinges(made),
+        cables=_cables(build),
+        hinges=_hinges(build),
         control=control["actuators"],
-        exploded=exploded(made),
-        routing=routing(made),
-        winch=winch_picture(made),
+        exploded=exploded(build),
+        routing=routing(build),
+        winch=winch_picture(build),
     )
 
 
@@ -51,20 +49,20 @@ def _settings(part: PrintedPart) -> str:
     return ", ".join(words)
 
 
-def _cables(made: Made) -> list[dict[str, Any]]:
+def _cables(build: RobotBuild) -> list[dict[str, Any]]:
     rows = []
-    for winch in made.winches:
-        cable = made.anatomy.cables[winch.cable]
-        parts = list(dict.fromkeys(made.anatomy.parts[guide.part].name for guide in cable.guides))
+    for winch in build.winches:
+        cable = build.anatomy.cables[winch.cable]
+        parts = list(dict.fromkeys(build.anatomy.parts[guide.part].name for guide in cable.guides))
         rows.append({"winch": winch, "cable": cable, "first": parts[0], "last": parts[-1], "passes": len(parts)})
     return rows
 
 
-def _hinges(made: Made) -> list[dict[str, Any]]:
+def _hinges(build: RobotBuild) -> list[dict[str, Any]]:
     """One row for each kind of hinge, with the joints it is made for."""
     rows: dict[tuple[Any, ...], dict[str, Any]] = {}
-    for index, hinge in made.hinges.hinges.items():
-        gap, name = made.skeleton.gaps[index], made.anatomy.joints[index].names[0]
+    for index, hinge in build.hinges.hinges.items():
+        gap, name = build.skeleton.gaps[index], build.anatomy.joints[index].names[0]
         sizes = (
             hinge.thickness_mm,
             hinge.width_mm,

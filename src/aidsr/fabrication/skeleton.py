@@ -12,8 +12,6 @@ import numpy as np
 
 from aidsr.fabrication.anatomy import Anatomy, Guide, Joint, Shape, Vector
 
-__all__ = ["Gap", "Skeleton", "unit"]
-
 _LEAST_HALF_GAP_MM = 1.0
 """Our choice: faces closer than 2 mm touch at once when they bend."""
 

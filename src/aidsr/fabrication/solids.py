@@ -11,19 +11,6 @@ from numpy.typing import NDArray
 from aidsr.fabrication.anatomy import Shape, Vector
 from aidsr.fabrication.skeleton import unit
 
-__all__ = [
-    "Triangles",
-    "bell_mouth",
-    "box_between",
-    "first_hits",
-    "frame_along",
-    "placed",
-    "rounded",
-    "solid_of",
-    "triangles",
-    "union",
-]
-
 _CHORD_ERROR_MM = 0.03
 """How far the sides of a circle may run inside it. Our choice: below what printers resolve."""
 

@@ -20,8 +20,6 @@ from aidsr.fabrication.materials import Sheath
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import rounded, union
 
-__all__ = ["SPARE_TURNS", "Drum", "Seat", "seat_of", "spool", "station"]
-
 SPARE_TURNS = 1.5
 """Turns of cable that stay on a spool. Our choice: so that its tie is never loaded."""
 

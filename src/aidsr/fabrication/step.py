@@ -14,8 +14,6 @@ from manifold3d import Manifold, Mesh64
 from aidsr.core.extras import require_extra
 from aidsr.fabrication.solids import Triangles, triangles
 
-__all__ = ["step"]
-
 _SHORT_MM = 0.01
 """Detail that is left out. Our choice: far below what printers resolve, far above a CAD program's 1e-7 mm."""
 

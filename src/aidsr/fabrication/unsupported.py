@@ -1,4 +1,4 @@
-"""What a simulation can do and no part stands for: a cable with two motors, joints that turn as one, lifted weight."""
+"""What no part can stand for: a cable with two motors, joints that turn as one, weight that gravcomp carries."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from collections.abc import Iterator
 from aidsr.core.artifacts import Fault
 from aidsr.fabrication.anatomy import Anatomy
 
-__all__ = ["unbuilt_faults"]
 
-
-def unbuilt_faults(anatomy: Anatomy) -> Iterator[Fault]:
+def unsupported_faults(anatomy: Anatomy) -> Iterator[Fault]:
     """Yield what would be missing from the built robot."""
     for code, names, message, cure in (
         (

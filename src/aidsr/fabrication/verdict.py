@@ -1,4 +1,4 @@
-"""Can it be built: the verdict on a made robot, and what it was compared with."""
+"""The verdict: can the robot be built, and how does it move as built?"""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ import math
 
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.core.formatting import finding
-from aidsr.fabrication.changing import changes_of
-from aidsr.fabrication.making import Made
+from aidsr.fabrication.as_built import changes_of
+from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.schema import REACH_TOLERANCE, Retest, Verdict
-
-__all__ = ["judge", "retest_of"]
 
 MASS_TOLERANCE = 0.15
 """The same of the mass of what moves. Source: what the project asks of a built robot; beyond it is a warning, as the
@@ -18,7 +16,7 @@ robot is tried with its new mass."""
 
 _ANSWERED = frozenset({"actuator_overforce", "actuator_power", "actuator_speed", "cable_stroke", "implausible_density"})
 """What the validator asks by rules of thumb, and an export answers with the motors, lines and plastic that it names,
-or with errors of its own where it finds none. Told as warnings."""
+or with errors of its own where it finds none. Reported as warnings."""
 
 
 def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
@@ -37,33 +35,33 @@ def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
     )
 
 
-def judge(made: Made, bill: tuple[tuple[str, float | None], ...], retest: Retest | None) -> Verdict:
+def judge(build: RobotBuild, bill: tuple[tuple[str, float | None], ...], retest: Retest | None) -> Verdict:
     """Return the verdict.
 
     Args:
-        made: The robot.
+        build: The robot.
         bill: What is bought, and for how much.
         retest: How the robot as built behaves; None where that was not tried.
     """
-    reasons, changes = [*made.faults], changes_of(made)
+    reasons, changes = [*build.faults], changes_of(build)
     if retest is not None:
-        reasons = [*_design_reasons(retest, made.faults), *reasons, *_retest_reasons(retest)]
+        reasons = [*_design_reasons(retest, build.faults), *reasons, *_retest_reasons(retest)]
     errors = [fault for fault in reasons if fault.severity == "error"]
-    parts = made.anatomy.parts
-    held = {piece.name for piece in made.shaping.pieces if all(parts[part].held for part in piece.parts)}
+    parts = build.anatomy.parts
+    held = {piece.name for piece in build.shaping.pieces if all(parts[part].held for part in piece.parts)}
     masses = [
         (p.used_for, p.weight.simulated_kg * len(p.used_for), p.weight.mass_kg * len(p.used_for))
-        for p in made.robot_parts
+        for p in build.robot_parts
     ]
     moving = [entry for entry in masses if not held & set(entry[0])]
     reasons += _mass_reasons(sum(entry[1] for entry in moving), sum(entry[2] for entry in moving))
-    weights = [w.fit.motor.mass_kg if w.fit else None for w in made.winches]
+    weights = [w.fit.motor.mass_kg if w.fit else None for w in build.winches]
     return Verdict(
         verdict="not buildable" if errors else "buildable with changes" if changes else "buildable",
         reasons=tuple(sorted(reasons, key=lambda fault: fault.severity != "error")),
         changes=changes,
-        printer=made.printer.name,
-        material=made.material.name,
+        printer=build.printer.name,
+        material=build.material.name,
         simulated_g=round(1000 * sum(entry[1] for entry in masses), 1),
         built_g=round(1000 * sum(entry[2] for entry in masses), 1),
         moving_simulated_g=round(1000 * sum(entry[1] for entry in moving), 1),
@@ -102,25 +100,23 @@ def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
 
     Args:
         retest: With the faults of the design.
-        known: Faults that are told already.
+        known: Faults that are reported already.
     """
-    told = {(fault.code, fault.severity, name) for fault in known for name in fault.names}
+    reported = {(fault.code, fault.severity, name) for fault in known for name in fault.names}
     found = []
     if unsound := _unsound(retest.designed_faults):
         message = "the design itself is unstable, before anything is changed to build it"
-        found.append(
-            _unstable("unstable_as_designed", unsound, message, "Mend what aidsr validate says of the design.")
-        )
+        found.append(_unstable("unstable_as_designed", unsound, message, "Fix the faults that aidsr validate reports."))
     found += [
-        _as_told(fault)
+        _as_reported(fault)
         for fault in retest.designed_faults
         if fault.layer == "realizability"
-        and not any((fault.code, _as_told(fault).severity, name) in told for name in fault.names)
+        and not any((fault.code, _as_reported(fault).severity, name) in reported for name in fault.names)
     ]
     return found
 
 
-def _as_told(fault: Fault) -> Fault:
+def _as_reported(fault: Fault) -> Fault:
     return fault.model_copy(update={"severity": "warning"}) if fault.code in _ANSWERED else fault
 
 
@@ -128,7 +124,7 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
     """What the robot as built does wrong that the design does not."""
     had = {fault.code for fault in retest.designed_faults if fault.severity == "error"}
     found = [
-        _as_told(fault).model_copy(update={"message": f"as built, {fault.message}"})
+        _as_reported(fault).model_copy(update={"message": f"as built, {fault.message}"})
         for fault in retest.faults
         if fault.severity == "error" and fault.layer == "realizability" and fault.code not in had
     ]

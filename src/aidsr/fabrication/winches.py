@@ -12,8 +12,6 @@ from aidsr.fabrication.anatomy import Anatomy
 from aidsr.fabrication.materials import Line, Sheath, line_for, lines, sheath_for
 from aidsr.fabrication.stations import SPARE_TURNS, Drum
 
-__all__ = ["Demand", "Winch", "demands", "string", "winch_faults"]
-
 SHEATH_FRICTION = 0.1
 """Coefficient of friction of UHMWPE or steel in PTFE. Source: PTFE on polished steel 0.05 to 0.1; the upper end."""
 
@@ -94,30 +92,32 @@ def demands(anatomy: Anatomy, reports: Iterable[ValidationReport]) -> dict[str, 
     most: dict[str, Demand] = {}
     names = {cable.actuator for cable in anatomy.cables if cable.actuator}
     for report in reports:
-        for name, asked in report.measurements.get("motors", {}).items():
+        for name, motor in report.measurements.get("motors", {}).items():
             own = name.removeprefix("robot/")
             if own not in names:
                 continue
             known = most.get(own, Demand(0.0, 0.0, 0.0))
             most[own] = Demand(
-                max(known.tension_n, asked["tension_n"]),
-                max(known.speed_m_s, asked["speed_m_s"]),
-                max(known.stroke_m, asked["stroke_m"]),
+                max(known.tension_n, motor["tension_n"]),
+                max(known.speed_m_s, motor["speed_m_s"]),
+                max(known.stroke_m, motor["stroke_m"]),
             )
     return most
 
 
-def string(anatomy: Anatomy, asked: dict[str, Demand], entries_mm: dict[int, float]) -> tuple[Winch, ...]:
+def choose_winches(
+    anatomy: Anatomy, demands_by_actuator: dict[str, Demand], entries_mm: dict[int, float]
+) -> tuple[Winch, ...]:
     """Return a winch for each driven cable.
 
     Args:
         anatomy: The robot.
-        asked: What each actuator must give.
+        demands_by_actuator: What each actuator must provide.
         entries_mm: Length of each cable between its sheath's end and its first guide.
     """
     winches = []
     for index, cable in enumerate(anatomy.cables):
-        demand = asked.get(cable.actuator)
+        demand = demands_by_actuator.get(cable.actuator)
         if demand is None:
             continue
         line = line_for(demand.at_winch_n)

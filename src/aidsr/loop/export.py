@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from aidsr.core.artifacts import Placement, Robot, ValidationReport
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
-from aidsr.fabrication.changing import as_built
+from aidsr.fabrication.as_built import as_built
+from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.force_response import responses
-from aidsr.fabrication.making import Made, make
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.schema import MARK, Retest, Verdict
@@ -34,7 +34,7 @@ class Exported:
 
     folder: Path
     verdict: Verdict
-    made: Made
+    made: RobotBuild
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def export(
         raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
     designed = validate(given.mjcf, mount=given.mount, environment=given.environment, realizable=True)
     reports = (*given.reports, designed)
-    made = make(given.mjcf, reports, printer_named(printer), material=material)
+    made = build_robot(given.mjcf, reports, printer_named(printer), material=material)
     built = as_built(made, given.mjcf)
     tried = validate(built, mount=given.mount, environment=given.environment, realizable=True)
     retest = retest_of(designed, tried)

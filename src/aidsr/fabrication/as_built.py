@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from aidsr.fabrication.making import Made
+from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.schema import Change
 from aidsr.mjcf.compile import parse_mjcf
 from aidsr.sandbox.isolated import isolated
@@ -32,10 +32,10 @@ class Wall:
     radius_m: float
 
 
-def changes_of(made: Made) -> tuple[Change, ...]:
+def changes_of(build: RobotBuild) -> tuple[Change, ...]:
     """Return what was changed to build a robot, in words."""
-    found = [*_mass_changes(made), *_joint_changes(made)]
-    gaps = [gap.length_mm for gap in made.skeleton.gaps]
+    found = [*_mass_changes(build), *_joint_changes(build)]
+    gaps = [gap.length_mm for gap in build.skeleton.gaps]
     if gaps:
         least, most = f"{min(gaps):.1f}", f"{max(gaps):.1f}"
         width = least if least == most else f"{least} to {most}"
@@ -46,16 +46,16 @@ def changes_of(made: Made) -> tuple[Change, ...]:
                 built=f"open for {width} mm between parts, so that they can bend",
             )
         )
-    if made.shaping.ducts:
+    if build.shaping.ducts:
         found.append(
             Change(
                 what="guides",
                 simulated="points beside the body",
-                built=f"ducts in walls along every part, holes of {2 * max(b.radius_mm for b in made.bores):.1f} mm: "
-                f"a cable may lie {max(b.radius_mm for b in made.bores) - 0.2:.1f} mm off its line",
+                built=f"ducts in walls along every part, holes of {2 * max(b.radius_mm for b in build.bores):.1f} mm: "
+                f"a cable may lie {max(b.radius_mm for b in build.bores) - 0.2:.1f} mm off its line",
             )
         )
-    if any(not cable.actuator and not cable.wraps for cable in made.anatomy.cables):
+    if any(not cable.actuator and not cable.wraps for cable in build.anatomy.cables):
         found.append(
             Change(
                 what="cables that nothing drives",
@@ -63,7 +63,7 @@ def changes_of(made: Made) -> tuple[Change, ...]:
                 built="not strung: without these forces",
             )
         )
-    if made.winches:
+    if build.winches:
         found.append(
             Change(
                 what="winches",
@@ -71,24 +71,24 @@ def changes_of(made: Made) -> tuple[Change, ...]:
                 built="on a board beside the robot, through sheaths that cost about 15 % of the pull; not simulated",
             )
         )
-    if made.shaping.flange_mm:
+    if build.shaping.flange_mm:
         found.append(Change(what="foot", simulated="held by the world", built="a flange with four screws M4"))
     return tuple(found)
 
 
-def _mass_changes(made: Made) -> list[Change]:
-    simulated = sum(part.weight.simulated_kg * len(part.used_for) for part in made.robot_parts)
-    built = sum(part.weight.mass_kg * len(part.used_for) for part in made.robot_parts)
+def _mass_changes(build: RobotBuild) -> list[Change]:
+    simulated = sum(part.weight.simulated_kg * len(part.used_for) for part in build.robot_parts)
+    built = sum(part.weight.mass_kg * len(part.used_for) for part in build.robot_parts)
     if abs(built - simulated) <= _NOTICED * simulated:
         return []
     return [Change(what="mass", simulated=f"{1000 * simulated:.1f} g", built=f"{1000 * built:.1f} g")]
 
 
-def _joint_changes(made: Made) -> list[Change]:
-    found, joints = [], made.anatomy.joints
+def _joint_changes(build: RobotBuild) -> list[Change]:
+    found, joints = [], build.anatomy.joints
     softer = [
         hinge
-        for hinge in made.hinges.hinges.values()
+        for hinge in build.hinges.hinges.values()
         if abs(hinge.stiffness_n_m_rad / min(joints[hinge.joint].stiffness_n_m_rad) - 1) > _NOTICED
     ]
     if softer:
@@ -97,8 +97,8 @@ def _joint_changes(made: Made) -> list[Change]:
         name = joints[worst.joint].names[0]
         built = f"{worst.stiffness_n_m_rad:.3f} N m/rad, as thicknesses are rounded to 0.05 mm"
         found.append(Change(what=f"stiffness, most at {name}", simulated=f"{asked:.3f} N m/rad", built=built))
-    found += _range_changes(made)
-    bent = [h for h in made.hinges.hinges.values() if made.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
+    found += _range_changes(build)
+    bent = [h for h in build.hinges.hinges.values() if build.skeleton.gaps[h.joint].bend_rad > h.linear_rad]
     if bent:
         angle = min(hinge.linear_rad for hinge in bent)
         found.append(
@@ -111,19 +111,19 @@ def _joint_changes(made: Made) -> list[Change]:
     return found
 
 
-def _range_changes(made: Made) -> Iterator[Change]:
+def _range_changes(build: RobotBuild) -> Iterator[Change]:
     """The joints that walls stop before their simulated limits, and those that nothing stops at them."""
-    gaps = [(gap.touch_rad, made.anatomy.joints[gap.joint].limits_rad) for gap in made.skeleton.gaps]
+    gaps = [(gap.touch_rad, build.anatomy.joints[gap.joint].limits_rad) for gap in build.skeleton.gaps]
     stopped = [(touch, limits) for touch, limits in gaps if touch < np.abs(limits).max()]
     free = [(touch, limits) for touch, limits in gaps if touch > np.abs(limits).min()]
     if stopped:
         angle, limits = min(stopped)
         where = f"at the tightest of {_joints(len(stopped))}, where walls touch"
-        yield Change(what="range of joints", simulated=_told(limits), built=f"{_both(angle)} {where}")
+        yield Change(what="range of joints", simulated=_format_limits(limits), built=f"{_both(angle)} {where}")
     if free:
         angle, limits = max(free)
         where = f"at the widest of {_joints(len(free))}: no stop is built before walls touch"
-        yield Change(what="stops of joints", simulated=_told(limits), built=f"{_both(angle)} {where}")
+        yield Change(what="stops of joints", simulated=_format_limits(limits), built=f"{_both(angle)} {where}")
 
 
 def _joints(count: int) -> str:
@@ -134,52 +134,52 @@ def _both(angle_rad: float) -> str:
     return f"{-math.degrees(angle_rad):.0f} to {math.degrees(angle_rad):.0f} deg"
 
 
-def _told(limits: tuple[tuple[float, float], ...]) -> str:
+def _format_limits(limits: tuple[tuple[float, float], ...]) -> str:
     low, high = min(limits, key=lambda both: float(np.abs(both).min()))
     return f"{math.degrees(low):.0f} to {math.degrees(high):.0f} deg" if math.isfinite(high - low) else "without limit"
 
 
-def as_built(made: Made, mjcf: str) -> str:
+def as_built(build: RobotBuild, mjcf: str) -> str:
     """Return the MJCF of a robot as it is built.
 
     Raises:
         MjcfError: The changed robot cannot be compiled.
         IsolationError: Compiling ran past a limit.
     """
-    return rewrite(mjcf, _mass_factors(made), _joint_values(made), _skins(made), _walls(made) + _bending(made))
+    return rewrite(mjcf, _mass_factors(build), _joint_values(build), _skins(build), _walls(build) + _bending(build))
 
 
-def _mass_factors(made: Made) -> dict[int, float]:
+def _mass_factors(build: RobotBuild) -> dict[int, float]:
     """Built / simulated mass of each body, by its number."""
-    shares = Counter(part for piece in made.shaping.pieces for part in piece.parts)
-    of_piece = {name: part.weight for part in made.robot_parts for name in part.used_for}
+    shares = Counter(part for piece in build.shaping.pieces for part in piece.parts)
+    of_piece = {name: part.weight for part in build.robot_parts for name in part.used_for}
     factors: dict[int, float] = dict.fromkeys(shares, 0.0)
-    for piece in made.shaping.pieces:
+    for piece in build.shaping.pieces:
         weight = of_piece[piece.name]
         for part in piece.parts:
             factors[part] += (weight.mass_kg / weight.simulated_kg if weight.simulated_kg else 1.0) / shares[part]
-    return {body: factors[part] for part in factors for body in made.anatomy.parts[part].body_ids}
+    return {body: factors[part] for part in factors for body in build.anatomy.parts[part].body_ids}
 
 
-def _joint_values(made: Made) -> dict[str, dict[str, float]]:
+def _joint_values(build: RobotBuild) -> dict[str, dict[str, float]]:
     values: dict[str, dict[str, float]] = {}
-    for index, hinge in made.hinges.hinges.items():
-        touch_rad = made.skeleton.gaps[index].touch_rad
-        for name in made.anatomy.joints[index].names:
+    for index, hinge in build.hinges.hinges.items():
+        touch_rad = build.skeleton.gaps[index].touch_rad
+        for name in build.anatomy.joints[index].names:
             values[name] = {"stiffness": hinge.stiffness_n_m_rad, "range": touch_rad}
     return values
 
 
-def _skins(made: Made) -> dict[str, list[list[float]]]:
+def _skins(build: RobotBuild) -> dict[str, list[list[float]]]:
     """New ends of the capsules and cylinders that end at gaps, by the geom's name [m]."""
     found: dict[str, list[list[float]]] = {}
-    for gap in made.skeleton.gaps:
-        joint = made.anatomy.joints[gap.joint]
+    for gap in build.skeleton.gaps:
+        joint = build.anatomy.joints[gap.joint]
         for part, face in (
             (joint.parent, gap.anchor - gap.before_mm * gap.before),
             (joint.child, gap.anchor + gap.after_mm * gap.after),
         ):
-            for shape in made.anatomy.parts[part].shapes:
+            for shape in build.anatomy.parts[part].shapes:
                 axis = np.array(shape.rotation).reshape(3, 3)[:, 2]
                 middle, half = np.array(shape.position_mm), shape.size_mm[1]
                 ends = found.get(shape.name, [list((middle - half * axis) / 1000), list((middle + half * axis) / 1000)])
@@ -190,24 +190,24 @@ def _skins(made: Made) -> dict[str, list[list[float]]]:
     return found
 
 
-def _walls(made: Made) -> list[Wall]:
+def _walls(build: RobotBuild) -> list[Wall]:
     """The walls around ducts, as capsules [m]."""
     return [
         Wall(
             duct.body,
             [list(duct.begin / 1000), list(duct.end / 1000)],
-            made.bores[duct.cable].wall_radius(duct) / 1000,
+            build.bores[duct.cable].wall_radius(duct) / 1000,
         )
-        for duct in made.shaping.ducts
+        for duct in build.shaping.ducts
         if len(duct.path) > 1
     ]
 
 
-def _bending(made: Made) -> list[Wall]:
+def _bending(build: RobotBuild) -> list[Wall]:
     """What bends in each gap, half of it on either part, as capsules [m]."""
     found = []
-    for index, hinge in made.hinges.hinges.items():
-        gap, joint = made.skeleton.gaps[index], made.anatomy.joints[index]
+    for index, hinge in build.hinges.hinges.items():
+        gap, joint = build.skeleton.gaps[index], build.anatomy.joints[index]
         for body, face in zip(
             joint.bodies,
             (gap.anchor - gap.before_mm * gap.before, gap.anchor + gap.after_mm * gap.after),

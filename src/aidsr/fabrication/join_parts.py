@@ -6,14 +6,12 @@ import numpy as np
 from manifold3d import Manifold
 
 from aidsr.fabrication.anatomy import Vector
-from aidsr.fabrication.cutting import Piece, cut_across, cut_limb
+from aidsr.fabrication.cut_parts import Piece, cut_across, cut_limb
 from aidsr.fabrication.hinges import Hinge, Hinges
 from aidsr.fabrication.materials import Material, material_for
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.skeleton import Gap, Skeleton
 from aidsr.fabrication.solids import box_between, first_hits, frame_along, rounded, union
-
-__all__ = ["single_parts", "whole_limbs"]
 
 _BEYOND_MM = 1.0
 _COLLAR_MM = 2.5

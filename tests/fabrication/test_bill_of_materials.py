@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from fingers import finger
 
-from aidsr.fabrication.making import make
+from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.package import write_package
 from aidsr.fabrication.printers import printer_named
 
 
 def test_rods_weigh_in_the_robot_and_are_not_printed(tmp_path: Path) -> None:
-    made = make(finger(), [], printer_named("sla"))  # which prints full, so that volume says what plastic weighs
+    made = build_robot(finger(), [], printer_named("sla"))  # which prints full, so that volume says what plastic weighs
     assert made.shaping.rods
     rods_kg = 0.0
     for rod in made.shaping.rods:

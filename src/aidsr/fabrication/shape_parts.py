@@ -8,16 +8,14 @@ import numpy as np
 from manifold3d import Manifold
 
 from aidsr.fabrication.anatomy import Anatomy, Vector
-from aidsr.fabrication.cutting import Piece, distinct
+from aidsr.fabrication.cut_parts import Piece, distinct
 from aidsr.fabrication.hinges import Backbone, Hinges
-from aidsr.fabrication.joining import single_parts, whole_limbs
+from aidsr.fabrication.join_parts import single_parts, whole_limbs
 from aidsr.fabrication.materials import Material
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.routing import Bore, Duct, ducts_of
 from aidsr.fabrication.skeleton import Gap, Skeleton
 from aidsr.fabrication.solids import frame_along, placed, rounded, solid_of, union
-
-__all__ = ["RodPiece", "Shaping", "shape"]
 
 _UP = np.array([0.0, 0.0, 1.0])
 _BEYOND_MM = 1.0

@@ -14,8 +14,6 @@ from aidsr.fabrication.anatomy import Vector
 from aidsr.fabrication.skeleton import unit
 from aidsr.fabrication.solids import Triangles
 
-__all__ = ["Coloured", "View", "draw", "view_of"]
-
 Colour = tuple[float, float, float]
 
 _LIGHT = np.array([-0.4, 0.7, 0.6])

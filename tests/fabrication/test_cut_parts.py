@@ -5,8 +5,8 @@ import pytest
 from fingers import finger
 from manifold3d import Manifold
 
-from aidsr.fabrication.cutting import Piece, cut_across
-from aidsr.fabrication.making import make
+from aidsr.fabrication.build import build_robot
+from aidsr.fabrication.cut_parts import Piece, cut_across
 from aidsr.fabrication.materials import material_for
 from aidsr.fabrication.printers import printer_named
 
@@ -67,7 +67,7 @@ BRACKET = '<geom name="bracket" type="box" size="0.05 0.02 0.01" pos="0.03 0 -0.
     ],
 )
 def test_every_piece_has_a_name_and_a_file_of_its_own(robot: str, names: set[str]) -> None:
-    made = make(robot, [], FDM, material="tpu95a")
+    made = build_robot(robot, [], FDM, material="tpu95a")
     assert len({piece.name for piece in made.shaping.pieces}) == len(made.shaping.pieces)
     assert {part.name for part in made.parts} == names
     assert any(piece.cut for piece in made.shaping.pieces) == ("_slice_1" in "".join(names))

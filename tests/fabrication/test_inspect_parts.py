@@ -5,13 +5,13 @@ import pytest
 from fingers import finger
 from manifold3d import Manifold
 
-from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.build import build_robot
+from aidsr.fabrication.cut_parts import Piece
 from aidsr.fabrication.inspect_parts import passages
-from aidsr.fabrication.making import make
 from aidsr.fabrication.materials import line_for, material_for, sheath_for
 from aidsr.fabrication.printers import printer_named
 from aidsr.fabrication.routing import Duct, bore_for
-from aidsr.fabrication.shaping import Shaping
+from aidsr.fabrication.shape_parts import Shaping
 
 FDM = printer_named("fdm")
 PETG = material_for(FDM, "petg")[0]
@@ -43,6 +43,6 @@ def test_the_wall_of_a_duct_is_found_all_the_way_to_its_sheath() -> None:
     ids=["guided everywhere", "through a link without a guide"],
 )
 def test_cables_are_checked_on_their_way_from_guide_to_guide(robot: str, names: tuple[str, ...]) -> None:
-    faults = make(robot, [], FDM, material="tpu95a").faults
+    faults = build_robot(robot, [], FDM, material="tpu95a").faults
     blocked = [fault for fault in faults if fault.code == "tendon_through_body"]
     assert [fault.names for fault in blocked] == [names] * bool(names)

@@ -14,8 +14,6 @@ from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import frame_along, placed, rounded, union
 
-__all__ = ["Piece", "cut_across", "cut_limb", "distinct"]
-
 _PIN_MM, _PIN_DEEP_MM = 1.75, 5.0
 """Pins that keep two halves of a limb from turning: pieces of filament."""
 

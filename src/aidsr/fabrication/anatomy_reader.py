@@ -17,8 +17,6 @@ from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import name_of
 from aidsr.sim.tendon_effects import pull_of
 
-__all__ = ["read"]
-
 _OBJ = mujoco.mjtObj
 _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
@@ -112,8 +110,8 @@ class _Reader:
         hanging = Counter(parents[self.owner != parents].tolist())
         odd = [self._name("BODY", root) for root in sorted(self.bare) if hanging[root] != 1 or self._is_held(root)]
         if odd or not self.number:
-            found = f"{', '.join(odd)} {'have' if len(odd) > 1 else 'has'} none" if odd else "there is no body"
-            message = f"bodies with solid shapes were expected, as parts to print, and {found}"
+            subject = f"{', '.join(odd)} {'have' if len(odd) > 1 else 'has'}" if odd else "the robot has"
+            message = f"{subject} no solid shape to print"
             cure = "Give each a geom, or hang on it just the one body that it lets turn."
             fault = Fault(
                 code="part_without_shape",

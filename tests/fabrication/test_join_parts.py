@@ -7,9 +7,9 @@ import pytest
 from fingers import BASE, finger, hand
 from manifold3d import Manifold
 
-from aidsr.fabrication.cutting import Piece
+from aidsr.fabrication.build import build_robot
+from aidsr.fabrication.cut_parts import Piece
 from aidsr.fabrication.inspect_parts import overlap_faults
-from aidsr.fabrication.making import make
 from aidsr.fabrication.materials import material_for
 from aidsr.fabrication.printers import printer_named
 
@@ -22,7 +22,7 @@ FDM = printer_named("fdm")
     ids=["finger", "hand"],
 )
 def test_each_limb_has_a_plug_in_a_socket_of_the_piece_it_grows_from(robot: str, holders: dict[str, str]) -> None:
-    made = make(robot, [], FDM, material="tpu95a")
+    made = build_robot(robot, [], FDM, material="tpu95a")
     pieces = {piece.name: piece.solid for piece in made.shaping.pieces}
     assert set(pieces) == {"base", *holders}
     for one, other in combinations(pieces.values(), 2):
@@ -45,5 +45,5 @@ def test_pieces_in_one_place_are_told() -> None:
 
 def test_a_shape_of_the_base_that_lies_in_a_limb_is_told() -> None:
     post = '<geom name="post" type="box" size="0.004 0.004 0.035" pos="0.006 0 0.03" mass="0.01"/>'
-    codes = {fault.code for fault in make(finger(base=BASE + post), [], FDM, material="tpu95a").faults}
+    codes = {fault.code for fault in build_robot(finger(base=BASE + post), [], FDM, material="tpu95a").faults}
     assert "parts_overlap" in codes

@@ -9,8 +9,6 @@ from manifold3d import Manifold
 from aidsr.fabrication.materials import Material
 from aidsr.fabrication.printers import Printer
 
-__all__ = ["Weight", "printed_kg", "weigh"]
-
 _LEAST_INFILL, _STEP = 0.15, 0.05
 """Our choice: below 15 % a slicer's top layers sag; slicers are set in steps of 5 %."""
 

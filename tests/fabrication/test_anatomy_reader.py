@@ -8,8 +8,8 @@ from fingers import WINCH, finger
 
 from aidsr.core.errors import MjcfError
 from aidsr.fabrication.anatomy import read_anatomy
-from aidsr.fabrication.changing import as_built
-from aidsr.fabrication.making import make
+from aidsr.fabrication.as_built import as_built
+from aidsr.fabrication.build import build_robot
 from aidsr.fabrication.printers import printer_named
 
 MOTOR = '<motor tendon="flex" gear="{}" {}/>'
@@ -61,7 +61,7 @@ COUPLED = '<equality><joint name="same" joint1="bend_1" joint2="bend_2" active="
     ],
 )
 def test_what_nobody_builds_is_told(mjcf: str, told: set[tuple[str, str]]) -> None:
-    faults = make(mjcf, [], printer_named("fdm")).faults
+    faults = build_robot(mjcf, [], printer_named("fdm")).faults
     codes = ("cable_shared", "joints_coupled", "weight_lifted", "loop_open")
     assert {(fault.code, name) for fault in faults if fault.code in codes for name in fault.names} == told
 
@@ -77,7 +77,7 @@ def test_a_universal_joint_of_two_bodies_is_one_joint() -> None:
     assert [part.name for part in anatomy.parts] == ["base", "link_1", "link_2", "link_3"]
     assert [joint.names for joint in anatomy.joints] == [("bend_1",), ("across", "bend_2"), ("bend_3",)]
     assert (anatomy.joints[1].parent, anatomy.joints[1].child) == (1, 2)
-    whole = make(mjcf, [], printer_named("fdm"))
+    whole = build_robot(mjcf, [], printer_named("fdm"))
     assert whole.hinges.hinges[1].kind == "round"
     model = mujoco.MjModel.from_xml_string(as_built(whole, mjcf))
     assert model.joint("across").stiffness[0] == model.joint("bend_2").stiffness[0]
@@ -86,14 +86,14 @@ def test_a_universal_joint_of_two_bodies_is_one_joint() -> None:
 @pytest.mark.parametrize(
     ("worldbody", "named"),
     [
-        ("", "there is no body"),
-        ('<body name="lump"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>', "lump has none"),
-        ('<body name="stand"><body name="bar"><joint/><geom size="0.01"/></body></body>', "stand has none"),
+        ("", "the robot has no solid shape"),
+        ('<body name="lump"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>', "lump has no solid shape"),
+        ('<body name="stand"><body name="bar"><joint/><geom size="0.01"/></body></body>', "stand has no solid shape"),
         ('<body><geom size="0.01"/><body name="end"><joint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
-         "</body></body>", "end has none"),
+         "</body></body>", "end has no solid shape"),
         ('<body><geom size="0.01"/><body name="fork"><joint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
          '<body><joint/><geom size="0.01"/></body><body><joint/><geom size="0.01"/></body></body>'
-         "</body>", "fork has none"),
+         "</body>", "fork has no solid shape"),
     ],
 )  # fmt: skip
 def test_a_body_that_cannot_be_printed_is_refused_by_name(worldbody: str, named: str) -> None:

@@ -1,4 +1,4 @@
-"""A robot made: material chosen, hinges sized, pieces shaped, weighed and inspected, winches chosen."""
+"""Build a robot from its MJCF: material, hinges, parts, their weight and checks, winches."""
 
 from __future__ import annotations
 
@@ -13,22 +13,20 @@ from manifold3d import Manifold
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.fabrication.anatomy import Anatomy, Vector, read_anatomy
 from aidsr.fabrication.checks import Print, to_print
-from aidsr.fabrication.cutting import Piece, distinct
-from aidsr.fabrication.deduplicate import alike, moments
+from aidsr.fabrication.cut_parts import Piece, distinct
+from aidsr.fabrication.deduplicate import moments, same_shape
 from aidsr.fabrication.hinges import Hinges, design_hinges
 from aidsr.fabrication.inspect_parts import Passage, duct_faults, overlap_faults, passages
 from aidsr.fabrication.materials import Line, Material, lines, material_for, sheath_for
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.routing import SOCKET_MM, Bore, bore_for, routing_faults
-from aidsr.fabrication.shaping import Shaping, shape
+from aidsr.fabrication.shape_parts import Shaping, shape
 from aidsr.fabrication.skeleton import Skeleton
 from aidsr.fabrication.solids import Triangles
 from aidsr.fabrication.stations import Drum, seat_of, spool, station
-from aidsr.fabrication.unsupported import unbuilt_faults
-from aidsr.fabrication.weighing import Weight, weigh
-from aidsr.fabrication.winches import Demand, Winch, demands, string, winch_faults
-
-__all__ = ["Made", "PrintedPart", "make"]
+from aidsr.fabrication.unsupported import unsupported_faults
+from aidsr.fabrication.weight import Weight, weigh
+from aidsr.fabrication.winches import Demand, Winch, choose_winches, demands, winch_faults
 
 
 @dataclass(frozen=True)
@@ -55,8 +53,8 @@ class PrintedPart:
 
 
 @dataclass(frozen=True)
-class Made:
-    """A robot that was made, as far as it could be."""
+class RobotBuild:
+    """A robot as parts and winches, as far as it can be built."""
 
     anatomy: Anatomy
     skeleton: Skeleton
@@ -79,7 +77,7 @@ class Made:
         """Everything in the way of building it, errors first."""
         found = [
             *routing_faults(self.anatomy),
-            *unbuilt_faults(self.anatomy),
+            *unsupported_faults(self.anatomy),
             *self.hinges.faults,
             *duct_faults(self.anatomy, self.passages),
             *winch_faults(self.anatomy, self.winches),
@@ -93,14 +91,14 @@ class Made:
         return tuple(sorted(found, key=lambda fault: fault.severity != "error"))
 
 
-def make(
+def build_robot(
     mjcf: str,
     reports: Sequence[ValidationReport],
     printer: Printer,
     *,
     material: str | None = None,
-) -> Made:
-    """Make a robot of the first material its hinges can be made of.
+) -> RobotBuild:
+    """Build a robot of the first material that its hinges can be made of.
 
     Args:
         mjcf: The robot alone.
@@ -114,42 +112,42 @@ def make(
     """
     choices = material_for(printer, material)
     anatomy = read_anatomy(mjcf)
-    asked = demands(anatomy, reports)
-    used = _lines(anatomy, asked)
+    demands_by_actuator = demands(anatomy, reports)
+    used = _lines(anatomy, demands_by_actuator)
     bores = tuple(bore_for(line, sheath_for(line), printer) for line in used)
     skeleton = Skeleton(anatomy, max((bore.outside_mm for bore in bores), default=0.0))
     designed = [(choice, design_hinges(anatomy, skeleton, choice)) for choice in choices]
     chosen, hinges = min(designed, key=lambda pair: len([f for f in pair[1].faults if f.severity == "error"]))
-    return _made(anatomy, skeleton, chosen, hinges, asked, used, bores, printer)
+    return _build(anatomy, skeleton, chosen, hinges, demands_by_actuator, used, bores, printer)
 
 
-def _lines(anatomy: Anatomy, asked: dict[str, Demand]) -> tuple[Line, ...]:
+def _lines(anatomy: Anatomy, demands_by_actuator: dict[str, Demand]) -> tuple[Line, ...]:
     """The line of each cable, the thinnest where none is chosen."""
-    first = {winch.cable: winch.line for winch in string(anatomy, asked, {})}
+    first = {winch.cable: winch.line for winch in choose_winches(anatomy, demands_by_actuator, {})}
     return tuple(first.get(index) or lines()[0] for index in range(len(anatomy.cables)))
 
 
-def _made(
+def _build(
     anatomy: Anatomy,
     skeleton: Skeleton,
     material: Material,
     hinges: Hinges,
-    asked: dict[str, Demand],
+    demands_by_actuator: dict[str, Demand],
     used: tuple[Line, ...],
     bores: tuple[Bore, ...],
     printer: Printer,
-) -> Made:
+) -> RobotBuild:
     shaping = shape(anatomy, skeleton, hinges, bores, material, printer)
     entries = {
         duct.cable: max(0.0, float(np.linalg.norm(duct.seat - duct.path[0])) - SOCKET_MM)
         for duct in shaping.ducts
         if duct.sheathed
     }
-    winches = string(anatomy, asked, entries)
+    winches = choose_winches(anatomy, demands_by_actuator, entries)
     found = passages(shaping, bores, tuple(line.diameter_mm / 2 for line in used))
     parts = (*_robot_parts(anatomy, shaping, hinges, printer), *_bench_parts(anatomy, winches, material, printer))
     named = tuple(replace(p, name=name) for p, name in zip(parts, distinct(p.name for p in parts), strict=True))
-    return Made(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, named)
+    return RobotBuild(anatomy, skeleton, material, printer, hinges, shaping, bores, winches, found, named)
 
 
 def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Printer) -> list[PrintedPart]:
@@ -164,7 +162,7 @@ def _robot_parts(anatomy: Anatomy, shaping: Shaping, hinges: Hinges, printer: Pr
     groups: list[tuple[Vector, list[Piece]]] = []
     for piece in shaping.pieces:
         own = moments(piece.solid, anatomy.parts[piece.parts[0]])
-        same = next((pieces for known, pieces in groups if alike(known, own)), None)
+        same = next((pieces for known, pieces in groups if same_shape(known, own)), None)
         if same is None:
             groups.append((own, [piece]))
         else:
@@ -202,11 +200,11 @@ def _bench_parts(
         seat = seat_of(fit.motor)
         label = f"{motor.split()[-1] if seat.box_mm else motor.split(',')[0].replace(':', '-')}_{drum.reach_mm:g}mm"
         names = tuple(anatomy.cables[winch.cable].actuator for winch in group)
-        made: tuple[tuple[str, Manifold], ...] = (
+        build: tuple[tuple[str, Manifold], ...] = (
             ("station", station(seat, drum, group[0].sheath, printer)),
             ("spool", spool(seat, drum, printer)),
         )
-        for what, solid in made:
+        for what, solid in build:
             lying, _ = to_print(solid, up, printer)
             mass = weigh(solid, 0.0 if what == "station" else 1.0, 0.0, stiff, printer)
             parts.append(
@@ -215,19 +213,19 @@ def _bench_parts(
     return parts
 
 
-def _piece_faults(made: Made) -> list[Fault]:
+def _piece_faults(build: RobotBuild) -> list[Fault]:
     found = []
-    too_large = [part for part in made.parts if not part.lying.fits]
-    sides = [made.printer.side_most(part.lying.size_mm) for part in too_large]
+    too_large = [part for part in build.parts if not part.lying.fits]
+    sides = [build.printer.side_most(part.lying.size_mm) for part in too_large]
     side, bed = max(sides, key=lambda each: each[0] / each[1], default=(0.0, 0.0))
     for code, severity, message, limit, unit, concerned in (
         ("part_open", "error", "has a surface that is not closed", None, "", {
-            part.name: 0.0 for part in made.parts if not part.lying.watertight}),
+            part.name: 0.0 for part in build.parts if not part.lying.watertight}),
         ("part_exceeds_bed", "error", "does not fit the bed", bed, "mm", {part.name: side for part in too_large}),
-        ("thin_wall", "warning", "has a wall thinner than the printer makes well", made.printer.wall_mm, "mm", {
-            part.name: part.lying.wall_mm for part in made.parts if part.lying.wall_mm < made.printer.wall_mm}),
+        ("thin_wall", "warning", "has a wall thinner than the printer makes well", build.printer.wall_mm, "mm", {
+            part.name: part.lying.wall_mm for part in build.parts if part.lying.wall_mm < build.printer.wall_mm}),
         ("part_in_pieces", "error", "falls into pieces: some shapes of a body do not touch", 1.0, "piece", {
-            piece.name: float(count) for piece in made.shaping.pieces
+            piece.name: float(count) for piece in build.shaping.pieces
             if (count := len(piece.solid.decompose())) > 1}),
     ):  # fmt: skip
         if concerned:
