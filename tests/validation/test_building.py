@@ -7,9 +7,7 @@ import pytest
 
 from aidsr.core.artifacts import Fault
 from aidsr.validation import validate
-from aidsr.validation.thresholds import Thresholds
-
-LIMITS = Thresholds()
+from aidsr.validation.rules.slack import SLACK_SHARE
 
 
 def found(text: str, code: str) -> list[Fault]:
@@ -20,7 +18,7 @@ def found(text: str, code: str) -> list[Fault]:
 def test_a_servo_may_let_out_its_stroke_and_no_more(upper_m: float, loose: bool) -> None:
     faults = found(faulty.long_servos(upper_m), "tendon_slack")
     assert bool(faults) == loose
-    assert all(fault.severity == "warning" and (fault.measured or 0) > LIMITS.slack_share for fault in faults)
+    assert all(fault.severity == "warning" and (fault.measured or 0) > SLACK_SHARE for fault in faults)
 
 
 def test_what_is_measured_is_the_share_of_commands() -> None:

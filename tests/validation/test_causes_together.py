@@ -9,7 +9,7 @@ import pytest
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.sim.structure import read_structure
 from aidsr.validation import validate
-from aidsr.validation.causes import without_consequences
+from aidsr.validation.registry import without_consequences
 from aidsr.validation.stiffness import explain_divergence
 
 

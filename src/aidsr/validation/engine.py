@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,18 +11,19 @@ import mujoco
 import numpy as np
 
 from aidsr import __version__
-from aidsr.core.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, Layer, ValidationReport
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.structure import read_structure
-from aidsr.validation.causes import without_consequences
 from aidsr.validation.mount import MountedModel, mount_model
 from aidsr.validation.overlap import REFUTED, overlap_explains_divergence, with_verdict
 from aidsr.validation.protocol import Protocol, gather_evidence
-from aidsr.validation.robot_under_test import RobotUnderTest, Rule
-from aidsr.validation.rules import BUILDING_RULES, DRAWING_RULES, SIMULATE_RULES, STRUCTURE_RULES
-from aidsr.validation.rules.effort import motor_measurements
+from aidsr.validation.registry import packages_with_rules, select_rules, without_consequences
+from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Rule, Stage
+from aidsr.validation.rules.document import LOAD_ERROR
+from aidsr.validation.rules.winches import motor_measurements
 from aidsr.validation.validating import Mount
 
 _LAYERS = ("load", "structure", "simulate", "realizability")
@@ -50,15 +51,19 @@ def examine_text(
     environment: str = "",
     realizable: bool = False,
     drive: bool = True,
+    select: Collection[str] = (),
+    ignore: Collection[str] = (),
 ) -> Examination:
     """Return the report on an MJCF text with what it was read off; see `aidsr.validation.validate` for the arguments.
 
-    Without `drive` it ends with what can be read off the compiled model, which takes milliseconds.
+    Without `drive`, or where no selected rule needs it, it ends with what can be read off the compiled model, which
+    takes milliseconds.
     """
-    notes: tuple[str, ...] = ()
+    rules = select_rules(select, ignore)
+    notes = tuple(_selection_notes(select, ignore))
     try:
         loaded = load_mjcf(text)
-        notes = loaded.notes
+        notes += loaded.notes
         mounted = mount_model(loaded, mount, _open_environment(environment) if environment else None)
     except MjcfError as error:
         return Examination(make_report(error.faults, {}, notes, realizable))
@@ -67,21 +72,37 @@ def examine_text(
     robot.found.extend(without_numbers(robot))
     if robot.found:
         return Examination(make_report(tuple(robot.found), {}, notes + mounted.notes, realizable), mounted, robot)
-    apply(STRUCTURE_RULES, robot)
+    apply(_of_layer(rules, "structure"), robot)
     measurements = describe(robot)
     robot.found.extend(too_long(robot))
+    drive = drive and bool(_of_layer(rules, "simulate", "realizability"))
     if drive and robot.structure.moving and not any(fault.code == "load_error" for fault in robot.found):
         robot = replace(robot, evidence=gather_evidence(model, robot.structure))
-        apply(SIMULATE_RULES, robot)
+        apply(_of_layer(rules, "simulate"), robot)
         measurements |= measure(robot)
         works = all(fault.severity != "error" for fault in robot.found)
-        apply(DRAWING_RULES, robot)
+        apply(_of_stage(rules, Stage.DRAWING), robot)
         # forces and speeds of a robot that does not work say nothing about its motors
         if works:
-            apply(BUILDING_RULES, robot)
+            apply(_of_stage(rules, Stage.BUILDING), robot)
             measurements["motors"] = motor_measurements(robot)
     report = make_report(_explained(robot, measurements), measurements, notes + mounted.notes, realizable)
     return Examination(report, mounted, robot)
+
+
+def _selection_notes(select: Collection[str], ignore: Collection[str]) -> Iterator[str]:
+    if select:
+        yield f"looked only for {', '.join(select)}"
+    if ignore:
+        yield f"did not look for {', '.join(ignore)}"
+
+
+def _of_layer(rules: Sequence[Rule], *layers: Layer) -> list[Rule]:
+    return [rule for rule in rules if rule.layer in layers]
+
+
+def _of_stage(rules: Sequence[Rule], stage: Stage) -> list[Rule]:
+    return [rule for rule in rules if rule.stage is stage]
 
 
 def _explained(robot: RobotUnderTest, measurements: dict[str, Any]) -> tuple[Fault, ...]:
@@ -110,13 +131,9 @@ def without_numbers(robot: RobotUnderTest) -> Iterator[Fault]:
         broken = broken or [robot.tendon(tendon.id) for tendon in robot.structure.tendons]
     length_m = robot.structure.characteristic_length_m
     if broken or not (0 < timestep_s < math.inf and math.isfinite(length_m)):
-        yield Fault(
-            code="load_error",
-            layer="load",
-            severity="error",
-            names=tuple(broken),
+        yield LOAD_ERROR.fault(
+            names=broken,
             message=f"numbers overflow: a robot of {length_m:g} m with a time step of {timestep_s:g} s",
-            cure="Use metres and kilograms, and a time step of 0.001 to 0.002 s.",
         )
 
 
@@ -125,10 +142,7 @@ def too_long(robot: RobotUnderTest) -> Iterator[Fault]:
     protocol, timestep_s = Protocol(), float(robot.model.opt.timestep)
     steps = protocol.steps(robot.model, robot.structure)
     if steps > protocol.most_steps:
-        yield Fault(
-            code="load_error",
-            layer="load",
-            severity="error",
+        yield LOAD_ERROR.fault(
             measured=steps,
             limit=protocol.most_steps,
             unit="time steps",
@@ -137,10 +151,11 @@ def too_long(robot: RobotUnderTest) -> Iterator[Fault]:
         )
 
 
-def apply(rules: tuple[Rule, ...], robot: RobotUnderTest) -> None:
-    """Collect what the rules find, in their order."""
-    for rule in rules:
-        robot.found.extend(rule(robot))
+def apply(rules: Sequence[Rule], robot: RobotUnderTest) -> None:
+    """Collect what some rules find, in their order; a check that several share runs once."""
+    codes = {rule.code for rule in rules}
+    for check in dict.fromkeys(rule.check for rule in rules if rule.check is not None):
+        robot.found.extend(fault for fault in check(robot) if fault.code in codes)
 
 
 def make_report(
@@ -156,7 +171,7 @@ def make_report(
         stable=all(fault.severity != "error" for fault in ranked),
         faults=tuple(ranked),
         measurements=measurements,
-        versions={"aidsr": __version__, "mujoco": mujoco.__version__},
+        versions={"aidsr": __version__, "mujoco": mujoco.__version__, **packages_with_rules()},
         notes=notes,
     )
 

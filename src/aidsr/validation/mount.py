@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NoReturn
 
 import mujoco
 import numpy as np
 
-from aidsr.core.artifacts import Fault, Layer
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import Loaded
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.placement import unused_name
 from aidsr.sim.strip_scenery import delete_dangling
+from aidsr.validation.rules.document import INVALID_JOINT_PLACEMENT
+from aidsr.validation.rules.topology import DISCONNECTED
 from aidsr.validation.validating import Mount
 
 _FREE = mujoco.mjtJoint.mjJNT_FREE
@@ -122,18 +122,15 @@ def _set_free(spec: mujoco.MjSpec, notes: list[str]) -> None:
     if len(roots) != 1:
         names = tuple(body.name for body in roots)
         found = f"a robot that moves freely needs one root body, found {len(roots)}"
-        _refuse("disconnected", "structure", names, found, "Nest every body of the robot under one root body.")
+        raise MjcfError([DISCONNECTED.fault(found, names=names)])
     (root,) = roots
     if root.joints:
         found = f"the root {root.name} has joints of its own and cannot be free"
-        _refuse("invalid_joint_placement", "load", (root.name,), found, "Give the robot a root body without joints.")
+        cure = "Give the robot a root body without joints."
+        raise MjcfError([INVALID_JOINT_PLACEMENT.fault(found, names=(root.name,), cure=cure)])
     root.mocap = False
     root.add_freejoint()
     notes.append(f"free joint added to {root.name or 'the root'}: tested with a free root")
-
-
-def _refuse(code: str, layer: Layer, names: tuple[str, ...], message: str, cure: str) -> NoReturn:
-    raise MjcfError([Fault(code=code, layer=layer, severity="error", names=names, message=message, cure=cure)])
 
 
 def _lowest_m(model: mujoco.MjModel) -> float:

@@ -9,7 +9,7 @@ from aidsr.core.artifacts import Fault
 from aidsr.validation.counterfactuals import without_contacts_of
 from aidsr.validation.protocol import gather_evidence
 from aidsr.validation.robot_under_test import RobotUnderTest
-from aidsr.validation.rules.motion import numerical_instability
+from aidsr.validation.rules.instability import find_divergence
 from aidsr.validation.rules.rest import overlaps
 
 REFUTED = frozenset({("initial_penetration", "numerical_instability")})
@@ -33,7 +33,7 @@ def overlap_explains_divergence(robot: RobotUnderTest) -> bool | None:
     ours = {geom for overlap in overlaps(robot) if overlap.acts for geom in overlap.geoms}
     without_contacts_of(sorted(ours & set(robot.structure.geoms)))(changed)
     again = RobotUnderTest(model=changed, structure=robot.structure, evidence=gather_evidence(changed, robot.structure))
-    return not any(numerical_instability(again))
+    return not any(find_divergence(again))
 
 
 def with_verdict(faults: Sequence[Fault], explains: bool) -> list[Fault]:

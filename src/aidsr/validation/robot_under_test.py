@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.drive import Drive
 from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
-from aidsr.validation.thresholds import Thresholds
+from aidsr.validation.thresholds import BODY_SPEED_M_S, CHATTER_ERROR_G
 
 _PARTS = 4
 
@@ -31,7 +31,6 @@ class RobotUnderTest:
         structure: What of it is the robot.
         needs_contact: Whether the task needs touch.
         evidence: What it did; None while only the structure is being looked at.
-        limits: Thresholds of all rules.
         found: What earlier rules found.
         causes: Counterfactual reruns made so far, by name: they are made for symptoms only and shared between rules.
     """
@@ -40,7 +39,6 @@ class RobotUnderTest:
     structure: Structure
     needs_contact: bool = False
     evidence: Evidence | None = None
-    limits: Thresholds = field(default_factory=Thresholds)
     found: list[Fault] = field(default_factory=list)
     causes: dict[str, dict[int, float]] = field(default_factory=dict)
 
@@ -68,7 +66,7 @@ class RobotUnderTest:
         """Whether the passive phase can be measured: it neither failed nor became faster than anything real."""
         settle = self.driven.settle
         speeds = settle.speed_m_s[0][:, list(self.structure.bodies)]
-        return not settle.failed(0) and float(np.max(speeds, initial=0.0)) <= self.limits.body_speed_m_s
+        return not settle.failed(0) and float(np.max(speeds, initial=0.0)) <= BODY_SPEED_M_S
 
     def body(self, index: int) -> str:
         """Name of a body."""
@@ -132,13 +130,25 @@ class RobotUnderTest:
         """Whether the robot shakes at the end of a test more than an error allows."""
         return bool(self._shaking[test])
 
+    def describe_test(self, row: int) -> str:
+        """Return a test of the battery in words."""
+        test = self.driven.tests[row]
+        if test.drive >= 0:
+            actuator = self.actuator(self.driven.drives[test.drive].actuator)
+            return f"the test of {actuator} at ctrl {test.command:.4g}"
+        return {
+            "reference": "the test with slack tendons",
+            "rest": "the test at rest with all actuators on",
+            "all": "the test of all actuators together",
+        }.get(test.kind, "the random sweep of all actuators")
+
     @cached_property
     def _shaking(self) -> NDArray[np.bool_]:
         battery = self.driven.battery
         return np.zeros(0, dtype=bool) if battery is None else self._shakes(battery)
 
     def _shakes(self, recording: Recording) -> NDArray[np.bool_]:
-        return np.asarray(self.shaking_g(recording).max(axis=1, initial=0.0) > self.limits.chatter_error_g)
+        return np.asarray(self.shaking_g(recording).max(axis=1, initial=0.0) > CHATTER_ERROR_G)
 
     @cached_property
     def _effects(self) -> NDArray[np.float64]:
@@ -189,7 +199,3 @@ class RobotUnderTest:
             effects = self._effects_of(rerun(self.model, self.structure, self.driven, variant, tests))[1:]
             self.causes[name] = {test: float(effect) for test, effect in zip(tests, effects, strict=True)}
         return self.causes[name]
-
-
-Rule = Callable[[RobotUnderTest], Iterable[Fault]]
-"""Looks for one kind of fault."""

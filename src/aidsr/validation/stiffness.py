@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from aidsr.sim.structure import Structure
 from aidsr.validation.counterfactuals import mass_ratio
-from aidsr.validation.thresholds import Thresholds
+from aidsr.validation.thresholds import MAX_MASS_RATIO
 
 _RK4, _EULER = int(mujoco.mjtIntegrator.mjINT_RK4), int(mujoco.mjtIntegrator.mjINT_EULER)
 _STABLE_STEP = 2.0
@@ -64,7 +64,7 @@ def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
         causes.append(f"RK4 treats damping explicitly: dt x damping / inertia is {damping:.3g}, stable below 2.8")
     elif servos > _STABLE_STEP:
         causes.append(f"Euler treats kv explicitly: dt x kv / inertia is {servos:.3g}, stable below 2")
-    if ratio > Thresholds().mass_ratio:
+    if ratio > MAX_MASS_RATIO:
         causes.append(f"the heaviest body has {ratio:.3g} times the median's mass")
     if step > _STABLE_STEP:
         causes.append(f"too stiff for the time step: dt x omega is {step:.3g}, stable below 2 unless damped")

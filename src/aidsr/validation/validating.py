@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from importlib.metadata import version
 from pathlib import Path
 from typing import Literal, get_args
@@ -29,6 +30,8 @@ def validate(
     needs_contact: bool = False,
     environment: str = "",
     realizable: bool = False,
+    select: Collection[str] = (),
+    ignore: Collection[str] = (),
 ) -> ValidationReport:
     """Drive a robot in simulation and say what is physically wrong with it.
 
@@ -43,25 +46,35 @@ def validate(
         environment: MJCF of the environment the robot is meant for: its `<option>` and, for a fixed robot, the
             direction of gravity at its mount hold in the test of the robot alone.
         realizable: Whether parts that could not be built make the robot unstable; otherwise they are only reported.
+        select: Codes of the only rules to apply; none for all. Faults of the document are always looked for.
+        ignore: Codes of rules not to apply: their faults are neither reported nor explain others.
 
     Raises:
-        UserError: The file cannot be read, or `mount` is none of the three.
+        UserError: The file cannot be read, `mount` is none of the three, or there is no rule of a code.
     """
     if mount not in get_args(Mount):
         raise UserError(f"Expected mount to be one of {', '.join(get_args(Mount))}, found {mount!r}.")
     try:
         text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
-        return examine(text, mount, needs_contact, environment, realizable)
+        return examine(text, mount, needs_contact, environment, realizable, tuple(select), tuple(ignore))
     except (IsolationError, MjcfError) as error:
         return unexamined(error)
 
 
 @isolated
-def examine(text: str, mount: Mount, needs_contact: bool, environment: str, realizable: bool) -> ValidationReport:
+def examine(
+    text: str,
+    mount: Mount,
+    needs_contact: bool,
+    environment: str,
+    realizable: bool,
+    select: tuple[str, ...],
+    ignore: tuple[str, ...],
+) -> ValidationReport:
     """Return the report on an MJCF text, made in an isolated process; the arguments are those of `validate`."""
     from aidsr.validation.engine import examine_text
 
-    return examine_text(text, mount, needs_contact, environment, realizable).report
+    return examine_text(text, mount, needs_contact, environment, realizable, select=select, ignore=ignore).report
 
 
 def unexamined(error: IsolationError | MjcfError) -> ValidationReport:

@@ -8,11 +8,10 @@ import mujoco
 import numpy as np
 
 from aidsr.sim.structure import name_of
+from aidsr.validation.curves import downsample, moved_over_length
 from aidsr.validation.drive import Drive
-from aidsr.validation.page.sampling import thinned
-from aidsr.validation.page.signals import moved_over_length
-from aidsr.validation.page.traces import ActuatorTrace
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.signals import ActuatorTrace
 
 _MOST_ACTUATORS = 64
 """Told on a page; robots with more are seen by their names in the report."""
@@ -38,9 +37,9 @@ def actuator_traces(robot: RobotUnderTest) -> Iterator[ActuatorTrace]:
             effect=robot.effect_of(index),
             tension_n=max(0.0, float(force_n.max())) if drive.on_tendon else 0.0,
             stroke_m=float(np.ptp(lengths)),
-            time_s=thinned(np.arange(1.0, frames + 1) * evidence.battery.frame_s) if best >= 0 else (),
-            displacement=thinned(moved[best]) if best >= 0 else (),
-            force_n=thinned(force_n[best]) if best >= 0 else (),
+            time_s=downsample(np.arange(1.0, frames + 1) * evidence.battery.frame_s) if best >= 0 else (),
+            displacement=downsample(moved[best]) if best >= 0 else (),
+            force_n=downsample(force_n[best]) if best >= 0 else (),
         )
 
 

@@ -9,7 +9,7 @@ from typing import Self
 
 from aidsr.core.artifacts import Fault
 from aidsr.validation.page.plots import plotted
-from aidsr.validation.page.traces import Signal
+from aidsr.validation.signals import Signal
 
 _MOST_NAMES = 8
 _AROUND = 2

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from aidsr.core.formatting import written
-from aidsr.validation.page.traces import Signal
+from aidsr.validation.signals import Signal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

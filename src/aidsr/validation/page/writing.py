@@ -16,7 +16,7 @@ from aidsr.validation.fidelity import FidelityReport
 from aidsr.validation.page.asking import Traced
 from aidsr.validation.page.cards import cards, number
 from aidsr.validation.page.plots import spark
-from aidsr.validation.page.traces import ActuatorTrace
+from aidsr.validation.signals import ActuatorTrace
 
 if TYPE_CHECKING:
     from jinja2 import Template

@@ -14,7 +14,7 @@ from aidsr.mjcf.location import Element
 from aidsr.mjcf.names import named
 from aidsr.sim.structure import read_structure
 from aidsr.validation.repairs.telling import told
-from aidsr.validation.thresholds import Thresholds
+from aidsr.validation.thresholds import OVERLAP_LENGTH, OVERLAP_NOTICED, OVERLAP_SHARE
 
 __all__ = ["attached_overlaps"]
 
@@ -48,15 +48,15 @@ def _overlapping(model: mujoco.MjModel) -> set[tuple[int, int]]:
     """Return pairs of a body and the body it is jointed to that overlap by more than the validator lets pass."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    limits, length_m = Thresholds(), read_structure(model).characteristic_length_m
+    length_m = read_structure(model).characteristic_length_m
     found = set()
     for contact in data.contact:
         geoms = [int(contact.geom1), int(contact.geom2)]
         pair = sorted(int(model.geom_bodyid[geom]) for geom in geoms)
         depth_m = -float(contact.dist)
         thickness_m = min(2.0 * float(min(model.geom_aabb[geom][3:])) for geom in geoms)
-        too_deep = depth_m > limits.overlap_share * thickness_m and depth_m > limits.overlap_noticed * length_m
-        if (too_deep or depth_m > limits.overlap_length * length_m) and _is_jointed(model, pair[0], pair[1]):
+        too_deep = depth_m > OVERLAP_SHARE * thickness_m and depth_m > OVERLAP_NOTICED * length_m
+        if (too_deep or depth_m > OVERLAP_LENGTH * length_m) and _is_jointed(model, pair[0], pair[1]):
             found.add((pair[0], pair[1]))
     return found
 

@@ -13,15 +13,23 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import Fault
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Tendon
+from aidsr.validation.curves import Array, actuator_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.signals import Signal
 from aidsr.validation.solids import depth_m, half_width_m
+from aidsr.validation.thresholds import OVERLAP_NOTICED
 
+THROUGH_BODY_SHARE = 0.25
+"""Depth of a tendon inside a body between its guides / half width of that body. Our choice."""
+PUSH_SHARE = 0.1
+"""Force that lengthens a tendon / its greatest pull. Our choice."""
 _ALONG = np.linspace(0, 1, 17)[1:-1, None]
 """Where along a line it is looked at, as shares of its length; a segment is passed in several places."""
 
 
-def tendon_through_body(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Between two guides a cable keeps out of parts that neither guide belongs to, drawn and driven.
+def _find_buried_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find cables that run between two guides through parts that neither guide belongs to, drawn and driven.
 
     MuJoCo pulls a tendon straight from site to site, whatever is between them.
     """
@@ -30,21 +38,16 @@ def tendon_through_body(robot: RobotUnderTest) -> Iterator[Fault]:
     for data in _poses(robot) if lines.tendons else ():
         for tendon, share, half_m, body in lines.buried(robot, data):
             worst[tendon] = max(worst.get(tendon, (0.0, 0.0, "")), (share, half_m, body))
-    deep = {tendon: found for tendon, found in worst.items() if found[0] > robot.limits.through_body}
+    deep = {tendon: found for tendon, found in worst.items() if found[0] > THROUGH_BODY_SHARE}
     if deep:
         share, half_m, body = max(deep.values())
-        yield Fault(
-            code="tendon_through_body",
-            layer="realizability",
-            severity="error",
+        yield TENDON_THROUGH_BODY.fault(
             names=tuple(robot.tendon(tendon) for tendon in deep),
             measured=share,
-            limit=robot.limits.through_body,
-            unit="of the half width of the part",
+            limit=THROUGH_BODY_SHARE,
             whole=half_m,
             whole_unit="m",
             message=f"runs through {body} between its guides",
-            cure="Add a routing site in every segment, at its surface, so that the cable follows the limb.",
         )
 
 
@@ -131,8 +134,24 @@ def _own_parts(robot: RobotUnderTest, one: int, other: int) -> NDArray[np.bool_]
     return own
 
 
-def tendon_skips_segments(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A cable along a limb is guided by every segment it passes."""
+_GUIDES = tuple(f'      <site site="front{index}"/>\n' for index in range(7))
+
+TENDON_THROUGH_BODY = Rule(
+    code="tendon_through_body",
+    stage=Stage.BUILDING,
+    finds="Between two guides a tendon runs through a part of the robot.",
+    why="MuJoCo pulls a tendon straight from site to site, whatever is between them; a cable cannot.",
+    limit="depth of the straight cable inside a part that it passes over / half width of that part, drawn and at "
+    "the end of "
+    f"each test of one actuator: at most {THROUGH_BODY_SHARE:g}",
+    check=_find_buried_tendons,
+    unit="of the half width of the part",
+    cure="Add a routing site in every segment, at its surface, so that the cable follows the limb.",
+    example=Example((("".join(_GUIDES[2:5]), ""),)),
+)
+
+
+def _find_skipped_segments(robot: RobotUnderTest) -> Iterator[Fault]:
     skipping: dict[str, int] = {}
     for tendon in robot.structure.tendons:
         for site, next_site in _spans(robot, tendon):
@@ -141,16 +160,11 @@ def tendon_skips_segments(robot: RobotUnderTest) -> Iterator[Fault]:
                 name = robot.tendon(tendon.id)
                 skipping[name] = max(skipping.get(name, 0), skipped)
     if skipping:
-        yield Fault(
-            code="tendon_skips_segments",
-            layer="realizability",
-            severity="warning",
+        yield TENDON_SKIPS_SEGMENTS.fault(
             names=tuple(skipping),
             measured=max(skipping.values()),
             limit=1,
-            unit="joints between neighbouring guides",
             message="runs along a limb without a guide in every segment",
-            cure="Add a routing site in every segment the tendon passes.",
         )
 
 
@@ -169,7 +183,7 @@ def _skipped_joints(robot: RobotUnderTest, site: int, next_site: int) -> int:
     anchors: list[NDArray[np.float64]] = []
     for body in between:
         anchor = data.xanchor[int(model.body_jntadr[body])]
-        if not anchors or np.linalg.norm(anchor - anchors[-1]) > robot.limits.overlap_noticed * robot.length_m:
+        if not anchors or np.linalg.norm(anchor - anchors[-1]) > OVERLAP_NOTICED * robot.length_m:
             anchors.append(np.array(anchor))
     if span_m == 0 or len(anchors) < 2:
         return 0
@@ -195,8 +209,21 @@ def _between(robot: RobotUnderTest, one: int, other: int) -> list[int]:
     return [body for body in apart if joints[body]]
 
 
-def tendon_pushes(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A cable can only pull."""
+TENDON_SKIPS_SEGMENTS = Rule(
+    code="tendon_skips_segments",
+    stage=Stage.DRAWING,
+    finds="A tendon runs along a limb without a guide in every segment.",
+    why="Where the limb bends, the cable leaves it and cuts across; a cable across a loop is meant to.",
+    limit="joints that a cable runs along between two guides: at most 1, always a warning",
+    check=_find_skipped_segments,
+    severity="warning",
+    unit="joints between neighbouring guides",
+    cure="Add a routing site in every segment the tendon passes.",
+    example=Example(((_GUIDES[3], ""),)),
+)
+
+
+def _find_pushing_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
     evidence = robot.driven
     if evidence.battery is None:
         return
@@ -206,20 +233,38 @@ def tendon_pushes(robot: RobotUnderTest) -> Iterator[Fault]:
         if drive.on_tendon and int(robot.model.actuator_trnid[drive.actuator, 0]) in spatial:
             force = robot.force_n(drive)
             pull, push = max(0.0, -float(force.min())), max(0.0, float(force.max()))
-            if push > robot.limits.push_share * pull and push > 0:
+            if push > PUSH_SHARE * pull and push > 0:
                 pushing[robot.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf"), pull
     if pushing:
         worst, pull = max(pushing.values())
-        yield Fault(
-            code="tendon_pushes",
-            layer="realizability",
-            severity="error",
+        yield TENDON_PUSHES.fault(
             names=tuple(pushing),
             measured=worst if np.isfinite(worst) else None,
-            limit=robot.limits.push_share,
-            unit="of its greatest pull",
+            limit=PUSH_SHARE,
             whole=pull if pull > 0 else None,
             whole_unit="N",
             message="pushes on its tendon" if np.isfinite(worst) else "pushes on its tendon and never pulls",
-            cure='Let commands only pull: motor gear="-1" with ctrlrange="0 F", or a servo with forcerange="-F 0".',
         )
+
+
+def _push_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
+    def forces(drive: int, _tendon: int) -> Array:
+        return robot.force_n(robot.driven.drives[drive])
+
+    shown = actuator_signal(robot, fault, "force, pushing up", "N", forces)
+    return None if shown is None else shown.model_copy(update={"limits": (0.0,)})
+
+
+TENDON_PUSHES = Rule(
+    code="tendon_pushes",
+    stage=Stage.BUILDING,
+    finds="An actuator pushes on a spatial tendon.",
+    why="A cable can only pull: half of what the simulated actuator does, no built one can.",
+    limit=f"greatest push / greatest pull of an actuator: at most {PUSH_SHARE:g}",
+    check=_find_pushing_tendons,
+    unit="of its greatest pull",
+    cure='Let commands only pull: motor gear="-1" with ctrlrange="0 F", or a servo with forcerange="-F 0".',
+    explains=("tendon_slack",),
+    signal=_push_signal,
+    example=Example((('ctrlrange="0 20"', 'ctrlrange="-20 20"'),)),
+)

@@ -1,122 +1,82 @@
-"""Does driving the robot do anything, and if not, what holds it: obstacles, weakness, stiffness."""
+"""Do the actuators move the robot, and if not, what holds it: limits, mass, weakness, stiffness."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
 from aidsr.core.artifacts import Fault
 from aidsr.core.formatting import written
-from aidsr.sim.structure import joined_bodies
-from aidsr.validation.causes import is_explained
 from aidsr.validation.counterfactuals import (
     mass_ratio,
     softer,
     without_limits,
     without_outlier_mass,
-    without_self_contact,
+)
+from aidsr.validation.curves import (
+    MAX_CURVES,
+    OF_LENGTH,
+    Array,
+    battery_of,
+    find_drives,
+    make_signal,
+    moved_over_length,
 )
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
+from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.signals import Signal
+from aidsr.validation.thresholds import MAX_MASS_RATIO
+
+MIN_EFFECT = 0.05
+"""Largest displacement / L that an actuator causes; less cannot be told from doing nothing by a task. Our choice."""
+MIN_SINGLE_EFFECT = 0.02
+"""The same for one actuator among others that do move the robot: a leg that presses on the ground moves little. Our
+choice."""
+_LIMIT_GAIN = 3.0
+"""Effect without joint and tendon limits / effect with them. Our choice."""
+WEAK_SHARE = 0.5
+"""Largest tension / weight of what moves; less cannot lift the robot. Our choice."""
+SOFTER_FACTOR = 0.02
+"""Factor on stiffness and damping in the counterfactual of a stiff robot. Our choice."""
+_ELASTIC_SHARE = 0.4
+"""Gain in it / what springs alone would give, above which springs are what holds the robot. Our choice."""
 
 
-def self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
-    """The robot does not hold itself by its own contacts. Looked at only where an actuator makes its parts touch.
-
-    Parts next to each other touch at the end of their joint's way, as at a stop, and so do those that an equality joins
-    where a chain is closed to a ring.
-    """
-    if is_explained("self_collision_lock", robot.found):
-        return
-    weak = list(_touching_itself(robot, _hindered(robot)))
-    if not weak:
-        return
-    tests = robot.single_tests(weak)
-    freed = robot.effects_if("without self-contact", without_self_contact(robot.structure), tests)
-    locked = _improved(robot, weak, freed, 1 / robot.limits.lock_share)
-    if locked:
-        yield _effect_fault(
-            robot,
-            "self_collision_lock",
-            locked,
-            freed,
-            message="the robot's own contacts hold it",
-            instead="where its parts may pass through each other",
-            cause="segments overlap or touch before they can bend",
-            cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",
-            limit=robot.limits.lock_share * _freed(robot, locked, freed),
-        )
-
-
-def antagonist_lock(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Pulling one tendon bends the robot while the others are told to let go.
-
-    Source: a position servo lets go only if its range reaches beyond the length the tendon needs.
-    """
-    evidence, limits = robot.driven, robot.limits
-    locked = []
-    for row in robot.sound_tests:
-        test = evidence.tests[row]
-        alone, together = robot.effect_of(test.drive), robot.effect_in(row)
-        if test.kind == "released" and alone >= limits.effect and together < limits.lock_share * alone:
-            locked.append((together / alone, alone, evidence.drives[test.drive].actuator))
-    if locked:
-        share, alone, _ = min(locked)
-        yield Fault(
-            code="antagonist_lock",
-            layer="simulate",
-            severity="error",
-            names=tuple(robot.actuator(actuator) for _, _, actuator in locked),
-            measured=share,
-            limit=limits.lock_share,
-            unit="of the effect with the others slack",
-            whole=alone * robot.length_m,
-            whole_unit="m",
-            message="the other tendons hold the robot although they are told to let go",
-            likely_cause="no command in their control ranges lets the opposite tendons grow long enough",
-            cure="Let the upper end of each servo's ctrlrange exceed the tendon's rest length by its stroke, or allow "
-            'pulling only with forcerange="-F 0".',
-        )
-
-
-def no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
-    """The actuators move the robot. Where they do not, changing one thing after the other tells what is in the way.
+def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find actuators that do not move the robot, and by changing one thing after the other what is in the way.
 
     An error where no command that is held moves the robot, whatever jolts it when commands change; a warning where
     single actuators have no effect.
     """
-    evidence, limits = robot.driven, robot.limits
+    evidence = robot.driven
     if evidence.battery is None or not evidence.drives or is_explained("tendon_against_limit", robot.found):
         return
     held = [row for row in robot.sound_tests if evidence.tests[row].kind in ("single", "released", "all")]
-    whole = max((robot.effect_in(row) for row in held), default=0.0) < limits.effect
-    least = limits.effect if whole else limits.single_effect
-    weak = [index for index in _measured(robot) if robot.effect_of(index) < least]
+    whole = max((robot.effect_in(row) for row in held), default=0.0) < MIN_EFFECT
+    least = MIN_EFFECT if whole else MIN_SINGLE_EFFECT
+    weak = [index for index in measured_drives(robot) if robot.effect_of(index) < least]
     if not weak:
         return
     tests = robot.single_tests(weak)
     freed = robot.effects_if("without limits", without_limits, tests)
-    if held := _improved(robot, weak, freed, limits.limit_gain):
-        yield _effect_fault(
+    if held := improved_drives(robot, weak, freed, _LIMIT_GAIN):
+        yield effect_fault(
             robot,
-            "tendon_against_limit",
+            TENDON_AGAINST_LIMIT,
             held,
             freed,
             message="joint or tendon limits hold the robot",
             instead="without limits",
-            cause="a limited joint or tendon is already at the end of its range",
-            cure="Widen the ranges of joints and tendons in the direction the tendon pulls.",
+            likely_cause="a limited joint or tendon is already at the end of its range",
             limit=least,
             whole=whole,
         )
         return
     ratio = mass_ratio(robot.model, robot.structure)
-    if ratio > limits.mass_ratio:
+    if ratio > MAX_MASS_RATIO:
         light = robot.effects_if("without outlier mass", without_outlier_mass(robot.structure), tests)
-        if heavy := _improved(robot, weak, light, limits.limit_gain):
+        if heavy := improved_drives(robot, weak, light, _LIMIT_GAIN):
             yield _mass_fault(robot, heavy, ratio, whole)
             return
     yield _strength_fault(robot, weak, tests, whole, least)
@@ -125,142 +85,200 @@ def no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
 def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: bool) -> Fault:
     heaviest = max(robot.structure.moving, key=lambda body: float(robot.model.body_mass[body]))
     heaviest_kg = float(robot.model.body_mass[heaviest])
-    return Fault(
-        code="mass_ratio",
-        layer="simulate",
+    return MASS_RATIO.fault(
         severity="error" if whole else "warning",
         names=(robot.body(heaviest),),
         measured=ratio,
-        limit=robot.limits.mass_ratio,
-        unit="times the median segment",
+        limit=MAX_MASS_RATIO,
         whole=heaviest_kg / ratio,
         whole_unit="kg",
         message="too heavy to be moved: the actuators move the robot by "
         f"{written(1000 * robot.largest_effect(drives) * robot.length_m)} mm, and far more with the median's mass",
         likely_cause="its mass or density is far above that of the others",
-        cure="Bring the mass of that body near the others'.",
     )
 
 
 def _strength_fault(robot: RobotUnderTest, weak: list[int], tests: list[int], whole: bool, least: float) -> Fault:
     """Too weak, too stiff, or without a cause that another trial shows."""
-    evidence, limits = robot.driven, robot.limits
+    evidence = robot.driven
     tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in evidence.drives)
     weight_n = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2
-    if whole and tension_n < limits.weak_share * weight_n:
-        return Fault(
-            code="actuator_too_weak",
-            layer="simulate",
-            severity="error",
+    if whole and tension_n < WEAK_SHARE * weight_n:
+        return ACTUATOR_TOO_WEAK.fault(
             names=tuple(robot.actuator(evidence.drives[index].actuator) for index in weak),
             measured=tension_n / weight_n,
-            limit=limits.weak_share,
-            unit="of the robot's weight",
+            limit=WEAK_SHARE,
             whole=weight_n,
             whole_unit="N",
             message="no test moves the robot; greatest actuator force",
             likely_cause="force limits, gain or control range are too small",
-            cure="Raise forcerange, kp or ctrlrange; bending takes about the limb's weight x length / tendon offset.",
         )
-    soft = robot.effects_if("softer", softer(limits.softer), tests)
+    soft = robot.effects_if("softer", softer(SOFTER_FACTOR), tests)
     # of a robot that is far too stiff the effect stays small, and still goes with 1 / stiffness
-    stiff = _improved(robot, weak, soft, limits.limit_gain) or _improved(
-        robot, weak, soft, limits.elastic_share / limits.softer, visible=0.0
+    stiff = improved_drives(robot, weak, soft, _LIMIT_GAIN) or improved_drives(
+        robot, weak, soft, _ELASTIC_SHARE / SOFTER_FACTOR, visible=0.0
     )
-    return _effect_fault(
+    return effect_fault(
         robot,
-        "too_stiff" if stiff else "no_effect",
+        TOO_STIFF if stiff else NO_EFFECT,
         stiff or weak,
         soft,
         message="the actuators hardly move the robot",
-        instead=f"with joints and tendons {1 / limits.softer:.0f} times softer",
-        cause="joints or tendon springs are too stiff for the forces" if stiff else "",
-        cure="Lower the joint stiffness, raise the tendon force, or move the tendons away from the backbone.",
+        instead=f"with joints and tendons {1 / SOFTER_FACTOR:.0f} times softer",
+        likely_cause="joints or tendon springs are too stiff for the forces" if stiff else "",
         limit=least,
         whole=whole,
     )
 
 
-def _measured(robot: RobotUnderTest) -> list[int]:
-    """Actuators whose own tests do not diverge, so that their effect is known."""
+def measured_drives(robot: RobotUnderTest) -> list[int]:
+    """Return the actuators whose own tests do not diverge, so that their effect is known."""
     sound = set(robot.sound_tests)
     return [index for index in range(len(robot.driven.drives)) if sound.issuperset(robot.single_tests([index]))]
 
 
-def _hindered(robot: RobotUnderTest) -> list[int]:
-    """Actuators that an obstacle might hold: their effect is a small share of L, about the effect of a free limb."""
-    return [index for index in _measured(robot) if robot.effect_of(index) < robot.limits.lock_share]
-
-
-def _touching_itself(robot: RobotUnderTest, drives: Sequence[int]) -> Iterator[int]:
-    """Actuators after whose tests, or after settling, parts that nothing joins touch each other."""
-    evidence, data = robot.driven, mujoco.MjData(robot.model)
-    # Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
-    joined = joined_bodies(robot.model)
-    if evidence.battery is None or not drives:
-        return
-    if _touch(robot, data, evidence.settle.states[0], joined):
-        yield from drives
-        return
-    for drive in drives:
-        if any(_touch(robot, data, state, joined) for state in evidence.battery.states[robot.single_tests([drive])]):
-            yield drive
-
-
-def _touch(robot: RobotUnderTest, data: mujoco.MjData, state: NDArray[np.float64], joined: set[frozenset[int]]) -> bool:
-    """Whether parts of the robot that nothing joins touch each other in a state."""
-    model = robot.model
-    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_collision(model, data)
-    geoms = np.asarray(data.contact.geom).reshape(-1, 2)
-    bodies = model.geom_bodyid[geoms[np.isin(geoms, robot.structure.geoms).all(axis=1)]]
-    return any(frozenset(pair) not in joined for pair in bodies.tolist())
-
-
-def _improved(
+def improved_drives(
     robot: RobotUnderTest, drives: Sequence[int], effects: dict[int, float], factor: float, visible: float | None = None
 ) -> list[int]:
-    """Actuators whose effect becomes visible, and `factor` times as large, when something is changed."""
-    least = robot.limits.effect if visible is None else visible
+    """Return the actuators whose effect becomes visible, and `factor` times as large, when something is changed."""
+    least = MIN_EFFECT if visible is None else visible
     return [
         index
         for index in drives
-        if (freed := _freed(robot, [index], effects)) >= least and freed > factor * robot.effect_of(index)
+        if (freed := largest_effect_if(robot, [index], effects)) >= least and freed > factor * robot.effect_of(index)
     ]
 
 
-def _freed(robot: RobotUnderTest, drives: Sequence[int], effects: dict[int, float]) -> float:
-    """Largest effect of some actuators, each alone, in a changed model."""
+def largest_effect_if(robot: RobotUnderTest, drives: Sequence[int], effects: dict[int, float]) -> float:
+    """Return the largest effect of some actuators, each alone, in a changed model."""
     return max((effects[test] for test in robot.single_tests(drives)), default=0.0)
 
 
-def _effect_fault(
+def effect_fault(
     robot: RobotUnderTest,
-    code: str,
+    rule: Rule,
     drives: Sequence[int],
     effects: dict[int, float],
     *,
     message: str,
     instead: str,
-    cause: str,
-    cure: str,
+    likely_cause: str,
     limit: float,
     whole: bool = True,
 ) -> Fault:
+    """Return a fault of some actuators that do too little, with what they would do in a changed model."""
     evidence = robot.driven
-    freed_mm = written(1000 * _freed(robot, drives, effects) * robot.length_m)
-    return Fault(
-        code=code,
-        layer="simulate",
+    freed_mm = written(1000 * largest_effect_if(robot, drives, effects) * robot.length_m)
+    return rule.fault(
         severity="error" if whole else "warning",
         names=tuple(robot.actuator(evidence.drives[index].actuator) for index in drives),
         measured=robot.largest_effect(drives),
         limit=limit,
-        unit="of the robot's length",
         whole=robot.length_m,
         whole_unit="m",
         message=f"{message}: largest displacement by these actuators ({freed_mm} mm {instead})",
-        likely_cause=cause,
-        cure=cure,
+        likely_cause=likely_cause,
     )
+
+
+def effect_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
+    """Return how far the named actuators move the robot, each in its own test; all of them where none is named."""
+    moved = moved_over_length(robot)
+    curves: dict[str, Array] = {}
+    for drive in find_drives(robot, fault.names) or range(len(robot.driven.drives)):
+        rows = robot.single_tests([drive])
+        if rows and len(curves) < MAX_CURVES:
+            best = max(rows, key=robot.effect_in)
+            curves[robot.actuator(robot.driven.drives[drive].actuator)] = moved[best]
+    test = "a test of each actuator alone, the others slack"
+    return make_signal("largest displacement", OF_LENGTH, test, battery_of(robot).frame_s, curves, (MIN_EFFECT,))
+
+
+_LIMIT = (
+    f"largest effect of all tests whose command is held / the robot's length: at least {MIN_EFFECT:g}; a warning where "
+    f"one actuator stays below {MIN_SINGLE_EFFECT:g}"
+)
+_CURE_STIFF = "Lower the joint stiffness, raise the tendon force, or move the tendons away from the backbone."
+
+TENDON_AGAINST_LIMIT = Rule(
+    code="tendon_against_limit",
+    stage=Stage.EFFECT,
+    finds="Joint or tendon limits keep the actuators from moving the robot.",
+    why="A joint or tendon is already at the end of its range, so every pull goes into the stop.",
+    limit=f"{_LIMIT}; and {_LIMIT_GAIN:g} times the effect without limits",
+    check=_find_no_effect,
+    unit=OF_LENGTH,
+    cure="Widen the ranges of joints and tendons in the direction the tendon pulls.",
+    explains=("sensor_constant",),
+    signal=effect_signal,
+    example=Example(
+        (
+            ('<spatial name="front">', '<spatial name="front" range="0.1372 0.2" solreflimit="0.004 1">'),
+            ('<spatial name="back">', '<spatial name="back" range="0.1372 0.2" solreflimit="0.004 1">'),
+        )
+    ),
+)
+
+MASS_RATIO = Rule(
+    code="mass_ratio",
+    stage=Stage.EFFECT,
+    finds="One body is so heavy that the actuators hardly move the robot.",
+    why="Beyond such a ratio the contacts and joints of the light parts lose precision too; mostly a density or a "
+    "unit is "
+    "wrong.",
+    limit=f"{_LIMIT}; and a body of more than {MAX_MASS_RATIO:g} times the median's mass, without which the effect is "
+    f"{_LIMIT_GAIN:g} times as large",
+    check=_find_no_effect,
+    unit="times the median segment",
+    cure="Bring the mass of that body near the others'.",
+    explains=("underdamped", "chatter", "limit_overrun", "sensor_constant", "implausible_density"),
+    signal=effect_signal,
+    example=Example(
+        (
+            ('<geom name="g6"/>', '<geom name="g6" mass="20"/>'),
+            ('<body name="base">', '<body name="base" euler="180 0 0">'),
+        )
+    ),
+)
+
+ACTUATOR_TOO_WEAK = Rule(
+    code="actuator_too_weak",
+    stage=Stage.EFFECT,
+    finds="No test moves the robot, and its strongest actuator pulls with less than half of its weight.",
+    why="Such an actuator cannot lift what it drives.",
+    limit=f"{_LIMIT}; and the greatest force / weight of what moves below {WEAK_SHARE:g}",
+    check=_find_no_effect,
+    unit="of the robot's weight",
+    cure="Raise forcerange, kp or ctrlrange; bending takes about the limb's weight x length / tendon offset.",
+    explains=("sensor_constant",),
+    signal=effect_signal,
+    example=Example((('ctrlrange="0 20"', 'ctrlrange="0 0.2"'),)),
+)
+
+TOO_STIFF = Rule(
+    code="too_stiff",
+    stage=Stage.EFFECT,
+    finds="The actuators hardly move the robot, because its joints or tendon springs are too stiff for them.",
+    why="All their force goes into springs.",
+    limit=f"{_LIMIT}; and {_LIMIT_GAIN:g} times the effect with {100 * SOFTER_FACTOR:g} % of the stiffness",
+    check=_find_no_effect,
+    unit=OF_LENGTH,
+    cure=_CURE_STIFF,
+    explains=("sensor_constant",),
+    signal=effect_signal,
+    example=Example((('stiffness="1" damping="0.05"', 'stiffness="50" damping="2.5"'),)),
+)
+
+NO_EFFECT = Rule(
+    code="no_effect",
+    stage=Stage.EFFECT,
+    finds="The actuators hardly move the robot, and none of the usual causes is why.",
+    why="A policy can change nothing. Neither limits nor a heavy body, weak actuators or stiff joints explain it.",
+    limit=_LIMIT,
+    check=_find_no_effect,
+    unit=OF_LENGTH,
+    cure=_CURE_STIFF,
+    explains=("sensor_constant",),
+    signal=effect_signal,
+    example=Example((('armature="1e-5"', 'armature="1000"'),)),
+)

@@ -1,4 +1,4 @@
-"""Does the simulation stay a simulation while the robot is driven: divergence, chatter, overrun limits."""
+"""How the robot moves while it is driven: does it shake, do its joints overrun their limits."""
 
 from __future__ import annotations
 
@@ -10,75 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
-from aidsr.sim.divergence import DivergenceSign
-from aidsr.sim.rollout import Recording
+from aidsr.validation.curves import SETTLING, battery_of, find_body, limits_of, make_signal
 from aidsr.validation.points import last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
-from aidsr.validation.stiffness import explain_divergence
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.signals import Signal
+from aidsr.validation.thresholds import CHATTER_ERROR_G
 
+CHATTER_WARNING_G = 1.0
+"""Root mean square acceleration while commands are constant, in standard gravity. Our choice."""
+OVERRUN_ERROR_DEG = 30.0
+OVERRUN_WARNING_DEG = 10.0
+"""Joint beyond its range under load. Limits are soft in MuJoCo: light links overrun them by their mass. Our choice."""
+_NO_LENGTH = 0.01
+"""Tendon length / L below which its ends meet. Our choice."""
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
-def numerical_instability(robot: RobotUnderTest) -> Iterator[Fault]:
-    """No test ends in numbers that are not finite, warned about, or faster than anything real."""
-    for phase, recording, row in _phases(robot):
-        found = robot.first_divergence(recording, row)
-        if found is None:
-            continue
-        what = recording.failures[row] or "faster than anything real"
-        yield Fault(
-            code="numerical_instability",
-            layer="simulate",
-            severity="error",
-            names=_fast_part(robot, found),
-            measured=found.measured,
-            limit=found.limit,
-            unit=found.unit,
-            message=f"the simulation fails during {phase}: {what}",
-            likely_cause=explain_divergence(robot.model, robot.structure),
-            cure='Use <option integrator="implicitfast" timestep="0.002"/>, joint damping of at least 0.02 s times its '
-            "stiffness, heavier segments or softer joints and servos.",
-            first_time_s=found.time_s,
-        )
-        return
-
-
-def _fast_part(robot: RobotUnderTest, sign: DivergenceSign) -> tuple[str, ...]:
-    if sign.joint is not None:
-        return (robot.joint(sign.joint),)
-    return () if sign.body is None else (robot.body(sign.body),)
-
-
-def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
-    """Simulations with a sign of divergence, the passive one first."""
-    settle, battery = robot.driven.settle, robot.driven.battery
-    if robot.diverged(settle)[0]:
-        yield "settling", settle, 0
-    if battery is not None:
-        for row in sorted(set(range(len(robot.driven.tests))).difference(robot.sound_tests)):
-            yield describe_test(robot, row), battery, row
-
-
-def describe_test(robot: RobotUnderTest, row: int) -> str:
-    """Return a test of the battery in words."""
-    test = robot.driven.tests[row]
-    if test.drive >= 0:
-        actuator = robot.actuator(robot.driven.drives[test.drive].actuator)
-        return f"the test of {actuator} at ctrl {test.command:.4g}"
-    return {
-        "reference": "the test with slack tendons",
-        "rest": "the test at rest with all actuators on",
-        "all": "the test of all actuators together",
-    }.get(test.kind, "the random sweep of all actuators")
-
-
-def chatter(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Under constant commands, after settling, the robot stands still.
+def _find_chatter(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find robots that do not stand still under constant commands, after settling.
 
     Looked at in tests that do not diverge. See `RobotUnderTest.shaking_g` for what is measured.
     """
-    limits = robot.limits
     settle, battery = robot.driven.settle, robot.driven.battery
     worst, where, what = 0.0, -1, ""
     rows = [("settling", rms, 0) for rms in robot.shaking_g(settle)[:1] if not robot.diverged(settle)[0]]
@@ -88,28 +42,24 @@ def chatter(robot: RobotUnderTest) -> Iterator[Fault]:
     for phase, rms, row in rows:
         if rms.size and rms.max() > worst:
             worst, where = float(rms.max()), int(np.argmax(rms))
-            what = phase or describe_test(robot, row)
-    if worst > limits.chatter_warning_g:
-        severe = worst > limits.chatter_error_g
-        yield Fault(
-            code="chatter",
-            layer="simulate",
+            what = phase or robot.describe_test(row)
+    if worst > CHATTER_WARNING_G:
+        severe = worst > CHATTER_ERROR_G
+        yield CHATTER.fault(
             severity="error" if severe else "warning",
             names=(robot.body(robot.structure.bodies[where]),),
             measured=worst,
-            limit=limits.chatter_error_g if severe else limits.chatter_warning_g,
-            unit="g",
+            limit=CHATTER_ERROR_G if severe else CHATTER_WARNING_G,
             whole=STANDARD_GRAVITY_M_S2,
             whole_unit="m/s2",
             message=f"keeps accelerating under constant commands, at the end of {what}",
             likely_cause=_why_chatter(robot),
-            cure="Raise joint damping, soften servos (kp) or give them kv, and separate parts that rub.",
         )
 
 
 def _why_chatter(robot: RobotUnderTest) -> str:
     """A tendon whose ends meet has no direction left to pull in; otherwise something is too stiff."""
-    evidence, shortest = robot.driven, robot.limits.slack_length * robot.length_m
+    evidence, shortest = robot.driven, _NO_LENGTH * robot.length_m
     pulled = [tendon.id for tendon in robot.structure.tendons if tendon.spatial and tendon.actuators]
     if evidence.battery is not None and pulled:
         lengths = evidence.battery.fields["ten_length"][:, -1, pulled].min(axis=0)
@@ -119,12 +69,54 @@ def _why_chatter(robot: RobotUnderTest) -> str:
     return "contacts, limits or servos are stiffer than the time step can follow"
 
 
-def limit_overrun(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Driven joints stay about within their ranges.
+def _chatter_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
+    evidence, body = robot.driven, find_body(robot, fault.names[0])
+    rows = [(SETTLING, evidence.settle, 0)]
+    if evidence.battery is not None:
+        rows += [
+            (robot.describe_test(row), evidence.battery, row)
+            for row in robot.sound_tests
+            if evidence.tests[row].kind != "sweep"
+        ]
+    test, recording, row = max(
+        rows, key=lambda r: float(last_quarter(r[1].acceleration_m_s2[r[2]], axis=0)[:, body].mean())
+    )
+    curve = {fault.names[0]: recording.acceleration_m_s2[row][:, body] / STANDARD_GRAVITY_M_S2}
+    return make_signal("acceleration", "g", test, recording.frame_s, curve, limits_of(fault))
+
+
+CHATTER = Rule(
+    code="chatter",
+    stage=Stage.DRIVEN,
+    finds="The robot keeps shaking while its commands are constant.",
+    why="No force, power or sensor can be trusted while contacts, limits or servos hammer, and a policy learns "
+    "from noise.",
+    limit="rms acceleration of a centre of mass under constant commands, in the calmest part of the last quarter of a "
+    f"test that does not diverge: at most {CHATTER_ERROR_G:g} g; a warning above {CHATTER_WARNING_G:g} g",
+    check=_find_chatter,
+    unit="g",
+    cure="Raise joint damping, soften servos (kp) or give them kv, and separate parts that rub.",
+    explains=("antagonist_lock", "actuator_too_weak", "too_stiff", "no_effect", "sensor_constant"),
+    signal=_chatter_signal,
+    example=Example(
+        (
+            ('integrator="implicitfast"', 'integrator="Euler"'),
+            (
+                '<motor name="pull_front" tendon="front" gear="-1" ctrlrange="0 20"/>',
+                '<position name="pull_front" tendon="front" kp="2000" kv="20000" '
+                'ctrlrange="0.1 0.14" forcerange="-40 0"/>',
+            ),
+        )
+    ),
+)
+
+
+def _find_overrun_limits(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find driven hinges far beyond their ranges.
 
     Source: MuJoCo documentation, Modeling, "Solver parameters": limits are soft, and softer for light links.
     """
-    model, limits = robot.model, robot.limits
+    model = robot.model
     worst_deg, at = 0.0, -1
     for joint in robot.structure.joints:
         if int(model.jnt_type[joint]) != _HINGE or not model.jnt_limited[joint]:
@@ -134,19 +126,15 @@ def limit_overrun(robot: RobotUnderTest) -> Iterator[Fault]:
             beyond_deg = math.degrees(max(float(low - angles.min(initial=low)), float(angles.max(initial=high) - high)))
             if beyond_deg > worst_deg:
                 worst_deg, at = beyond_deg, joint
-    if worst_deg > limits.overrun_warning_deg:
-        severe = worst_deg > limits.overrun_error_deg
-        yield Fault(
-            code="limit_overrun",
-            layer="simulate",
+    if worst_deg > OVERRUN_WARNING_DEG:
+        severe = worst_deg > OVERRUN_ERROR_DEG
+        yield LIMIT_OVERRUN.fault(
             severity="error" if severe else "warning",
             names=(robot.joint(at),),
             measured=worst_deg,
-            limit=limits.overrun_error_deg if severe else limits.overrun_warning_deg,
-            unit="deg beyond its range",
+            limit=OVERRUN_ERROR_DEG if severe else OVERRUN_WARNING_DEG,
             message="pulled past its limit under load",
             likely_cause="limits are soft for light links with the default solreflimit",
-            cure='Set solreflimit="0.004 1" on the joints, or reduce the tendon force.',
         )
 
 
@@ -164,3 +152,36 @@ def _angles_rad(robot: RobotUnderTest, joint: int) -> Iterator[NDArray[np.float6
     # what shakes when held shakes in the sweep too
     yield last_quarter(angles[shaking], axis=1).mean(axis=1)
     yield angles[[row for row in held if row not in shaking]]
+
+
+def _overrun_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
+    model, battery = robot.model, battery_of(robot)
+    joint = next(index for index in robot.structure.joints if robot.joint(index) == fault.names[0])
+    degrees = np.degrees(battery.fields["qpos"][:, :, int(model.jnt_qposadr[joint])])
+    low, high = np.degrees(model.jnt_range[joint])
+    row = int(np.argmax(np.maximum(low - degrees.min(axis=1), degrees.max(axis=1) - high)))
+    curves, limits = {fault.names[0]: degrees[row]}, (float(low), float(high))
+    return make_signal("angle", "deg", robot.describe_test(row), battery.frame_s, curves, limits)
+
+
+LIMIT_OVERRUN = Rule(
+    code="limit_overrun",
+    stage=Stage.DRIVEN,
+    finds="A driven hinge turns far beyond its range.",
+    why="Limits are soft in MuJoCo, and softer for light links: with the default solreflimit a tendon pulls a "
+    "small joint "
+    "through its stop, where a built one would hold.",
+    limit="hinge beyond its range, in tests that do not diverge, the mean angle where it shakes: at most "
+    f"{OVERRUN_ERROR_DEG:g} deg; a warning above {OVERRUN_WARNING_DEG:g} deg",
+    check=_find_overrun_limits,
+    unit="deg beyond its range",
+    cure='Set solreflimit="0.004 1" on the joints, or reduce the tendon force.',
+    signal=_overrun_signal,
+    example=Example(
+        (
+            ('range="-45 45"', 'range="-6 6"'),
+            (' solreflimit="0.004 1"', ""),
+            ('ctrlrange="0 20"', 'ctrlrange="0 80"'),
+        )
+    ),
+)

@@ -7,11 +7,17 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Chain
+from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.thresholds import SERIES_JOINTS
+
+CHAIN_BEND_DEG = 30.0
+"""Bend that all joint limits of a chain allow together; less is a range in radians read as degrees. Our choice."""
 
 
-def ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Every actuator has a control range, low below high.
+def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find actuators without a control range, low below high.
 
     Source: MuJoCo XML reference, compiler/autolimits: a range whose ends are not in order is dropped without a word.
     """
@@ -22,27 +28,43 @@ def ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
         if not model.actuator_ctrllimited[int(model.actuator_ctrladr[actuator])]
     ]
     if missing:
-        written = [model.actuator_ctrlrange[int(model.actuator_ctrladr[actuator])] for actuator in missing]
-        inverted = any(low > high for low, high in written)
-        yield Fault(
-            code="ctrlrange_missing",
-            layer="structure",
-            severity="error",
-            names=tuple(robot.actuator(actuator) for actuator in missing),
+        ranges = [model.actuator_ctrlrange[int(model.actuator_ctrladr[actuator])] for actuator in missing]
+        inverted = any(low > high for low, high in ranges)
+        yield CTRLRANGE_MISSING.fault(
+            "control range without low < high" if inverted else "no control range",
+            names=(robot.actuator(actuator) for actuator in missing),
             measured=len(missing),
             limit=0,
-            unit="actuators",
-            message="control range without low < high" if inverted else "no control range",
             likely_cause="the range is written high to low, and MuJoCo drops it silently" if inverted else "",
-            cure='Give each actuator ctrlrange="low high" in the unit of its command: N for a motor with gear 1, '
-            "m of tendon length for a position servo.",
         )
 
 
-def range_inverted_ignored(robot: RobotUnderTest) -> Iterator[Fault]:
-    """No joint range is written high to low.
+CTRLRANGE_MISSING = Rule(
+    code="ctrlrange_missing",
+    stage=Stage.RANGES,
+    finds="An actuator has no control range, or one written high to low, which MuJoCo drops without a word.",
+    why="Without a range nobody knows how far a policy may command the actuator, and the tests do not either.",
+    limit="actuators without low < high: 0",
+    check=_find_ctrlrange_missing,
+    unit="actuators",
+    cure='Give each actuator ctrlrange="low high" in the unit of its command: N for a motor with gear 1, '
+    "m of tendon length for a position servo.",
+    explains=NO_MOTION,
+    example=Example(
+        (
+            (
+                '<motor name="pull_front" tendon="front" gear="-1" ctrlrange="0 20"/>',
+                '<motor name="pull_front" tendon="front" gear="-1"/>',
+            ),
+        )
+    ),
+)
 
-    Source: as above, for joints; `jnt_range` keeps what was written, degrees too.
+
+def _find_inverted_ranges(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find joint ranges written high to low.
+
+    Source: MuJoCo XML reference, compiler/autolimits; `jnt_range` keeps what was written, degrees too.
     """
     model = robot.model
     inverted = [
@@ -52,41 +74,43 @@ def range_inverted_ignored(robot: RobotUnderTest) -> Iterator[Fault]:
     ]
     if inverted:
         low, high = model.jnt_range[inverted[0]]
-        yield Fault(
-            code="range_inverted_ignored",
-            layer="structure",
-            severity="error",
-            names=tuple(robot.joint(joint) for joint in inverted),
+        yield RANGE_INVERTED_IGNORED.fault(
+            f"joint range written from {low:.3g} down to {high:.3g}: MuJoCo drops it, and the joint has no limit",
+            names=(robot.joint(joint) for joint in inverted),
             measured=float(low - high),
             limit=0,
-            unit="by which the first number exceeds the second",
-            message=f"joint range written from {low:.3g} down to {high:.3g}: MuJoCo drops it, and the joint has no "
-            "limit",
-            cure='Write range="low high" with low < high.',
         )
 
 
-def joint_range_too_small(robot: RobotUnderTest) -> Iterator[Fault]:
-    """The limits of a chain let it bend.
+RANGE_INVERTED_IGNORED = Rule(
+    code="range_inverted_ignored",
+    stage=Stage.RANGES,
+    finds="A joint range is written high to low.",
+    why="MuJoCo drops such a range without a word, and the joint turns without limit.",
+    limit="joint ranges written high to low: 0",
+    check=_find_inverted_ranges,
+    unit="by which the first number exceeds the second",
+    cure='Write range="low high" with low < high.',
+    example=Example((('<joint name="j3"/>', '<joint name="j3" range="45 -45"/>'),)),
+)
+
+
+def _find_small_ranges(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find chains whose limits let them bend too little.
 
     Source: our choice; ranges in radians under the default of degrees are the usual cause.
     """
     for chain in robot.structure.chains:
-        if len(chain.bodies) < robot.limits.series_joints:
+        if len(chain.bodies) < SERIES_JOINTS:
             continue
         bend_deg = _allowed_bend_deg(robot, chain)
-        if bend_deg < robot.limits.chain_bend_deg:
-            yield Fault(
-                code="joint_range_too_small",
-                layer="structure",
-                severity="error",
-                names=tuple(robot.joint(joint) for joint in chain.joints),
+        if bend_deg < CHAIN_BEND_DEG:
+            yield JOINT_RANGE_TOO_SMALL.fault(
+                "all joint limits of this chain together allow too little bending",
+                names=(robot.joint(joint) for joint in chain.joints),
                 measured=bend_deg,
-                limit=robot.limits.chain_bend_deg,
-                unit="deg",
-                message="all joint limits of this chain together allow too little bending",
+                limit=CHAIN_BEND_DEG,
                 likely_cause="ranges written in radians are read as degrees",
-                cure='Write ranges in degrees, or set <compiler angle="radian"/> for the whole document.',
             )
 
 
@@ -100,3 +124,17 @@ def _allowed_bend_deg(robot: RobotUnderTest, chain: Chain) -> float:
             low, high = robot.model.jnt_range[joint]
             total += max(abs(float(low)), abs(float(high)))
     return math.degrees(total)
+
+
+JOINT_RANGE_TOO_SMALL = Rule(
+    code="joint_range_too_small",
+    stage=Stage.RANGES,
+    finds="The joint limits of a limb hardly let it bend.",
+    why="MJCF counts angles in degrees unless <compiler> says otherwise: a range of 0.8, meant as radians, is no room.",
+    limit=f"bend that all limits of a chain allow together: at least {CHAIN_BEND_DEG:g} deg",
+    check=_find_small_ranges,
+    unit="deg",
+    cure='Write ranges in degrees, or set <compiler angle="radian"/> for the whole document.',
+    explains=(*COLLAPSE, *SHAKING, *NO_MOTION),
+    example=Example((('range="-45 45"', 'range="-0.8 0.8"'),)),
+)

@@ -10,8 +10,17 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.validation.consequences import COLLAPSE, FALL, NO_MOTION, SHAKING
 from aidsr.validation.poses import bent_pose
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.thresholds import OVERLAP_LENGTH, OVERLAP_NOTICED, OVERLAP_SHARE
+
+_OVERLAP_LEVER = 0.1
+"""Lever of an overlap about every joint / thickness, below which the overlap can turn nothing: a round end drawn into
+its base. Our choice."""
+TENDON_LIMIT_SHARE = 0.02
+"""Rest length outside the tendon's range / length. Our choice."""
 
 _SPHERE_LIKE = (
     int(mujoco.mjtGeom.mjGEOM_SPHERE),
@@ -31,8 +40,8 @@ _CURE_WITHIN = (
 _CURE_OUTSIDE = "Place the robot farther away or turned, or make the overlapping parts smaller."
 
 
-def initial_penetration(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Nothing of the robot overlaps anything in the drawn pose, beyond rounding.
+def _find_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find what overlaps something in the drawn pose, beyond rounding.
 
     Parents and children do not collide in MuJoCo, except with a parent that is fixed to the world. An overlap of two
     robot parts whose force passes through every joint, as of a round end drawn into its base, turns nothing and is only
@@ -46,9 +55,7 @@ def initial_penetration(robot: RobotUnderTest) -> Iterator[Fault]:
         worst = max(found, key=lambda overlap: overlap.share)
         measured, limit, unit, whole_m = worst.excess(robot)
         others = len({overlap.names for overlap in found}) - 1
-        yield Fault(
-            code="initial_penetration",
-            layer="simulate",
+        yield INITIAL_PENETRATION.fault(
             severity="error" if severity == "error" else "warning",
             names=tuple(dict.fromkeys(name for overlap in found for name in overlap.names)),
             measured=measured,
@@ -61,6 +68,25 @@ def initial_penetration(robot: RobotUnderTest) -> Iterator[Fault]:
             cure=_CURE_OUTSIDE if worst.outside else _CURE_WITHIN,
             first_time_s=0.0,
         )
+
+
+INITIAL_PENETRATION = Rule(
+    code="initial_penetration",
+    stage=Stage.DRAWN_POSE,
+    finds="A part of the robot overlaps another, or something around it, in the drawn pose.",
+    why="Contacts push overlapping parts out of each other with forces that no actuator has: the robot springs, "
+    "shakes or "
+    "jams. A warning where two parts of the robot overlap and the force between them passes through every joint, "
+    "as with "
+    "a round end drawn into its base: that turns nothing, but its friction holds the joint a little.",
+    limit=f"overlap / thickness of the thinner part: at most {OVERLAP_SHARE:g}, where it is more than "
+    f"{OVERLAP_NOTICED:g} "
+    f"of the robot's length; overlap / the robot's length: at most {OVERLAP_LENGTH:g}",
+    check=_find_overlaps,
+    cure=_CURE_WITHIN,
+    explains=(*COLLAPSE, *SHAKING, *NO_MOTION),
+    example=Example((('pos="0 0 -0.011"', 'pos="0 0 0"'),)),
+)
 
 
 @dataclass(frozen=True)
@@ -76,15 +102,15 @@ class Overlap:
 
     def excess(self, robot: RobotUnderTest) -> tuple[float, float, str, float]:
         """Return what is exceeded: (measured, limit, unit, what 1 of the unit is [m])."""
-        limits, relative = robot.limits, self.depth_m / robot.length_m
-        if _is_too_thick(robot, self.share, relative):
-            return self.share, limits.overlap_share, "of the thinner part", self.depth_m / self.share
-        return relative, limits.overlap_length, "of the robot's length", robot.length_m
+        relative = self.depth_m / robot.length_m
+        if _is_too_thick(self.share, relative):
+            return self.share, OVERLAP_SHARE, "of the thinner part", self.depth_m / self.share
+        return relative, OVERLAP_LENGTH, "of the robot's length", robot.length_m
 
 
 def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
     """Yield the contacts of the robot in the drawn pose that are too deep."""
-    limits, bent = robot.limits, bent_pose(robot.model, robot.structure, _BENT_RAD)
+    bent = bent_pose(robot.model, robot.structure, _BENT_RAD)
     for contact in robot.driven.start.contact:
         geoms = int(contact.geom1), int(contact.geom2)
         depth_m = -float(contact.dist)
@@ -92,16 +118,16 @@ def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
             continue
         thickness_m = min(_thickness_m(robot, geom) for geom in geoms)
         share, relative = depth_m / thickness_m, depth_m / robot.length_m
-        if _is_too_thick(robot, share, relative) or relative > limits.overlap_length:
+        if _is_too_thick(share, relative) or relative > OVERLAP_LENGTH:
             outside = any(geom not in robot.structure.geoms for geom in geoms)
             lever_m = max(_lever_m(robot, data, geoms) for data in (robot.driven.start, bent))
-            acts = outside or lever_m > limits.overlap_lever * thickness_m
+            acts = outside or lever_m > _OVERLAP_LEVER * thickness_m
             yield Overlap(geoms, (robot.geom(geoms[0]), robot.geom(geoms[1])), depth_m, share, outside, acts)
 
 
-def _is_too_thick(robot: RobotUnderTest, share: float, relative: float) -> bool:
+def _is_too_thick(share: float, relative: float) -> bool:
     """Whether an overlap is too much for the thinner part, and more than rounding."""
-    return share > robot.limits.overlap_share and relative > robot.limits.overlap_noticed
+    return share > OVERLAP_SHARE and relative > OVERLAP_NOTICED
 
 
 def _lever_m(robot: RobotUnderTest, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
@@ -132,8 +158,7 @@ def _thickness_m(robot: RobotUnderTest, geom: int) -> float:
     return 2 * float(min(robot.model.geom_aabb[geom][3:]))
 
 
-def tendon_limit_violated(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A limited tendon is within its range in the drawn pose."""
+def _find_violated_tendon_limits(robot: RobotUnderTest) -> Iterator[Fault]:
     model = robot.model
     for tendon in robot.structure.tendons:
         if not model.tendon_limited[tendon.id]:
@@ -141,25 +166,35 @@ def tendon_limit_violated(robot: RobotUnderTest) -> Iterator[Fault]:
         length_m = float(robot.driven.start.ten_length[tendon.id])
         low, high = model.tendon_range[tendon.id]
         outside = max(float(low) - length_m, length_m - float(high)) / max(abs(length_m), 1e-9)
-        if outside > robot.limits.tendon_limit:
-            yield Fault(
-                code="tendon_limit_violated",
-                layer="simulate",
-                severity="error",
+        if outside > TENDON_LIMIT_SHARE:
+            yield TENDON_LIMIT_VIOLATED.fault(
                 names=(robot.tendon(tendon.id),),
                 measured=outside,
-                limit=robot.limits.tendon_limit,
-                unit="of its length outside that range",
+                limit=TENDON_LIMIT_SHARE,
                 whole=abs(length_m),
                 whole_unit="m",
                 message=f"length {length_m:.4g} m in the drawn pose, range {low:.4g} to {high:.4g} m",
-                cure="Let the range of the tendon include its length in the drawn pose, or leave the range out.",
                 first_time_s=0.0,
             )
 
 
-def contact_disabled(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Something of a robot that stands on the ground, or must touch for its task, can touch.
+TENDON_LIMIT_VIOLATED = Rule(
+    code="tendon_limit_violated",
+    stage=Stage.DRAWN_POSE,
+    finds="A tendon with a range is outside it in the drawn pose.",
+    why="The limit pulls or pushes with whatever force it takes from the first time step on, and drags the robot "
+    "along.",
+    limit=f"rest length outside the tendon's range / length: at most {TENDON_LIMIT_SHARE:g}",
+    check=_find_violated_tendon_limits,
+    unit="of its length outside that range",
+    cure="Let the range of the tendon include its length in the drawn pose, or leave the range out.",
+    explains=(*COLLAPSE, *SHAKING, *NO_MOTION),
+    example=Example((('<spatial name="front">', '<spatial name="front" range="0 0.1">'),)),
+)
+
+
+def _find_contact_disabled(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find robots that stand on the ground, or must touch for their task, and can touch nothing.
 
     Source: MuJoCo documentation, Computation, "Collision detection": contype of one geom and conaffinity of another.
     """
@@ -170,17 +205,12 @@ def contact_disabled(robot: RobotUnderTest) -> Iterator[Fault]:
     others = [geom for geom in range(model.ngeom) if geom not in structure.geoms]
     moving = [geom for geom in structure.geoms if int(model.geom_bodyid[geom]) in structure.moving]
     if disabled or not any(_can_touch(model, geom, others) for geom in moving):
-        yield Fault(
-            code="contact_disabled",
-            layer="simulate",
-            severity="error",
+        yield CONTACT_DISABLED.fault(
             names=tuple(robot.body(root) for root in structure.roots),
             measured=0,
             limit=1,
-            unit="moving geoms that can touch",
             message="no moving geom of the robot can touch anything around it",
             likely_cause="contacts are switched off in <option>" if disabled else "contype and conaffinity are 0",
-            cure="Leave contype and conaffinity at 1 for the outer geoms, and keep robot parts apart with <exclude>.",
         )
 
 
@@ -192,3 +222,19 @@ def _can_touch(model: mujoco.MjModel, geom: int, others: list[int]) -> bool:
         or model.geom_contype[other] & model.geom_conaffinity[geom]
         for other in others
     )
+
+
+CONTACT_DISABLED = Rule(
+    code="contact_disabled",
+    stage=Stage.DRAWN_POSE,
+    finds="No moving geom of a robot that is free, or whose task needs touch, can touch anything around it.",
+    why="It falls through the ground, or through what it shall hold.",
+    limit="moving geoms that can touch anything, where the robot is free or `needs_contact`: at least 1",
+    check=_find_contact_disabled,
+    unit="moving geoms that can touch",
+    cure="Leave contype and conaffinity at 1 for the outer geoms, and keep robot parts apart with <exclude>.",
+    explains=FALL,
+    example=Example(
+        (('mass="0.01"/>', 'mass="0.01" contype="0" conaffinity="0"/>'),), arguments={"needs_contact": True}
+    ),
+)

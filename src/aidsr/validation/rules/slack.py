@@ -10,13 +10,18 @@ import numpy as np
 from aidsr.core.artifacts import Fault
 from aidsr.validation.drive import Drive
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
 
+SLACK_SHARE = 0.3
+_SLACK_LENGTH = 0.01
+"""Share of a servo's commands with which its cable hangs loose in every pose, and how loose / its longest path. Our
+choice."""
 _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 
 
-def tendon_slack(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A servo pays out no more cable than the robot takes up in any pose.
+def _find_slack_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find servos that pay out more cable than the robot takes up in any pose.
 
     Only a servo says how long its cable is: the length at which it gives no force. Where that is beyond the longest
     path of all tests, the cable hangs loose however the robot moves, tangles on its spool, and the command does nothing
@@ -24,31 +29,25 @@ def tendon_slack(robot: RobotUnderTest) -> Iterator[Fault]:
 
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * ctrl + bias, affine in the length.
     """
-    limits = robot.limits
     loose: dict[str, tuple[float, float]] = {}
     for drive in robot.driven.drives:
         ends = _paid_out_m(robot, drive)
         if ends is None:
             continue
         shortest, longest = ends
-        taut = _longest_path_m(robot, drive) * (1 + limits.slack_length)
+        taut = _longest_path_m(robot, drive) * (1 + _SLACK_LENGTH)
         share = min(1.0, (longest - taut) / (longest - shortest))
-        if share > limits.slack_share:
+        if share > SLACK_SHARE:
             loose[robot.actuator(drive.actuator)] = share, longest - shortest
     if loose:
         share, range_m = max(loose.values())
-        yield Fault(
-            code="tendon_slack",
-            layer="realizability",
-            severity="warning",
+        yield TENDON_SLACK.fault(
             names=tuple(loose),
             measured=share,
-            limit=limits.slack_share,
-            unit="of its commands",
+            limit=SLACK_SHARE,
             whole=range_m,
             whole_unit="m",
             message="pays out more cable than any pose takes up, so that it hangs loose",
-            cure="End ctrlrange at the longest path of the tendon: its rest length and its stroke.",
         )
 
 
@@ -69,3 +68,29 @@ def _longest_path_m(robot: RobotUnderTest, drive: Drive) -> float:
     tendon = int(robot.model.actuator_trnid[drive.actuator, 0])
     recordings = [recording for recording in (robot.driven.settle, robot.driven.battery) if recording is not None]
     return max(float(np.max(recording.fields["ten_length"][:, :, tendon])) for recording in recordings)
+
+
+TENDON_SLACK = Rule(
+    code="tendon_slack",
+    stage=Stage.BUILDING,
+    finds="Commands of a servo pay out more cable than the robot takes up in any pose.",
+    why="The cable hangs loose and tangles on its spool, and those commands do nothing that a shorter cable does "
+    "not. A "
+    "force actuator pays out only what the robot draws.",
+    limit="commands that let out more cable than the longest path of all tests, by more than "
+    f"{100 * _SLACK_LENGTH:g} % / "
+    f"all commands: at most {SLACK_SHARE:g}, always a warning",
+    check=_find_slack_tendons,
+    severity="warning",
+    unit="of its commands",
+    cure="End ctrlrange at the longest path of the tendon: its rest length and its stroke.",
+    example=Example(
+        (
+            (
+                '<motor name="pull_front" tendon="front" gear="-1" ctrlrange="0 20"/>',
+                '<position name="pull_front" tendon="front" kp="2000" kv="20" '
+                'ctrlrange="0.12 0.2" forcerange="-10 0"/>',
+            ),
+        )
+    ),
+)

@@ -9,30 +9,48 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Chain, joined_bodies
+from aidsr.validation.consequences import FALL, NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.thresholds import SERIES_JOINTS
+
+GAP_SHARE = 0.5
+"""Gap between neighbouring segments / segment length. Drawn joints leave gaps of up to a fifth. Our choice."""
+_ROOT_LEVEL_SHARE = 0.02
+"""Difference in height / L up to which bodies held by the world stand side by side, as fingers do; below the segment
+length of a limb of 40 segments. Our choice."""
 
 
-def no_soft_chain(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Somewhere three or more joints follow each other.
+def _find_no_soft_chain(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find robots in which nowhere three or more joints follow each other.
 
     Source: our choice; two joints in series are a linkage, which has no curvature that could vary along it.
     """
-    if robot.structure.longest_series < robot.limits.series_joints:
-        yield Fault(
-            code="no_soft_chain",
-            layer="structure",
-            severity="error",
+    if robot.structure.longest_series < SERIES_JOINTS:
+        yield NO_SOFT_CHAIN.fault(
+            "no limb has three or more hinge or ball joints one after the other",
             measured=robot.structure.longest_series,
-            limit=robot.limits.series_joints,
-            unit="joints in series",
-            message="no limb has three or more hinge or ball joints one after the other",
+            limit=SERIES_JOINTS,
             likely_cause="segments stand side by side instead of one inside the other",
-            cure="Nest each segment's <body> inside the one before it, each with its own hinge or ball joint.",
         )
 
 
-def disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
-    """All parts hang together.
+NO_SOFT_CHAIN = Rule(
+    code="no_soft_chain",
+    stage=Stage.TOPOLOGY,
+    finds="No limb has three or more hinge or ball joints one after the other.",
+    why="Two joints in series are a linkage: it has no curvature that could vary along it, as a continuum limb has.",
+    limit=f"turning points in series, hinges about one point counted once: at least {SERIES_JOINTS}",
+    check=_find_no_soft_chain,
+    unit="joints in series",
+    cure="Nest each segment's <body> inside the one before it, each with its own hinge or ball joint.",
+    explains=("fully_actuated", "tendon_one_body", "tendon_no_moment", *NO_MOTION),
+    example=Example(tuple((f'<joint name="j{index}"/>', "") for index in (2, 3, 5, 6))),
+)
+
+
+def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find parts that do not hang together.
 
     Several bodies directly in the world are one robot when nothing but the world holds them and they stand side by
     side, as fingers on a palm do; a free body beside another is a second robot.
@@ -45,17 +63,12 @@ def disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
             first |= second
             groups.remove(second)
     if len(groups) > 1:
-        yield Fault(
-            code="disconnected",
-            layer="structure",
-            severity="error",
-            names=tuple(robot.body(min(group)) for group in groups),
+        yield DISCONNECTED.fault(
+            "these bodies and what hangs from them are not joined to each other",
+            names=(robot.body(min(group)) for group in groups),
             measured=len(groups),
             limit=1,
-            unit="separate parts",
-            message="these bodies and what hangs from them are not joined to each other",
             likely_cause="a <body> is closed too early, so that the next one hangs from the world",
-            cure="Nest every body of the robot under one root body.",
         )
 
 
@@ -85,30 +98,42 @@ def _side_by_side(robot: RobotUnderTest, one: int, other: int) -> bool:
     if model.body_parentid[one] != model.body_parentid[other]:
         return False
     between = model.body_pos[other] - model.body_pos[one]
-    return bool(abs(between[2]) <= robot.limits.root_level_share * robot.length_m)
+    return bool(abs(between[2]) <= _ROOT_LEVEL_SHARE * robot.length_m)
 
 
-def segments_gap(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Neighbouring segments of a chain touch, or nearly.
+DISCONNECTED = Rule(
+    code="disconnected",
+    stage=Stage.TOPOLOGY,
+    finds="The robot is in several parts that nothing joins.",
+    why="Usually a <body> was closed too early, and the rest of the limb hangs in the air. Bodies side by side on the "
+    "same level of the world are one robot, as fingers are; so are those that an active weld or connect joins.",
+    limit="separate parts: at most 1",
+    check=_find_disconnected,
+    unit="separate parts",
+    cure="Nest every body of the robot under one root body.",
+    explains=("no_soft_chain", "segments_gap", "tendon_no_moment", "tendon_skips_segments", *FALL, *NO_MOTION),
+    example=Example(
+        (("  </worldbody>", '    <body name="lost" pos="0 0 0.3">\n      <geom/>\n    </body>\n  </worldbody>'),)
+    ),
+)
+
+
+def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find neighbouring segments of a chain that are far from touching.
 
     Source: our choice; `mj_geomDistance` between the nearest geoms of both.
     """
     wide = [gap for chain in robot.structure.chains for gap in _gaps(robot, robot.drawn, chain)]
     if wide:
         share, body, spacing_m = max(wide)
-        yield Fault(
-            code="segments_gap",
-            layer="structure",
-            severity="error",
-            names=tuple(robot.body(behind) for _, behind, _ in wide),
+        yield SEGMENTS_GAP.fault(
+            f"empty space before these bodies, widest before {robot.body(body)}",
+            names=(robot.body(behind) for _, behind, _ in wide),
             measured=share,
-            limit=robot.limits.gap_share,
-            unit="of the segment's length",
+            limit=GAP_SHARE,
             whole=spacing_m,
             whole_unit="m",
-            message=f"empty space before these bodies, widest before {robot.body(body)}",
             likely_cause="a child's pos does not reach the end of its parent's geom",
-            cure="Let each segment begin where the one before it ends.",
         )
 
 
@@ -121,26 +146,38 @@ def _gaps(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[
             continue
         reach_m = 10 * spacing_m
         gap_m = min(mujoco.mj_geomDistance(robot.model, data, a, b, reach_m, None) for a in ours for b in theirs)
-        if gap_m > robot.limits.gap_share * spacing_m:
+        if gap_m > GAP_SHARE * spacing_m:
             yield gap_m / spacing_m, body, spacing_m
 
 
 def _rigid_geoms(robot: RobotUnderTest, body: int) -> list[int]:
     """Geoms of a body and of what is fixed to it."""
-    weld = int(robot.model.body_weldid[body])
-    return [
-        geom for geom in robot.structure.geoms if int(robot.model.body_weldid[robot.model.geom_bodyid[geom]]) == weld
-    ]
+    model = robot.model
+    weld = int(model.body_weldid[body])
+    return [geom for geom in robot.structure.geoms if int(model.body_weldid[model.geom_bodyid[geom]]) == weld]
 
 
-def fully_actuated(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A continuum robot has fewer independent actuators than ways to bend.
+SEGMENTS_GAP = Rule(
+    code="segments_gap",
+    stage=Stage.TOPOLOGY,
+    finds="There is empty space between neighbouring segments.",
+    why="A joint cannot hold what it does not touch: such a robot simulates, and cannot be built as it is drawn.",
+    limit=f"gap between neighbouring geoms of a chain / segment length: at most {GAP_SHARE:g}",
+    check=_find_gaps,
+    unit="of the segment's length",
+    cure="Let each segment begin where the one before it ends.",
+    example=Example((('size="0.011 0.012"', 'size="0.011 0.004"'),)),
+)
+
+
+def _find_fully_actuated(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find robots with as many independent actuators as ways to bend.
 
     Source: our choice, after the usual definition of a continuum robot as underactuated; rank of the actuators' moments
     over the degrees of freedom inside the robot.
     """
     model, structure = robot.model, robot.structure
-    if structure.longest_series < robot.limits.series_joints:
+    if structure.longest_series < SERIES_JOINTS:
         return
     data = robot.drawn
     inner = [dof for dof in range(model.nv) if _is_inner(robot, int(model.dof_jntid[dof]))]
@@ -149,18 +186,36 @@ def fully_actuated(robot: RobotUnderTest) -> Iterator[Fault]:
     outputs = [int(model.actuator_outadr[actuator]) for actuator in structure.actuators]
     rank = int(np.linalg.matrix_rank(moments[np.ix_(outputs, inner)])) if outputs and inner else 0
     if inner and rank >= len(inner):
-        yield Fault(
-            code="fully_actuated",
-            layer="structure",
-            severity="error",
-            names=tuple(robot.actuator(actuator) for actuator in structure.actuators),
+        yield FULLY_ACTUATED.fault(
+            f"the actuators command each of the {len(inner)} degrees of freedom on its own",
+            names=(robot.actuator(actuator) for actuator in structure.actuators),
             measured=rank,
             limit=len(inner) - 1,
-            unit="independent actuators",
-            message=f"the actuators command each of the {len(inner)} degrees of freedom on its own",
-            cure="Drive several joints with one tendon and leave the rest to the stiffness of the backbone.",
         )
 
 
 def _is_inner(robot: RobotUnderTest, joint: int) -> bool:
     return joint in robot.structure.joints and int(robot.model.jnt_type[joint]) != int(mujoco.mjtJoint.mjJNT_FREE)
+
+
+FULLY_ACTUATED = Rule(
+    code="fully_actuated",
+    stage=Stage.TOPOLOGY,
+    finds="The actuators command every degree of freedom on its own.",
+    why="A continuum robot is underactuated: its shape follows from a few cables and the stiffness of its backbone.",
+    limit="independent actuators: fewer than the degrees of freedom inside the robot",
+    check=_find_fully_actuated,
+    unit="independent actuators",
+    cure="Drive several joints with one tendon and leave the rest to the stiffness of the backbone.",
+    example=Example(
+        (
+            (
+                "  </actuator>",
+                "".join(
+                    f'    <motor name="turn{index}" joint="j{index}" ctrlrange="-0.2 0.2"/>\n' for index in range(1, 7)
+                )
+                + "  </actuator>",
+            ),
+        )
+    ),
+)

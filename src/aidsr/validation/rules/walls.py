@@ -6,30 +6,29 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.solids import half_width_m, volume_m3
 
+WALL_M = 0.0008
+"""Two lines of a 0.4 mm nozzle, the thinnest wall that common filament printers close on both sides."""
 
-def thin_wall(robot: RobotUnderTest) -> Iterator[Fault]:
-    """No solid part is thinner than a wall that can be printed.
+
+def _find_thin_walls(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find solid parts thinner than a wall that can be printed.
 
     Parts that can touch nothing are decoration where their body has others that can.
     """
     thin: dict[str, float] = {}
     for geom in _parts(robot):
         thickness_m = 2 * half_width_m(robot.model, geom)
-        if thickness_m < robot.limits.wall_m:
+        if thickness_m < WALL_M:
             thin[robot.geom(geom)] = thickness_m
     if thin:
-        yield Fault(
-            code="thin_wall",
-            layer="realizability",
-            severity="warning",
+        yield THIN_WALL.fault(
             names=tuple(thin),
             measured=1000 * min(thin.values()),
-            limit=1000 * robot.limits.wall_m,
-            unit="mm",
+            limit=1000 * WALL_M,
             message="thinner than a printed or cast wall can be",
-            cure="Make the part thicker, or leave it out.",
         )
 
 
@@ -40,3 +39,26 @@ def _parts(robot: RobotUnderTest) -> list[int]:
     bodies = {int(model.geom_bodyid[geom]) for geom in touching}
     solid = [geom for geom in robot.structure.geoms if volume_m3(model, geom) is not None]
     return [geom for geom in solid if geom in touching or int(model.geom_bodyid[geom]) not in bodies]
+
+
+THIN_WALL = Rule(
+    code="thin_wall",
+    stage=Stage.DRAWING,
+    finds="A solid part is thinner than a wall that can be printed or cast.",
+    why="A common filament printer closes two lines of its nozzle on both sides and nothing thinner.",
+    limit=f"smallest thickness of a solid geom: at least {1000 * WALL_M:g} mm, always a warning. A geom that "
+    "touches nothing "
+    "beside others of its body that do is decoration",
+    check=_find_thin_walls,
+    severity="warning",
+    unit="mm",
+    cure="Make the part thicker, or leave it out.",
+    example=Example(
+        (
+            (
+                '<geom name="g3"/>',
+                '<geom name="g3"/>\n            <geom name="plate" type="box" size="0.008 0.008 0.0002"/>',
+            ),
+        )
+    ),
+)

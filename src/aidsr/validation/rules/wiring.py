@@ -9,17 +9,21 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Tendon
+from aidsr.validation.consequences import NO_MOTION
 from aidsr.validation.poses import bent_pose
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
 
 _SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
 _SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
-_LOOK_BENT_RAD = 0.02
+MOMENT_SHARE = 0.05
+"""Moment arm / distance between tendon and joint; less means that the tendon runs along the axis. Our choice."""
+_BENT_RAD = 0.02
 """Bend at which moment arms are read: straight, a tendon through the axes is at an extreme of its length."""
+_FRONT = "".join(f'      <site site="front{index}"/>\n' for index in range(7))
 
 
-def zero_gear(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Gear and gain of an actuator are not zero."""
+def _find_zero_gear(robot: RobotUnderTest) -> Iterator[Fault]:
     model = robot.model
     dead = [
         actuator
@@ -32,63 +36,84 @@ def zero_gear(robot: RobotUnderTest) -> Iterator[Fault]:
         )
     ]
     if dead:
-        yield Fault(
-            code="zero_gear",
-            layer="simulate",
-            severity="error",
+        yield ZERO_GEAR.fault(
             names=tuple(robot.actuator(actuator) for actuator in dead),
             measured=0,
-            unit="N per unit of ctrl",
             message="gear or gain is zero, so no command has a force",
-            cure='Give the motor gear="-1" (positive commands then pull the tendon), or the servo a kp above 0.',
         )
 
 
-def tendon_one_body(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A driven tendon runs between parts that can move against each other."""
+ZERO_GEAR = Rule(
+    code="zero_gear",
+    stage=Stage.WIRING,
+    finds="The gear of an actuator is zero, or its gain and bias are.",
+    why="No command of it has a force, and MuJoCo does not say so.",
+    limit="gear, and gain or bias: not all 0",
+    check=_find_zero_gear,
+    unit="N per unit of ctrl",
+    cure='Give the motor gear="-1" (positive commands then pull the tendon), or the servo a kp above 0.',
+    explains=NO_MOTION,
+    example=Example((('tendon="front" gear="-1"', 'tendon="front" gear="0"'),)),
+)
+
+
+def _find_tendon_one_body(robot: RobotUnderTest) -> Iterator[Fault]:
     stuck = [tendon for tendon in robot.structure.tendons if tendon.spatial and tendon.spans < 2 and tendon.actuators]
     if stuck:
-        yield Fault(
-            code="tendon_one_body",
-            layer="simulate",
-            severity="error",
+        yield TENDON_ONE_BODY.fault(
             names=tuple(robot.tendon(tendon.id) for tendon in stuck),
             measured=1,
             limit=2,
-            unit="moving parts spanned",
             message="all sites of the tendon are on one rigid part, so its length never changes",
             likely_cause="its sites sit in one <body> instead of one site in each segment",
-            cure="Put one routing site into each segment's <body> and list them from base to tip.",
         )
 
 
-def tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
-    """A driven tendon has a lever about at least one joint it passes.
+TENDON_ONE_BODY = Rule(
+    code="tendon_one_body",
+    stage=Stage.WIRING,
+    finds="All sites of a driven tendon are on one rigid part.",
+    why="The length of such a tendon never changes, so pulling it bends nothing.",
+    limit="parts that move against each other, spanned by a driven tendon: at least 2",
+    check=_find_tendon_one_body,
+    unit="moving parts spanned",
+    cure="Put one routing site into each segment's <body> and list them from base to tip.",
+    explains=NO_MOTION,
+    example=Example(
+        (
+            ('<site name="front4" pos="0.009 0 0.0125"/>', ""),
+            (
+                '<site name="front3" pos="0.009 0 0.0125"/>',
+                '<site name="front3" pos="0.009 0 0.0125"/>\n            <site name="front4" pos="0.009 0 0.02"/>',
+            ),
+            (_FRONT, '      <site site="front3"/>\n      <site site="front4"/>\n'),
+        )
+    ),
+)
+
+
+def _find_tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find driven tendons that have a lever about no joint they pass.
 
     Source: moment arm = change of length per radian, dL/dq, against the distance between tendon and joint.
     """
     driven = [t for t in robot.structure.tendons if t.spatial and t.spans > 1 and t.actuators]
     if not driven:
         return
-    bent = bent_pose(robot.model, robot.structure, _LOOK_BENT_RAD)
+    bent = bent_pose(robot.model, robot.structure, _BENT_RAD)
     widths_m = _half_widths_m(robot)
     shares = {tendon.id: _moment_share(robot, bent, tendon, widths_m) for tendon in driven}
-    useless = [tendon for tendon in driven if shares[tendon.id][0] < robot.limits.moment_share]
+    useless = [tendon for tendon in driven if shares[tendon.id][0] < MOMENT_SHARE]
     if useless:
         largest, reach_m = max(shares[tendon.id] for tendon in useless)
-        yield Fault(
-            code="tendon_no_moment",
-            layer="simulate",
-            severity="error",
+        yield TENDON_NO_MOMENT.fault(
             names=tuple(robot.tendon(tendon.id) for tendon in useless),
             measured=largest,
-            limit=robot.limits.moment_share,
-            unit="of its distance from the joints",
+            limit=MOMENT_SHARE,
             whole=reach_m,
             whole_unit="m",
             message="pulling the tendon turns no joint; its largest moment arm",
             likely_cause="it runs through the joint axes, or along the axis the joints turn about",
-            cure="Offset its sites from the backbone, at right angles to the joint axes it shall turn.",
         )
 
 
@@ -122,3 +147,17 @@ def _moment_share(
     reach_m = np.maximum(np.sqrt(np.einsum("jsi,jsi->js", apart, apart).min(axis=1)), widths)
     found = [(arm / reach, reach) for arm, reach in zip(arms.tolist(), reach_m.tolist(), strict=True) if reach > 0]
     return max(found, default=(0.0, 0.0))
+
+
+TENDON_NO_MOMENT = Rule(
+    code="tendon_no_moment",
+    stage=Stage.WIRING,
+    finds="A driven tendon has no lever about any joint that it passes.",
+    why="A cable through the joint axes, or along them, turns nothing however hard it is pulled.",
+    limit=f"moment arm / distance from the joint, at the best joint: at least {MOMENT_SHARE:g}",
+    check=_find_tendon_no_moment,
+    unit="of its distance from the joints",
+    cure="Offset its sites from the backbone, at right angles to the joint axes it shall turn.",
+    explains=NO_MOTION,
+    example=Example((('pos="0.009 0 ', 'pos="0 0.009 '),)),
+)

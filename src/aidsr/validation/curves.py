@@ -1,0 +1,127 @@
+"""Curves over time that show a fault: what the rules' signals are made with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import Fault
+from aidsr.sim.rollout import Recording
+from aidsr.validation.points import displacements
+from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.signals import Line, Signal
+
+Array = NDArray[np.float64]
+
+MAX_CURVES = 6
+OF_LENGTH = "of the robot's length"
+SETTLING = "settling, when nothing is driven"
+_MAX_POINTS = 240
+"""Of a curve: two for each millimetre of a plot as wide as a hand."""
+_DIGITS = 5
+
+
+def make_signal(
+    quantity: str,
+    unit: str,
+    test: str,
+    frame_s: float,
+    curves: dict[str, Array],
+    limits: tuple[float, ...] = (),
+    first_bad_s: float | None = None,
+    logarithmic: bool = False,
+) -> Signal | None:
+    """Return curves of equal length over time, (n_frames,) each; None without any."""
+    if not curves:
+        return None
+    frames = len(next(iter(curves.values())))
+    return Signal(
+        quantity=quantity,
+        unit=unit,
+        test=test,
+        time_s=downsample(np.arange(1.0, frames + 1) * frame_s),
+        lines=tuple(Line(label=label, values=downsample(values)) for label, values in curves.items()),
+        limits=limits,
+        first_bad_s=first_bad_s,
+        logarithmic=logarithmic,
+    )
+
+
+def downsample(values: Array) -> tuple[float, ...]:
+    """Return a curve as few numbers of few digits; what is not finite as the largest number that is."""
+    shown = np.nan_to_num(values[_shown_frames(len(values))], nan=0.0, posinf=1e300, neginf=-1e300)
+    return tuple(float(f"{value:.{_DIGITS}g}") for value in shown)
+
+
+def _shown_frames(frames: int) -> NDArray[np.int64]:
+    """Which of some frames are shown, the first and the last among them."""
+    return np.unique(np.linspace(0, frames - 1, min(frames, _MAX_POINTS)).round().astype(int))
+
+
+def limits_of(fault: Fault) -> tuple[float, ...]:
+    """Return the limit of a fault, where it has one."""
+    return () if fault.limit is None else (fault.limit,)
+
+
+def battery_of(robot: RobotUnderTest) -> Recording:
+    """Return the recording of the driven phase.
+
+    Raises:
+        RuntimeError: The robot did not survive settling.
+    """
+    battery = robot.driven.battery
+    if battery is None:
+        raise RuntimeError("this signal needs the driven phase")
+    return battery
+
+
+def moved_over_length(robot: RobotUnderTest) -> Array:
+    """Return the largest displacement of any point against the reference / L, (n_tests, n_frames)."""
+    ways = displacements(battery_of(robot), robot.structure, robot.model, reference=0)
+    moved = np.linalg.norm(ways, axis=-1).max(axis=2, initial=0.0)
+    return np.asarray(moved / robot.length_m)
+
+
+def find_drives(robot: RobotUnderTest, names: Sequence[str]) -> list[int]:
+    """Return the indices in `Evidence.drives` of the actuators of some names."""
+    drives = robot.driven.drives
+    return [index for index, drive in enumerate(drives) if robot.actuator(drive.actuator) in names]
+
+
+def find_body(robot: RobotUnderTest, name: str) -> int:
+    """Return the robot's body of a name, which may be one made up for a body without."""
+    return next(body for body in robot.structure.bodies if robot.body(body) == name)
+
+
+def settling_signal(robot: RobotUnderTest, fault: Fault, limits: tuple[float, ...]) -> Signal | None:
+    """Return how far the named body is from where it is drawn during settling, with and without gravity."""
+    evidence, point = robot.driven, robot.structure.bodies.index(find_body(robot, fault.names[0]))
+    moved = np.linalg.norm(evidence.settling_m[:, :, point] - evidence.drawn_m[point], axis=-1) / robot.length_m
+    curves = {"as it is": moved[0], "without gravity": moved[1]}
+    quantity = f"way of {fault.names[0]} from where it is drawn"
+    return make_signal(quantity, OF_LENGTH, SETTLING, evidence.settle.frame_s, curves, limits)
+
+
+def actuator_signal(
+    robot: RobotUnderTest, fault: Fault, quantity: str, unit: str, values: Callable[[int, int], Array]
+) -> Signal | None:
+    """Return a quantity of the named actuators in the test in which it is largest.
+
+    Args:
+        robot: What was driven.
+        fault: Names the actuators.
+        quantity: What `values` are, in words.
+        unit: Of the values.
+        values: Gives (n_tests, n_frames) for a drive and its tendon.
+    """
+    drives = find_drives(robot, fault.names)
+    tendons = {drive: int(robot.model.actuator_trnid[robot.driven.drives[drive].actuator, 0]) for drive in drives}
+    found = {drive: values(drive, tendons[drive]) for drive in drives}
+    worst = max(found, key=lambda drive: float(found[drive].max()))
+    row = int(np.argmax(found[worst].max(axis=1)))
+    shown = [worst, *(drive for drive in drives if drive != worst)][:MAX_CURVES]
+    curves = {robot.actuator(robot.driven.drives[drive].actuator): found[drive][row] for drive in shown}
+    frame_s = battery_of(robot).frame_s
+    return make_signal(quantity, unit, robot.describe_test(row), frame_s, curves, limits_of(fault))

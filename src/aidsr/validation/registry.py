@@ -1,0 +1,169 @@
+"""All rules: those of this package and those that other packages add, in the order in which they are applied.
+
+A package adds rules through the entry-point group "aidsr.rules": the entry's name is the code, its value the `Rule`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import pkgutil
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from importlib import import_module
+from importlib.metadata import entry_points
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import UserError
+from aidsr.validation import rules
+from aidsr.validation.rule import Rule, Stage
+
+ENTRY_POINT_GROUP = "aidsr.rules"
+
+
+@cache
+def builtin_rules() -> tuple[Rule, ...]:
+    """Return the rules of `aidsr.validation.rules`, in the order of application."""
+    modules = (import_module(f"{rules.__name__}.{found.name}") for found in pkgutil.iter_modules(rules.__path__))
+    found = [value for module in modules for value in vars(module).values() if isinstance(value, Rule)]
+    return _ordered([*dict.fromkeys(found)])
+
+
+@cache
+def all_rules() -> tuple[Rule, ...]:
+    """Return all rules in the order of application: by stage, and within a stage causes before consequences.
+
+    Raises:
+        UserError: A package adds something that is not a rule, or a code that exists.
+    """
+    added = [rule for rule, _ in _added_rules()]
+    return _ordered([*builtin_rules(), *added]) if added else builtin_rules()
+
+
+@cache
+def packages_with_rules() -> dict[str, str]:
+    """Return the version of each package that adds rules, by name."""
+    return dict(package for _, package in _added_rules())
+
+
+def find_rule(code: str) -> Rule | None:
+    """Return the rule of a code, None for a fault that no rule of the validator finds."""
+    return _by_code().get(code)
+
+
+def select_rules(select: Collection[str] = (), ignore: Collection[str] = ()) -> tuple[Rule, ...]:
+    """Return the rules to apply, in order.
+
+    Args:
+        select: Codes of the only rules to apply; none for all.
+        ignore: Codes of rules not to apply.
+
+    Raises:
+        UserError: A code that does not exist, or an ignored fault without whose cure nothing can be tested.
+    """
+    known = _by_code()
+    for code in (*select, *ignore):
+        if code not in known:
+            near = difflib.get_close_matches(code, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else "aidsr rules lists all codes"
+            raise UserError(f"no such rule: {code}; {hint}")
+    for code in ignore:
+        if known[code].stage is Stage.DOCUMENT:
+            raise UserError(f"{code} cannot be ignored: a document that does not load cannot be tested")
+    return tuple(
+        rule
+        for rule in all_rules()
+        if rule.stage is Stage.DOCUMENT or ((not select or rule.code in select) and rule.code not in ignore)
+    )
+
+
+def is_explained(code: str, faults: Iterable[Fault]) -> bool:
+    """Return whether an error already found explains a fault, so that its own cause need not be looked for."""
+    return any(code in _consequences().get(fault.code, ()) for fault in faults if fault.severity == "error")
+
+
+def without_consequences(faults: Sequence[Fault], refuted: Collection[tuple[str, str]] = ()) -> tuple[Fault, ...]:
+    """Return the faults that no error explains, in the order given; a warning explains nothing.
+
+    Args:
+        faults: What the rules found.
+        refuted: Explanations that a counterfactual showed not to hold, as (cause, consequence).
+    """
+    explained = {
+        consequence
+        for fault in faults
+        if fault.severity == "error"
+        for consequence in _consequences().get(fault.code, ())
+        if (fault.code, consequence) not in refuted
+    }
+    return tuple(fault for fault in faults if fault.code not in explained)
+
+
+@cache
+def _by_code() -> dict[str, Rule]:
+    return {rule.code: rule for rule in all_rules()}
+
+
+@cache
+def _consequences() -> dict[str, frozenset[str]]:
+    """Codes that each code explains."""
+    return {
+        rule.code: frozenset(rule.explains) | {other.code for other in all_rules() if rule.code in other.explained_by}
+        for rule in all_rules()
+    }
+
+
+@cache
+def _added_rules() -> tuple[tuple[Rule, tuple[str, str]], ...]:
+    """The rules of other packages, each with the name and version of its package."""
+    found: dict[str, tuple[Rule, tuple[str, str]]] = {}
+    known = {rule.code for rule in builtin_rules()}
+    for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
+        rule = entry.load()
+        if not isinstance(rule, Rule) or rule.code != entry.name:
+            raise UserError(
+                f"entry point {entry.name} of group {ENTRY_POINT_GROUP} is not a rule of that code: {entry.value}"
+            )
+        if rule.code in known or rule.code in found:
+            raise UserError(f"duplicate rule: {rule.code}")
+        package = (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
+        found[rule.code] = rule, package
+    return tuple(found.values())
+
+
+def _ordered(found: Sequence[Rule]) -> tuple[Rule, ...]:
+    """Sort by stage; within a stage causes come first, else the order of definition holds.
+
+    Raises:
+        UserError: Rules explain each other in a circle.
+    """
+    causes = {rule.code: set(rule.explained_by) for rule in found}
+    for rule in found:
+        for consequence in rule.explains:
+            causes.setdefault(consequence, set()).add(rule.code)
+    try:
+        TopologicalSorter(causes).prepare()
+    except CycleError as error:
+        raise UserError(f"rules explain each other: {', '.join(error.args[1][:-1])}") from error
+    ordered: list[Rule] = []
+    for stage in Stage:
+        waiting = [rule for rule in found if rule.stage is stage]
+        while waiting:
+            ready = next(group for group in _by_check(waiting) if not _wait(group, waiting, causes))
+            ordered += ready
+            waiting = [rule for rule in waiting if rule not in ready]
+    return tuple(ordered)
+
+
+def _by_check(rules: Sequence[Rule]) -> list[list[Rule]]:
+    """Rules that share a check, and are applied together."""
+    groups: dict[object, list[Rule]] = {}
+    for rule in rules:
+        groups.setdefault(rule.check or rule, []).append(rule)
+    return list(groups.values())
+
+
+def _wait(group: Sequence[Rule], waiting: Sequence[Rule], causes: Mapping[str, set[str]]) -> bool:
+    """Whether some cause of a group of rules has not been applied yet."""
+    others = {rule.code for rule in waiting} - {rule.code for rule in group}
+    return any(causes[rule.code] & others for rule in group)

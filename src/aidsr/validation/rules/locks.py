@@ -1,0 +1,186 @@
+"""Does the robot hold itself: by its own contacts, or by the tendons opposite."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import Fault
+from aidsr.sim.structure import joined_bodies
+from aidsr.validation.consequences import NO_MOTION
+from aidsr.validation.counterfactuals import without_self_contact
+from aidsr.validation.curves import OF_LENGTH, battery_of, find_drives, make_signal, moved_over_length
+from aidsr.validation.registry import is_explained
+from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.rules.effect import (
+    MIN_EFFECT,
+    effect_fault,
+    effect_signal,
+    improved_drives,
+    largest_effect_if,
+    measured_drives,
+)
+from aidsr.validation.signals import Signal
+
+LOCK_SHARE = 0.35
+"""Effect / effect with the obstacle taken away; less means that the obstacle holds the robot. Our choice."""
+
+
+def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find robots that hold themselves by their own contacts; looked at only where an actuator makes parts touch.
+
+    Parts next to each other touch at the end of their joint's way, as at a stop, and so do those that an equality joins
+    where a chain is closed to a ring.
+    """
+    if is_explained("self_collision_lock", robot.found):
+        return
+    weak = list(_touching_itself(robot, _hindered(robot)))
+    if not weak:
+        return
+    tests = robot.single_tests(weak)
+    freed = robot.effects_if("without self-contact", without_self_contact(robot.structure), tests)
+    locked = improved_drives(robot, weak, freed, 1 / LOCK_SHARE)
+    if locked:
+        yield effect_fault(
+            robot,
+            SELF_COLLISION_LOCK,
+            locked,
+            freed,
+            message="the robot's own contacts hold it",
+            instead="where its parts may pass through each other",
+            likely_cause="segments overlap or touch before they can bend",
+            limit=LOCK_SHARE * largest_effect_if(robot, locked, freed),
+        )
+
+
+def _hindered(robot: RobotUnderTest) -> list[int]:
+    """Actuators that an obstacle might hold: their effect is a small share of L, about the effect of a free limb."""
+    return [index for index in measured_drives(robot) if robot.effect_of(index) < LOCK_SHARE]
+
+
+def _touching_itself(robot: RobotUnderTest, drives: Sequence[int]) -> Iterator[int]:
+    """Actuators after whose tests, or after settling, parts that nothing joins touch each other."""
+    evidence, data = robot.driven, mujoco.MjData(robot.model)
+    # Source: MuJoCo documentation, Modeling, "Collision detection": only parent and child are left out of collisions.
+    joined = joined_bodies(robot.model)
+    if evidence.battery is None or not drives:
+        return
+    if _touch(robot, data, evidence.settle.states[0], joined):
+        yield from drives
+        return
+    for drive in drives:
+        if any(_touch(robot, data, state, joined) for state in evidence.battery.states[robot.single_tests([drive])]):
+            yield drive
+
+
+def _touch(robot: RobotUnderTest, data: mujoco.MjData, state: NDArray[np.float64], joined: set[frozenset[int]]) -> bool:
+    """Whether parts of the robot that nothing joins touch each other in a state."""
+    model = robot.model
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+    geoms = np.asarray(data.contact.geom).reshape(-1, 2)
+    bodies = model.geom_bodyid[geoms[np.isin(geoms, robot.structure.geoms).all(axis=1)]]
+    return any(frozenset(pair) not in joined for pair in bodies.tolist())
+
+
+def _shell(body: int) -> tuple[str, str]:
+    """A segment of the example arm, and the same with two blocks that reach half way over its neighbours."""
+    blocks = "".join(
+        f'<geom type="box" size="0.002 0.002 0.0248" pos="{x} 0 0.0125" mass="0.0001"/>' for x in ("0.016", "-0.016")
+    )
+    return f'<geom name="g{body}"/>', f'<geom name="g{body}"/>{blocks}'
+
+
+SELF_COLLISION_LOCK = Rule(
+    code="self_collision_lock",
+    stage=Stage.EFFECT,
+    finds="The robot's own contacts keep it from bending.",
+    why="The actuators press its parts against each other instead of moving it. Parts next to each other, also "
+    "where an "
+    "equality constraint closes a ring, only come to a stop.",
+    limit="effect / effect without contacts between the robot's parts, for actuators that make parts touch: at least "
+    f"{LOCK_SHARE:g}",
+    check=_find_self_collision_lock,
+    unit=OF_LENGTH,
+    cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",
+    explains=tuple(code for code in NO_MOTION if code not in ("self_collision_lock", "mass_ratio")),
+    signal=effect_signal,
+    example=Example(
+        (
+            *map(_shell, (2, 4, 6)),
+            (
+                '<body name="base">',
+                '<body name="base">\n'
+                '      <geom type="box" size="0.002 0.002 0.006" pos="0.016 0 0.006" mass="0.0001"/>\n'
+                '      <geom type="box" size="0.002 0.002 0.006" pos="-0.016 0 0.006" mass="0.0001"/>',
+            ),
+        )
+    ),
+)
+
+
+def _find_antagonist_lock(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find tendons that bend the robot while the others are slack, and do not while the others are commanded to let go.
+
+    Source: a position servo lets go only if its range reaches beyond the length the tendon needs.
+    """
+    evidence = robot.driven
+    locked = []
+    for row in robot.sound_tests:
+        test = evidence.tests[row]
+        alone, together = robot.effect_of(test.drive), robot.effect_in(row)
+        if test.kind == "released" and alone >= MIN_EFFECT and together < LOCK_SHARE * alone:
+            locked.append((together / alone, alone, evidence.drives[test.drive].actuator))
+    if locked:
+        share, alone, _ = min(locked)
+        yield ANTAGONIST_LOCK.fault(
+            names=tuple(robot.actuator(actuator) for _, _, actuator in locked),
+            measured=share,
+            limit=LOCK_SHARE,
+            whole=alone * robot.length_m,
+            whole_unit="m",
+            message="the other tendons hold the robot although they are told to let go",
+            likely_cause="no command in their control ranges lets the opposite tendons grow long enough",
+        )
+
+
+def _antagonist_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
+    moved, (drive, *_) = moved_over_length(robot), find_drives(robot, fault.names)
+    alone = max(robot.single_tests([drive]), key=robot.effect_in)
+    released = next(
+        row for row, test in enumerate(robot.driven.tests) if test.kind == "released" and test.drive == drive
+    )
+    curves = {"the others slack": moved[alone], "the others let go": moved[released]}
+    limits = (LOCK_SHARE * robot.effect_in(alone),)
+    quantity, test = "largest displacement", f"tests in which {fault.names[0]} pulls"
+    return make_signal(quantity, OF_LENGTH, test, battery_of(robot).frame_s, curves, limits)
+
+
+ANTAGONIST_LOCK = Rule(
+    code="antagonist_lock",
+    stage=Stage.EFFECT,
+    finds="A tendon bends the robot only while the others are slack, and not while they are commanded to let go.",
+    why="No command in their control ranges lets the opposite tendons grow long enough, so a policy cannot bend "
+    "the robot.",
+    limit=f"effect with the others commanded to let go / effect with them slack: at least {LOCK_SHARE:g}",
+    check=_find_antagonist_lock,
+    unit="of the effect with the others slack",
+    cure="Let the upper end of each servo's ctrlrange exceed the tendon's rest length by its stroke, or allow "
+    'pulling only with forcerange="-F 0".',
+    explains=tuple(code for code in NO_MOTION if code not in ("self_collision_lock", "antagonist_lock", "mass_ratio")),
+    signal=_antagonist_signal,
+    example=Example(
+        tuple(
+            (
+                f'<motor name="pull_{side}" tendon="{side}" gear="-1" ctrlrange="0 20"/>',
+                f'<position name="pull_{side}" tendon="{side}" kp="500" kv="5" ctrlrange="0.11 0.115"/>',
+            )
+            for side in ("front", "back")
+        )
+    ),
+)
