@@ -17,9 +17,10 @@ from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.drive import Drive
 from aidsr.validation.points import displacements, last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2, Evidence, Variant, rerun
-from aidsr.validation.thresholds import BODY_SPEED_M_S, CHATTER_ERROR_G
+from aidsr.validation.thresholds import BODY_SPEED_M_S, CHATTER_ERROR_G, JOINT_SPEED_RAD_S
 
 _PARTS = 4
+_SPEED_LIMITS = {"max_joint_speed_rad_s": JOINT_SPEED_RAD_S, "max_body_speed_m_s": BODY_SPEED_M_S}
 
 
 @dataclass(frozen=True)
@@ -107,18 +108,11 @@ class RobotUnderTest:
 
     def diverged(self, recording: Recording) -> NDArray[np.bool_]:
         """Which simulations have a sign of divergence, (n_sims,)."""
-        return recording_diverged(recording, self.model, self.structure, **self._speed_limits)
+        return recording_diverged(recording, self.model, self.structure, **_SPEED_LIMITS)
 
     def first_divergence(self, recording: Recording, row: int) -> DivergenceSign | None:
         """The first sign of divergence in a simulation, None without one."""
-        return first_sign(recording, row, self.model, self.structure, **self._speed_limits)
-
-    @property
-    def _speed_limits(self) -> dict[str, float]:
-        return {
-            "max_joint_speed_rad_s": self.limits.joint_speed_rad_s,
-            "max_body_speed_m_s": self.limits.body_speed_m_s,
-        }
+        return first_sign(recording, row, self.model, self.structure, **_SPEED_LIMITS)
 
     @cached_property
     def sound_tests(self) -> tuple[int, ...]:
