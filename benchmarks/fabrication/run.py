@@ -31,8 +31,6 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import trainings_of
 from aidsr.studies.statistics import wilson
 
-__all__ = ["account", "approved"]
-
 Row = dict[str, Any]
 
 

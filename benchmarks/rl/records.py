@@ -16,8 +16,6 @@ from aidsr.learn.rl.recipe import Recipe
 from aidsr.runs.files import replace_file
 from aidsr.tasks import BENCHMARK_VERSION
 
-__all__ = ["Conditions", "LearningConditions", "Run", "Stepping", "keep", "kept", "learning_conditions_now"]
-
 
 class Conditions(Artifact):
     """What may not change between measurements that are compared."""

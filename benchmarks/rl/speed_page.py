@@ -12,8 +12,6 @@ from matplotlib.figure import Figure
 from records import LearningConditions, Run, Stepping
 from stepping import PROCESSES
 
-__all__ = ["draw", "page", "ratio_of", "told"]
-
 _OURS, _THEIRS = "our recipe, batched", f"PPO defaults, SubprocVecEnv({PROCESSES})"
 _COLORS = {_OURS: "#2563a8", _THEIRS: "#b4601d"}
 

@@ -31,8 +31,6 @@ from benchmarks.validator.mutation import mutate
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.validation import validate
 
-__all__ = ["Campaign", "main", "run_case", "seeds"]
-
 _HERE = Path(__file__).parent
 
 

@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from lxml import etree
 
-__all__ = ["mutate"]
-
 _NUMBERS = (
     "nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "1e400", "0", "-1", "-0.0", "2147483648", "-2147483649",
     "99999999999999999999", "0x10", "1e", "1,5", "½", "", " ", "1 2 3 4 5 6 7 8 9",

@@ -29,8 +29,6 @@ import aidsr
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.validation import validate
 
-__all__ = ["Verdict", "judge_corpus", "main"]
-
 _HERE = Path(__file__).parent
 _WARNINGS = ("tendon_skips_segments", "tendon_slack", "thin_wall")
 """Codes whose faults are never more than warnings."""

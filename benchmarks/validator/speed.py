@@ -28,8 +28,6 @@ from aidsr.validation import protocol, validate
 from aidsr.validation.engine import examine_text
 from aidsr.validation.mount import mount_model
 
-__all__ = ["main"]
-
 _HERE = Path(__file__).parent
 _TARGETS = {
     "one validation in a warm worker, two threads [s]": "at most 0.5",

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-__all__ = ["markdown"]
-
 _HEAD = """# The validator measured on the corpus
 
 Made by `COMMAND`; figures as JSON in `results.json`, what the words mean in `README.md`. The aims are recall of at

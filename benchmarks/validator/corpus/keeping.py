@@ -17,8 +17,6 @@ from benchmarks.validator.corpus.plans import PLANS, Plan
 from benchmarks.validator.corpus.specimen import Specimen, Split
 from benchmarks.validator.oracle import BUILDING_SEVERITIES
 
-__all__ = ["Corpus", "codes_in", "load_or_make"]
-
 
 @dataclass
 class Corpus:

@@ -20,8 +20,6 @@ from benchmarks.validator.oracle import examine_good, first_symptom, measure_of
 from benchmarks.validator.oracle.driven import plainly_diverges
 from benchmarks.validator.oracle.loop import Bench
 
-__all__ = ["Made", "grade_of", "make_bad", "make_good", "make_mistake"]
-
 Made = tuple[list[Specimen], dict[str, int]]
 """Robots, and how many attempts were put aside by reason."""
 

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["GRAVITY_M_S2", "Physique", "draw_physique"]
-
 GRAVITY_M_S2 = 9.81
 _FIRST_MODE = 3.516
 """omega_1 = 3.516 sqrt(EI / (mu L^4)) of a clamped beam with mass mu per length."""

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from benchmarks.validator.corpus.faults import INJECTIONS, Injection
 from benchmarks.validator.corpus.specimen import Grade, Split
 
-__all__ = ["PLANS", "Plan"]
-
 
 @dataclass(frozen=True)
 class Plan:

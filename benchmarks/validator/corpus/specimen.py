@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["Grade", "Specimen", "Split"]
-
 Grade = Literal["good", "near miss", "band", "bad"]
 """A good robot has no fault; the others have one injected: at most half as large as its limit allows, between half and
 twice, or at least twice as large."""

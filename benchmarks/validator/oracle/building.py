@@ -15,8 +15,6 @@ import numpy as np
 from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Array, Bench, Trace
 from numpy.typing import NDArray
 
-__all__ = ["buried", "density", "force", "power", "pushing", "skipping", "slack", "speed", "stroke", "wall"]
-
 _SITE, _JOINT = int(mujoco.mjtWrap.mjWRAP_SITE), int(mujoco.mjtWrap.mjWRAP_JOINT)
 _AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 _PROBE_M, _WALL_M = 1e-6, 0.0008

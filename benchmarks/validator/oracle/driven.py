@@ -10,22 +10,6 @@ import mujoco
 import numpy as np
 from benchmarks.validator.oracle.loop import GRAVITY_M_S2, Bench, Trace
 
-__all__ = [
-    "chatter",
-    "constant_sensors",
-    "held_by_antagonists",
-    "held_by_contact",
-    "held_by_limits",
-    "held_by_mass",
-    "idle_actuator",
-    "instability",
-    "no_effect",
-    "overrun",
-    "plainly_diverges",
-    "too_stiff",
-    "too_weak",
-]
-
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _TURN_RAD_S, _BODY_M_S = 200.0, 50.0
 _TOUCH = (int(mujoco.mjtSensor.mjSENS_TOUCH), int(mujoco.mjtSensor.mjSENS_RANGEFINDER))

@@ -12,8 +12,6 @@ import numpy as np
 from benchmarks.validator.oracle.shape import corners, lowest_m
 from benchmarks.validator.oracle.trace import Array, Trace, record
 
-__all__ = ["GRAVITY_M_S2", "Array", "Bench", "Trace"]
-
 Change = Callable[[mujoco.MjModel], None]
 
 GRAVITY_M_S2 = 9.81

@@ -8,8 +8,6 @@ import mujoco
 import numpy as np
 from benchmarks.validator.oracle.loop import Bench, Trace
 
-__all__ = ["collapse_by_gravity", "collapse_by_springs", "drop", "energy_rise", "lands", "ringing", "touches_nothing"]
-
 
 def collapse_by_gravity(bench: Bench) -> float:
     """2 where half of gravity still makes it sag by more than 0.9 L, 0.5 where twice as much does not."""

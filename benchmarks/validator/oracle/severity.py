@@ -9,8 +9,6 @@ from functools import partial
 from benchmarks.validator.oracle import building, driven, passive, still
 from benchmarks.validator.oracle.loop import Bench
 
-__all__ = ["BUILDING_SEVERITIES", "SEVERITIES", "examine_good", "first_symptom", "measure_of", "severity_of"]
-
 SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "no_tendons": partial(still.missing_parts, kind="tendon"),
     "no_actuators": partial(still.missing_parts, kind="u"),

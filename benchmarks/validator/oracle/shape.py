@@ -8,8 +8,6 @@ import mujoco
 import numpy as np
 from benchmarks.validator.oracle.trace import Array
 
-__all__ = ["corners", "lowest_m"]
-
 
 def corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
     """Corners of the box around a geom, in the world."""

@@ -12,23 +12,6 @@ import mujoco
 import numpy as np
 from benchmarks.validator.oracle.loop import Bench
 
-__all__ = [
-    "dead_commands",
-    "driven_joints_only",
-    "inverted_ranges",
-    "levers",
-    "missing_parts",
-    "missing_ranges",
-    "narrow_ranges",
-    "overlap",
-    "rank_of_actuation",
-    "separate_parts",
-    "series",
-    "tendon_beyond_range",
-    "tendon_without_length",
-    "widest_gap",
-]
-
 _TENDON, _SLIDE = int(mujoco.mjtTrn.mjTRN_TENDON), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 _SITE, _WRAP_JOINT = int(mujoco.mjtWrap.mjWRAP_SITE), int(mujoco.mjtWrap.mjWRAP_JOINT)

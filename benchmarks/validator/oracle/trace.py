@@ -11,8 +11,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "Trace", "record"]
-
 Array = NDArray[np.float64]
 
 _BAD = [int(getattr(mujoco.mjtWarning, f"mjWARN_{name}")) for name in ("BADQPOS", "BADQVEL", "BADQACC", "INERTIA")]

@@ -15,37 +15,6 @@ from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validat
 from aidsr.core.errors import Limit
 from aidsr.core.formatting import account_of
 
-__all__ = [
-    "ActuatorGroup",
-    "Artifact",
-    "Base",
-    "BodySummary",
-    "Brief",
-    "Concept",
-    "Critique",
-    "CritiqueIssue",
-    "Decision",
-    "EnvironmentSummary",
-    "EpisodeResult",
-    "Evaluation",
-    "Fault",
-    "GeomSummary",
-    "Keep",
-    "Layer",
-    "MountSummary",
-    "Outcome",
-    "Placement",
-    "PlausibilityCheck",
-    "Repairs",
-    "Robot",
-    "Role",
-    "Scene",
-    "SiteSummary",
-    "TaskReport",
-    "ValidationReport",
-    "Vec3",
-]
-
 Vec3 = tuple[float, float, float]
 Role = Literal["designer", "coder", "integrator", "judge"]
 Base = Literal["fixed", "free", "moving", "any"]

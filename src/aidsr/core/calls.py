@@ -9,8 +9,6 @@ from pydantic import BeforeValidator, PlainSerializer
 
 from aidsr.core.artifacts import Artifact, Role
 
-__all__ = ["CallRecord", "FailedAttempt", "Finish", "Message", "Png", "Question", "Usage"]
-
 Finish = Literal["stop", "length", "refusal", "other"]
 
 

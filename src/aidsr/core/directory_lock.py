@@ -8,8 +8,6 @@ from pathlib import Path
 
 from aidsr.core.errors import UserError
 
-__all__ = ["Claim"]
-
 _FILE = ".in_use"
 
 

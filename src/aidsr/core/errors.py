@@ -21,8 +21,6 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from aidsr.core.artifacts import Fault
 
-__all__ = ["AidsrError", "BudgetError", "IsolationError", "Limit", "MjcfError", "ModelError", "ReplyError", "UserError"]
-
 Limit = Literal["cost_usd", "tokens"]
 """What of language models may be limited: money, and tokens in and out."""
 

@@ -6,8 +6,6 @@ from importlib.util import find_spec
 
 from aidsr.core.errors import UserError
 
-__all__ = ["EXTRAS", "lack_of", "require_extra"]
-
 EXTRAS: dict[str, tuple[str, ...]] = {
     "rl": ("gymnasium", "stable_baselines3", "torch"),
     "web": ("nicegui",),

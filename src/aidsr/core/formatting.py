@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from aidsr.core.artifacts import Fault, PlausibilityCheck
 
-__all__ = ["absolute", "account_of", "allowed", "bound", "compared", "finding", "written"]
-
 
 def written(value: float) -> str:
     """Return a number as engineers write it: 10,000 and 12,345, 0.0032, 1.2e-5; three digits, whole numbers whole."""

@@ -15,18 +15,6 @@ from typing import Literal
 
 from aidsr.core.artifacts import Artifact
 
-__all__ = [
-    "CONTINUOUS_SHARE",
-    "MOST_TURNS",
-    "Fit",
-    "Load",
-    "Motor",
-    "catalogue",
-    "cheapest_motor",
-    "fastest_motor",
-    "fit",
-]
-
 Load = Literal["held", "brief"]
 """Whether a force is held for as long as the robot likes, or for moments, as in an exploring policy's swings."""
 

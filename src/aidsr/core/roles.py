@@ -11,8 +11,6 @@ from typing import Protocol
 
 from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
 
-__all__ = ["Coder", "Designer", "Feedback", "Integrator", "Judge", "Team"]
-
 Feedback = ValidationReport | Critique
 """What sends a robot or a placement back to its author: measured faults, or the Judge's issues."""
 

@@ -13,8 +13,6 @@ from aidsr.core.errors import UserError
 from aidsr.studies.study import Arm
 from aidsr.tasks import load_task
 
-__all__ = ["Baseline", "Way", "arms_of", "read_feedback"]
-
 Way = Literal[
     "full",
     "human",

@@ -15,8 +15,6 @@ from aidsr.studies.jobs import Job
 from aidsr.studies.study import Arm, Cell, Study
 from aidsr.studies.tables import PAPER
 
-__all__ = ["Purse", "check_limit", "limit_of", "limit_study"]
-
 _FILE = "budget.json"
 
 

@@ -16,8 +16,6 @@ from aidsr.studies.jobs import Job, made_by
 from aidsr.studies.pool import Ended
 from aidsr.studies.study import open_study
 
-__all__ = ["RayPool", "pack", "perform_packed", "unpack"]
-
 
 def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
     """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.

@@ -14,8 +14,6 @@ from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER
 
-__all__ = ["Forecast", "forecast"]
-
 _BUILTIN_S = 6.0
 """A design of the built-in team [s]. Source: docs/studies.md, mean over tasks."""
 _SEARCHED_ROBOT_S = 5.0

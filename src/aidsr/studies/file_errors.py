@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pydantic import ValidationError
 
-__all__ = ["mistake_in"]
-
 _SHOWN = 60
 """Characters of what was found that a sentence repeats."""
 

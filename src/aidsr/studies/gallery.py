@@ -14,8 +14,6 @@ from aidsr.studies.jobs import trained_at
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Study
 
-__all__ = ["Card", "gallery"]
-
 _CARDS = 3
 """Designs of a task, the best ones. Our choice: a page that can still be sent by mail."""
 _MOMENTS, _MOMENT_PX = 4, 220

@@ -23,20 +23,6 @@ from aidsr.studies.study import Cell, Study, open_study
 from aidsr.tasks import load_task
 from aidsr.validation import validate
 
-__all__ = [
-    "VERIFIED",
-    "Job",
-    "Stage",
-    "finished",
-    "in_words",
-    "made_by",
-    "pending",
-    "pending_in",
-    "perform",
-    "ran_short",
-    "trained_at",
-]
-
 Stage = Literal["design", "verify", "train", "probe"]
 
 

@@ -12,8 +12,6 @@ from aidsr.studies.study import Study
 from aidsr.studies.submission import Submission, read_submission, scenes_of
 from aidsr.studies.tables import ArmLine, arm_lines
 
-__all__ = ["Conditions", "check_scenes", "leaderboard"]
-
 
 class Conditions(Artifact):
     """What two results must share before they stand in one table."""

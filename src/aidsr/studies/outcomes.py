@@ -14,8 +14,6 @@ from aidsr.runs.files import JsonFile
 from aidsr.studies.jobs import VERIFIED, ran_short, trained_at
 from aidsr.studies.study import Cell, Study
 
-__all__ = ["DesignRow", "Repair", "paid_usd", "read_mended", "read_outcomes", "read_repairs"]
-
 
 class DesignRow(Artifact):
     """One design of a study, whether it got anywhere or not."""

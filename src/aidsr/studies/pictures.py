@@ -16,8 +16,6 @@ from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER, ArmLine, Line
 
-__all__ = ["arm_colours", "cost_and_success", "curves_of_task", "success_by_task"]
-
 _INK, _GRID = "#5b6573", "#d5dbe3"
 _OF_THE_PAGE = {_INK: "var(--soft)", _GRID: "var(--line)"}
 """Variables of the page's style, which differ where it is dark."""

@@ -18,8 +18,6 @@ from aidsr.core.errors import Limit
 from aidsr.studies.jobs import Job
 from aidsr.studies.run_job import SHORT
 
-__all__ = ["Ended", "LocalPool", "Pool"]
-
 _LOOK_S = 0.2
 """Between two looks at the children [s]. Our choice: jobs last seconds to minutes."""
 _LAST_WORDS = 2000

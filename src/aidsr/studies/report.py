@@ -21,16 +21,6 @@ from aidsr.studies.runner import failures_of
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
 
-__all__ = [
-    "counted",
-    "rate_in_words",
-    "raw_csv",
-    "table_markdown",
-    "taken_in_words",
-    "training_in_words",
-    "write_report",
-]
-
 
 def write_report(study: Study) -> Path:
     """Write report.html, .md, .csv and .json into the study's folder, and return the page's path."""

@@ -12,8 +12,6 @@ from pathlib import Path
 from aidsr.core.errors import AidsrError, BudgetError, Limit
 from aidsr.studies.jobs import Job, perform
 
-__all__ = ["SHORT", "main"]
-
 SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
 """Exit codes of a job whose share of these limits of the study was too small; with more it goes on."""
 

@@ -15,8 +15,6 @@ from aidsr.studies.pool import Ended, Pool
 from aidsr.studies.study import Cell, Study
 from aidsr.tasks import BENCHMARK_VERSION
 
-__all__ = ["MOST_ATTEMPTS", "Progress", "drive", "failures_of"]
-
 MOST_ATTEMPTS = 3
 """A job that failed so often is recorded and left out. Our choice: a lost machine or a full disk may fail it twice."""
 

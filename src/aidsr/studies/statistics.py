@@ -10,8 +10,6 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Interval", "PairedDifference", "Rate", "bootstrap_mean", "paired_difference", "wilson"]
-
 T = TypeVar("T")
 _Z_95 = 1.959964
 """Standard normal quantile of a two-sided interval of 95 %."""

@@ -22,8 +22,6 @@ from aidsr.runs import Run
 from aidsr.studies.file_errors import mistake_in
 from aidsr.tasks import BENCHMARK_VERSION
 
-__all__ = ["Arm", "Cell", "Study", "StudyPlan", "begin_study", "open_study", "versions_now"]
-
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
 _BASELINES = {REFERENCE: "robots designed by hand", SEARCH: "numbers found by CMA-ES"}
 _METHODS: dict[Method, str] = {

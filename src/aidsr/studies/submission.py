@@ -18,8 +18,6 @@ from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, StudyPlan
 from aidsr.studies.tables import Line, task_lines
 
-__all__ = ["Submission", "read_submission", "scenes_of", "signed", "submit"]
-
 
 class Submission(Artifact):
     """A study's figures, with enough raw outcomes to compute them again."""

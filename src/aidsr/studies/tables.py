@@ -9,18 +9,6 @@ from aidsr.core.artifacts import Artifact
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.statistics import Interval, Rate, bootstrap_mean, paired_difference
 
-__all__ = [
-    "PAPER",
-    "ArmLine",
-    "Difference",
-    "Line",
-    "PaperFigures",
-    "arm_lines",
-    "differences",
-    "line_of",
-    "task_lines",
-]
-
 
 class PaperFigures(Artifact):
     """Published figures, for orientation only: the paper's tasks are not public, so the work is not the same."""

@@ -9,8 +9,6 @@ import numpy as np
 from benchmarks.validator.corpus.faults.injection import UnsuitableError
 from numpy.typing import NDArray
 
-__all__ = ["Anatomy", "Limb", "first_of", "inner_joints", "pull_actuators", "read_anatomy"]
-
 Array = NDArray[np.float64]
 _TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 _SITE = int(mujoco.mjtWrap.mjWRAP_SITE)

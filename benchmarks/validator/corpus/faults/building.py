@@ -10,8 +10,6 @@ from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableEr
 from benchmarks.validator.corpus.faults.parts import tree_of
 from lxml import etree
 
-__all__ = ["BUILDING"]
-
 
 def fewer_guides(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
     """Of every driven tendon only each `size`-th guide is left, and the last."""

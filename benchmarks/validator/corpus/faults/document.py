@@ -11,8 +11,6 @@ from benchmarks.validator.corpus.faults.injection import Injection, TextChange, 
 from benchmarks.validator.corpus.faults.parts import Tree
 from lxml import etree
 
-__all__ = ["DOCUMENT"]
-
 Mistake = Callable[[Tree, np.random.Generator], str]
 """Changes a tree and says what it did."""
 

@@ -15,8 +15,6 @@ from benchmarks.validator.corpus.faults.anatomy import (
 )
 from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError, of_spec, present
 
-__all__ = ["HOLDING"]
-
 
 def collars(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
     """Ribs along every second segment that nearly meet those of the next but one; their gap is 0.02 / `size`."""

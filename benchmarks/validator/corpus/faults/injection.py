@@ -11,8 +11,6 @@ import mujoco
 import numpy as np
 from benchmarks.validator.corpus.specimen import Grade
 
-__all__ = ["Injection", "SpecChange", "TextChange", "UnsuitableError", "of_spec", "present"]
-
 TextChange = Callable[[str, np.random.Generator, float], tuple[str, str]]
 """(MJCF, generator, size) -> (changed MJCF, what was done in words)."""
 SpecChange = Callable[[mujoco.MjSpec, np.random.Generator, float], str]

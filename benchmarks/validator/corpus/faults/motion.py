@@ -8,8 +8,6 @@ import numpy as np
 from benchmarks.validator.corpus.faults.anatomy import Anatomy, first_of, inner_joints, pull_actuators, read_anatomy
 from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError, of_spec, present
 
-__all__ = ["MOTION"]
-
 _FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 

@@ -11,8 +11,6 @@ from benchmarks.validator.corpus.faults.anatomy import first_of, inner_joints, r
 from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError, of_spec, present
 from lxml import etree
 
-__all__ = ["PARTS", "Tree", "remove_dangling", "tree_of"]
-
 Tree = etree._Element
 
 _BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)

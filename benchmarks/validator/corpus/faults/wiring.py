@@ -10,8 +10,6 @@ from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableEr
 from benchmarks.validator.corpus.faults.parts import tree_of
 from lxml import etree
 
-__all__ = ["WIRING"]
-
 
 def zero_gear(spec: mujoco.MjSpec, rng: np.random.Generator, size: float) -> str:
     """Gear, or gain and bias, of one or all actuators is zero."""

@@ -8,8 +8,6 @@ import numpy as np
 from benchmarks.validator.corpus.physique import Physique, draw_physique
 from benchmarks.validator.corpus.writers.written import Written, around, number, numbers
 
-__all__ = ["write_ball_robot"]
-
 
 def write_ball_robot(rng: np.random.Generator) -> Written:
     """Write an arm on a wall or ceiling, or an octopus of several arms around a fixed head."""

@@ -6,8 +6,6 @@ import numpy as np
 from benchmarks.validator.corpus.physique import Physique, draw_physique
 from benchmarks.validator.corpus.writers.written import Written, around, number, numbers
 
-__all__ = ["write_disc_robot"]
-
 
 def write_disc_robot(rng: np.random.Generator) -> Written:
     """Write an arm of one or two sections, standing or as a trunk that hangs and tapers."""

@@ -8,8 +8,6 @@ import numpy as np
 from benchmarks.validator.corpus.physique import Physique, draw_physique
 from benchmarks.validator.corpus.writers.written import Written, around, number, numbers
 
-__all__ = ["write_frame_robot"]
-
 
 def write_frame_robot(rng: np.random.Generator) -> Written:
     """Write an arm held at a slant, a fish tail under weightlessness, or a pair of feelers."""

@@ -7,8 +7,6 @@ import math
 import numpy as np
 from benchmarks.validator.corpus.writers.written import Written, number, numbers
 
-__all__ = ["write_ground_robot"]
-
 _FLOOR = '<geom name="floor" type="plane" size="5 5 0.1" friction="1 0.005 0.0001" rgba="0.7 0.7 0.7 1"/>'
 
 

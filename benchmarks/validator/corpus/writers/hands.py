@@ -7,8 +7,6 @@ import math
 import numpy as np
 from benchmarks.validator.corpus.writers.written import Written, number, numbers
 
-__all__ = ["write_hand"]
-
 
 def write_hand(rng: np.random.Generator) -> Written:
     """Write a hand of three to five fingers, pointing up or down from its palm."""

@@ -8,8 +8,6 @@ import numpy as np
 from benchmarks.validator.corpus.physique import Physique, draw_physique
 from benchmarks.validator.corpus.writers.written import Written, around, number, numbers
 
-__all__ = ["HingeArms", "write_hinge_robot"]
-
 _POSES = {"standing": "0 0 0", "hanging": "180 0 0", "lying": "0 90 0"}
 
 

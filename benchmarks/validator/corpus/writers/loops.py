@@ -7,8 +7,6 @@ import math
 import numpy as np
 from benchmarks.validator.corpus.writers.written import Written, number, numbers
 
-__all__ = ["write_loop"]
-
 
 def write_loop(rng: np.random.Generator) -> Written:
     """Write a ring that stands free on the ground, or a hoop held at its top."""

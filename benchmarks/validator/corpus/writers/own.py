@@ -8,8 +8,6 @@ from benchmarks.validator.corpus.writers.written import Written
 from aidsr.tasks import load_task, task_names
 from aidsr.teams.rules import team
 
-__all__ = ["write_own_robot"]
-
 
 def write_own_robot(rng: np.random.Generator) -> Written:
     """Let the built-in team write a robot for a task of the benchmark."""

@@ -8,8 +8,6 @@ import numpy as np
 from benchmarks.validator.corpus.physique import GRAVITY_M_S2
 from benchmarks.validator.corpus.writers.written import Written, number, numbers
 
-__all__ = ["write_tapered_robot"]
-
 _DENSITY_KG_M3 = 1200.0  # printed thermoplastic polyurethane
 
 

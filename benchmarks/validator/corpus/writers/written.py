@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Writer", "Written", "around", "number", "numbers"]
-
 
 @dataclass(frozen=True)
 class Written:

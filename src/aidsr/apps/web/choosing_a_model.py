@@ -20,8 +20,6 @@ from aidsr.teams.providers import key_variables
 from aidsr.teams.providers.manual import MANUAL
 from aidsr.teams.providers.model_names import PROVIDERS
 
-__all__ = ["LIMITS", "budget_from", "choose_model", "cost_in_advance", "model_name"]
-
 LIMITS = {
     "cost_usd": ("Most the run may cost, in dollars", 0.1),
     "tokens": ("Most tokens of the run, in and out", 1000),

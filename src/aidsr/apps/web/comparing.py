@@ -16,8 +16,6 @@ from aidsr.runs.compare import attempted
 from aidsr.runs.summary import cost_in_words, duration_in_words
 from aidsr.runs.trainings import trainings_of
 
-__all__ = ["measured_in_words", "side_by_side"]
-
 _MEASURED = (
     ("length of a limb", "characteristic_length_m", "{:.3g} m"),
     ("moving mass", "moving_mass_kg", "{:.3g} kg"),

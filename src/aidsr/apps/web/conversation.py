@@ -18,8 +18,6 @@ from aidsr.runs.event_text import sentence
 from aidsr.runs.files import JsonFile
 from aidsr.runs.summary import cost_in_words
 
-__all__ = ["Entry", "History", "conversation"]
-
 
 @dataclass(frozen=True)
 class Entry:

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from aidsr.runs.trainings import CurveRow
 
-__all__ = ["curve_svg"]
-
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 640, 220, 44, 26, 10
 
 

@@ -42,8 +42,6 @@ from aidsr.runs.event_text import DOING
 from aidsr.runs.status import newest
 from aidsr.runs.summary import duration_in_words
 
-__all__ = ["add_design_page"]
-
 _TABS = {"found": "Findings", "concept": "Concept", "mjcf": "MJCF", "log": "Log", "training": "Training"}
 
 

@@ -13,8 +13,6 @@ from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
 from aidsr.runs import DesignFolder, Run
 
-__all__ = ["letters", "show_export"]
-
 _BADGES = {"buildable": "yes", "buildable with changes": "waiting", "not buildable": "no"}
 _COLOURS = ((0.66, 0.73, 0.80), (0.36, 0.56, 0.72), (0.93, 0.64, 0.31), (0.50, 0.69, 0.52))
 """Of the pieces of the robot, in the order of the sheet's colours."""

@@ -24,8 +24,6 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import trainings_of
 
-__all__ = ["add_export_page"]
-
 _WISH: dict[str, Any] = {"printer": "fdm", "material": "", "policy": False}
 """As `aidsr export` has it."""
 _ANY = "The first that it can be made of"

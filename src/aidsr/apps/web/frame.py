@@ -8,8 +8,6 @@ from pathlib import Path
 
 from nicegui import app, ui
 
-__all__ = ["ASSETS", "frame"]
-
 ASSETS = Path(__file__).parent / "assets"
 _HEAD = '<link rel="stylesheet" href="/assets/web.css"><script src="/assets/web.js" defer></script>'
 _THEMES = {"auto": (None, "brightness_auto"), "light": (False, "light_mode"), "dark": (True, "dark_mode")}

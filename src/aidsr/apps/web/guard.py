@@ -18,8 +18,6 @@ from urllib.parse import parse_qs, urlsplit
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["LOOPBACK", "MAX_BODY_BYTES", "Guard"]
-
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 """Names under which a machine reaches itself."""
 MAX_BODY_BYTES = 4_000_000

@@ -17,8 +17,6 @@ from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.runs.summary import cost_in_words
 
-__all__ = ["add_home"]
-
 _COLUMNS = ("", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "begun", "")
 _NUMBERS = frozenset({"designs", "stable", "valid", "successful", "cost"})
 

@@ -12,8 +12,6 @@ from aidsr.core.config import RunConfig
 from aidsr.loop.run import create_run, make_brief
 from aidsr.runs import Run
 
-__all__ = ["DEMO", "Order", "launch"]
-
 
 @dataclass(frozen=True)
 class Order:

@@ -10,8 +10,6 @@ from nicegui import Client, background_tasks, run, ui
 
 from aidsr.core.errors import AidsrError
 
-__all__ = ["acting", "live", "say_mistake", "working"]
-
 Facts = TypeVar("Facts")
 _LOOKS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, None]]]] = WeakKeyDictionary()
 """How each open page looks again at what it shows."""

@@ -16,8 +16,6 @@ from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.teams.providers.manual import MANUAL, WaitingPrompt, waiting_prompts
 
-__all__ = ["answer", "manual_panel", "prompts_of"]
-
 _MOST_CHARACTERS = 1_000_000
 """Of a reply. Our choice: several times the longest a language model gives."""
 

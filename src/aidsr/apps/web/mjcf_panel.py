@@ -12,8 +12,6 @@ from aidsr.core.artifacts import Fault
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.status import newest
 
-__all__ = ["mjcf_panel"]
-
 
 @dataclass(frozen=True)
 class _Text:

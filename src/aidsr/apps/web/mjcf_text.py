@@ -8,8 +8,6 @@ import re
 from collections.abc import Iterator, Mapping
 from html import escape
 
-__all__ = ["difference", "highlighted"]
-
 _TOKEN = re.compile(
     r"(?P<comment><!--(?:(?!<!--).)*?-->)|(?P<tag></?[\w:.-]+|/?>)|(?P<name>(?<![\w:.-])[\w:.-]++(?==))"
     r"|(?P<value>\"[^\"]*\"|'[^']*')",

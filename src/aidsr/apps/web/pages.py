@@ -9,8 +9,6 @@ from aidsr.apps.web.run_page import add_run_page
 from aidsr.apps.web.setting_up import add_setup
 from aidsr.apps.web.site import Site
 
-__all__ = ["add_pages"]
-
 
 def add_pages(site: Site) -> None:
     """Make every page answer at its address."""

@@ -16,24 +16,6 @@ from aidsr.core.formatting import finding
 from aidsr.runs.stages import Attempt
 from aidsr.runs.summary import cost_in_words
 
-__all__ = [
-    "badge",
-    "box",
-    "button",
-    "choice",
-    "clock",
-    "fact",
-    "fault_found",
-    "file_address",
-    "image",
-    "notice",
-    "points",
-    "strip",
-    "text",
-    "tokens_in_words",
-    "usage_facts",
-]
-
 Look = Literal["primary", "quiet", "bare", "danger"]
 _SHORT = {"robot": "robot", "robot stable": "stable?", "scene": "scene", "scene stable": "stable?", "judged": "judged"}
 

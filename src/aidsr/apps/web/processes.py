@@ -20,8 +20,6 @@ from pathlib import Path
 from aidsr.core.errors import UserError
 from aidsr.runs.events import at_work
 
-__all__ = ["Processes"]
-
 _LAST_WORDS = 4000
 """Characters of a log that are shown. Our choice: a traceback fits."""
 

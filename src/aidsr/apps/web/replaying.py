@@ -10,8 +10,6 @@ from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder
 from aidsr.runs.trainings import trainings_of
 
-__all__ = ["Motion", "Stage", "motions_of", "replay_name"]
-
 
 @dataclass(frozen=True)
 class Motion:

@@ -14,8 +14,6 @@ from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, IterationFolder, Run
 from aidsr.runs.files import WrittenTwiceError
 
-__all__ = ["Draft", "decide", "part_names", "refinement", "review_panel"]
-
 
 class Draft:
     """What a person has typed about an iteration and not sent yet; kept over reloads and restarts."""

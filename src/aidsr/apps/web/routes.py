@@ -16,8 +16,6 @@ from aidsr.apps.web.site import Site
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.fabrication.schema import MARK
 
-__all__ = ["routes"]
-
 _SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
 _DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip", ".stl", ".3mf"})
 """Never shown as a page of ours: an HTML or XML file of a stranger's run could carry a script."""

@@ -34,8 +34,6 @@ from aidsr.runs import Run
 from aidsr.runs.event_text import DOING
 from aidsr.runs.summary import duration_in_words
 
-__all__ = ["add_run_page", "not_found"]
-
 _TABS = {"watch": "Designs", "compare": "Side by side", "log": "Log"}
 
 

@@ -8,8 +8,6 @@ from aidsr.apps.web.parts import box, image
 from aidsr.apps.web.view3d import Episode, Pick, SceneView
 from aidsr.core.artifacts import ActuatorGroup, Fault
 
-__all__ = ["show_scene"]
-
 
 def show_scene(
     mjcf: str,

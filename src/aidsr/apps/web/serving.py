@@ -23,8 +23,6 @@ from aidsr.apps.web.routes import routes
 from aidsr.apps.web.site import Site
 from aidsr.core.errors import UserError
 
-__all__ = ["build", "serve"]
-
 
 def serve(
     runs: Path,

@@ -20,8 +20,6 @@ from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
 
-__all__ = ["add_setup", "order_from"]
-
 FRESH: dict[str, Any] = {
     "source": "task",
     "task": "reaching/button_pushing",

@@ -18,8 +18,6 @@ from aidsr.runs.stages import Attempt, attempts
 from aidsr.runs.status import State, newest
 from aidsr.runs.trainings import trainings_of
 
-__all__ = ["DesignView", "RunView", "Shown", "Site"]
-
 Shown = State | Literal["interrupted"]
 """A run's state, and "interrupted" where files say "running" and nobody is at work."""
 Fingerprint = tuple[tuple[str, int, int], ...]

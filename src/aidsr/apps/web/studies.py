@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from aidsr.core.config import Budget
     from aidsr.studies.budget import Purse
 
-__all__ = ["Studies", "StudyView"]
-
 _EVERY_S = 15.0
 """How old a reading may be. Our choice: a study lasts hours, and reading one of 200 designs takes about a second."""
 

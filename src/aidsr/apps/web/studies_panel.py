@@ -10,8 +10,6 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import StudyView
 from aidsr.runs.summary import cost_in_words
 
-__all__ = ["studies_panel"]
-
 _COLUMNS = ("study", "runs done", "begun", "policies judged", "given up", "jobs left", "core hours left", "paid", "")
 
 

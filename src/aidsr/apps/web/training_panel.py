@@ -22,8 +22,6 @@ from aidsr.runs.summary import duration_in_words
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
 
-__all__ = ["training_panel"]
-
 _WISH: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
 

@@ -12,8 +12,6 @@ from aidsr.apps.web.live import say_mistake
 from aidsr.apps.web.parts import box, button, fact, text
 from aidsr.core.errors import AidsrError, UserError
 
-__all__ = ["ENVIRONMENT", "GOAL", "ROBOT", "Wanted", "upload"]
-
 Form = dict[str, Any]
 Facts = tuple[tuple[str, str], ...]
 

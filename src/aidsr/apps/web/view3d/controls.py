@@ -14,8 +14,6 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.drive import Drive
 
-__all__ = ["control_facts", "group_facts"]
-
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 _UNLIMITED_END = 1.0  # as in `aidsr.validation.drive`
 

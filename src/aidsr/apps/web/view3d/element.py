@@ -16,8 +16,6 @@ from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
 from aidsr.core.artifacts import ActuatorGroup, Fault
 from aidsr.validation.validating import Mount
 
-__all__ = ["Pick", "SceneView"]
-
 _STATIC = Path(__file__).parents[1] / "static" / "view3d"
 
 

@@ -17,8 +17,6 @@ from aidsr.apps.web.view3d.stream import SceneStream, Watcher
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-__all__ = ["ADDRESS", "Views", "serve_views"]
-
 ADDRESS = "/view3d"
 _MAX_COMMAND = 16_384
 """Characters; a command for a hundred actuators has some 3,000."""

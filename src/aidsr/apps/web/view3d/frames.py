@@ -22,8 +22,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Kind", "Moment", "kind_of", "pack_frame", "pack_json", "read_frame"]
-
 _KIND = struct.Struct("<I")
 _HEADER = struct.Struct("<IIIIff")
 _POSE_NUMBERS, _SEGMENT_NUMBERS = 12, 8

@@ -17,8 +17,6 @@ from aidsr.validation.battery import BatteryTest
 from aidsr.validation.drive import Drive
 from aidsr.validation.protocol import PlannedTests, Protocol, plan_tests
 
-__all__ = ["Motion", "Tests"]
-
 Array = NDArray[np.float64]
 
 

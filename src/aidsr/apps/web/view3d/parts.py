@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.structure import name_of
 
-__all__ = ["MAX_SHAPES", "Parts", "list_parts"]
-
 Floats = NDArray[np.float32]
 
 MAX_SHAPES = 20_000

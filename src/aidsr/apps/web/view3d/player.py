@@ -31,8 +31,6 @@ from aidsr.core.errors import MjcfError
 from aidsr.sandbox.limits import set_process_limits
 from aidsr.sandbox.pipes import forward_requests, take_over_pipes
 
-__all__ = ["FRAMES_PER_S", "Player", "main"]
-
 FRAMES_PER_S = 25.0
 """While something moves. Our choice: smooth to the eye; the screen draws in between what it likes."""
 _HEARTBEAT_S = 1.0

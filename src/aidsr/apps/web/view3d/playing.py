@@ -16,8 +16,6 @@ from aidsr.apps.web.view3d.tendons import tensions_n
 from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
 from aidsr.validation.drive import set_act
 
-__all__ = ["SPEED_BOUNDS", "Playing"]
-
 SPEED_BOUNDS = (0.02, 4.0)
 """Times real time."""
 _CHUNK_STEPS = 5

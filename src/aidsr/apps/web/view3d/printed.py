@@ -8,8 +8,6 @@ from pathlib import Path
 
 from nicegui.element import Element
 
-__all__ = ["Lying", "PartsView"]
-
 _STATIC = Path(__file__).parents[1] / "static" / "view3d"
 
 

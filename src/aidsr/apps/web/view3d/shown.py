@@ -24,8 +24,6 @@ from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
 from aidsr.validation.mount import mount_model
 from aidsr.validation.validating import Mount
 
-__all__ = ["Shown"]
-
 
 @dataclass(frozen=True, eq=False)
 class Shown:

@@ -28,8 +28,6 @@ from aidsr.mjcf.read import open_mjcf
 from aidsr.sandbox.environment import child_environment
 from aidsr.validation.validating import Mount
 
-__all__ = ["Episode", "Model", "SceneStream", "Watcher"]
-
 _LENGTH = struct.Struct(">Q")
 _MAX_MESSAGE = 128 * 2**20
 """Of the facts on a model with large surfaces; a frame has some 10 KB."""

@@ -14,8 +14,6 @@ from aidsr.sim.ownership import read_ownership
 from aidsr.sim.structure import name_of
 from aidsr.validation.drive import Drive
 
-__all__ = ["SEGMENT_NUMBERS", "TendonLines", "tendon_facts", "tensions_n"]
-
 Array = NDArray[np.float64]
 
 SEGMENT_NUMBERS = 8
