@@ -9,7 +9,7 @@ from aidsr.core.artifacts import ValidationReport
 from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.printers import printer_named
 from aidsr.tasks import load_task
-from aidsr.teams.rules.families import FAMILIES
+from aidsr.teams.rules.families import BUILT_IN as FAMILIES
 from aidsr.teams.rules.job import read_job
 from aidsr.validation import validate
 
@@ -26,7 +26,7 @@ _JOBS = {
 def mjcf(robot: str) -> str:
     task, name = _JOBS[robot]
     family = FAMILIES[name]
-    parameters = family.sample(read_job(load_task(task).brief()), np.random.default_rng(0), family.variants[0])
+    parameters = family.size(read_job(load_task(task).brief()), np.random.default_rng(0), family.variants[0])
     if robot == "gripper":
         parameters = parameters.model_copy(update={"fingers": 3, "opposed": False})
     return family.write(parameters).mjcf

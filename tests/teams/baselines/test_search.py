@@ -16,7 +16,7 @@ from aidsr.tasks import load_task
 from aidsr.teams.baselines.generations import Generation, read_search, search_in_words, write_search
 from aidsr.teams.baselines.search import Searched, searchable, team, worth_of
 from aidsr.teams.rules.designer import RuleDesigner
-from aidsr.teams.rules.families import FAMILIES
+from aidsr.teams.rules.families import BUILT_IN as FAMILIES
 
 BRIEF = load_task("button_pushing").brief()
 

@@ -11,9 +11,13 @@ from aidsr.core.artifacts import Brief, Concept, Placement, Robot
 from aidsr.sim.assembly import assemble
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.tasks import load_task
-from aidsr.teams.rules.designer import describe
-from aidsr.teams.rules.families import FAMILIES
+from aidsr.teams.rules.families import BUILT_IN as FAMILIES
+from aidsr.teams.rules.families import variants_for
 from aidsr.teams.rules.job import read_job
+from aidsr.teams.rules.job_kinds import JOB_KINDS
+
+IDEAS = {kind: variants_for(kind, FAMILIES) for kind in JOB_KINDS}
+"""Variants of each family, by kind of job."""
 
 KINDS = {"button_pushing": "reach", "simple_grasping": "grasp", "flat_ground": "crawl", "drawer_opening": "pull"}
 OTHER_KINDS = {
@@ -51,8 +55,8 @@ def free_brief(objective: str, environment: str, robot: str = "") -> Brief:
 
 
 def concept(task: str, family: str, variant: str, seed: int = 0) -> Concept:
-    job = read_job(brief(task))
-    return describe(family, FAMILIES[family].sample(job, np.random.default_rng(seed), variant), job)
+    job, made = read_job(brief(task)), FAMILIES[family]
+    return made.concept(made.size(job, np.random.default_rng(seed), variant), job)
 
 
 def scene(task: str, robot: Robot, placement: Placement) -> mujoco.MjModel:

@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from jobs import DESERT, KINDS, LAMP, MARBLE, OTHER_KINDS, brief, free_brief
+from jobs import DESERT, FAMILIES, IDEAS, KINDS, LAMP, MARBLE, OTHER_KINDS, brief, free_brief
 
 from aidsr.core.artifacts import Keep
 from aidsr.core.errors import ReplyError
 from aidsr.teams import rules as builtin
 from aidsr.teams.rules import user_robot as own_robot
-from aidsr.teams.rules.designer import IDEAS
-from aidsr.teams.rules.families import FAMILIES
 from aidsr.teams.rules.families.ring import tread_radius
 from aidsr.teams.rules.job import read_job
 
@@ -51,7 +49,7 @@ def test_the_headroom_is_that_under_the_lowest_roof() -> None:
 def test_a_small_ring_fits_under_the_roof_down_to_what_can_be_built(headroom_m: float) -> None:
     job = replace(read_job(brief("tunnel")), headroom_m=headroom_m)
     for variant in ("small, four sectors", "small, five sectors"):
-        ring = FAMILIES["ring"].sample(job, np.random.default_rng(0), variant)
+        ring = FAMILIES["ring"].size(job, np.random.default_rng(0), variant)
         height_m = 2.0 * (ring.radius_m + tread_radius(ring))
         assert 0.0549 <= height_m <= max(0.8 * headroom_m, 0.055) + 1e-4
 
@@ -119,7 +117,7 @@ def test_concepts_say_that_they_are_rules_and_what_the_rules_saw() -> None:
 def test_what_breaks_is_held_by_weaker_cables() -> None:
     firm, gentle = read_job(brief("simple_grasping")), read_job(brief("delicate_grasping"))
     for family, variant, name in (("gripper", "pincer", "closing_n"), ("tentacle", "wrap", "tension_n")):
-        usual, weak = (FAMILIES[family].sample(job, np.random.default_rng(0), variant) for job in (firm, gentle))
+        usual, weak = (FAMILIES[family].size(job, np.random.default_rng(0), variant) for job in (firm, gentle))
         assert 0 < getattr(weak, name) < 0.5 * getattr(usual, name)
     assert "breaks easily" in proposals("delicate_grasping", 1)[0].interpretation
     assert "breaks easily" not in proposals("simple_grasping", 1)[0].interpretation

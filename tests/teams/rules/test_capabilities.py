@@ -5,11 +5,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from jobs import brief, concept, scene
+from jobs import FAMILIES, brief, concept, scene
 
 from aidsr.core.artifacts import Placement
 from aidsr.teams.rules import team
-from aidsr.teams.rules.families import FAMILIES
 
 
 class Drive:

@@ -6,15 +6,13 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from jobs import KINDS, OTHER_KINDS, brief, concept
+from jobs import FAMILIES, IDEAS, KINDS, OTHER_KINDS, brief, concept
 from lxml import etree
 
 from aidsr.mjcf.read import read_mjcf
 from aidsr.tasks import load_task
 from aidsr.teams import rules as builtin
 from aidsr.teams.rules.coder import RuleCoder
-from aidsr.teams.rules.designer import IDEAS, describe
-from aidsr.teams.rules.families import FAMILIES
 from aidsr.teams.rules.job import read_job
 from aidsr.validation import validate
 
@@ -33,7 +31,7 @@ def robot(task: str, family: str, variant: str, seed: int = 0):
 
 def test_every_variant_is_an_idea_for_some_job() -> None:
     offered = {(family, v) for table in IDEAS.values() for family, variants in table.items() for v in variants}
-    assert offered == {(family.label, v) for family in FAMILIES.values() for v in family.variants}
+    assert offered == {(family.name, v) for family in FAMILIES.values() for v in family.variants}
 
 
 @pytest.mark.parametrize(("task", "family", "variant"), EVERY)
@@ -96,8 +94,9 @@ def test_every_variant_can_be_built_whatever_the_job_is_about(target: str, base:
         seen = replace(job.target or read_job(brief("button_pushing")).target, **changes) if changes else None
         room = {"approach_m": 0.1, "room_m": 0.01} if base == "moving" else {"approach_m": 0.0, "room_m": math.inf}
         job = replace(job, target=seen, base=base, press_n=100.0, headroom_m=0.001, **room)
-        made = describe(family, FAMILIES[family].sample(job, np.random.default_rng(0), variant), job)
-        assert FAMILIES[family].write_concept(made).functional_part == made.functional_part
+        kind = FAMILIES[family]
+        made = kind.concept(kind.size(job, np.random.default_rng(0), variant), job)
+        assert kind.write_concept(made).functional_part == made.functional_part
 
 
 FIRST = [
@@ -113,22 +112,22 @@ def test_a_robot_of_each_family_is_stable(task: str, family: str, variant: str) 
     assert report.stable, report.account()
 
 
-def sturdier(task: str, family: str, variant: str) -> str:
+def reinforced(task: str, family: str, variant: str) -> str:
     made = FAMILIES[family]
-    return made.write(made.sturdier(made.sturdier(made.read(concept(task, family, variant))))).mjcf
+    return made.write(made.reinforce(made.reinforce(made.read(concept(task, family, variant))))).mjcf
 
 
 @pytest.mark.parametrize(("task", "family", "variant"), FIRST)
-def test_the_sturdier_relative_says_which_it_is(task: str, family: str, variant: str) -> None:
-    text = sturdier(task, family, variant)
+def test_the_reinforced_robot_says_which_it_is(task: str, family: str, variant: str) -> None:
+    text = reinforced(task, family, variant)
     assert f'model="{family}_variation_2"' in text
     assert text.count("<joint") == robot(task, family, variant).mjcf.count("<joint")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("task", "family", "variant"), FIRST)
-def test_the_sturdier_relative_is_stable(task: str, family: str, variant: str) -> None:
-    assert validate(sturdier(task, family, variant)).stable
+def test_the_reinforced_robot_is_stable(task: str, family: str, variant: str) -> None:
+    assert validate(reinforced(task, family, variant)).stable
 
 
 @pytest.mark.slow

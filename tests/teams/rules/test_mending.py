@@ -251,7 +251,7 @@ def test_the_judges_issues_are_repaired_by_their_component() -> None:
 
 def test_a_concept_of_no_built_in_family_is_refused_in_a_sentence() -> None:
     idea = concept("button_pushing", "arm", "two sections").model_copy(update={"family": "octopus"})
-    with pytest.raises(UserError, match="found 'octopus'"):
+    with pytest.raises(UserError, match="cannot write the family 'octopus'"):
         RuleCoder().write(brief("button_pushing"), idea)
 
 

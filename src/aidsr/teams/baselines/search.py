@@ -25,8 +25,8 @@ from aidsr.sim.assembly import assemble
 from aidsr.tasks import Level, load_task
 from aidsr.teams.baselines.generations import Generation
 from aidsr.teams.rules.coder import RuleCoder
-from aidsr.teams.rules.designer import RuleDesigner, describe
-from aidsr.teams.rules.families import FAMILIES, Parameters
+from aidsr.teams.rules.designer import RuleDesigner
+from aidsr.teams.rules.families import Parameters, load_families
 from aidsr.teams.rules.integrator import RuleIntegrator
 from aidsr.teams.rules.job import read_job
 from aidsr.teams.rules.judge import RuleJudge
@@ -104,7 +104,8 @@ class Searched:
     def _best(self, brief: Brief, start: Concept, number: int) -> Concept:
         from cma import CMAEvolutionStrategy
 
-        space, job = _Space.around(FAMILIES[start.family].read(start)), read_job(brief)
+        family, job = load_families()[start.family], read_job(brief)
+        space = _Space.around(family.read(start))
         rng = np.random.default_rng([self.seed, len(space.names)])
         options = {
             "popsize": _GENERATION,
@@ -121,7 +122,7 @@ class Searched:
             if most >= _MOST:
                 break
             points = search.ask()
-            concepts = [describe(start.family, space.parameters(point), job) for point in points]
+            concepts = [family.concept(space.parameters(point), job, start.interpretation) for point in points]
             worths = self._worths(brief, concepts, number, generation)
             search.tell(points, [-worth for worth in worths])
             tried += len(points)

@@ -15,19 +15,6 @@ from lxml import etree
 from aidsr.sim import beam
 from aidsr.teams.rules.mjcf_builder import Sheet, add, written
 
-__all__ = [
-    "GUIDE_CLEARANCE_M",
-    "Backbone",
-    "Cable",
-    "Chain",
-    "Segment",
-    "cable_offset_m",
-    "grow",
-    "string",
-    "uniform",
-    "winch",
-]
-
 GUIDE_CLEARANCE_M = 0.0015
 """Distance of a cable from the body's surface [m]. Our choice: a cable of 1 mm in an eyelet, free of the skin."""
 
@@ -118,7 +105,7 @@ class Backbone:
         return self.chain.segments[-1].length_m / 2.0
 
 
-def grow(sheet: Sheet, root: etree._Element, chain: Chain) -> Backbone:
+def write_chain(sheet: Sheet, root: etree._Element, chain: Chain) -> Backbone:
     """Write a chain that starts at `root`'s origin along its +z, and return it."""
     segments = chain.segments
     halves = [segment.length_m / 2.0 for segment in segments] + [0.0]
@@ -188,7 +175,7 @@ def _skin(body: etree._Element, chain: Chain, number: int, length_m: float) -> N
     )
 
 
-def string(sheet: Sheet, backbone: Backbone, cable: Cable) -> None:
+def route_cable(sheet: Sheet, backbone: Backbone, cable: Cable) -> None:
     """Lead a cable through its guides and give it a winch that can only pull."""
     tendon = add(sheet.tendon, "spatial", name=cable.name)
     for number in range(cable.first, cable.last + 1):
@@ -200,10 +187,10 @@ def string(sheet: Sheet, backbone: Backbone, cable: Cable) -> None:
             name = f"{cable.name}_{number:02d}{letter}"
             add(backbone.links[link], "site", name=name, pos=(*side, height))
             add(tendon, "site", site=name)
-    winch(sheet, cable.name, cable.tension_n)
+    add_winch(sheet, cable.name, cable.tension_n)
 
 
-def winch(sheet: Sheet, tendon: str, tension_n: float) -> None:
+def add_winch(sheet: Sheet, tendon: str, tension_n: float) -> None:
     """Drive a tendon with a winch whose control is the cable tension [N], and measure length and force."""
     label = tendon.removeprefix("tendon_")
     ranges: dict[str, tuple[float, float]] = {"ctrlrange": (0.0, tension_n), "forcerange": (-tension_n, 0.0)}

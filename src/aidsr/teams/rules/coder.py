@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from aidsr.core.artifacts import Brief, Concept, CritiqueIssue, Fault, Robot, ValidationReport
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.roles import Feedback
 from aidsr.mjcf.kept_parts import changes_to
 from aidsr.teams.rules import user_robot as own_robot
-from aidsr.teams.rules.families import FAMILIES
+from aidsr.teams.rules.families import Families, Family, load_families
 from aidsr.teams.rules.repairs import Mended, mend
 
 __all__ = ["RuleCoder"]
@@ -22,7 +23,13 @@ _VARIATION = re.compile(r'<mujoco model="\w*?_variation_(\d+)"')
 
 @dataclass(frozen=True)
 class RuleCoder:
-    """Writes and repairs robots without a language model."""
+    """Writes and repairs robots without a language model.
+
+    Attributes:
+        families: It can write robots of these.
+    """
+
+    families: Families = field(default_factory=load_families)
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
         """Return the robot of a concept's family and parameters, or the user's own robot.
@@ -36,12 +43,12 @@ class RuleCoder:
     def _written(self, brief: Brief, concept: Concept) -> Robot:
         if concept.family == own_robot.FAMILY:
             return own_robot.write(brief, concept)
-        if concept.family not in FAMILIES:
+        if concept.family not in self.families:
             raise UserError(
-                f"Expected a concept of one of the built-in families {', '.join(FAMILIES)}, found {concept.family!r}; "
-                "use the concepts of the built-in Designer, or name a language model for the Coder."
+                f"the built-in Coder cannot write the family {concept.family!r}; it knows {', '.join(self.families)}. "
+                "Use concepts of the built-in Designer, or name a language model for the Coder"
             )
-        return FAMILIES[concept.family].write_concept(concept)
+        return self.families[concept.family].write_concept(concept)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot with the reported faults edited out, or a sturdier one where no edit is left.
@@ -63,8 +70,8 @@ class RuleCoder:
         mended = mend(robot.mjcf, faults)
         if mended.done:
             return robot.model_copy(update={"mjcf": mended.mjcf, "notes": _said(mended)})
-        if concept.family in FAMILIES:
-            return _sturdier(concept, robot, mended)
+        if concept.family in self.families:
+            return _reinforced(self.families[concept.family], concept, robot, mended)
         codes = ", ".join(mended.helpless) or "this"
         note = f"Built-in rules: no repair for {codes} in a robot of another author; left as it was."
         return robot.model_copy(update={"notes": note})
@@ -97,12 +104,11 @@ def _said(mended: Mended) -> str:
     return f"Built-in rules repaired {'; '.join(mended.done)}.{left}"
 
 
-def _sturdier(concept: Concept, robot: Robot, mended: Mended) -> Robot:
-    """Write the family's robot anew, one step stiffer and calmer than the present one."""
-    family = FAMILIES[concept.family]
+def _reinforced(family: Family[Any], concept: Concept, robot: Robot, mended: Mended) -> Robot:
+    """Return the concept's robot written again, one step stiffer and calmer than the present one."""
     found = _VARIATION.search(robot.mjcf)
     parameters = family.read(concept)
     for _ in range((int(found.group(1)) if found else 0) + 1):
-        parameters = family.sturdier(parameters)
+        parameters = family.reinforce(parameters)
     note = f"Built-in rules: no repair for {', '.join(mended.helpless) or 'this'}; written anew, stiffer and calmer."
     return family.write(parameters).model_copy(update={"notes": note})

@@ -2,58 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from aidsr.core.artifacts import Brief, Concept, Robot
-from aidsr.teams.rules import apply_feedback as wishes
-from aidsr.teams.rules import user_robot as own_robot
-from aidsr.teams.rules.families import FAMILIES, Parameters
+from aidsr.teams.rules import user_robot
+from aidsr.teams.rules.apply_feedback import apply_feedback, other_family
+from aidsr.teams.rules.families import Families, Parameters, load_families, preferred_family, variants_for
 from aidsr.teams.rules.job import Job, read_job
-from aidsr.teams.rules.job_kinds import Kind
+from aidsr.teams.rules.job_kinds import JOB_KINDS
 from aidsr.teams.rules.number_text import mm
 
-__all__ = ["IDEAS", "RuleDesigner"]
-
-Idea = tuple[str, str]
-"""A family and one of its variants."""
-
-IDEAS: dict[Kind, dict[str, tuple[str, ...]]] = {
-    "reach": {"arm": ("two sections", "three sections", "four cables"), "tentacle": ("space", "two stages")},
-    "brush": {"tentacle": ("sweep",), "arm": ("two sections", "three sections", "four cables")},
-    "conform": {"arm": ("three sections", "three sections, four cables")},
-    "grasp": {
-        "gripper": ("three fingers", "four fingers", "five fingers", "facing pairs", "pincer"),
-        "tentacle": ("wrap",),
-    },
-    "crawl": {
-        "crawler": ("four legs", "six legs", "four legs, two cables"),
-        "worm": ("inchworm", "wave", "long wave"),
-        "ring": ("four sectors", "five sectors", "six sectors"),
-    },
-    "insert": {"arm": ("two sections", "three sections"), "tentacle": ("space", "two stages")},
-    "squeeze": {
-        "worm": ("wave", "inchworm", "long wave"),
-        "ring": ("small, four sectors", "small, five sectors"),
-    },
-    "pull": {"arm": ("hook",), "tentacle": ("curl",), "gripper": ("pincer", "facing pairs", "three fingers")},
-}
-"""Families and variants that can do each kind of job. Our choice: all were driven
-open-loop on the benchmark's tasks."""
-
-_DEMANDS: dict[Kind, str] = {
-    "reach": "The functional part has to be brought to a place beside the mount and press there",
-    "brush": "The functional part has to be led over a surface and press on it, neither too little nor too much",
-    "conform": "Half the body has to lie along the surface, so it has to bend towards it and back again on the way",
-    "grasp": "An object has to be enclosed from several sides and kept while the mount moves",
-    "crawl": "The body has to carry and move itself on the ground, with the same friction in every direction",
-    "insert": "A slender body has to go in lengthwise and give way where the way bends",
-    "squeeze": "The body has to carry and move itself and stay narrow and low",
-    "pull": "Something has to be hooked or held behind its handle, because friction alone would slip, and drawn back",
-}
+_ON_AXIS_M = 0.001
 
 
 @dataclass(frozen=True)
@@ -62,61 +26,50 @@ class RuleDesigner:
 
     Attributes:
         seed: The same seed and brief give the same concepts.
+        families: To choose from.
     """
 
     seed: int
+    families: Families = field(default_factory=load_families)
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return `count` concepts of different families, or of different variants where families run out."""
         if brief.starting_robot:
-            return own_robot.concepts(brief, count)
+            return user_robot.concepts(brief, count)
         job = read_job(brief)
+        preferred = preferred_family(job.kind, brief.objective, self.families)
+        interpretation = interpret(job, preferred)
         rng = np.random.default_rng([self.seed, zlib.crc32(brief.objective.encode())])
-        ideas = _shuffled(IDEAS[job.kind], rng, job.first[0] if job.first else None)
-        return tuple(self._concept(job, next(ideas), rng) for _ in range(count))
-
-    def _concept(self, job: Job, idea: Idea, rng: np.random.Generator) -> Concept:
-        label, variant = idea
-        return describe(label, FAMILIES[label].sample(job, rng, variant), job)
+        ideas = _shuffled(variants_for(job.kind, self.families), rng, preferred[0] if preferred else None)
+        concepts = []
+        for name, variant in itertools.islice(ideas, count):
+            family = self.families[name]
+            concepts.append(family.concept(family.size(job, rng, variant), job, interpretation))
+        return tuple(concepts)
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
         """Return the concept changed as far as the rules understand the feedback; its rationale says how far."""
         del robot
-        family = FAMILIES.get(concept.family)
+        family = self.families.get(concept.family)
         if family is None:
-            return own_robot.revised(concept, feedback)
+            return user_robot.revised(concept, feedback)
         job = read_job(brief)
-        wanted = wishes.other_family(feedback, concept.family, IDEAS[job.kind])
-        if wanted:
+        interpretation = interpret(job, preferred_family(job.kind, brief.objective, self.families))
+        suitable = variants_for(job.kind, self.families)
+        if wanted := other_family(feedback, concept.family, suitable):
             rng = np.random.default_rng([self.seed, zlib.crc32(feedback.encode())])
-            changed: Parameters = FAMILIES[wanted].sample(job, rng, IDEAS[job.kind][wanted][0])
-            return _answered(describe(wanted, changed, job), [f"a {wanted} instead of the {concept.family}"])
-        parameters, understood = wishes.granted(family.read(concept), feedback)
-        return _answered(describe(concept.family, parameters, job), understood)
+            other = self.families[wanted]
+            changed: Parameters = other.size(job, rng, suitable[wanted][0])
+            understood = [f"a {wanted} instead of the {concept.family}"]
+            return _with_changes(other.concept(changed, job, interpretation), understood)
+        parameters, understood = apply_feedback(family.read(concept), feedback)
+        return _with_changes(family.concept(parameters, job, interpretation), understood)
 
 
-_ON_AXIS_M = 0.001
-
-
-def describe(label: str, parameters: Parameters, job: Job) -> Concept:
-    """Return the concept that a family's parameters stand for, in words made from its numbers."""
-    family = FAMILIES[label]
-    texts, robot = family.describe(parameters, job), family.write(parameters)
-    return Concept(
-        name=texts.name,
-        interpretation=_interpretation(job),
-        morphology=texts.morphology,
-        actuation=texts.actuation,
-        functional_part=robot.functional_part,
-        family=label,
-        parameters=parameters.model_dump(),
-        actuator_groups=robot.actuator_groups,
-        rationale=f"{texts.rationale} Chosen by the built-in rules, not by a language model.",
-    )
-
-
-def _shuffled(table: dict[str, tuple[str, ...]], rng: np.random.Generator, first: str | None) -> Iterator[Idea]:
-    """Yield all ideas for ever, one family after the other, each in an order of its own.
+def _shuffled(
+    table: dict[str, tuple[str, ...]], rng: np.random.Generator, first: str | None
+) -> Iterator[tuple[str, str]]:
+    """Yield pairs of family and variant for ever, one family after the other, their variants shuffled.
 
     Args:
         table: Variants of each family.
@@ -132,11 +85,11 @@ def _shuffled(table: dict[str, tuple[str, ...]], rng: np.random.Generator, first
         turn += 1
 
 
-def _interpretation(job: Job) -> str:
-    """Say what the job demands of a body, and what made the rules think so."""
-    sentences = [f"{_DEMANDS[job.kind]}: {job.because}."]
-    if job.first:
-        sentences.append(f"{job.first[0].capitalize()} first: {job.first[1]}.")
+def interpret(job: Job, preferred: tuple[str, str] | None) -> str:
+    """Say what the job demands of a body, the reason for that reading, and which family comes first."""
+    sentences = [f"{JOB_KINDS[job.kind].demand}: {job.because}."]
+    if preferred:
+        sentences.append(f"{preferred[0].capitalize()} first: {preferred[1]}.")
     if job.pull < 1.0:
         sentences.append(f"What is held breaks easily: cables pull at most {job.pull:.0%} of what they else would.")
     if job.target is not None:
@@ -151,10 +104,10 @@ def _interpretation(job: Job) -> str:
     return " ".join(sentences)
 
 
-def _answered(concept: Concept, understood: list[str]) -> Concept:
-    said = (
+def _with_changes(concept: Concept, understood: list[str]) -> Concept:
+    changes = (
         f"Changed as asked: {', '.join(understood)}."
         if understood
         else "The built-in rules understood no wish in it and changed nothing."
     )
-    return concept.model_copy(update={"rationale": f"{concept.rationale} {said}"})
+    return concept.model_copy(update={"rationale": f"{concept.rationale} {changes}"})

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
-
-import numpy as np
 
 from aidsr.core.artifacts import Brief, Concept, Fault, Placement, Robot, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.roles import Feedback
 from aidsr.sim.measure import measure
+from aidsr.teams.rules.families import Families, load_families
 from aidsr.teams.rules.job import Job, read_job
-from aidsr.teams.rules.sizing import stands_in_front
-
-__all__ = ["RuleIntegrator"]
+from aidsr.teams.rules.orientation import STRAIGHT, Orientation, bend_upright, looks_sideways, must_lean
 
 _ABOVE_GROUND_M = 0.0005
 """Gap between a free robot and the ground at the start. Our choice: it lands at 0.1 m/s, without a bounce."""
 
-_TILT_DEG = 25.0
-"""How far an arm on a fixed mount leans aside where it would otherwise grow into its target."""
-
 _STEP_M = 0.012
-_LEAN_GAP_M = 0.03
-"""What a leaning robot's end keeps clear: its pad and 15 mm. Our choice."""
-
 _FREE_STEP_M = 0.1
 _STEP_DEG = 12.0
 """One step away from what the robot overlaps."""
@@ -34,13 +24,19 @@ _STEP_DEG = 12.0
 
 @dataclass(frozen=True)
 class RuleIntegrator:
-    """Places robots from the environment's facts."""
+    """Places robots from the environment's facts.
+
+    Attributes:
+        families: Their records say how their robots are turned on a mount.
+    """
+
+    families: Families = field(default_factory=load_families)
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return a placement: a free robot on the ground looking along +x, any other on its mount."""
         job = read_job(brief)
         base: Literal["fixed", "free"] = "free" if job.base == "free" else "fixed"
-        turn, turned = _rotation(job, concept)
+        orientation = self._orientation(job, concept)
         (x, y), height, stood = _over_target(job), 0.0, ""
         if base == "free":
             x, height, stood = _standing(robot, job)
@@ -48,10 +44,16 @@ class RuleIntegrator:
             mount=job.mount_name,
             base=base,
             position_m=(x, y, height),
-            rotation_deg=turn,
+            rotation_deg=orientation.rotation_deg,
             intended_contacts=_contacts(job, brief),
-            reason=" ".join(part for part in (_where(job, base), stood, turned) if part),
+            reason=" ".join(part for part in (_where(job, base), stood, orientation.reason) if part),
         )
+
+    def _orientation(self, job: Job, concept: Concept) -> Orientation:
+        if job.kind == "pull" and job.mount is not None and looks_sideways(job):
+            return bend_upright(job)
+        family = self.families.get(concept.family)
+        return family.orient(job, concept.parameters) if family else STRAIGHT
 
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
@@ -96,47 +98,6 @@ _COVERED = {
     "offset",
     "mount",
 }
-
-
-def _rotation(job: Job, concept: Concept) -> tuple[tuple[float, float, float], str]:
-    """Turn a hooking or pinching robot so that it works up and down, and lean an arm away from what is in front."""
-    if job.kind == "pull" and job.mount is not None and abs(job.down_in_mount) < 0.7:
-        angle = _angle_to_down(job)
-        return (
-            0.0,
-            0.0,
-            angle,
-        ), "Its bending plane is upright, its +x down, so that it reaches over the handle from above."
-    if concept.parameters.get("ahead"):
-        turn = _angle_to_down(job) - 90.0 if abs(job.down_in_mount) < 0.7 else 0.0
-        return (0.0, 0.0, turn), "It curls towards what is ahead, and sideways to its own weight where it can."
-    if _must_lean(job) and concept.family in ("arm", "tentacle"):
-        lean = _lean_deg(job, concept)
-        why = f"It leans aside by {lean:g} deg, because its target stands straight in front of the mount."
-        return (0.0, lean, 0.0), why
-    return (0.0, 0.0, 0.0), ""
-
-
-def _must_lean(job: Job) -> bool:
-    """Whether a straight robot would grow into a target that the mount cannot drive up to."""
-    return job.kind in ("reach", "brush") and stands_in_front(job) and job.approach_m == 0
-
-
-def _lean_deg(job: Job, concept: Concept) -> float:
-    """Return how far a robot leans so that its end, when straight, keeps a gap to what is in front [deg]."""
-    length = concept.parameters.get("length_m", 0.0)
-    free = min(job.room_m, job.target.along_m if job.target else job.room_m) - _LEAN_GAP_M
-    share = max(free / length, 0.5) if length > 0 else 1.0
-    return round(max(math.degrees(math.acos(min(share, 1.0))), _TILT_DEG), 1)
-
-
-def _angle_to_down(job: Job) -> float:
-    """Angle about the mount's z that brings its x axis to point down [deg]."""
-    if job.mount is None:
-        return 0.0
-    x, z = np.array(job.mount.x_axis), np.array(job.mount.z_axis)
-    down = np.array([0.0, 0.0, -1.0])
-    return round(math.degrees(math.atan2(float(np.cross(x, down) @ z), float(x @ down))), 3) + 0.0
 
 
 def _standing(robot: Robot, job: Job) -> tuple[float, float, str]:
@@ -202,7 +163,7 @@ def _step_away(job: Job, brief: Brief, placement: Placement, fault: Fault, updat
         step = max(_FREE_STEP_M, abs(x))
         update["position_m"] = (round(x - step, 5), y, z)
         return f"set it back by {1000 * step:g} mm from {', '.join(fault.names[:2])}"
-    if _must_lean(job) and placement.rotation_deg[1]:
+    if must_lean(job) and placement.rotation_deg[1]:
         turn = placement.rotation_deg
         update["rotation_deg"] = (turn[0], turn[1] + _STEP_DEG, turn[2])
         return f"leaned it {_STEP_DEG:g} deg further aside from {', '.join(fault.names[:2])}"

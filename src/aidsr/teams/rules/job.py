@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Brief, EnvironmentSummary, GeomSummary, MountSummary
-from aidsr.teams.rules.job_kinds import Kind, first_family, kind_of
+from aidsr.teams.rules.job_kinds import JobKindName, kind_of
 from aidsr.teams.rules.targets import Target, find_target
-
-__all__ = ["Job", "read_job"]
 
 _NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
 _TRAVEL = re.compile(rf"slide along ({_NUMBER}) ({_NUMBER}) ({_NUMBER}),? ({_NUMBER}) to ({_NUMBER})")
@@ -51,11 +49,10 @@ class Job:
         headroom_m: Height over the ground of the lowest thing that can be gone under; infinite where there is none.
         ground_m: Height of the ground over the mount; a mount to stand on is on the ground.
         press_n: Force to press with [N]: the middle of the range the objective names.
-        first: The family to propose first and why, where one is known to be better.
         pull: How hard cables of a hand pull, as a share of what the family is used to; less for things that break.
     """
 
-    kind: Kind
+    kind: JobKindName
     because: str
     mount: MountSummary | None
     base: Literal["fixed", "free", "moving"]
@@ -65,7 +62,6 @@ class Job:
     headroom_m: float
     ground_m: float
     press_n: float = _PRESS_N
-    first: tuple[str, str] | None = None
     pull: float = 1.0
 
     @property
@@ -114,12 +110,11 @@ def read_job(brief: Brief) -> Job:
         headroom_m=_headroom(summary),
         ground_m=_ground(summary) if mount is None else 0.0,
         press_n=_press(brief.objective),
-        first=first_family(kind, brief.objective),
         pull=_GENTLE_PULL if kind == "grasp" and _BREAKS.search(brief.objective.lower()) else 1.0,
     )
 
 
-def _base(brief: Brief, kind: Kind, mount: MountSummary | None) -> Literal["fixed", "free", "moving"]:
+def _base(brief: Brief, kind: JobKindName, mount: MountSummary | None) -> Literal["fixed", "free", "moving"]:
     if brief.base != "any":
         return brief.base
     if kind in ("crawl", "squeeze"):

@@ -6,8 +6,6 @@ import math
 
 from aidsr.sim import beam
 
-__all__ = ["deg", "mm", "numeral", "rod"]
-
 SPRING_STEEL_PA = 200e9
 """Young's modulus of spring steel. Source: EN 10270-1 wire, 206 GPa; rounded down for the effect of fittings."""
 

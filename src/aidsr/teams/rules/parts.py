@@ -7,8 +7,6 @@ from lxml import etree
 from aidsr.teams.rules.chain import Backbone
 from aidsr.teams.rules.mjcf_builder import Sheet, Value, add
 
-__all__ = ["HOOK_RADIUS_M", "HOOK_SHAFT_M", "add_base", "add_hook", "add_pad", "sense_tip", "sense_touch"]
-
 HOOK_RADIUS_M = 0.005
 """Half thickness of a hook. Our choice: it passes behind a handle that stands off by 20 mm or more."""
 
@@ -56,7 +54,7 @@ def add_hook(backbone: Backbone, length_m: float) -> None:
         add(backbone.tip, "geom", name=name, density=_HOOK_DENSITY_KG_M3, material="working", **shape)
 
 
-def sense_tip(
+def add_tip_sensors(
     sheet: Sheet, backbone: Backbone, radius_m: float, at_m: tuple[float, float, float] | None = None
 ) -> None:
     """Add the site that stands for the working point, and sensors of its place and of what touches around it."""
@@ -64,10 +62,10 @@ def sense_tip(
     add(backbone.tip, "site", name="tip", pos=at, size=(0.003,), material="working")
     add(sheet.sensor, "framepos", name="tip_position", objtype="site", objname="tip")
     add(sheet.sensor, "framelinvel", name="tip_velocity", objtype="site", objname="tip")
-    sense_touch(sheet, backbone, "tip", radius_m, at)
+    add_touch_sensor(sheet, backbone, "tip", radius_m, at)
 
 
-def sense_touch(
+def add_touch_sensor(
     sheet: Sheet, backbone: Backbone, name: str, radius_m: float, at_m: tuple[float, float, float] | None = None
 ) -> None:
     """Add a sensor of what touches within a radius around the chain's end."""

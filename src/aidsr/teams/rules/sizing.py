@@ -8,8 +8,7 @@ import numpy as np
 
 from aidsr.sim import beam
 from aidsr.teams.rules.job import Job
-
-__all__ = ["bending_stiffness", "damping_time", "reach_length", "stands_in_front"]
+from aidsr.teams.rules.orientation import stands_in_front
 
 _DAMPING_TIME_RANGE_S = (0.02, 0.1)
 """Recommended beta = c / k. Source: docs/physics.md, recommendation."""
@@ -18,18 +17,8 @@ _DEFAULT_LENGTH_M = 0.35
 """Length where nothing in the environment says how far to reach. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
 
 _LENGTH_RANGE_M = (0.15, 0.7)
-
-
-_ON_AXIS = 0.25
-"""A target less than this share of its distance off the mount's axis stands in front of it. Our choice: 14 deg."""
-
 _START_GAP_M = 0.018
 """Gap to leave to what stands in front of a mount that can drive up to it. Our choice."""
-
-
-def stands_in_front(job: Job) -> bool:
-    """Whether a straight robot on the mount would run into the target."""
-    return job.target is not None and job.target.beside_m < _ON_AXIS * job.target.along_m
 
 
 def reach_length(job: Job, rng: np.random.Generator) -> float:

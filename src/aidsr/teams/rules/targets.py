@@ -10,9 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary
-from aidsr.teams.rules.job_kinds import Kind
-
-__all__ = ["Target", "find_target", "in_mount"]
+from aidsr.teams.rules.job_kinds import JobKindName
 
 _HANDLE = re.compile(r"handle|bar|knob|grip|hook|ring", re.IGNORECASE)
 
@@ -50,7 +48,9 @@ class Target:
         return math.hypot(self.along_m, self.beside_m)
 
 
-def find_target(objective: str, kind: Kind, summary: EnvironmentSummary, mount: MountSummary | None) -> Target | None:
+def find_target(
+    objective: str, kind: JobKindName, summary: EnvironmentSummary, mount: MountSummary | None
+) -> Target | None:
     """Choose what the job is about: a handle to pull, else what moves and is named, nearest to the mount."""
     driven = set(mount.moved_by) if mount else set()
     bodies = [body for body in summary.bodies if body.parent and body.geoms and not _carries_mount(body, driven)]

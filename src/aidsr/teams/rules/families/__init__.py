@@ -1,17 +1,87 @@
-"""The morphology families of the built-in team, by the label a concept carries."""
+"""The robot families of the built-in team: six of ours, one file each, and those of other packages.
+
+A package adds a family through the entry-point group "aidsr.families": the entry's name is the family's, its value the
+`Family` record.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from importlib.metadata import entry_points
 from typing import Any
 
+from aidsr.core.errors import UserError
 from aidsr.teams.rules.families.arm import ARM
 from aidsr.teams.rules.families.crawler import CRAWLER
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.families.family import (
+    Description,
+    Family,
+    Is,
+    Parameters,
+    Preference,
+    Suits,
+)
 from aidsr.teams.rules.families.gripper import GRIPPER
 from aidsr.teams.rules.families.ring import RING
 from aidsr.teams.rules.families.tentacle import TENTACLE
 from aidsr.teams.rules.families.worm import WORM
+from aidsr.teams.rules.job_kinds import JobKindName, words_in
 
-__all__ = ["FAMILIES", "Family", "Parameters", "Texts"]
+__all__ = [
+    "BUILT_IN",
+    "ENTRY_POINT_GROUP",
+    "Description",
+    "Families",
+    "Family",
+    "Is",
+    "Parameters",
+    "Preference",
+    "Suits",
+    "load_families",
+    "preferred_family",
+    "variants_for",
+]
 
-FAMILIES: dict[str, Family[Any]] = {family.label: family for family in (ARM, TENTACLE, GRIPPER, CRAWLER, WORM, RING)}
+ENTRY_POINT_GROUP = "aidsr.families"
+
+Families = Mapping[str, Family[Any]]
+"""By name."""
+
+BUILT_IN: Families = {family.name: family for family in (ARM, TENTACLE, GRIPPER, CRAWLER, WORM, RING)}
+
+
+def load_families() -> Families:
+    """Return all families: the built-in ones, then those of other packages by name.
+
+    Raises:
+        UserError: An entry point is no family, or two families have one name.
+    """
+    families = dict(BUILT_IN)
+    for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
+        family = entry.load()
+        if not isinstance(family, Family):
+            raise UserError(f'entry point "{entry.name}" in group "{ENTRY_POINT_GROUP}" is no Family: {entry.value}')
+        if family.name != entry.name:
+            raise UserError(f'entry point "{entry.name}" names the family "{family.name}"; use one name')
+        if family.name in families:
+            raise UserError(f"duplicate family {family.name}: {entry.value}")
+        families[family.name] = family
+    return families
+
+
+def variants_for(kind: JobKindName, families: Families) -> dict[str, tuple[str, ...]]:
+    """Return the variants of each family that suits a kind of job, by family, in order of rank."""
+    suited = sorted((family.jobs[kind].rank, name) for name, family in families.items() if kind in family.jobs)
+    return {name: families[name].jobs[kind].variants for _, name in suited}
+
+
+def preferred_family(kind: JobKindName, objective: str, families: Families) -> tuple[str, str] | None:
+    """Return the family to propose first, and why; None where no family is known to be better than the others."""
+    matching = [
+        (preference.rank, name, preference.because)
+        for name, family in families.items()
+        if kind in family.jobs
+        for preference in family.jobs[kind].preferred
+        if not preference.words or words_in(objective, preference.words)
+    ]
+    return min(matching)[1:] if matching else None

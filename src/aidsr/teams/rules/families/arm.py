@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from aidsr.core.artifacts import Robot
 from aidsr.sim import beam
-from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Cable, Chain, grow, string, uniform
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Cable, Chain, route_cable, uniform, write_chain
+from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet
 from aidsr.teams.rules.number_text import deg, mm, numeral, rod
-from aidsr.teams.rules.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, sense_tip
+from aidsr.teams.rules.orientation import Orientation, lean_aside
+from aidsr.teams.rules.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, add_tip_sensors
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time, reach_length
-
-__all__ = ["ARM", "ArmParameters"]
 
 _SECTION_NAMES = {1: ("arm",), 2: ("proximal", "distal"), 3: ("proximal", "middle", "distal")}
 
@@ -26,15 +26,15 @@ _SECTION_NAMES = {1: ("arm",), 2: ("proximal", "distal"), 3: ("proximal", "middl
 class ArmParameters(Parameters):
     """Numbers that fix an arm."""
 
-    length_m: Annotated[float, Field(ge=0.1, le=0.8)]
-    sections: Annotated[int, Field(ge=1, le=3)]
+    length_m: Annotated[float, Field(ge=0.1, le=0.8), Is("length")]
+    sections: Annotated[int, Field(ge=1, le=3), Is("count")]
     segments_per_section: Annotated[int, Field(ge=4, le=12)]
     cables_per_section: Annotated[int, Field(ge=2, le=4)]
-    radius_m: Annotated[float, Field(ge=0.004, le=0.03)]
-    tension_n: Annotated[float, Field(ge=2.0, le=60.0)]
-    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
-    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
+    radius_m: Annotated[float, Field(ge=0.004, le=0.03), Is("thickness")]
+    tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
     pad_radius_m: Annotated[float, Field(ge=0.004, le=0.04)]
     hook_m: Annotated[float, Field(ge=0.0, le=0.08)] = 0.0
     """Length of a hook at the tip, across the backbone; 0 for a rounded pad."""
@@ -70,7 +70,7 @@ _HOOK_RANGE_M = (0.018, 0.022)
 stayed caught behind the first handle they had pushed shut."""
 
 
-def sample(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
+def size(job: Job, rng: np.random.Generator, variant: str) -> ArmParameters:
     """Choose an arm that reaches the target with a third to spare."""
     sections, per_section, cables = _SHAPES[variant]
     length = reach_length(job, rng) - (HOOK_SHAFT_M + HOOK_RADIUS_M if variant == "hook" else 0.0)
@@ -107,15 +107,15 @@ def write(parameters: ArmParameters) -> Robot:
     )
     base = add_base(sheet, "base", radius_m=p.radius_m * 2.2, thickness_m=0.012)
     segments = uniform(count, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
-    backbone = grow(sheet, base, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
+    backbone = write_chain(sheet, base, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
     for cable in _cables(p):
-        string(sheet, backbone, cable)
+        route_cable(sheet, backbone, cable)
     if p.hook_m > 0:
         add_hook(backbone, p.hook_m)
-        sense_tip(sheet, backbone, p.hook_m, (p.hook_m / 2.0, 0.0, backbone.tip_at_m + HOOK_SHAFT_M))
+        add_tip_sensors(sheet, backbone, p.hook_m, (p.hook_m / 2.0, 0.0, backbone.tip_at_m + HOOK_SHAFT_M))
     else:
         add_pad(backbone, "tip_pad", p.pad_radius_m)
-        sense_tip(sheet, backbone, 1.2 * p.pad_radius_m)
+        add_tip_sensors(sheet, backbone, 1.2 * p.pad_radius_m)
     return Robot(mjcf=sheet.text(), functional_part="tip", notes="Written by the built-in rules.")
 
 
@@ -132,7 +132,7 @@ def _cables(p: ArmParameters) -> list[Cable]:
     return cables
 
 
-def describe(p: ArmParameters, job: Job) -> Texts:
+def describe(p: ArmParameters, job: Job) -> Description:
     """Say in words what the numbers mean."""
     del job
     offset = p.radius_m + GUIDE_CLEARANCE_M
@@ -140,7 +140,7 @@ def describe(p: ArmParameters, job: Job) -> Texts:
     low, high = beam.tip_force_range(p.tension_n, offset, p.length_m)
     end = f"a hook of {mm(p.hook_m)} across" if p.hook_m else f"a round pad of {mm(2 * p.pad_radius_m)} at"
     winches, segments = p.sections * p.cables_per_section, p.sections * p.segments_per_section
-    return Texts(
+    return Description(
         name=f"{numeral(p.sections).capitalize()}-section arm{' with a hook' if p.hook_m else ''}, {mm(p.length_m)}",
         morphology=(
             f"A backbone of {mm(p.length_m)} in {p.sections} sections of {mm(p.length_m / p.sections)}, "
@@ -160,7 +160,7 @@ def describe(p: ArmParameters, job: Job) -> Texts:
     )
 
 
-def sturdier(p: ArmParameters) -> ArmParameters:
+def reinforce(p: ArmParameters) -> ArmParameters:
     """A slightly thicker arm with a stiffer backbone and more damping, its tension raised in step."""
     return p.model_copy(
         update={
@@ -172,4 +172,29 @@ def sturdier(p: ArmParameters) -> ArmParameters:
     )
 
 
-ARM = Family("arm", tuple(_SHAPES), ArmParameters, sample, write, describe, sturdier)
+def orient(job: Job, parameters: Mapping[str, Any]) -> Orientation:
+    """Lean away from a target straight in front."""
+    return lean_aside(job, parameters.get("length_m", 0.0))
+
+
+ARM = Family(
+    name="arm",
+    doc="A fixed backbone in one to three sections, each bent to every side by its own cables.",
+    jobs={
+        "reach": Suits(("two sections", "three sections", "four cables"), rank=1),
+        "brush": Suits(("two sections", "three sections", "four cables"), rank=2),
+        "conform": Suits(("three sections", "three sections, four cables"), rank=1),
+        "insert": Suits(("two sections", "three sections"), rank=1),
+        "pull": Suits(
+            ("hook",),
+            rank=1,
+            preferred=(Preference("", "a short stiff hook holds a bar and comes off it again"),),
+        ),
+    },
+    parameters=ArmParameters,
+    size=size,
+    write=write,
+    describe=describe,
+    reinforce=reinforce,
+    orient=orient,
+)

@@ -10,34 +10,36 @@ from lxml import etree
 from pydantic import Field
 
 from aidsr.core.artifacts import ActuatorGroup, Robot
-from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
+from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet, add
 from aidsr.teams.rules.number_text import deg, mm, numeral, rod
-from aidsr.teams.rules.parts import add_pad, sense_touch
+from aidsr.teams.rules.parts import add_pad, add_touch_sensor
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time
-
-__all__ = ["CRAWLER", "CrawlerParameters"]
 
 
 class CrawlerParameters(Parameters):
     """Numbers that fix a crawler."""
 
-    legs: Annotated[int, Field(ge=4, le=6)]
-    leg_length_m: Annotated[float, Field(ge=0.03, le=0.2)]
+    legs: Annotated[int, Field(ge=4, le=6), Is("count")]
+    leg_length_m: Annotated[float, Field(ge=0.03, le=0.2), Is("length")]
     segments: Annotated[int, Field(ge=3, le=8)]
-    radius_m: Annotated[float, Field(ge=0.003, le=0.015)]
+    radius_m: Annotated[float, Field(ge=0.003, le=0.015), Is("thickness")]
     lean_rad: Annotated[float, Field(ge=0.0, le=1.0)]
     """How far the legs lean outwards from straight down."""
     trunk_length_m: Annotated[float, Field(ge=0.04, le=0.4)]
-    trunk_width_m: Annotated[float, Field(ge=0.02, le=0.2)]
-    trunk_mass_kg: Annotated[float, Field(ge=0.02, le=0.5)]
+    trunk_width_m: Annotated[float, Field(ge=0.02, le=0.2), Is("width")]
+    trunk_mass_kg: Annotated[float, Field(ge=0.02, le=0.5), Is("mass")]
     cables_per_leg: Annotated[int, Field(ge=2, le=3)]
-    tension_n: Annotated[float, Field(ge=2.0, le=40.0)]
-    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
-    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
+    tension_n: Annotated[float, Field(ge=2.0, le=40.0), Is("tension")]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
+
+    def count_step(self, name: str) -> int:
+        """See `Parameters`: legs come in pairs."""
+        return 2 if name == "legs" else 1
 
 
 _SHAPES = {"four legs": (4, 3), "six legs": (6, 2), "four legs, two cables": (4, 2)}
@@ -60,7 +62,7 @@ def rest_height(p: CrawlerParameters) -> float:
     return p.leg_length_m * math.cos(p.lean_rad) + _foot_radius(p)
 
 
-def sample(job: Job, rng: np.random.Generator, variant: str) -> CrawlerParameters:
+def size(job: Job, rng: np.random.Generator, variant: str) -> CrawlerParameters:
     """Choose legs that carry the trunk with a bend of a few degrees and lift their own feet."""
     del job
     legs, cables = _SHAPES[variant]
@@ -122,9 +124,9 @@ def write(p: CrawlerParameters) -> Robot:
         backbone = _write_leg(sheet, trunk, p, name, along, side)
         for cable, degrees in _CABLES[p.cables_per_leg]:
             turn = math.radians(degrees * side)
-            string(sheet, backbone, Cable(f"tendon_{name}_{cable}", turn, p.segments, p.tension_n))
+            route_cable(sheet, backbone, Cable(f"tendon_{name}_{cable}", turn, p.segments, p.tension_n))
         add_pad(backbone, f"{name}_foot", _foot_radius(p))
-        sense_touch(sheet, backbone, f"{name}_foot", 1.2 * _foot_radius(p))
+        add_touch_sensor(sheet, backbone, f"{name}_foot", 1.2 * _foot_radius(p))
     add(trunk, "site", name="trunk_center", pos=(0.0, 0.0, 0.3 * _HEIGHT_M), size=(0.003,), material="working")
     add(sheet.sensor, "framepos", name="trunk_position", objtype="site", objname="trunk_center")
     add(sheet.sensor, "framequat", name="trunk_attitude", objtype="xbody", objname="trunk")
@@ -150,7 +152,7 @@ def _write_leg(
         xyaxes=(*outwards, float(side), 0.0, 0.0),
     )
     segments = uniform(p.segments, p.leg_length_m, p.radius_m, p.bending_stiffness_n_m2)
-    return grow(
+    return write_chain(
         sheet, root, Chain(f"{name}_seg", segments, "xy", p.damping_time_s, p.density_kg_m3, armature_kg_m2=2e-6)
     )
 
@@ -172,7 +174,7 @@ def groups(p: CrawlerParameters) -> tuple[ActuatorGroup, ...]:
     )
 
 
-def describe(p: CrawlerParameters, job: Job) -> Texts:
+def describe(p: CrawlerParameters, job: Job) -> Description:
     """Say in words what the numbers mean."""
     del job
     lift = p.leg_length_m * (1.0 - math.sin(_FULL_BEND_RAD) / _FULL_BEND_RAD)
@@ -181,7 +183,7 @@ def describe(p: CrawlerParameters, job: Job) -> Texts:
         pulls = "one swings it forward, one back, one lifts it."
     if p.legs == 6:
         pulls += " Those of a tripod act together on each side, so that few actions walk and still steer."
-    return Texts(
+    return Description(
         name=f"Crawler on {numeral(p.legs)} legs, {numeral(p.cables_per_leg)} cables a leg",
         morphology=(
             f"A trunk of {mm(p.trunk_length_m)} by {mm(p.trunk_width_m)}, {1000 * p.trunk_mass_kg:.0f} g with its "
@@ -197,7 +199,7 @@ def describe(p: CrawlerParameters, job: Job) -> Texts:
     )
 
 
-def sturdier(p: CrawlerParameters) -> CrawlerParameters:
+def reinforce(p: CrawlerParameters) -> CrawlerParameters:
     """Stiffer legs with more damping, tension raised in step."""
     return p.model_copy(
         update={
@@ -209,4 +211,30 @@ def sturdier(p: CrawlerParameters) -> CrawlerParameters:
     )
 
 
-CRAWLER = Family("crawler", tuple(_SHAPES), CrawlerParameters, sample, write, describe, sturdier)
+CRAWLER = Family(
+    name="crawler",
+    doc="A small trunk on four or six soft legs, each swung and lifted by its own cables.",
+    jobs={
+        "crawl": Suits(
+            ("four legs", "six legs", "four legs, two cables"),
+            rank=1,
+            preferred=(
+                Preference(
+                    r"stair|steps?\b|climb",
+                    "legs are set down higher up, where a hoop rolls against a riser",
+                    rank=1,
+                ),
+                Preference(
+                    "obstacle|between|around|avoid",
+                    "legs steer round what stands in the way, and a hoop cannot",
+                    rank=3,
+                ),
+            ),
+        ),
+    },
+    parameters=CrawlerParameters,
+    size=size,
+    write=write,
+    describe=describe,
+    reinforce=reinforce,
+)

@@ -1,31 +1,74 @@
-"""What every morphology family supplies: parameters, how to choose them for a job, how to write them as MJCF."""
+"""What a family of robots is: one record with the jobs it suits, how it is sized, written, described and mounted.
+
+docs/add_a_family.md has a worked example.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
 from aidsr.core.artifacts import Artifact, Concept, Robot
 from aidsr.teams.rules.job import Job
+from aidsr.teams.rules.job_kinds import JobKindName
+from aidsr.teams.rules.orientation import STRAIGHT, Orientation
 
-__all__ = ["Family", "Parameters", "Texts"]
+Quantity = Literal[
+    "length", "stiffness", "tension", "thickness", "width", "tip width", "damping", "density", "mass", "count"
+]
+"""What feedback in plain words can change: "longer", "stiffer", "lighter", "more legs" ..."""
+
+
+@dataclass(frozen=True)
+class Is:
+    """Annotates a parameter with the quantity it is, so that feedback finds it."""
+
+    quantity: Quantity
 
 
 class Parameters(Artifact):
     """Numbers that fix a robot of a family, SI units in their names; each field gives its range."""
 
     variation: int = 0
-    """How often the Coder had to give up repairing and made the robot sturdier."""
+    """How often the Coder ran out of repairs and reinforced the robot."""
+
+    def count_step(self, name: str) -> int:
+        """Return by how much "more" or "fewer" changes a number of parts, such as `fingers`."""
+        del name
+        return 1
 
 
 P = TypeVar("P", bound=Parameters)
 
 
 @dataclass(frozen=True)
-class Texts:
+class Preference:
+    """A reason to propose a family before the others that suit a job."""
+
+    words: str
+    """Pattern of beginnings of words in the objective; empty for any objective."""
+    because: str
+    """Why, as a clause that concepts quote."""
+    rank: int = 100
+    """Where several preferences match, the lowest rank counts."""
+
+
+@dataclass(frozen=True)
+class Suits:
+    """How a family suits one kind of job."""
+
+    variants: tuple[str, ...]
+    """Ways to build it that differ in kind, not only in numbers."""
+    rank: int = 100
+    """Place among the families of the job before chance orders them; keeps the designs of a seed the same."""
+    preferred: tuple[Preference, ...] = ()
+
+
+@dataclass(frozen=True)
+class Description:
     """What a concept says about itself."""
 
     name: str
@@ -34,32 +77,58 @@ class Texts:
     rationale: str
 
 
-@dataclass(frozen=True)
+def straight(job: Job, parameters: Mapping[str, Any]) -> Orientation:
+    """Return no rotation: the robot's axes are those of its mount."""
+    del job, parameters
+    return STRAIGHT
+
+
+@dataclass(frozen=True, kw_only=True)
 class Family(Generic[P]):
-    """A morphology family.
+    """A family of robots, all of one morphology."""
 
-    Attributes:
-        label: Value of Concept.family.
-        variants: Ways to build it that differ in kind, not only in numbers.
-        parameters: Its parameter class.
-        sample: Chooses parameters for a job; the same generator state gives the same parameters.
-        write: Writes the robot.
-        describe: Says in words what the numbers mean.
-        sturdier: Parameters of a stronger, stiffer, calmer relative, for when no repair is known.
-    """
-
-    label: str
-    variants: tuple[str, ...]
+    name: str
+    """Value of `Concept.family`, one word."""
+    doc: str
+    """What it is, in a sentence."""
+    jobs: Mapping[JobKindName, Suits]
+    """Kinds of job it suits."""
     parameters: type[P]
-    sample: Callable[[Job, np.random.Generator, str], P]
+    size: Callable[[Job, np.random.Generator, str], P]
+    """Chooses the parameters of a variant for a job; the same generator state gives the same parameters."""
     write: Callable[[P], Robot]
-    describe: Callable[[P, Job], Texts]
-    sturdier: Callable[[P], P]
+    """Writes the robot: MJCF, functional part and groups of actuators that act together."""
+    describe: Callable[[P, Job], Description]
+    """Says in words what the numbers mean."""
+    reinforce: Callable[[P], P]
+    """Returns the parameters of a stiffer, calmer robot, for faults that no repair is known for."""
+    orient: Callable[[Job, Mapping[str, Any]], Orientation] = straight
+    """Says how the robot is turned on its mount, from `Concept.parameters`; other designers may leave these empty."""
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """All variants, each once."""
+        return tuple(dict.fromkeys(variant for suits in self.jobs.values() for variant in suits.variants))
 
     def read(self, concept: Concept) -> P:
-        """Return the parameters a concept fixes."""
+        """Return the parameters that a concept fixes."""
         return self.parameters.model_validate(concept.parameters)
 
     def write_concept(self, concept: Concept) -> Robot:
-        """Write the robot a concept describes."""
+        """Write the robot that a concept describes."""
         return self.write(self.read(concept))
+
+    def concept(self, parameters: P, job: Job, interpretation: str = "") -> Concept:
+        """Return the concept that parameters stand for, in words made from its numbers."""
+        description, robot = self.describe(parameters, job), self.write(parameters)
+        return Concept(
+            name=description.name,
+            interpretation=interpretation,
+            morphology=description.morphology,
+            actuation=description.actuation,
+            functional_part=robot.functional_part,
+            family=self.name,
+            parameters=parameters.model_dump(),
+            actuator_groups=robot.actuator_groups,
+            rationale=f"{description.rationale} Chosen by the built-in rules, not by a language model.",
+        )

@@ -12,36 +12,38 @@ from pydantic import Field
 
 from aidsr.core.artifacts import ActuatorGroup, Robot
 from aidsr.sim import beam
-from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
+from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet, add
 from aidsr.teams.rules.number_text import deg, mm, numeral, rod
-from aidsr.teams.rules.parts import add_base, add_pad, sense_touch
+from aidsr.teams.rules.parts import add_base, add_pad, add_touch_sensor
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time
-
-__all__ = ["GRIPPER", "GripperParameters"]
 
 
 class GripperParameters(Parameters):
     """Numbers that fix a gripper."""
 
-    fingers: Annotated[int, Field(ge=2, le=6)]
+    fingers: Annotated[int, Field(ge=2, le=6), Is("count")]
     opposed: Annotated[int, Field(ge=0, le=1)]
     """1: the fingers stand in two facing rows; 0: evenly around the palm."""
-    finger_length_m: Annotated[float, Field(ge=0.04, le=0.3)]
+    finger_length_m: Annotated[float, Field(ge=0.04, le=0.3), Is("length")]
     segments: Annotated[int, Field(ge=5, le=15)]
-    radius_m: Annotated[float, Field(ge=0.002, le=0.015)]
-    pad_half_width_m: Annotated[float, Field(ge=0.0, le=0.05)]
+    radius_m: Annotated[float, Field(ge=0.002, le=0.015), Is("thickness")]
+    pad_half_width_m: Annotated[float, Field(ge=0.0, le=0.05), Is("tip width")]
     """Half width of a bar across each fingertip; 0 for round tips."""
-    palm_radius_m: Annotated[float, Field(ge=0.01, le=0.15)]
+    palm_radius_m: Annotated[float, Field(ge=0.01, le=0.15), Is("width")]
     splay_rad: Annotated[float, Field(ge=0.0, le=0.8)]
-    wrist_m: Annotated[float, Field(ge=0.01, le=0.5)]
-    closing_n: Annotated[float, Field(ge=2.0, le=30.0)]
-    opening_n: Annotated[float, Field(ge=1.0, le=20.0)]
-    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
-    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
+    wrist_m: Annotated[float, Field(ge=0.01, le=0.5), Is("length")]
+    closing_n: Annotated[float, Field(ge=2.0, le=30.0), Is("tension")]
+    opening_n: Annotated[float, Field(ge=1.0, le=20.0), Is("tension")]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
+
+    def count_step(self, name: str) -> int:
+        """See `Parameters`: fingers in facing rows come in pairs."""
+        return 2 if name == "fingers" and self.opposed else 1
 
 
 _SHAPES = {
@@ -73,7 +75,7 @@ _FLOOR_CLEARANCE_M = 0.012
 _START_GAP_M = 0.02
 
 
-def sample(job: Job, rng: np.random.Generator, variant: str) -> GripperParameters:
+def size(job: Job, rng: np.random.Generator, variant: str) -> GripperParameters:
     """Choose fingers that open around the object and end just below its middle when the mount is nearest."""
     fingers, opposed = _SHAPES[variant]
     half = float(np.clip(job.target.half_width_m if job.target else _DEFAULT_HALF_WIDTH_M, 0.012, 0.06))
@@ -139,10 +141,10 @@ def write(p: GripperParameters) -> Robot:
         # The feet of the fingers may be closer together than the skin of a bent first segment.
         sheet.exclude("palm", f"finger{first}_seg01")
     for number, backbone in enumerate(backbones, start=1):
-        string(sheet, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
-        string(sheet, backbone, Cable(f"tendon_open_{number}", math.pi, p.segments, p.opening_n))
+        route_cable(sheet, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
+        route_cable(sheet, backbone, Cable(f"tendon_open_{number}", math.pi, p.segments, p.opening_n))
         add_pad(backbone, f"fingertip{number}", 1.1 * p.radius_m, p.pad_half_width_m)
-        sense_touch(sheet, backbone, f"fingertip{number}", 1.3 * p.radius_m + p.pad_half_width_m)
+        add_touch_sensor(sheet, backbone, f"fingertip{number}", 1.3 * p.radius_m + p.pad_half_width_m)
     add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname="grasp")
     return Robot(
         mjcf=sheet.text(), functional_part="grasp", actuator_groups=groups(p), notes="Written by the built-in rules."
@@ -190,7 +192,7 @@ def _write_finger(
         xyaxes=(*inwards, math.sin(away), -math.cos(away), 0.0),
     )
     segments = uniform(p.segments, p.finger_length_m, p.radius_m, p.bending_stiffness_n_m2)
-    return grow(
+    return write_chain(
         sheet, root, Chain(f"finger{number}_seg", segments, "y", p.damping_time_s, p.density_kg_m3, armature_kg_m2=2e-6)
     )
 
@@ -211,13 +213,13 @@ def groups(p: GripperParameters) -> tuple[ActuatorGroup, ...]:
     return (*closing, opening)
 
 
-def describe(p: GripperParameters, job: Job) -> Texts:
+def describe(p: GripperParameters, job: Job) -> Description:
     """Say in words what the numbers mean."""
     low, high = beam.tip_force_range(p.closing_n, p.radius_m + GUIDE_CLEARANCE_M, p.finger_length_m)
     held = f"what is {mm(2 * job.target.half_width_m)} wide" if job.target else "what is about 60 mm wide"
     opening = 2 * (p.palm_radius_m + p.finger_length_m * math.sin(p.splay_rad))
     grouped = ", ".join(group.name for group in groups(p))
-    return Texts(
+    return Description(
         name=f"{numeral(p.fingers).capitalize()}-finger gripper{', facing rows' if p.opposed else ''}",
         morphology=(
             f"{numeral(p.fingers).capitalize()} fingers of {mm(p.finger_length_m)} stand "
@@ -237,7 +239,7 @@ def describe(p: GripperParameters, job: Job) -> Texts:
     )
 
 
-def sturdier(p: GripperParameters) -> GripperParameters:
+def reinforce(p: GripperParameters) -> GripperParameters:
     """Stiffer fingers with more damping, tensions raised in step."""
     return p.model_copy(
         update={
@@ -250,4 +252,16 @@ def sturdier(p: GripperParameters) -> GripperParameters:
     )
 
 
-GRIPPER = Family("gripper", tuple(_SHAPES), GripperParameters, sample, write, describe, sturdier)
+GRIPPER = Family(
+    name="gripper",
+    doc="Fingers around a palm that curl inwards, each with a closing cable inside and an opening cable outside.",
+    jobs={
+        "grasp": Suits(("three fingers", "four fingers", "five fingers", "facing pairs", "pincer"), rank=1),
+        "pull": Suits(("pincer", "facing pairs", "three fingers"), rank=3),
+    },
+    parameters=GripperParameters,
+    size=size,
+    write=write,
+    describe=describe,
+    reinforce=reinforce,
+)

@@ -10,30 +10,28 @@ from pydantic import Field
 
 from aidsr.core.artifacts import Robot
 from aidsr.sim import beam
-from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
+from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import TIMESTEP_S, Sheet, add
 from aidsr.teams.rules.number_text import mm, numeral, rod
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time
 
-__all__ = ["RING", "RingParameters"]
-
 
 class RingParameters(Parameters):
     """Numbers that fix a ring."""
 
-    radius_m: Annotated[float, Field(ge=0.015, le=0.2)]
-    sectors: Annotated[int, Field(ge=3, le=6)]
+    radius_m: Annotated[float, Field(ge=0.015, le=0.2), Is("thickness")]
+    sectors: Annotated[int, Field(ge=3, le=6), Is("count")]
     segments_per_sector: Annotated[int, Field(ge=2, le=6)]
-    half_width_m: Annotated[float, Field(ge=0.015, le=0.12)]
-    thickness_m: Annotated[float, Field(ge=0.006, le=0.04)]
-    tread_mass_kg: Annotated[float, Field(ge=0.002, le=0.05)]
+    half_width_m: Annotated[float, Field(ge=0.015, le=0.12), Is("width")]
+    thickness_m: Annotated[float, Field(ge=0.006, le=0.04), Is("thickness")]
+    tread_mass_kg: Annotated[float, Field(ge=0.002, le=0.05), Is("mass")]
     """Mass of one of the cross bars it rolls on."""
-    tension_n: Annotated[float, Field(ge=2.0, le=60.0)]
-    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
-    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
+    tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
 
 _SHAPES = {"four sectors": (4, 4), "five sectors": (5, 3), "six sectors": (6, 3)}
@@ -52,7 +50,7 @@ _FULL_BEND_RAD = 1.3
 """Bend of one sector at full tension, were it free. Our choice: it pulls the ring into a clear egg shape."""
 
 
-def sample(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
+def size(job: Job, rng: np.random.Generator, variant: str) -> RingParameters:
     """Choose a ring that keeps its shape under its own weight and loses it under its cables."""
     small = variant in _SMALL
     sectors, per_sector = (_SMALL if small else _SHAPES)[variant]
@@ -102,12 +100,12 @@ def write(p: RingParameters) -> Robot:
     root = add(rim, "body", name="rim_start", euler=(0.0, math.pi / 2.0, 0.0))
     segments = uniform(count, _side(p.radius_m, count) * count, p.thickness_m / 2.0, p.bending_stiffness_n_m2)
     chain = Chain("seg", segments, "y", p.damping_time_s, p.density_kg_m3, rest_turn_rad=-2.0 * math.pi / count)
-    backbone = grow(sheet, root, chain)
+    backbone = write_chain(sheet, root, chain)
     _close(sheet, f"seg{count:02d}")
     _write_treads(backbone, p)
     for sector in range(1, p.sectors + 1):
         first, last = (sector - 1) * p.segments_per_sector + 1, sector * p.segments_per_sector
-        string(sheet, backbone, Cable(f"tendon_sector_{sector}", math.pi, last, p.tension_n, first))
+        route_cable(sheet, backbone, Cable(f"tendon_sector_{sector}", math.pi, last, p.tension_n, first))
     add(rim, "site", name="rim_mark", size=(0.003,), material="working")
     add(sheet.sensor, "framepos", name="rim_position", objtype="site", objname="rim_mark")
     add(sheet.sensor, "framequat", name="rim_attitude", objtype="xbody", objname="rim")
@@ -156,11 +154,11 @@ def _write_treads(backbone: Backbone, p: RingParameters) -> None:
         )
 
 
-def describe(p: RingParameters, job: Job) -> Texts:
+def describe(p: RingParameters, job: Job) -> Description:
     """Say in words what the numbers mean."""
     del job
     count = p.sectors * p.segments_per_sector
-    return Texts(
+    return Description(
         name=f"Rolling ring, {numeral(p.sectors)} sectors, {mm(2 * p.radius_m)} across",
         morphology=(
             f"A closed hoop, {mm(2 * p.radius_m)} across and {mm(p.thickness_m)} thick, of {count} segments that "
@@ -178,7 +176,7 @@ def describe(p: RingParameters, job: Job) -> Texts:
     )
 
 
-def sturdier(p: RingParameters) -> RingParameters:
+def reinforce(p: RingParameters) -> RingParameters:
     """A stiffer, wider ring with more damping, its tension raised in step."""
     return p.model_copy(
         update={
@@ -191,4 +189,30 @@ def sturdier(p: RingParameters) -> RingParameters:
     )
 
 
-RING = Family("ring", (*_SHAPES, *_SMALL), RingParameters, sample, write, describe, sturdier)
+RING = Family(
+    name="ring",
+    doc="A closed loop that stands upright and rolls by changing its own shape.",
+    jobs={
+        "crawl": Suits(
+            ("four sectors", "five sectors", "six sectors"),
+            rank=3,
+            preferred=(
+                Preference(
+                    r"gap\b|ditch|trench",
+                    "a hoop rolls over an opening narrower than itself, which legs step into",
+                    rank=2,
+                ),
+            ),
+        ),
+        "squeeze": Suits(
+            ("small, four sectors", "small, five sectors"),
+            rank=2,
+            preferred=(Preference("", "a small hoop is several times as fast as a worm"),),
+        ),
+    },
+    parameters=RingParameters,
+    size=size,
+    write=write,
+    describe=describe,
+    reinforce=reinforce,
+)

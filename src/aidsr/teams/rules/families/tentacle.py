@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 import numpy as np
 from lxml import etree
@@ -11,34 +12,33 @@ from pydantic import Field
 
 from aidsr.core.artifacts import Robot
 from aidsr.sim import beam
-from aidsr.teams.rules.chain import Cable, Chain, Segment, cable_offset_m, grow, string
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.chain import Cable, Chain, Segment, cable_offset_m, route_cable, write_chain
+from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet, add
 from aidsr.teams.rules.number_text import deg, mm, numeral, rod
-from aidsr.teams.rules.parts import add_base, add_pad, sense_tip
+from aidsr.teams.rules.orientation import Orientation, angle_to_down_deg, lean_aside, looks_sideways
+from aidsr.teams.rules.parts import add_base, add_pad, add_tip_sensors
 from aidsr.teams.rules.sizing import damping_time, reach_length
-
-__all__ = ["TENTACLE", "TentacleParameters"]
 
 
 class TentacleParameters(Parameters):
     """Numbers that fix a tentacle."""
 
-    length_m: Annotated[float, Field(ge=0.1, le=0.8)]
+    length_m: Annotated[float, Field(ge=0.1, le=0.8), Is("length")]
     segments: Annotated[int, Field(ge=8, le=20)]
-    base_radius_m: Annotated[float, Field(ge=0.004, le=0.03)]
-    tip_radius_m: Annotated[float, Field(ge=0.002, le=0.02)]
+    base_radius_m: Annotated[float, Field(ge=0.004, le=0.03), Is("thickness")]
+    tip_radius_m: Annotated[float, Field(ge=0.002, le=0.02), Is("thickness")]
     cables: Annotated[int, Field(ge=2, le=3)]
     """2: curls in one plane; 3: bends to every side."""
     short_cables: Annotated[int, Field(ge=0, le=3)] = 0
     """Further cables that end half way, so that base and tip bend apart."""
-    tension_n: Annotated[float, Field(ge=2.0, le=60.0)]
-    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
+    tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
     """At the base; it falls with the square of the radius, so that the tip curls tighter."""
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
-    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
-    stalk_m: Annotated[float, Field(ge=0.0, le=0.6)] = 0.0
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
+    stalk_m: Annotated[float, Field(ge=0.0, le=0.6), Is("length")] = 0.0
     """Length of a stiff post from which the tentacle leaves sideways; 0 to grow straight from the mount."""
     stalk_aside_m: Annotated[float, Field(ge=0.0, le=0.3)] = 0.0
     """Distance of that post from the mount's axis."""
@@ -82,7 +82,7 @@ def _curl(shape: tuple[Segment, ...], tension_n: float) -> float:
     )
 
 
-def sample(job: Job, rng: np.random.Generator, variant: str) -> TentacleParameters:
+def size(job: Job, rng: np.random.Generator, variant: str) -> TentacleParameters:
     """Choose a tentacle that reaches past the target, one turn around it from beside it, or that sweeps over it."""
     if variant == "sweep":
         return _sample_sweep(job, rng)
@@ -147,18 +147,22 @@ def write(p: TentacleParameters) -> Robot:
     root = _write_stalk(base, p) if p.stalk_m > 0 else base
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
     axes = "y" if p.cables == 2 else "xy"
-    backbone = grow(sheet, root, Chain("seg", shape, axes, p.damping_time_s, p.density_kg_m3, armature_kg_m2=5e-6))
+    backbone = write_chain(
+        sheet, root, Chain("seg", shape, axes, p.damping_time_s, p.density_kg_m3, armature_kg_m2=5e-6)
+    )
     names = ("tendon_curl", "tendon_uncurl") if p.cables == 2 else tuple(f"tendon_long_{120 * k:03d}" for k in range(3))
     for number, name in enumerate(names):
         turn = 2.0 * math.pi * number / p.cables
-        string(sheet, backbone, Cable(name, turn, p.segments, p.tension_n * (0.6 if name.endswith("uncurl") else 1.0)))
+        route_cable(
+            sheet, backbone, Cable(name, turn, p.segments, p.tension_n * (0.6 if name.endswith("uncurl") else 1.0))
+        )
     for number in range(p.short_cables):
         degrees = 60 + 120 * number
-        string(
+        route_cable(
             sheet, backbone, Cable(f"tendon_short_{degrees:03d}", math.radians(degrees), p.segments // 2, p.tension_n)
         )
     add_pad(backbone, "tip_pad", 1.3 * p.tip_radius_m)
-    sense_tip(sheet, backbone, 1.6 * p.tip_radius_m)
+    add_tip_sensors(sheet, backbone, 1.6 * p.tip_radius_m)
     part = "tip"
     if p.stalk_m > 0 and not p.ahead:
         part = "grasp"
@@ -205,7 +209,7 @@ def _kind(p: TentacleParameters) -> str:
     return "Two-stage tapered" if p.short_cables else "Tapered"
 
 
-def describe(p: TentacleParameters, job: Job) -> Texts:
+def describe(p: TentacleParameters, job: Job) -> Description:
     """Say in words what the numbers mean."""
     del job
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
@@ -217,7 +221,7 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
             f"curls {'towards what is ahead' if p.ahead else 'in a level plane around what stands on that axis'}."
         )
     short = f", and {numeral(p.short_cables)} that end half way, so that base and tip bend apart"
-    return Texts(
+    return Description(
         name=f"{_kind(p)} tentacle, {mm(p.length_m)}",
         morphology=(
             f"A tentacle of {mm(p.length_m)} that tapers from {mm(2 * p.base_radius_m)} to "
@@ -237,7 +241,7 @@ def describe(p: TentacleParameters, job: Job) -> Texts:
     )
 
 
-def sturdier(p: TentacleParameters) -> TentacleParameters:
+def reinforce(p: TentacleParameters) -> TentacleParameters:
     """A stiffer tentacle with more damping, its tension raised in step."""
     return p.model_copy(
         update={
@@ -249,4 +253,35 @@ def sturdier(p: TentacleParameters) -> TentacleParameters:
     )
 
 
-TENTACLE = Family("tentacle", tuple(_FULL_CURL_RAD), TentacleParameters, sample, write, describe, sturdier)
+def orient(job: Job, parameters: Mapping[str, Any]) -> Orientation:
+    """Curl sideways to its own weight where it sweeps ahead; else lean away from a target straight in front."""
+    if not parameters.get("ahead"):
+        return lean_aside(job, parameters.get("length_m", 0.0))
+    turn_deg = angle_to_down_deg(job) - 90.0 if looks_sideways(job) else 0.0
+    reason = "It curls towards what is ahead, and sideways to its own weight where it can."
+    return Orientation((0.0, 0.0, turn_deg), reason)
+
+
+TENTACLE = Family(
+    name="tentacle",
+    doc="A tapering backbone that curls from the tip, to wrap round things or to point past them.",
+    jobs={
+        "reach": Suits(("space", "two stages"), rank=2),
+        "brush": Suits(
+            ("sweep",),
+            rank=1,
+            preferred=(
+                Preference("", "one beside the surface presses as hard as its cable pulls, however far away that is"),
+            ),
+        ),
+        "grasp": Suits(("wrap",), rank=2),
+        "insert": Suits(("space", "two stages"), rank=2),
+        "pull": Suits(("curl",), rank=2),
+    },
+    parameters=TentacleParameters,
+    size=size,
+    write=write,
+    describe=describe,
+    reinforce=reinforce,
+    orient=orient,
+)

@@ -10,30 +10,28 @@ from lxml import etree
 from pydantic import Field
 
 from aidsr.core.artifacts import Robot
-from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, grow, string, uniform
-from aidsr.teams.rules.families.family import Family, Parameters, Texts
+from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
+from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet, add
 from aidsr.teams.rules.number_text import deg, mm, numeral, rod
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time
 
-__all__ = ["WORM", "WormParameters"]
-
 
 class WormParameters(Parameters):
     """Numbers that fix a worm."""
 
-    length_m: Annotated[float, Field(ge=0.15, le=0.8)]
-    sections: Annotated[int, Field(ge=2, le=4)]
+    length_m: Annotated[float, Field(ge=0.15, le=0.8), Is("length")]
+    sections: Annotated[int, Field(ge=2, le=4), Is("count")]
     segments_per_section: Annotated[int, Field(ge=3, le=8)]
-    radius_m: Annotated[float, Field(ge=0.004, le=0.03)]
-    foot_half_width_m: Annotated[float, Field(ge=0.01, le=0.08)]
-    foot_mass_kg: Annotated[float, Field(ge=0.005, le=0.1)]
+    radius_m: Annotated[float, Field(ge=0.004, le=0.03), Is("thickness")]
+    foot_half_width_m: Annotated[float, Field(ge=0.01, le=0.08), Is("width")]
+    foot_mass_kg: Annotated[float, Field(ge=0.005, le=0.1), Is("mass")]
     """Mass of a foot with the winches of the section behind it."""
-    tension_n: Annotated[float, Field(ge=2.0, le=60.0)]
-    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0)]
-    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2)]
-    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0)]
+    tension_n: Annotated[float, Field(ge=2.0, le=60.0), Is("tension")]
+    bending_stiffness_n_m2: Annotated[float, Field(gt=0.0), Is("stiffness")]
+    damping_time_s: Annotated[float, Field(ge=0.01, le=0.2), Is("damping")]
+    density_kg_m3: Annotated[float, Field(ge=200.0, le=2000.0), Is("density")]
 
 
 _SHAPES = {"inchworm": (2, 6), "wave": (3, 4), "long wave": (4, 3)}
@@ -49,7 +47,7 @@ def foot_radius(p: WormParameters) -> float:
     return p.radius_m + GUIDE_CLEARANCE_M + 0.0025
 
 
-def sample(job: Job, rng: np.random.Generator, variant: str) -> WormParameters:
+def size(job: Job, rng: np.random.Generator, variant: str) -> WormParameters:
     """Choose a worm light enough to lift its own sections twice over."""
     del job
     sections, per_section = _SHAPES[variant]
@@ -81,11 +79,13 @@ def write(p: WormParameters) -> Robot:
     # The chain grows along its own +z; turned this way that is forward, and its +x points to the ground.
     root = add(tail, "body", name="tail_end", euler=(0.0, math.pi / 2.0, 0.0))
     segments = uniform(p.sections * p.segments_per_section, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
-    backbone = grow(sheet, root, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
+    backbone = write_chain(sheet, root, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
     for section in range(1, p.sections + 1):
         first, last = (section - 1) * p.segments_per_section + 1, section * p.segments_per_section
         for side, degrees in _CABLES:
-            string(sheet, backbone, Cable(f"tendon_{side}_{section}", math.radians(degrees), last, p.tension_n, first))
+            route_cable(
+                sheet, backbone, Cable(f"tendon_{side}_{section}", math.radians(degrees), last, p.tension_n, first)
+            )
     _write_feet(sheet, backbone, p)
     add(sheet.sensor, "framepos", name="head_position", objtype="site", objname="head")
     add(sheet.sensor, "framequat", name="tail_attitude", objtype="xbody", objname="tail")
@@ -120,12 +120,12 @@ def _write_foot(link: etree._Element, name: str, at_m: float, p: WormParameters,
     add(link, "site", name=f"{name}_touch", type="box", size=touched, pos=(0.0, 0.0, at_m), rgba="0 0 0 0")
 
 
-def describe(p: WormParameters, job: Job) -> Texts:
+def describe(p: WormParameters, job: Job) -> Description:
     """Say in words what the numbers mean."""
     del job
     kind = "Inchworm" if p.sections == 2 else f"{numeral(p.sections).capitalize()}-section worm"
     gait = "two sections arch in turn" if p.sections == 2 else "a wave of arches runs along the body"
-    return Texts(
+    return Description(
         name=f"{kind}, {mm(p.length_m)}",
         morphology=(
             f"A body of {mm(p.length_m)}, {mm(2 * p.radius_m)} thick, in {numeral(p.sections)} sections of "
@@ -145,7 +145,7 @@ def describe(p: WormParameters, job: Job) -> Texts:
     )
 
 
-def sturdier(p: WormParameters) -> WormParameters:
+def reinforce(p: WormParameters) -> WormParameters:
     """A stiffer worm with wider feet and more damping, its tension raised in step."""
     return p.model_copy(
         update={
@@ -158,4 +158,16 @@ def sturdier(p: WormParameters) -> WormParameters:
     )
 
 
-WORM = Family("worm", tuple(_SHAPES), WormParameters, sample, write, describe, sturdier)
+WORM = Family(
+    name="worm",
+    doc="A body on the ground in sections that arch up, sag down and turn aside, so that waves carry it forward.",
+    jobs={
+        "crawl": Suits(("inchworm", "wave", "long wave"), rank=2),
+        "squeeze": Suits(("wave", "inchworm", "long wave"), rank=1),
+    },
+    parameters=WormParameters,
+    size=size,
+    write=write,
+    describe=describe,
+    reinforce=reinforce,
+)
