@@ -14,7 +14,7 @@ from lxml import etree
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.forbidden import FORBIDDEN_ELEMENTS
-from aidsr.mjcf.read import canonical, document_faults, open_mjcf, parse_document, read_mjcf, unsafe
+from aidsr.mjcf.read import canonical, check_document, check_safety, open_mjcf, parse_document, read_mjcf
 from aidsr.mjcf.schema import Grammar, mjcf_grammar
 
 PROPERTY = settings(
@@ -88,7 +88,7 @@ def test_what_mujoco_gets_means_the_same(text: str) -> None:
     again = parse_document(written).root
     assert [(e.tag, dict(e.attrib)) for e in again.iter()] == [(e.tag, dict(e.attrib)) for e in root.iter()]
     assert written.count("\n") + 1 == len(owners)
-    codes = [Counter(fault.code for fault in document_faults(parse_document(each))) for each in (text, written)]
+    codes = [Counter(fault.code for fault in check_document(parse_document(each))) for each in (text, written)]
     assert codes[0] == codes[1]
 
 
@@ -100,7 +100,7 @@ def test_what_reaches_outside_is_seen_wherever_it_stands(text: str, tag: str, pl
     holder = every[place % len(every)]
     etree.SubElement(holder, tag).set("file", "/etc/passwd")
     changed = etree.tostring(root, encoding="unicode")
-    assert "forbidden" in {fault.code for fault in unsafe(parse_document(changed))}
+    assert "forbidden" in {fault.code for fault in check_safety(parse_document(changed))}
 
 
 @given(trees(), st.sampled_from(["", "Here is your robot:\n", "```xml\n", "# Robot\n\n```\n"]))

@@ -12,7 +12,7 @@ import pytest
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.read import canonical, open_mjcf, read_mjcf
 from aidsr.mjcf.schema import mjcf_grammar
-from aidsr.mjcf.size_limits import Bounds
+from aidsr.mjcf.size_limits import SizeLimits
 
 GOOD = '<mujoco>\n<worldbody>\n<body name="a"><geom size="0.1"/></body>\n</worldbody>\n</mujoco>'
 
@@ -136,7 +136,7 @@ def test_50_mb_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
 
 def test_bounds_can_be_narrowed() -> None:
     with pytest.raises(MjcfError, match="elements: 4, at most 3"):
-        read_mjcf(GOOD, Bounds(elements=3))
+        read_mjcf(GOOD, SizeLimits(elements=3))
 
 
 def test_open_ends_of_ranges_may_be_infinite() -> None:
@@ -275,9 +275,9 @@ def test_mujoco_gets_what_was_checked_and_nothing_else() -> None:
 def test_a_file_that_is_no_text_is_the_users_to_change(tmp_path: Path) -> None:
     file = tmp_path / "robot.xml"
     file.write_bytes(b"\xff\xfe<\x00")
-    with pytest.raises(UserError, match="Expected MJCF as UTF-8 text"):
+    with pytest.raises(UserError, match="is not UTF-8 text"):
         open_mjcf(file)
-    with pytest.raises(UserError, match=r"could not read .*: No such file"):
+    with pytest.raises(UserError, match=r"cannot read the MJCF file .*: No such file"):
         open_mjcf(tmp_path / "absent.xml")
     file.write_text(GOOD, encoding="utf-8-sig")
     assert open_mjcf(file) == GOOD
@@ -297,5 +297,5 @@ def test_the_grammar_is_that_of_the_installed_mujoco() -> None:
 
 def test_the_documentation_states_every_bound() -> None:
     page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
-    limits = [value for value in asdict(Bounds()).values() if not re.search(rf"\| {value:,}( MiB)? \|", page)]
+    limits = [value for value in asdict(SizeLimits()).values() if not re.search(rf"\| {value:,}( MiB)? \|", page)]
     assert limits == []

@@ -29,7 +29,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_not_there_is_the_users_mistake(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="Expected an MJCF file"):
+    with pytest.raises(UserError, match="cannot read the MJCF file"):
         validate(tmp_path / "nothing.xml")
 
 

@@ -1,4 +1,4 @@
-"""Attributes that do not fit what they stand on, also from a default class, and numbers that are none."""
+"""Attributes that do not suit their element, also from a default class, and numbers that are not finite."""
 
 from __future__ import annotations
 
@@ -10,17 +10,15 @@ from aidsr.mjcf.defaults import default_classes, is_placed, setting
 from aidsr.mjcf.location import Element, attributes, elements, load_fault, numbers
 from aidsr.mjcf.names import REFERENCES
 
-__all__ = ["not_finite", "wrong_for_type"]
-
 _STRETCHED = frozenset({"capsule", "cylinder", "box", "ellipsoid"})
 """Shapes that `fromto` can span. Source: MuJoCo XML reference, body/geom/fromto."""
 _TEXT = frozenset({"name", "prefix", "sep", "model", "data", "objname", "refname", *REFERENCES})
 
 
-def wrong_for_type(root: Element) -> Iterator[Fault]:
+def check_fromto(root: Element) -> Iterator[Fault]:
     """Yield a fault for each geom or site whose `fromto` does not fit its type or meets a `pos`.
 
-    A `pos` of zeros says nothing: MuJoCo takes it for one that was not given, and `fromto` holds.
+    MuJoCo treats a `pos` of zeros as absent, so `fromto` holds.
     """
     classes = default_classes(root)
     for element in elements(root, "geom", "site"):
@@ -45,7 +43,7 @@ def wrong_for_type(root: Element) -> Iterator[Fault]:
             )
 
 
-def not_finite(root: Element) -> Iterator[Fault]:
+def check_finite(root: Element) -> Iterator[Fault]:
     """Yield a fault for each NaN, and for each infinity that is not the open end of a range."""
     for element in elements(root):
         for attribute, value in attributes(element):

@@ -1,6 +1,6 @@
 """Untrusted MJCF text in, compiled model out, or every fault at once.
 
-Compiling is where native code meets a stranger's numbers: call this inside a worker (`aidsr.sandbox.isolated`) unless
+Compiling runs native code on untrusted numbers: call this in a function decorated with `aidsr.sandbox.isolated`, unless
 the text is our own.
 """
 
@@ -15,10 +15,8 @@ import mujoco
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError
-from aidsr.mjcf.compile_errors import ask_mujoco
-from aidsr.mjcf.read import Document, document_faults, parse_document, unsafe
-
-__all__ = ["Loaded", "compile_mjcf", "load_mjcf", "parse_mjcf", "warnings_as_notes"]
+from aidsr.mjcf.compile_errors import collect_compile_errors
+from aidsr.mjcf.read import Document, check_document, check_safety, parse_document
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +41,7 @@ def compile_mjcf(text: str) -> mujoco.MjModel:
 
 
 def parse_mjcf(text: str) -> mujoco.MjSpec:
-    """Return the text as a specification that can be changed before it is compiled, checked like `compile_mjcf`.
+    """Return the MjSpec of an MJCF text, which can be changed and compiled again; checked like `compile_mjcf`.
 
     Raises:
         MjcfError: With every fault of the document.
@@ -53,29 +51,29 @@ def parse_mjcf(text: str) -> mujoco.MjSpec:
 
 
 def load_mjcf(text: str) -> Loaded:
-    """Return document, specification and model of an MJCF text.
+    """Return document, MjSpec and MjModel of an MJCF text.
 
     Raises:
         MjcfError: With every fault of the document.
         MemoryError: MuJoCo could not allocate what the model needs.
     """
     document = parse_document(text)
-    dangers = unsafe(document)
-    faults = dangers + document_faults(document)
-    if dangers:
+    unsafe_faults = check_safety(document)
+    faults = unsafe_faults + check_document(document)
+    if unsafe_faults:
         raise MjcfError(faults)
     with warnings_as_notes() as warned:
-        answer = ask_mujoco(document.root)
-    faults += [fault for fault in answer.faults if not _said_already(fault, faults)]
-    if answer.built is None or faults:
+        result = collect_compile_errors(document.root)
+    faults += [fault for fault in result.faults if not _reported_already(fault, faults)]
+    if result.built is None or faults:
         raise MjcfError(sorted(faults, key=lambda fault: fault.line or 0))
-    spec, model = answer.built
+    spec, model = result.built
     return Loaded(document, spec, model, notes=document.notes + tuple(dict.fromkeys(warned)))
 
 
 @contextlib.contextmanager
 def warnings_as_notes() -> Iterator[list[str]]:
-    """Collect what MuJoCo warns of, which it would otherwise write to MUJOCO_LOG.TXT in the working directory."""
+    """Collect MuJoCo's warnings, which it would otherwise write to MUJOCO_LOG.TXT in the working directory."""
     before, notes = mujoco.get_mju_user_warning(), list[str]()
     mujoco.set_mju_user_warning(notes.append)
     try:
@@ -87,8 +85,8 @@ def warnings_as_notes() -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-def _said_already(fault: Fault, faults: list[Fault]) -> bool:
-    """Whether a fault that MuJoCo found was read off the document before, in better words."""
+def _reported_already(fault: Fault, faults: list[Fault]) -> bool:
+    """Whether a fault that MuJoCo found was read off the document already, with a better message."""
     return any(
         fault.code == other.code and (fault.line == other.line or not set(fault.names).isdisjoint(other.names))
         for other in faults

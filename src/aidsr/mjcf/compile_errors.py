@@ -1,7 +1,7 @@
-"""MuJoCo asked about a document until it has nothing more to say.
+"""All errors of MuJoCo's compiler at once.
 
-MuJoCo stops at its first error. Here what it blames is made harmless in a copy and MuJoCo is asked again, so that all
-faults are found at once, by the rules of the installed version rather than by rules written down a second time.
+MuJoCo stops at its first error. Here the element it blames is neutralized in a copy, which is compiled again until no
+error is left, so that all faults are found by the rules of the installed version rather than by a second set of rules.
 """
 
 from __future__ import annotations
@@ -13,17 +13,15 @@ from dataclasses import dataclass, field
 import mujoco
 
 from aidsr.core.artifacts import Fault
-from aidsr.mjcf.compiler_messages import Complaint, read_complaint
+from aidsr.mjcf.compiler_messages import CompilerMessage, parse_message
 from aidsr.mjcf.location import Element, attributes, elements, load_fault
 from aidsr.mjcf.read import canonical
-
-__all__ = ["Answer", "ask_mujoco"]
 
 _MAX_CHARACTERS = 4_000_000  # our choice: of all rounds together, about 1 s; 100 rounds for a robot of 40 KB
 
 _ALWAYS_ACCEPTED: dict[str, dict[str, str]] = {"geom": {"size": "0.01"}, "joint": {}, "site": {}}
-"""Attributes with which MuJoCo takes an element of this kind wherever it may stand."""
-_A_MASS = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
+"""Attributes with which MuJoCo accepts an element of this kind anywhere."""
+_INERTIAL = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
 
 
 _CURES = {
@@ -37,15 +35,15 @@ _CURES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
-    """What MuJoCo makes of a document: either something built or faults."""
+class CompileResult:
+    """A document as MuJoCo compiled it, or the faults that keep it from being compiled."""
 
     built: tuple[mujoco.MjSpec, mujoco.MjModel] | None
     faults: tuple[Fault, ...]
 
 
-def ask_mujoco(root: Element) -> Answer:
-    """Parse and compile a document.
+def collect_compile_errors(root: Element) -> CompileResult:
+    """Compile a document, or collect every error that MuJoCo has about it.
 
     Args:
         root: The document, free of anything forbidden; it is not changed.
@@ -54,105 +52,105 @@ def ask_mujoco(root: Element) -> Answer:
         MemoryError: MuJoCo could not allocate what the model needs.
     """
     built = _build(canonical(root)[0])
-    if not isinstance(built, Complaint):
-        return Answer(built, ())
+    if not isinstance(built, CompilerMessage):
+        return CompileResult(built, ())
     tree = copy.deepcopy(root)
     read = dict(zip(tree.iter(), root.iter(), strict=True))
     changes = _Changes()
     faults: list[Fault] = []
-    asked = 0
+    compiled_characters = 0
     while True:
         text, owners = canonical(tree)
-        complaint = _build(text)
-        if not isinstance(complaint, Complaint):
-            return Answer(None, tuple(faults))
-        culprit = _culprit(tree, owners, complaint)
-        if not changes.explain(culprit, complaint):
-            faults.append(_fault(read.get(culprit, root), complaint))
-        asked += len(text)
-        if culprit is tree or asked > _MAX_CHARACTERS:
-            return Answer(None, tuple(faults))
-        changes.make_harmless(culprit, complaint)
+        message = _build(text)
+        if not isinstance(message, CompilerMessage):
+            return CompileResult(None, tuple(faults))
+        culprit = _culprit(tree, owners, message)
+        if not changes.explain(culprit, message):
+            faults.append(_fault(read.get(culprit, root), message))
+        compiled_characters += len(text)
+        if culprit is tree or compiled_characters > _MAX_CHARACTERS:
+            return CompileResult(None, tuple(faults))
+        changes.neutralize(culprit, message)
 
 
-def _build(text: str) -> tuple[mujoco.MjSpec, mujoco.MjModel] | Complaint:
-    """What MuJoCo builds of a text, or its first complaint; bodies are not fused, since they go by their names."""
+def _build(text: str) -> tuple[mujoco.MjSpec, mujoco.MjModel] | CompilerMessage:
+    """Compile a text, or return MuJoCo's first message; bodies are not fused, since they go by their names."""
     try:
         spec = mujoco.MjSpec.from_string(text)
         spec.compiler.fusestatic = False
         return spec, spec.compile()
     except (ValueError, mujoco.FatalError) as error:
-        return _complaint(error)
+        return _message(error)
 
 
-def _complaint(error: Exception) -> Complaint:
+def _message(error: Exception) -> CompilerMessage:
     if "allocate memory" in str(error):
         raise MemoryError(str(error)) from error
-    return read_complaint(str(error))
+    return parse_message(str(error))
 
 
-def _culprit(tree: Element, owners: list[Element], complaint: Complaint) -> Element:
+def _culprit(tree: Element, owners: list[Element], message: CompilerMessage) -> Element:
     """Return the element MuJoCo blames, or the root when it does not say."""
-    if complaint.line:
-        return owners[complaint.line - 1]
+    if message.line:
+        return owners[message.line - 1]
     keys = list(elements(tree, "key"))
-    if complaint.code == "keyframe_size" and complaint.index is not None and complaint.index < len(keys):
-        return keys[complaint.index]
+    if message.code == "keyframe_size" and message.index is not None and message.index < len(keys):
+        return keys[message.index]
     return tree
 
 
-def _fault(element: Element, complaint: Complaint) -> Fault:
-    names = complaint.quoted if complaint.code in {"undefined_reference", "missing_asset"} else ()
-    return load_fault(complaint.code, element, complaint.problem, names=names, cure=_CURES.get(complaint.code, ""))
+def _fault(element: Element, message: CompilerMessage) -> Fault:
+    names = message.quoted if message.code in {"undefined_reference", "missing_asset"} else ()
+    return load_fault(message.code, element, message.problem, names=names, cure=_CURES.get(message.code, ""))
 
 
-def _blamed(culprit: Element, complaint: Complaint) -> list[str]:
-    """Return the attributes without which the complaint would not arise and others could still be heard."""
-    if complaint.code not in {"bad_value", "unknown_attribute", "undefined_reference", "duplicate_name"}:
+def _blamed_attributes(culprit: Element, message: CompilerMessage) -> list[str]:
+    """Return the attributes without which this message would not come, while others still could."""
+    if message.code not in {"bad_value", "unknown_attribute", "undefined_reference", "duplicate_name"}:
         return []
-    names = {complaint.attribute, *re.findall(r"\w+", complaint.problem)}
+    names = {message.attribute, *re.findall(r"\w+", message.problem)}
     return [
         name
         for name, value in attributes(culprit)
-        if name in names or (value in complaint.quoted and name != "name" and complaint.code != "duplicate_name")
+        if name in names or (value in message.quoted and name != "name" and message.code != "duplicate_name")
     ]
 
 
 @dataclass
 class _Changes:
-    """What was changed to get past earlier complaints, and which later ones follow from that."""
+    """What was changed to get past earlier messages, and which later messages follow from that."""
 
     altered: set[Element] = field(default_factory=set)
-    """Elements of which nothing more is believed: emptied, or without something that stood in them."""
-    weighed: set[Element] = field(default_factory=set)
+    """Elements whose messages are ignored from now on: emptied, or an element inside them was removed."""
+    given_mass: set[Element] = field(default_factory=set)
     removed_attributes: set[tuple[Element, str]] = field(default_factory=set)
-    unreferring: set[Element] = field(default_factory=set)
-    """Elements that lost a name they refer to, and may now be told that they refer to nothing."""
+    without_reference: set[Element] = field(default_factory=set)
+    """Elements that lost a name they refer to: MuJoCo may now report a missing reference."""
     removed_names: set[str] = field(default_factory=set)
 
-    def explain(self, culprit: Element, complaint: Complaint) -> bool:
-        """Whether a complaint follows from a change made here rather than from the document."""
+    def explain(self, culprit: Element, message: CompilerMessage) -> bool:
+        """Whether a message follows from a change made here rather than from the document."""
         return (
             culprit in self.altered
-            or any(element is culprit and name in complaint.problem for element, name in self.removed_attributes)
-            or (culprit in self.unreferring and complaint.code == "undefined_reference")
-            or not self.removed_names.isdisjoint(complaint.quoted)
+            or any(element is culprit and name in message.problem for element, name in self.removed_attributes)
+            or (culprit in self.without_reference and message.code == "undefined_reference")
+            or not self.removed_names.isdisjoint(message.quoted)
         )
 
-    def make_harmless(self, culprit: Element, complaint: Complaint) -> None:
-        """Change the culprit so that MuJoCo goes past it, keeping as much as possible for it to look at."""
-        blamed = _blamed(culprit, complaint)
-        if blamed:
-            for name in blamed:
+    def neutralize(self, culprit: Element, message: CompilerMessage) -> None:
+        """Change the culprit so that MuJoCo accepts it, keeping as much of it as possible to be checked."""
+        attributes_blamed = _blamed_attributes(culprit, message)
+        if attributes_blamed:
+            for name in attributes_blamed:
                 del culprit.attrib[name]
                 self.removed_attributes.add((culprit, name))
-            if complaint.code == "undefined_reference":
-                self.unreferring.add(culprit)
-        elif complaint.code == "zero_mass" and culprit not in self.weighed:
+            if message.code == "undefined_reference":
+                self.without_reference.add(culprit)
+        elif message.code == "zero_mass" and culprit not in self.given_mass:
             for inertial in culprit.findall("inertial"):
                 culprit.remove(inertial)
-            culprit.append(culprit.makeelement("inertial", _A_MASS))
-            self.weighed.add(culprit)
+            culprit.append(culprit.makeelement("inertial", _INERTIAL))
+            self.given_mass.add(culprit)
         elif culprit.tag in _ALWAYS_ACCEPTED and culprit not in self.altered:
             kept = {name: value for name, value in attributes(culprit) if name == "name"}
             culprit.attrib.clear()

@@ -1,21 +1,19 @@
-"""MuJoCo's error messages, read: which fault, in which line, about which attribute and names."""
+"""MuJoCo's error messages as data: which fault, in which line, about which attribute and names."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 
-__all__ = ["Complaint", "read_complaint"]
-
 
 @dataclass(frozen=True)
-class Complaint:
+class CompilerMessage:
     """One error message of MuJoCo's parser or compiler."""
 
     code: str
     """Fault code; "load_error" when the message is of no known kind."""
     problem: str
-    """What MuJoCo says, without the place."""
+    """The message without its location."""
     line: int | None
     """Line of the text that MuJoCo was given."""
     index: int | None
@@ -57,7 +55,8 @@ _KINDS: tuple[tuple[str, str], ...] = (
     ),
     ("bad_value", r"negative|positive|expected|empty (class|name)|unique element|\bnan\b"),
 )
-"""Words that tell messages apart; the first that fits counts. Source: messages of MuJoCo 3.17, tried one by one."""
+"""Patterns that tell messages apart; the first that matches counts. Source: messages of MuJoCo 3.17, tried one by
+one."""
 _PATTERNS = tuple((re.compile(pattern, re.IGNORECASE), code) for code, pattern in _KINDS)
 
 _PREFIX = re.compile(r"^((XML )?Error:\s*|Schema violation:\s*|engine error:\s*)+")
@@ -70,15 +69,15 @@ _TRAILING_NUMBER = re.compile(r"(\bin \w+(?: \w+)?) \d+$")
 """MuJoCo's own numbering of things that have no name, which a reader of the document cannot see."""
 
 
-def read_complaint(message: str) -> Complaint:
-    """Return what an error message of MuJoCo says."""
+def parse_message(message: str) -> CompilerMessage:
+    """Return an error message of MuJoCo's parser or compiler as data."""
     problem, _, place = message.strip().partition("\n")
     problem = _PREFIX.sub("", problem)
     line = _LINE.search(place)
     index = _INDEX.search(place)
     attribute = _ATTRIBUTE.search(problem)
     code = next((code for pattern, code in _PATTERNS if pattern.search(problem)), "load_error")
-    return Complaint(
+    return CompilerMessage(
         code=code,
         problem=_TRAILING_NUMBER.sub(r"\1", _NUMBERING.sub("", problem)).strip(" :"),
         line=int(line[1]) if line else None,

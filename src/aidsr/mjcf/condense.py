@@ -18,8 +18,6 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.location import Element, attributes
 from aidsr.mjcf.read import parse_document
 
-__all__ = ["condense"]
-
 _LEAST_LEFT_OUT = 2
 """A comment in place of fewer elements would save nothing. Our choice."""
 _NUMBERS = re.compile(r"\s*[-+]?\.?\d[-+.\deE]*(\s+[-+]?\.?\d[-+.\deE]*)*\s*")

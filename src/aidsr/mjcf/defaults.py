@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from aidsr.mjcf.location import Element, elements
 from aidsr.mjcf.schema import mjcf_grammar
 
-__all__ = ["Setting", "class_of", "default_classes", "described", "is_placed", "setting"]
-
 
 @dataclass(frozen=True, eq=False)
 class Setting:

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from aidsr.core.artifacts import Fault
 from aidsr.mjcf.location import Element, attributes, elements, load_fault
 
-__all__ = ["FORBIDDEN_ELEMENTS", "forbidden"]
-
 FORBIDDEN_ELEMENTS = {
     "include": ("opens another file", "put its content here"),
     "model": ("opens another file", "put its bodies here"),
@@ -22,7 +20,7 @@ _ATTRIBUTE = re.compile(r"file\w*|(asset|mesh|texture)dir|content_type")
 """Every attribute of the grammar that names a file, a folder or how to decode one."""
 
 
-def forbidden(root: Element) -> Iterator[Fault]:
+def check_forbidden(root: Element) -> Iterator[Fault]:
     """Yield a fault for each element and attribute that reaches outside the document."""
     for element in elements(root):
         if element is not root and element.tag in FORBIDDEN_ELEMENTS:

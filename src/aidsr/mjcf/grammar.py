@@ -10,10 +10,8 @@ from aidsr.mjcf.forbidden import FORBIDDEN_ELEMENTS
 from aidsr.mjcf.location import Element, join, load_fault
 from aidsr.mjcf.schema import Grammar, mjcf_grammar
 
-__all__ = ["against_grammar"]
 
-
-def against_grammar(root: Element) -> Iterator[Fault]:
+def check_grammar(root: Element) -> Iterator[Fault]:
     """Yield a fault for each element, attribute and repetition that the grammar of MJCF does not allow."""
     yield from _check(root, mjcf_grammar())
 

@@ -10,8 +10,6 @@ from aidsr.mjcf.defaults import default_classes, described
 from aidsr.mjcf.location import Element, attributes, elements, numbers, words
 from aidsr.mjcf.read import parse_document
 
-__all__ = ["changes_to"]
-
 _NAMES = {"name", "class", "childclass"}
 """Which class an attribute comes from does not matter, only its value does."""
 

@@ -9,8 +9,6 @@ from lxml import etree
 
 from aidsr.core.artifacts import Fault
 
-__all__ = ["Element", "attributes", "elements", "join", "line_of", "load_fault", "numbers", "words"]
-
 Element = etree._Element
 
 _MAX_LISTED = 12  # our choice: what a reader takes in; the rest is counted

@@ -10,8 +10,6 @@ from collections.abc import Collection, Iterator, Mapping
 from aidsr.core.artifacts import Fault
 from aidsr.mjcf.location import Element, attributes, elements, join, line_of, load_fault
 
-__all__ = ["REFERENCES", "duplicate_names", "named", "references", "undefined_references"]
-
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
 """Whatever stands in one of these bears a name of that kind, whether it is a <motor> or a <position>."""
 _KINDS = {kind: kind for kind in ("body", "joint", "geom", "site", "camera", "light", "frame", "skin", "flex")}

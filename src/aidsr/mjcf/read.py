@@ -1,7 +1,7 @@
-"""Untrusted MJCF text in, checked document out.
+"""Read untrusted MJCF text: the one XML parser of this package, and the checks that need no compiler.
 
-Nothing here lets a text reach outside itself: no entity is expanded, no file opened, and what is too large is refused
-before it is parsed or built. Every fault that can be read off the document is reported at once.
+No entity is expanded and no file opened, and what is too large is refused before it is parsed or built. Every fault
+that can be read off the document is reported at once.
 """
 
 from __future__ import annotations
@@ -16,26 +16,14 @@ from lxml import etree
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.mjcf.attribute_types import not_finite, wrong_for_type
-from aidsr.mjcf.forbidden import forbidden
-from aidsr.mjcf.grammar import against_grammar
+from aidsr.mjcf.attribute_types import check_finite, check_fromto
+from aidsr.mjcf.forbidden import check_forbidden
+from aidsr.mjcf.grammar import check_grammar
 from aidsr.mjcf.location import Element, attributes, line_of
 from aidsr.mjcf.names import duplicate_names, undefined_references
-from aidsr.mjcf.size_limits import Bounds, out_of_bounds, too_large
+from aidsr.mjcf.size_limits import SizeLimits, check_requested_sizes, check_tree_size
 
-__all__ = [
-    "BOUNDS",
-    "Document",
-    "canonical",
-    "decode_mjcf",
-    "document_faults",
-    "open_mjcf",
-    "parse_document",
-    "read_mjcf",
-    "unsafe",
-]
-
-BOUNDS = Bounds()
+SIZE_LIMITS = SizeLimits()
 
 _FENCED = re.compile(r"^[ \t]*```[^\n]*\n(.*?)^[ \t]*```", re.DOTALL | re.MULTILINE)
 _FIRST_TAG = re.compile(r"<mujoco(?=[\s/>])")
@@ -55,11 +43,11 @@ class Document:
     root: Element
     """<mujoco>; line numbers count from the beginning of the text that was read."""
     notes: tuple[str, ...] = ()
-    """What was put aside, one sentence each."""
+    """What was ignored around it, one sentence each."""
 
 
 def open_mjcf(path: Path) -> str:
-    """Return the text of a file, refused unread when it is too large.
+    """Return the text of a file; one that is too large is refused without being read.
 
     Raises:
         UserError: There is no such file, or it is no text.
@@ -67,11 +55,11 @@ def open_mjcf(path: Path) -> str:
     """
     try:
         size = path.stat().st_size
-        if size > BOUNDS.characters:
+        if size > SIZE_LIMITS.characters:
             raise MjcfError([_too_large(size)])
         content = path.read_bytes()
     except OSError as error:
-        raise UserError(f"Expected an MJCF file, could not read {path}: {error.strerror}.") from error
+        raise UserError(f"cannot read the MJCF file {path}: {error.strerror}") from error
     return decode_mjcf(content, str(path))
 
 
@@ -80,67 +68,69 @@ def decode_mjcf(content: bytes, source: str) -> str:
 
     Args:
         content: What was read.
-        source: From where, in words for an error.
+        source: Where it was read from, for an error message.
 
     Raises:
-        UserError: It is no text.
+        UserError: It is not UTF-8 text.
     """
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"Expected MJCF as UTF-8 text, found other bytes in {source}; save it as UTF-8.") from error
+        raise UserError(f"{source} is not UTF-8 text; save it as UTF-8") from error
 
 
-def read_mjcf(text: str, bounds: Bounds = BOUNDS) -> Document:
-    """Return the checked document in a text; Markdown fences and prose around it are put aside with a note.
+def read_mjcf(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
+    """Return the checked document in a text; Markdown fences and prose around it are ignored with a note.
 
     Raises:
-        MjcfError: With everything that can be read off the document, all at once.
+        MjcfError: With every fault that can be read off the document.
     """
-    document = parse_document(text, bounds)
-    faults = [*unsafe(document, bounds), *document_faults(document)]
+    document = parse_document(text, limits)
+    faults = [*check_safety(document, limits), *check_document(document)]
     if faults:
         raise MjcfError(faults)
     return document
 
 
-def parse_document(text: str, bounds: Bounds = BOUNDS) -> Document:
+def parse_document(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
     """Return the document in a text, parsed and not checked any further.
+
+    This is the only parser for XML from outside; every other place calls it.
 
     Raises:
         MjcfError: It is too large, declares entities, is not XML, or its root is not <mujoco>.
     """
-    if len(text) > bounds.characters:
-        raise MjcfError([_too_large(len(text), bounds)])
-    body, first_line, notes = _without_surroundings(text)
+    if len(text) > limits.characters:
+        raise MjcfError([_too_large(len(text), limits)])
+    body, first_line, notes = _extract_document(text)
     declared = _DECLARATION.search(_COMMENT.sub(_blank, body))
     if declared:
         line = first_line + body.count("\n", 0, declared.start())
         problem = f"<!{declared[1]}> is not allowed, because models here use no entities"
         raise MjcfError([_fault("forbidden", problem, line, "write the values out")])
-    root = _parse(body, first_line, bounds)
+    root = _parse(body, first_line, limits)
     if root.tag != "mujoco":
         problem = f"the root element is <{root.tag}>{_FOREIGN.get(str(root.tag), '')}, expected <mujoco>"
         raise MjcfError([_fault("unknown_element", problem, line_of(root), "write the model as MJCF")])
-    faults = list(too_large(root, bounds))
+    faults = list(check_tree_size(root, limits))
     if faults:
         raise MjcfError(faults)
     return Document(body, root, notes)
 
 
-def unsafe(document: Document, bounds: Bounds = BOUNDS) -> list[Fault]:
+def check_safety(document: Document, limits: SizeLimits = SIZE_LIMITS) -> list[Fault]:
     """Return the faults that keep a document from ever being handed to MuJoCo."""
-    return [*forbidden(document.root), *out_of_bounds(document.root, bounds)]
+    return [*check_forbidden(document.root), *check_requested_sizes(document.root, limits)]
 
 
-def document_faults(document: Document) -> list[Fault]:
+def check_document(document: Document) -> list[Fault]:
     """Return the faults of grammar, names and fit, in the order of their lines."""
-    checks = (against_grammar, duplicate_names, undefined_references, wrong_for_type, not_finite)
+    checks = (check_grammar, duplicate_names, undefined_references, check_fromto, check_finite)
     return sorted(chain.from_iterable(check(document.root) for check in checks), key=lambda fault: fault.line or 0)
 
 
 def canonical(root: Element) -> tuple[str, list[Element]]:
-    """Return the document written anew with one tag to a line, and the element that stands in each line.
+    """Return the document as text with one tag to a line, and the element of each line.
 
     MuJoCo gets this text and never the original: what was checked is then exactly what is compiled, whatever its own
     parser would have made of comments, CDATA or odd quoting, and a line in its messages names one element.
@@ -163,7 +153,7 @@ def canonical(root: Element) -> tuple[str, list[Element]]:
     return "\n".join(lines), owners
 
 
-def _parse(body: str, first_line: int, bounds: Bounds) -> Element:
+def _parse(body: str, first_line: int, limits: SizeLimits) -> Element:
     if not body.strip():
         raise MjcfError([_fault("xml_syntax", "the text is empty, expected an MJCF document", None)])
     parser = etree.XMLParser(
@@ -178,14 +168,14 @@ def _parse(body: str, first_line: int, bounds: Bounds) -> Element:
     except etree.XMLSyntaxError as error:
         line, column = error.position
         if "depth" in (error.msg or ""):
-            problem = f"elements inside each other: more than {bounds.depth}, at most {bounds.depth} allowed"
+            problem = f"elements inside each other: more than {limits.depth}, at most {limits.depth} allowed"
             raise MjcfError([_fault("forbidden", problem, line)]) from error
         says = (error.msg or "").partition(", line ")[0].strip()
         problem = f"not well-formed XML at line {line}, column {column}: {says}"
         raise MjcfError([_fault("xml_syntax", problem, line)]) from error
 
 
-def _without_surroundings(text: str) -> tuple[str, int, tuple[str, ...]]:
+def _extract_document(text: str) -> tuple[str, int, tuple[str, ...]]:
     """Return the document, the line it begins in, and a note when something else stood around it."""
     text = text.removeprefix("\ufeff")
     start, end = 0, len(text)
@@ -211,10 +201,10 @@ def _blank(match: re.Match[str]) -> str:
     return re.sub(r"[^\n]", " ", match[0])
 
 
-def _too_large(size: int, bounds: Bounds = BOUNDS) -> Fault:
-    problem = f"the text has {size:,} characters, at most {bounds.characters:,} are read"
+def _too_large(size: int, limits: SizeLimits = SIZE_LIMITS) -> Fault:
+    problem = f"the text has {size:,} characters, at most {limits.characters:,} are read"
     return _fault("forbidden", problem, None, "send the robot alone").model_copy(
-        update={"measured": float(size), "limit": float(bounds.characters)}
+        update={"measured": float(size), "limit": float(limits.characters)}
     )
 
 

@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
 
-__all__ = ["Grammar", "actuator_elements", "mjcf_grammar", "range_flags"]
-
 _ROW = re.compile(
     r'padding-left:(?P<indent>\d+)"[^>]*class="el">(?P<name>[^<]*)</td>\s*'
     r'<td class="ty">(?P<times>.)</td>\s*<td class="at">(?P<attributes>.*?)</td>',

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from aidsr.core.artifacts import Fault
 from aidsr.mjcf.location import Element, attributes, elements, load_fault, numbers
 
-__all__ = ["Bounds", "out_of_bounds", "too_large"]
-
 
 @dataclass(frozen=True)
-class Bounds:
-    """The largest document that is looked at.
+class SizeLimits:
+    """The largest document that is read.
 
     Our choice: at least ten times the largest robot of the benchmark, and small enough to compile within seconds;
     MuJoCo needs 5 s for 90,000 replicated geoms and more than 40 s for 20,000 free bodies.
@@ -61,32 +59,32 @@ _LARGEST_ANYWHERE = {"nsample": 1e4} | {
 _MEMORY = re.compile(r"\s*(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
 
 
-def too_large(root: Element, bounds: Bounds) -> Iterator[Fault]:
-    """Yield a fault when the document is too large to be looked at any further."""
+def check_tree_size(root: Element, limits: SizeLimits) -> Iterator[Fault]:
+    """Yield a fault when the document has too many or too deeply nested elements."""
     count = sum(1 for _ in elements(root))
-    if count > bounds.elements:
-        yield _over(root, "elements", count, bounds.elements)
+    if count > limits.elements:
+        yield _over(root, "elements", count, limits.elements)
     level, depth, first = [root], 0, root
     while level:
         depth, first = depth + 1, level[0]
         level = [child for parent in level for child in parent]
-    if depth > bounds.depth:
-        yield _over(first, "elements inside each other", depth, bounds.depth)
+    if depth > limits.depth:
+        yield _over(first, "elements inside each other", depth, limits.depth)
 
 
-def out_of_bounds(root: Element, bounds: Bounds) -> Iterator[Fault]:
-    """Yield a fault for each thing of which the document asks for too much."""
+def check_requested_sizes(root: Element, limits: SizeLimits) -> Iterator[Fault]:
+    """Yield a fault for each size in the document that would take too much memory or time."""
     keyframes = list(elements(root, "key"))
-    if len(keyframes) > bounds.keyframes:
-        yield _over(keyframes[-1], "keyframes", len(keyframes), bounds.keyframes)
-    yield from _generates_too_much(root, bounds)
+    if len(keyframes) > limits.keyframes:
+        yield _over(keyframes[-1], "keyframes", len(keyframes), limits.keyframes)
+    yield from _generates_too_much(root, limits)
     for element in elements(root):
-        yield from _reserves_too_much(element, bounds)
+        yield from _reserves_too_much(element, limits)
         largest = _LARGEST_ANYWHERE | _LARGEST.get(str(element.tag), {})
         for attribute, value in attributes(element):
             count = len(value.split())
-            if count > bounds.numbers:
-                yield _over(element, f"values in '{attribute}'", count, bounds.numbers)
+            if count > limits.numbers:
+                yield _over(element, f"values in '{attribute}'", count, limits.numbers)
             asked = max(numbers(value), default=0.0) if attribute in largest else 0.0
             if asked > largest.get(attribute, math.inf):
                 yield _over(element, f"'{attribute}'", asked, largest[attribute])
@@ -97,7 +95,7 @@ def _over(element: Element, what: str, found: float, limit: float) -> Fault:
     return fault.model_copy(update={"measured": float(found), "limit": float(limit)})
 
 
-def _generates_too_much(root: Element, bounds: Bounds) -> Iterator[Fault]:
+def _generates_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
     """Yield a fault for the innermost element that is too much after replication."""
     built: dict[Element, tuple[float, float]] = {}
     for element in reversed(list(elements(root))):  # children before their parents
@@ -108,20 +106,20 @@ def _generates_too_much(root: Element, bounds: Bounds) -> Iterator[Fault]:
             bodies, parts = (bodies * asked, parts * asked) if element.tag == "replicate" else (asked, asked)
         built[element] = (bodies + (element.tag == "body"), parts + (element.tag in _PARTS))
     for element, (bodies, parts) in built.items():
-        if not any(_exceeds(built.get(child, (0, 0)), bounds) for child in element):
-            if bodies > bounds.bodies:
-                yield _over(element, "bodies", bodies, bounds.bodies)
-            elif parts > bounds.parts:
-                yield _over(element, "geoms, joints, sites and other parts", parts, bounds.parts)
+        if not any(_exceeds(built.get(child, (0, 0)), limits) for child in element):
+            if bodies > limits.bodies:
+                yield _over(element, "bodies", bodies, limits.bodies)
+            elif parts > limits.parts:
+                yield _over(element, "geoms, joints, sites and other parts", parts, limits.parts)
 
 
-def _exceeds(built: tuple[float, float], bounds: Bounds) -> bool:
-    return built[0] > bounds.bodies or built[1] > bounds.parts
+def _exceeds(built: tuple[float, float], limits: SizeLimits) -> bool:
+    return built[0] > limits.bodies or built[1] > limits.parts
 
 
-def _reserves_too_much(element: Element, bounds: Bounds) -> Iterator[Fault]:
+def _reserves_too_much(element: Element, limits: SizeLimits) -> Iterator[Fault]:
     asked = _MEMORY.fullmatch(element.get("memory", ""))
     if element.tag == "size" and asked:
         mib = int(asked[1][:30]) * 1024.0 ** (" KMGTPE".index(asked[2].upper() or " ") - 2)
-        if mib > bounds.memory_mib:
-            yield _over(element, "'memory' in MiB", mib, bounds.memory_mib)
+        if mib > limits.memory_mib:
+            yield _over(element, "'memory' in MiB", mib, limits.memory_mib)

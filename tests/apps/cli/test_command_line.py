@@ -14,7 +14,7 @@ from aidsr.apps.cli.doctor import checks
 from aidsr.apps.cli.view import model_of
 from aidsr.core.errors import ModelError, UserError
 from aidsr.loop.runner import run_designs
-from aidsr.mjcf.read import BOUNDS
+from aidsr.mjcf.read import SIZE_LIMITS
 from aidsr.runs import layout_text
 from scripted import Script, Scripted, new_run, parts
 
@@ -108,9 +108,9 @@ def test_view_draws_a_picture_where_there_is_no_display(tmp_path, monkeypatch, c
 
 def test_view_reads_files_by_the_bounds_of_the_validator(tmp_path, capsys) -> None:
     for name, content, said in (
-        ("large.xml", b" " * (BOUNDS.characters + 1), "are read"),
+        ("large.xml", b" " * (SIZE_LIMITS.characters + 1), "are read"),
         ("bytes.xml", b"\xff\xfe", "UTF-8"),
-        ("absent.xml", None, "could not read"),
+        ("absent.xml", None, "cannot read the MJCF file"),
     ):
         if content is not None:
             (tmp_path / name).write_bytes(content)

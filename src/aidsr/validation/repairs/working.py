@@ -9,7 +9,7 @@ from lxml import etree
 
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.location import Element
-from aidsr.mjcf.read import Document, parse_document, unsafe
+from aidsr.mjcf.read import Document, check_safety, parse_document
 from aidsr.validation.repairs import attachment, markup, naming, ranges, shapes
 from aidsr.validation.repairs.repairing import Repaired
 
@@ -42,7 +42,7 @@ def repair_text(written: str, only: Sequence[str], kept_names: Collection[str]) 
         if document is None:
             return Repaired(mjcf=written)
         done["dashes_in_comments"] = notes
-    if document is None or unsafe(document):
+    if document is None or check_safety(document):
         return Repaired(mjcf=written)
     changes = _ON_DOCUMENT | {"duplicate_names": partial(naming.duplicate_names, kept_names=frozenset(kept_names))}
     changed = {name: list(changes[name](document.root)) for name in only if name in changes}
