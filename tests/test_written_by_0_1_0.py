@@ -11,10 +11,9 @@ from aidsr.apps.cli import main
 from aidsr.fabrication.schema import PartEntry, Verdict
 from aidsr.learn.rl.trained import evaluate_training
 from aidsr.learn.rl.training_folder import TrainingFolder
-from aidsr.loop import resume
+from aidsr.loop.run import resume
 from aidsr.runs import Library, Run, read_events, read_status, write_summary
 from aidsr.runs.files import JsonFile
-from aidsr.runs.replay import ReplayedModel
 from aidsr.runs.trainings import read_curve, trainings_of
 from aidsr.studies.jobs import pending
 from aidsr.studies.leaderboard import check_scenes, leaderboard
@@ -22,6 +21,7 @@ from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.report import write_report
 from aidsr.studies.study import open_study
 from aidsr.studies.submission import read_submission, submit
+from aidsr.teams.providers.replay import ReplayedModel
 
 WRITTEN = Path(__file__).parent / "data" / "written_by_0_1_0"
 HISTORY = {"steps": 1536, "wall_s": 2.5, "episodes": 1, "diverged": 0, "resumed": 0, "recent": [[0.0, 0.004, -0.006]]}

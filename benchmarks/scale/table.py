@@ -20,7 +20,7 @@ from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, open_study
 from aidsr.studies.tables import PAPER
 from aidsr.tasks import task_names
-from aidsr.teams.providers.prices import list_price_usd
+from aidsr.teams.providers import price_usd
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "studies.md"
@@ -105,7 +105,7 @@ def table(study: Study) -> str:
     ]
     tokens_in, tokens_out = visible_tokens()
     for model in MODELS:
-        price = list_price_usd(model, round(tokens_in), round(tokens_out))
+        price = price_usd(model, round(tokens_in), round(tokens_out))
         lines.append(
             _dollars("visible tokens, measured", f"{tokens_in:,.0f}", f"{tokens_out:,.0f}", model, price, designs)
         )

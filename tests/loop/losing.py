@@ -38,14 +38,14 @@ from aidsr.loop.run import create_run, parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.mjcf.read import parse_document
 from aidsr.runs import RecordedModel, Run, read_status
-from aidsr.teams.providers import Patience, connect
+from aidsr.teams.providers import RetryPolicy, connect
 from loopback import Act, Cut, Drop, Fail, Hang, Loopback, Raw, Received, Say
 from scripted import PNG, assemble, brief, new_run, repair, validate
 
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(["pydantic_ai.models.openai", "aidsr.loop.runner", "aidsr.validation.repairs"])
 
-PATIENCE = Patience(first_wait_s=0.0, longest_wait_s=0.0, attempt_timeout_s=20.0)
+RETRY = RetryPolicy(first_wait_s=0.0, longest_wait_s=0.0, attempt_timeout_s=20.0)
 TOKENS_A_REPLY = 120
 ROBOT = (
     '<mujoco><worldbody><body name="base"><geom size="0.01"/><site name="tip" pos="0 0 0.1"/>'
@@ -163,7 +163,7 @@ def calls(run: Run) -> list:
 
 def designed(folder: Path, url: str) -> None:
     """Make a run and work on it until it is finished, resuming it where the Designer gave up."""
-    os.environ |= {f"AIDSR_{name}".upper(): str(value) for name, value in PATIENCE.model_dump().items()}
+    os.environ |= {f"AIDSR_{name}".upper(): str(value) for name, value in RETRY.model_dump().items()}
     mount = MountSummary(name="mount", position_m=(0, 0, 0), z_axis=(0, 0, 1), x_axis=(1, 0, 0), moved_by=())
     job = brief().model_copy(update={"summary": brief().summary.model_copy(update={"mounts": (mount,)})})
     assert isinstance(job.summary, EnvironmentSummary)
@@ -234,7 +234,7 @@ def live(run: Path, url: str, last: int | None) -> None:
     life = Asking(last, run)
     Watched.life = life
     sys.addaudithook(life.watch)
-    model = connect(f"loop@{url}/v1", patience=PATIENCE)
+    model = connect(f"loop@{url}/v1", retry=RETRY)
 
     def team(folder: Path) -> Team:
         roles = AskingTeam(Watched(model, folder))

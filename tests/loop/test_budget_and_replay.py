@@ -25,10 +25,10 @@ from aidsr.loop.human import approve
 from aidsr.loop.parts import Parts
 from aidsr.loop.run import parts_of, replace_budget, resume
 from aidsr.loop.runner import run_designs
-from aidsr.loop.teams import absolute_name
 from aidsr.runs import EventLog, RecordedModel, Run, read_status
-from aidsr.runs.replay import ReplayedModel
-from aidsr.teams.providers.manual import estimated_tokens
+from aidsr.teams.providers import absolute_name
+from aidsr.teams.providers.replay import ReplayedModel
+from aidsr.teams.providers.tokens import estimate_tokens
 from loopback import Act, Fail, Loopback, Received
 from scripted import assemble, brief, new_run, repair, validate
 
@@ -47,7 +47,7 @@ class Paid:
 
     def ask(self, question: Question) -> CallRecord:
         self.count += 1
-        tokens = estimated_tokens(question.messages[0].text)
+        tokens = estimate_tokens(question.messages[0].text)
         usage = Usage(calls=1, input_tokens=tokens, output_tokens=10, cost_usd=price(tokens, 10))
         return CallRecord(
             question=question, model=self.name, reply=str(self.count), finish="stop", usage=usage, started="2026"
@@ -136,7 +136,7 @@ def test_a_call_without_room_beside_one_in_flight_waits_until_that_has_ended(tmp
 
     ledger = Ledger(run, Budget(cost_usd=0.0239), 1, watched_price)
     asked = question("x" * 300)
-    assert price(estimated_tokens("x" * 300), 20) == pytest.approx(0.012)
+    assert price(estimate_tokens("x" * 300), 20) == pytest.approx(0.012)
 
     class InFlight(Paid):
         def ask(self, question: Question) -> CallRecord:
@@ -268,7 +268,7 @@ def test_a_changed_prompt_is_told_with_its_difference_and_never_answered(tmp_pat
         model.ask(question("one\n2\nthree"))
     assert {"-two", "+2"} <= set(str(caught.value).splitlines())
     assert model.ask(question("one\ntwo\nthree")).reply == "3"
-    with pytest.raises(ModelError, match="as often as it was recorded"):
+    with pytest.raises(ModelError, match="no more replies to this question"):
         model.ask(question("one\ntwo\nthree"))
     with pytest.raises(ModelError, match="no call of the judge"):
         model.ask(question("one", "judge"))
@@ -302,7 +302,7 @@ def test_a_model_without_a_relative_folder_keeps_its_name(name: str) -> None:
 
 
 def test_a_run_without_calls_cannot_be_replayed(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="none to answer from"):
+    with pytest.raises(UserError, match="no calls to replay"):
         ReplayedModel(new_run(tmp_path).path)
 
 

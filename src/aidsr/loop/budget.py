@@ -11,7 +11,7 @@ from aidsr.core.config import Budget
 from aidsr.core.errors import BudgetError, Limit, ModelError, UserError
 from aidsr.core.model import Model
 from aidsr.runs import Run
-from aidsr.teams.providers.manual import estimated_input_tokens
+from aidsr.teams.providers.tokens import estimate_input_tokens
 
 Price = Callable[[int, int], float | None]
 """Returns what so many tokens in and out cost [USD], None when that is not known."""
@@ -96,7 +96,7 @@ class Ledger:
             self._changed.notify_all()
 
     def _bound(self, question: Question) -> Usage:
-        tokens = estimated_input_tokens(question)
+        tokens = estimate_input_tokens(question)
         cost = self._price(tokens, question.max_output_tokens) if self._budget.limits_cost else 0.0
         return Usage(input_tokens=tokens, output_tokens=question.max_output_tokens, cost_usd=cost)
 

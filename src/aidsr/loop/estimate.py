@@ -8,8 +8,9 @@ from pathlib import Path
 from aidsr.core.calls import Usage
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop.teams import is_offline, price_of
+from aidsr.loop.teams import price_of
 from aidsr.runs import Run, read_status
+from aidsr.teams.providers import is_offline
 
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
 """One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.

@@ -17,9 +17,10 @@ from aidsr.loop.human import DecisionFile, PresetFeedback, approve
 from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.loop.task_trial import check_trial, trial_of
-from aidsr.loop.teams import absolute_name, check_model, model_name, require_object, team_of
+from aidsr.loop.teams import check_model, model_name, require_object, team_of
 from aidsr.runs import EventLog, Run, RunRecord, new_run
 from aidsr.runs.files import replace_file
+from aidsr.teams.providers import absolute_name
 
 if TYPE_CHECKING:
     from aidsr.core.model import Model

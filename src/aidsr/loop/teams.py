@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Question
-from aidsr.core.config import BUILTIN, Budget, RunConfig
+from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.model import Model
@@ -16,15 +16,7 @@ from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
 from aidsr.loop.judge_images import pictures_of
 from aidsr.loop.parts import TeamFor
 from aidsr.runs import RecordedModel, Run
-from aidsr.runs.replay import REPLAY, ReplayedModel
-from aidsr.teams.providers import ManualModel, connect
-from aidsr.teams.providers.manual import MANUAL
-from aidsr.teams.providers.prices import list_price_usd
-
-REFERENCE = "reference"
-"""Model name of the robots designed by hand, see `aidsr.teams.baselines`."""
-SEARCH = "search"
-"""Model name of a search over the numbers of the rules' robots, see `aidsr.teams.baselines`."""
+from aidsr.teams.providers import ManualModel, connect, is_offline, price_usd, provider_of
 
 
 def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -> None:
@@ -36,20 +28,21 @@ def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -
         model: The object that designs, where `config.model` is only its name.
 
     Raises:
-        UserError: The model's name is not understood or lacks its key, its directory is in use, or its price is not
+        UserError: The model's name is unknown or its key is not set, its directory is locked, or its price is not
             known and money is limited.
     """
-    if model is None and is_offline(config.model):
-        if config.model == SEARCH:
-            require_extra("search", "the search")
+    provider = provider_of(config.model) if model is None else None
+    if provider and provider.extra:
+        require_extra(provider.extra, f'model "{provider.prefix}"')
+    if provider and provider.is_offline:
         if config.judge_pictures:
             raise UserError("the built-in rules see no pictures; name a language model with --model")
         if config.method == "direct":
             raise UserError("the built-in rules cannot be prompted directly; name a language model with --model")
         return
-    client = model or _connected(config.model)
+    client = model or connect(config.model)
     if isinstance(client, ManualModel):
-        client.check_free()
+        client.check_available()
     check_prices(budget, config.model, _unknown_price if model else price_of(config.model))
 
 
@@ -96,19 +89,21 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
     """
     config = run.asked().config
     require_object(run, model)
-    if model is None and is_offline(config.model):
-        team = _offline_team(run, config)
+    provider = provider_of(config.model) if model is None else None
+    if provider and provider.team:
+        team = provider.team(run, config)
         return lambda _folder: team, lambda: None
     from aidsr.teams import llm
 
-    client, price = (model, _unknown_price) if model else (_connected(config.model), price_of(config.model))
+    client, price = (model, _unknown_price) if model else (connect(config.model), price_of(config.model))
     check_prices(run.budget(), config.model, price)
     ledger = Ledger(run, run.budget(), config.concepts, price)
     manual = client if isinstance(client, ManualModel) else None
-    kept: Callable[[CallRecord], None] = manual.kept if manual else lambda _record: None
+    mark_recorded: Callable[[CallRecord], None] = manual.mark_recorded if manual else lambda _record: None
 
     def team_for(folder: Path) -> Team:
-        capped = _Capped(RecordedModel(Budgeted(client, ledger, folder), folder, kept), config.max_output_tokens)
+        recorded = RecordedModel(Budgeted(client, ledger, folder), folder, mark_recorded)
+        capped = _Capped(recorded, config.max_output_tokens)
         if config.method == "direct":
             return llm.direct_team(capped)
         return llm.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else llm.blind)
@@ -121,56 +116,9 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
     return team_for, interrupt
 
 
-def absolute_name(model: str) -> str:
-    """Return a model's name with the folder in it, of replies or of a run, as an absolute path."""
-    for kind in (MANUAL, REPLAY):
-        folder = model.removeprefix(kind)
-        if model.startswith(kind) and folder.strip():
-            return f"{kind}{Path(folder).absolute()}"
-    return model
-
-
-def is_offline(model: str) -> bool:
-    """Whether a name is of a team without a language model: the rules, reference robots or the search."""
-    return model in (BUILTIN, REFERENCE, SEARCH)
-
-
-def _offline_team(run: Run, config: RunConfig) -> Team:
-    if config.model == BUILTIN:
-        from aidsr.teams import rules as builtin
-
-        return builtin.team(config.seed)
-    if config.model == REFERENCE:
-        from aidsr.teams.baselines import reference
-
-        return reference.team()
-    return _search_team(run, config)
-
-
-def _search_team(run: Run, config: RunConfig) -> Team:
-    """Return the team that searches; its finished generations are in the run's folder."""
-    from aidsr.teams.baselines.generations import Generation, read_search, write_search
-    from aidsr.teams.baselines.search import team
-
-    known = list(read_search(run))
-
-    def record(generation: Generation) -> None:
-        known.append(generation)
-        write_search(run, known)
-
-    level = run.asked().level or "standard"
-    return team(config.seed, level, config.search_robots, known=tuple(known), listen=record)
-
-
-def _connected(name: str) -> Model:
-    return ReplayedModel(Path(name.removeprefix(REPLAY))) if name.startswith(REPLAY) else connect(name)
-
-
 def price_of(name: str) -> Price:
-    """Return the price function of a model; a replayed call is free, a person's has no known price."""
-    if name.startswith(REPLAY):
-        return lambda _input_tokens, _output_tokens: 0.0
-    return _unknown_price if name.startswith(MANUAL) else partial(list_price_usd, name)
+    """Return the price function of a model."""
+    return partial(price_usd, name)
 
 
 def _unknown_price(_input_tokens: int, _output_tokens: int) -> float | None:

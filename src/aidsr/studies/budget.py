@@ -9,11 +9,12 @@ from aidsr.core.calls import Usage
 from aidsr.core.config import Budget
 from aidsr.core.errors import Limit, UserError
 from aidsr.loop.budget import check_prices, spent_by
-from aidsr.loop.teams import is_offline, price_of
+from aidsr.loop.teams import price_of
 from aidsr.runs.files import JsonFile, replace_file
 from aidsr.studies.jobs import Job
 from aidsr.studies.study import Arm, Cell, Study
 from aidsr.studies.tables import PAPER
+from aidsr.teams.providers import is_offline
 
 _FILE = "budget.json"
 

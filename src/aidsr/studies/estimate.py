@@ -8,11 +8,12 @@ from statistics import fmean, median
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import RunConfig
-from aidsr.loop.teams import SEARCH, is_offline
 from aidsr.studies.jobs import finished, pending_in
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER
+from aidsr.teams.providers import is_offline
+from aidsr.teams.providers.offline import SEARCH
 
 _BUILTIN_S = 6.0
 """A design of the built-in team [s]. Source: docs/studies.md, mean over tasks."""
@@ -97,7 +98,7 @@ def _seconds(own: Sequence[DesignRow], config: RunConfig) -> float:
     """Return how long a design takes the machine; waiting for a language model takes no core."""
     if own and is_offline(config.model):
         return median(row.latency_s for row in own)
-    return _BUILTIN_S + config.search_robots * _SEARCHED_ROBOT_S * (config.model == SEARCH)
+    return _BUILTIN_S + config.search_robots * _SEARCHED_ROBOT_S * (config.model == SEARCH.prefix)
 
 
 def _dollars(own: Sequence[DesignRow], model: str) -> float:

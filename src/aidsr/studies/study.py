@@ -17,13 +17,13 @@ from pydantic import Field, ValidationError, model_validator
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.loop.teams import REFERENCE, SEARCH
 from aidsr.runs import Run
 from aidsr.studies.file_errors import mistake_in
 from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.teams.providers.offline import REFERENCE, SEARCH
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
-_BASELINES = {REFERENCE: "robots designed by hand", SEARCH: "numbers found by CMA-ES"}
+_BASELINES = {REFERENCE.prefix: "robots designed by hand", SEARCH.prefix: "numbers found by CMA-ES"}
 _METHODS: dict[Method, str] = {
     "no_judge": "no Judge",
     "no_integrator": "every robot on the first mount",
@@ -57,7 +57,7 @@ class Arm(Artifact):
         config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
         changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
         said = [_BASELINES[config.model]] if config.model in _BASELINES else []
-        if config.model == SEARCH:
+        if config.model == SEARCH.prefix:
             said[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
         said += [_METHODS[config.method]] if config.method != "full" else []
         said += ["robots not mended by code"] * (not config.repairs)

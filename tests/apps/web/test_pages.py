@@ -35,7 +35,7 @@ from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
-from aidsr.teams.providers.manual import waiting_prompts
+from aidsr.teams.providers.manual import pending_prompts
 
 
 @asynccontextmanager
@@ -376,7 +376,7 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     for change, sentence in (
         ({"concepts": None}, "whole numbers were expected"),
         ({"concepts": 99}, "concepts: Input should be less than or equal to 20, found 99"),
-        ({"kind": "language", "model": " "}, "the name of a language model"),
+        ({"kind": "language", "model": " "}, "no language model is named"),
     ):
         with pytest.raises(UserError, match=sentence):
             order_from(site, FRESH | change)
@@ -448,7 +448,7 @@ def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: 
     asked_by_hand(outside, 1, "Write.")
     with pytest.raises(UserError, match="outside the folder of runs"):
         prompts_of(site, made_run(site.library.path, model=f"manual:{outside}"))
-    (prompt,) = waiting_prompts(outside)
+    (prompt,) = pending_prompts(outside)
     answer(prompt, "first")
     with pytest.raises(UserError, match="answered in the meantime"):
         answer(prompt, "second")

@@ -13,7 +13,7 @@ from aidsr.core.errors import ReplyError
 from aidsr.core.roles import Team
 from aidsr.teams.llm import team
 from aidsr.teams.llm.conversation import _where
-from aidsr.teams.providers import Access, Clock, connect
+from aidsr.teams.providers import Clock, connect
 from loopback import Act, Fail, Loopback, Received, Say
 
 IDEA = {name: f"some {name}" for name in ("name", "family", "morphology", "actuation", "functional_part")}
@@ -26,7 +26,7 @@ MJCF = ROBOT.mjcf
 
 def team_at(server: Loopback, reasks: int = 2) -> Team:
     clock = Clock(now=lambda: 0.0, sleep=lambda _: None)
-    return team(connect(f"m@{server.url}/v1", access=Access(), clock=clock), reasks=reasks)
+    return team(connect(f"m@{server.url}/v1", environ={}, clock=clock), reasks=reasks)
 
 
 def turns(received: Received) -> list[tuple[str, str]]:

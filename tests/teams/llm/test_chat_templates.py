@@ -13,7 +13,7 @@ from aidsr.core.calls import Message, Question
 from aidsr.core.errors import ModelError
 from aidsr.core.roles import Team
 from aidsr.teams.llm import team
-from aidsr.teams.providers import Access, Patience, connect
+from aidsr.teams.providers import RetryPolicy, connect
 from loopback import Act, Fail, Loopback, Received, Say
 
 # What the templates that ship with these models refuse, in a few lines each; vLLM and llama.cpp answer HTTP 400 then.
@@ -113,9 +113,9 @@ class Strict:
 
 
 def roles_at(server: Loopback, name: str, reasks: int = 6) -> Team:
-    access = Access(ollama_base_url=f"{server.url}/v1")
+    environ = {"OLLAMA_BASE_URL": f"{server.url}/v1"}
     return team(
-        connect(name.replace("HERE", f"{server.url}/v1"), access=access, patience=Patience(attempts=1)), reasks=reasks
+        connect(name.replace("HERE", f"{server.url}/v1"), environ=environ, retry=RetryPolicy(attempts=1)), reasks=reasks
     )
 
 
@@ -149,4 +149,4 @@ def test_the_templates_refuse_what_they_should(roles: list[str], template: str) 
 def test_a_refusal_by_the_template_is_told_in_its_words() -> None:
     question = Question(role="judge", messages=(Message(role="system", text="s"), Message(role="user", text="u")))
     with Loopback(Strict("gemma 2")) as server, pytest.raises(ModelError, match="System role not supported"):
-        connect(f"m@{server.url}/v1", access=Access()).ask(question)
+        connect(f"m@{server.url}/v1", environ={}).ask(question)

@@ -76,7 +76,8 @@ def design(
     from aidsr.core.extras import require_extra
     from aidsr.loop.run import create_run, make_brief, parts_of
     from aidsr.loop.task_trial import check_trial
-    from aidsr.loop.teams import absolute_name, check_model
+    from aidsr.loop.teams import check_model
+    from aidsr.teams.providers import absolute_name
 
     _check_measure(task, level, goal, train=train)
     if train:

@@ -118,9 +118,14 @@ def _tested_isolation() -> Check:
 
 
 def _keys() -> tuple[Check, ...]:
-    from aidsr.teams.providers.credentials import Access
+    from aidsr.core.errors import UserError
+    from aidsr.teams.providers import providers
 
-    present = [name.upper() for name, value in Access() if name.endswith("_api_key") and value is not None]
+    try:
+        variables = dict.fromkeys(variable for provider in providers() for variable in provider.key_variables)
+    except UserError as error:
+        return (Check("models", "problem", str(error)),)
+    present = [variable for variable in variables if os.environ.get(variable, "").strip()]
     if present:
         return (Check("keys", "ok", f"set: {', '.join(present)}; used only when you name a model of theirs"),)
     return (Check("keys", "absent", "none set, and none needed for --model builtin"),)

@@ -10,7 +10,7 @@ from typing import Self
 from rich.console import Console
 from rich.markup import escape
 
-from aidsr.teams.providers.manual import MANUAL, waiting_prompts
+from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
 _LOOK_S = 0.3
 """How often to look for new prompts [s]."""
@@ -21,7 +21,7 @@ class Mailbox:
 
     def __init__(self, console: Console, model: str) -> None:
         self._console = console
-        self._directory = Path(model.removeprefix(MANUAL)) if model.startswith(MANUAL) else None
+        self._directory = prompts_directory(model)
         self._said: set[Path] = set()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="mailbox", daemon=True)
@@ -42,7 +42,7 @@ class Mailbox:
 
     def look(self, directory: Path) -> None:
         """Say which prompts came since the last look."""
-        for waiting in waiting_prompts(directory):
+        for waiting in pending_prompts(directory):
             if waiting.prompt not in self._said:
                 self._said.add(waiting.prompt)
                 self._console.print(

@@ -7,11 +7,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from aidsr.core.config import BUILTIN
-from aidsr.loop.teams import is_offline
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
 from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
 from aidsr.runs.trainings import trainings_of, verdict_in_words
-from aidsr.teams.providers.manual import MANUAL
+from aidsr.teams.providers import is_offline
+from aidsr.teams.providers.manual import prompts_directory
 
 _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "red", "waiting": "yellow"}
 
@@ -27,7 +27,7 @@ def print_introduction(console: Console, run: Run) -> None:
         )
     elif is_offline(record.config.model):
         console.print(f"Model: [cyan]{record.config.model}[/]. No language model: no key is used and nothing is paid.")
-    elif record.config.model.startswith(MANUAL):
+    elif prompts_directory(record.config.model):
         console.print(
             f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "
             "beside it; Control-C and `aidsr resume` lose nothing."

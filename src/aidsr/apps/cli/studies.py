@@ -17,7 +17,6 @@ from rich.text import Text
 
 from aidsr.core.config import Budget
 from aidsr.core.errors import Limit
-from aidsr.loop.teams import SEARCH
 from aidsr.studies.budget import Purse, limit_of
 from aidsr.studies.estimate import Forecast, forecast
 from aidsr.studies.jobs import Job, finished, in_words
@@ -26,6 +25,7 @@ from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
 from aidsr.studies.tables import differences
 from aidsr.teams.baselines.generations import read_search, search_in_words
+from aidsr.teams.providers.offline import SEARCH
 
 
 def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:
@@ -178,7 +178,7 @@ class _AtWork:
 
     @property
     def _searches(self) -> bool:
-        return self.job.stage == "design" and self.study.arm(self.job.cell.arm).config.model == SEARCH
+        return self.job.stage == "design" and self.study.arm(self.job.cell.arm).config.model == SEARCH.prefix
 
 
 _HEADS = ("done", "running", "to do", "given up", "paid", "time left")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import secrets
 from functools import partial
 from typing import Any
@@ -16,9 +17,10 @@ from aidsr.core.config import BUILTIN, Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.loop.estimate import estimate
 from aidsr.runs.summary import cost_in_words
-from aidsr.teams.providers import key_variables
+from aidsr.teams.providers import providers
 from aidsr.teams.providers.manual import MANUAL
-from aidsr.teams.providers.model_names import PROVIDERS
+from aidsr.teams.providers.offline import RULES
+from aidsr.teams.providers.openai import OPENAI
 
 LIMITS = {
     "cost_usd": ("Most the run may cost, in dollars", 0.1),
@@ -29,15 +31,12 @@ LIMITS = {
 """The fields of a budget, what they mean, and steps of their numbers."""
 
 _KINDS = {
-    "builtin": ("Built-in rules", "Fixed rules written by people. No key, nothing paid, half a minute."),
+    "builtin": (RULES.title, RULES.doc),
     "language": (
         "A language model",
         "Of a provider or of a server of your own. Only the one named here is ever paid for.",
     ),
-    "manual": (
-        "By hand",
-        "You carry each prompt to any chat product, or think for yourself, and bring back the reply.",
-    ),
+    "manual": (MANUAL.title, MANUAL.doc),
 }
 
 
@@ -50,10 +49,10 @@ def model_name(site: Site, form: dict[str, Any]) -> str:
     if form["kind"] == "builtin":
         return BUILTIN
     if form["kind"] == "manual":
-        return f"{MANUAL}{site.own / 'prompts' / secrets.token_hex(4)}"
+        return MANUAL.name_of(str(site.own / "prompts" / secrets.token_hex(4)))
     name = str(form["model"] or "").strip()
     if not name:
-        raise UserError(f'the name of a language model was expected, for example "openai:{PROVIDERS["openai"]}"')
+        raise UserError(f'no language model is named; write for example "{OPENAI.example_name}"')
     return name
 
 
@@ -81,7 +80,8 @@ def choose_model(site: Site, form: dict[str, Any]) -> None:
 
 def _language_model(site: Site, form: dict[str, Any]) -> None:
     with box("sheet stack"):
-        examples = [f"{provider}:{model}" for provider, model in PROVIDERS.items()]
+        offered = [provider for provider in providers() if provider.connect and not provider.takes_path]
+        examples = [provider.example_name for provider in offered]
         field = ui.input("Model: PROVIDER:MODEL, or MODEL@URL", autocomplete=examples).props("outlined dense")
         cost = ui.label("").classes("small soft")
 
@@ -93,15 +93,15 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
         field.bind_value(form, "model").on_value_change(told)
         _limits(form)
         with box("scroll"), box("list plain", "table"), box(tag="tbody"):
-            for provider, (variable, is_set) in key_variables().items():
+            for provider in offered:
                 with box(tag="tr"):
-                    text(provider, "mono", "td")
-                    text(f"for example {provider}:{PROVIDERS[provider]}", "small soft mono hide-narrow", "td")
+                    text(provider.form, "mono", "td")
+                    text(f"for example {provider.example_name}", "small soft mono hide-narrow", "td")
                     with box(tag="td"):
-                        optional = provider == "ollama"
-                        said = "key set" if is_set else "no key needed" if optional else "no key"
-                        text(said, f"badge {'yes' if is_set or optional else ''}")
-                    text(variable, "small soft mono", "td")
+                        is_set = any(os.environ.get(variable, "").strip() for variable in provider.key_variables)
+                        status = "key set" if is_set else "no key" if provider.needs_key else "no key needed"
+                        text(status, f"badge {'' if status == 'no key' else 'yes'}")
+                    text(" or ".join(provider.key_variables), "small soft mono", "td")
         text(
             "Keys are read from the environment in which aidsr web was started, and are never shown or written down.",
             "small soft",

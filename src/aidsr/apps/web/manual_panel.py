@@ -14,7 +14,7 @@ from aidsr.apps.web.parts import box, button, notice, text
 from aidsr.apps.web.site import Site
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
-from aidsr.teams.providers.manual import MANUAL, WaitingPrompt, waiting_prompts
+from aidsr.teams.providers.manual import PendingPrompt, pending_prompts, prompts_directory
 
 _MOST_CHARACTERS = 1_000_000
 """Of a reply. Our choice: several times the longest a language model gives."""
@@ -24,7 +24,7 @@ _MOST_CHARACTERS = 1_000_000
 class _Prompt:
     """A question as the page shows it."""
 
-    waiting: WaitingPrompt
+    waiting: PendingPrompt
     asked: str
 
 
@@ -34,10 +34,9 @@ def prompts_of(site: Site, run: Run) -> Path | None:
     Raises:
         UserError: It lies outside the folder of runs, where the page writes nothing.
     """
-    model = run.asked().config.model
-    if not model.startswith(MANUAL):
+    directory = prompts_directory(run.asked().config.model)
+    if directory is None:
         return None
-    directory = Path(model.removeprefix(MANUAL))
     if not directory.resolve().is_relative_to(site.library.path.resolve()):
         raise UserError(
             f"the prompts of this run are in {directory}, outside the folder of runs; answer there by file, or start "
@@ -46,7 +45,7 @@ def prompts_of(site: Site, run: Run) -> Path | None:
     return directory
 
 
-def answer(waiting: WaitingPrompt, reply: str) -> None:
+def answer(waiting: PendingPrompt, reply: str) -> None:
     """Save a reply in one step, so that nobody takes half of it.
 
     Raises:
@@ -66,7 +65,7 @@ def answer(waiting: WaitingPrompt, reply: str) -> None:
 
 def manual_panel(site: Site, run: Run) -> None:
     """Show the prompts that wait, each with a copy button and a box for the reply."""
-    if run.asked().config.model.startswith(MANUAL):
+    if prompts_directory(run.asked().config.model):
         live(lambda: _read(site, run), lambda prompts: _draw(run, prompts))
 
 
@@ -74,7 +73,7 @@ def _read(site: Site, run: Run) -> tuple[_Prompt, ...]:
     directory = prompts_of(site, run)
     if directory is None or not site.is_at_work(run):
         return ()
-    return tuple(_Prompt(one, one.prompt.read_text(encoding="utf-8")) for one in waiting_prompts(directory))
+    return tuple(_Prompt(one, one.prompt.read_text(encoding="utf-8")) for one in pending_prompts(directory))
 
 
 def _draw(run: Run, prompts: tuple[_Prompt, ...]) -> None:

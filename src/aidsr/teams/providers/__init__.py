@@ -1,16 +1,36 @@
-"""One question, one answer, one price: language models by name.
+"""Providers of models: what `--model` may name, one record each.
 
     model = connect("anthropic:claude-sonnet-5-5")
     record = model.ask(question)
 
-`connect` knows the large providers, OpenRouter, Ollama and any server that speaks OpenAI's wire format. Provider
-libraries are loaded when `connect` is called, never at import.
+A provider is a `Provider` record in a file of its own; `registry` lists them and finds the one of a name. Client
+libraries are loaded when `connect` is called, never at import. docs/add_a_provider.md shows how a package adds one.
 """
 
-from aidsr.core.model import Model
-from aidsr.teams.providers.connect import connect, key_variables
-from aidsr.teams.providers.credentials import Access
 from aidsr.teams.providers.manual import ManualModel
-from aidsr.teams.providers.retry import Clock, Patience
+from aidsr.teams.providers.provider import Endpoint, Provider
+from aidsr.teams.providers.registry import (
+    absolute_name,
+    connect,
+    is_offline,
+    parse_model_name,
+    price_usd,
+    provider_of,
+    providers,
+)
+from aidsr.teams.providers.retry import Clock, RetryPolicy
 
-__all__ = ["Access", "Clock", "ManualModel", "Model", "Patience", "connect", "key_variables"]
+__all__ = [
+    "Clock",
+    "Endpoint",
+    "ManualModel",
+    "Provider",
+    "RetryPolicy",
+    "absolute_name",
+    "connect",
+    "is_offline",
+    "parse_model_name",
+    "price_usd",
+    "provider_of",
+    "providers",
+]

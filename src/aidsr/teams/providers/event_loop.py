@@ -7,21 +7,19 @@ import threading
 from collections.abc import Coroutine
 from typing import Any, TypeVar
 
-__all__ = ["run"]
-
 T = TypeVar("T")
 
 _lock = threading.Lock()
 _loops: list[asyncio.AbstractEventLoop] = []
 
 
-def run(coroutine: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine on the background loop and wait for its result.
+def run_coroutine(coroutine: Coroutine[Any, Any, T]) -> T:
+    """Run a coroutine on the event loop and wait for its result.
 
-    Several threads may wait at once; their coroutines run side by side. An interrupt of the waiting thread cancels
+    Several threads may wait at once; their coroutines run concurrently. An interrupt of the waiting thread cancels
     the coroutine.
     """
-    future = asyncio.run_coroutine_threadsafe(coroutine, _loop())
+    future = asyncio.run_coroutine_threadsafe(coroutine, _event_loop())
     try:
         return future.result()
     except BaseException:
@@ -29,8 +27,8 @@ def run(coroutine: Coroutine[Any, Any, T]) -> T:
         raise
 
 
-def _loop() -> asyncio.AbstractEventLoop:
-    """Return the loop, started when it is first needed."""
+def _event_loop() -> asyncio.AbstractEventLoop:
+    """Return the loop; it starts with the first call."""
     with _lock:
         if not _loops:
             loop = asyncio.new_event_loop()

@@ -1,13 +1,11 @@
-"""A model that is a person: prompts go out as files, replies come in as files.
+"""manual:DIRECTORY: a person, or any program, answers prompts in files.
 
-Any chat product, another program, or a person alone can play the team this way. A directory holds NNNN.prompt.md for
-each call, and its reply is expected beside it as NNNN.reply.md.
+Each call writes NNNN.prompt.md into the directory and waits for NNNN.reply.md beside it.
 """
 
 from __future__ import annotations
 
 import hashlib
-import math
 import re
 import threading
 import time
@@ -19,16 +17,9 @@ from pathlib import Path
 from aidsr.core.calls import CallRecord, Message, Question, Usage
 from aidsr.core.directory_lock import Claim
 from aidsr.core.errors import ModelError, UserError
+from aidsr.teams.providers.provider import Endpoint, Provider
+from aidsr.teams.providers.tokens import estimate_input_tokens, estimate_tokens
 
-__all__ = ["MANUAL", "ManualModel", "WaitingPrompt", "estimated_input_tokens", "estimated_tokens", "waiting_prompts"]
-
-MANUAL = "manual:"
-"""What the name of such a model begins with; the directory follows."""
-
-_BYTES_PER_TOKEN = 3
-"""Our choice: English and MJCF take 3 to 4 bytes a token with current tokenizers, so this rather counts too many."""
-_TOKENS_A_PICTURE = 1600
-"""Our choice, rather too many: providers count 250 to 1,600 for pictures of the sizes that we draw."""
 _PROMPT = re.compile(r"(\d{4,})\.prompt\.md")
 _FIRST_LINE = re.compile(r"<!-- AID-SR question ([0-9a-f]{64}), asked by the ([a-z]+) -->")
 _HOW_TO = """\
@@ -43,136 +34,136 @@ _TITLES = {"system": "INSTRUCTIONS", "user": "MESSAGE", "assistant": "EARLIER RE
 
 
 @dataclass(frozen=True)
-class WaitingPrompt:
-    """A question on disk that has no reply yet."""
+class PendingPrompt:
+    """A prompt file without a reply.
+
+    Attributes:
+        prompt: The prompt's file.
+        reply: The file in which its reply is expected.
+        role: The role that asks.
+    """
 
     prompt: Path
     reply: Path
-    """Where the reply is expected."""
     role: str
 
 
-def waiting_prompts(directory: Path) -> tuple[WaitingPrompt, ...]:
-    """Return the questions in a directory that wait for a reply, in order; none where there is no directory."""
+def pending_prompts(directory: Path) -> tuple[PendingPrompt, ...]:
+    """Return the prompts in a directory that have no reply, in order; empty where there is no directory."""
     return tuple(
-        WaitingPrompt(sheet.prompt, sheet.reply, role)
-        for sheet, _, role in _sheets(directory)
-        if not (sheet.reply.exists() or sheet.taken.exists())
+        PendingPrompt(files.prompt, files.reply, role)
+        for files, _, role in _prompt_files(directory)
+        if not (files.reply.exists() or files.recorded.exists())
     )
 
 
-def estimated_tokens(text: str) -> int:
-    """Return about how many tokens a text has; only its visible bytes are known."""
-    return math.ceil(len(text.encode()) / _BYTES_PER_TOKEN)
-
-
-def estimated_input_tokens(question: Question) -> int:
-    """Return about how many tokens a question has, its pictures included."""
-    pictures = sum(len(message.pictures) for message in question.messages)
-    return estimated_tokens("\n".join(message.text for message in question.messages)) + _TOKENS_A_PICTURE * pictures
+def prompts_directory(name: str) -> Path | None:
+    """Return the directory of prompts in a model's name, None for a model of another provider."""
+    prefix, _, directory = name.partition(":")
+    return Path(directory) if prefix == MANUAL.prefix and directory else None
 
 
 class ManualModel:
-    """Writes each question into a directory and waits, as long as it takes, for its reply to appear there.
+    """Writes each question into a directory and waits, without a time limit, for its reply to appear there.
 
-    A question found there from an earlier life of the run is not asked twice: its reply is taken, or waited for. Runs
-    may use a directory one after the other: it is taken with the first question, and given back by `interrupt`.
+    A prompt left there by an interrupted run is not written again: its reply is read, or waited for. Runs may use a
+    directory one after the other: it is locked with the first question, and released by `interrupt`.
 
     Args:
-        directory: Made when the first question is asked.
-        poll_s: How often to look for replies [s].
-        settled_s: How long a reply must not have changed before it counts as complete [s].
+        directory: Created with the first question.
+        poll_s: Time between two looks for replies [s].
+        settled_s: Time without change after which a reply counts as complete [s].
     """
 
     def __init__(self, directory: Path, *, poll_s: float = 0.3, settled_s: float = 1.0) -> None:
-        self.name = f"{MANUAL}{directory}"
+        self.name = f"manual:{directory}"
         self._directory = directory
         self._poll_s = poll_s
         self._settled_s = settled_s
-        self._claimed: dict[str, list[_Sheet]] = {}
-        """Sheets that calls of this process ask or asked, by question."""
-        self._claim: Claim | None = None
-        self._lock = threading.Lock()
+        self._claimed: dict[str, list[_PromptFiles]] = {}
+        """Prompt files of this process, by fingerprint of the question."""
+        self._lock: Claim | None = None
+        self._mutex = threading.Lock()
         self._interrupted = threading.Event()
 
     def ask(self, question: Question) -> CallRecord:
-        """Return what a person, or whatever answers for them, put into the file of the reply.
+        """Return the reply that was saved in the file beside the prompt.
 
         Raises:
-            UserError: The directory cannot be written or another run uses it, or the reply is not text in UTF-8.
-            ModelError: Waiting was interrupted; the question stays, and its reply is taken when it is asked again.
+            UserError: The directory cannot be written or is locked by another run, or the reply is not text in UTF-8.
+            ModelError: Waiting was interrupted; the prompt stays, and its reply is read when the run is resumed.
         """
         if self._interrupted.is_set():
             raise ModelError("interrupted before it could be asked")
-        sheet = self._sheet(question)
-        while not _is_settled(sheet.reply, self._settled_s):
+        files = self._files_of(question)
+        while not _is_settled(files.reply, self._settled_s):
             if self._interrupted.wait(self._poll_s):
-                raise ModelError(f"interrupted while {sheet.prompt} waits for its reply")
-        return _record(question, self.name, sheet)
+                raise ModelError(f"interrupted while {files.prompt} waits for its reply")
+        return _record(question, self.name, files)
 
-    def check_free(self) -> None:
-        """Refuse a directory that another run uses or that cannot be written, before anything is asked.
+    def check_available(self) -> None:
+        """Check the directory before a run starts.
 
         Raises:
-            UserError: Another run uses it, it cannot be written, or it is none.
+            UserError: It is locked by another run, cannot be written, or is not a directory.
         """
         if self._directory.exists():
-            self._take().release()
+            self._lock_directory().release()
 
-    def kept(self, record: CallRecord) -> None:
-        """Take notice that a reply is recorded elsewhere: asked once more, the same question is a new one."""
-        with self._lock:
-            for sheet in self._claimed.get(_fingerprint(record.question), ()):
-                if not sheet.taken.exists() and _read(sheet.reply) == record.reply:
-                    sheet.taken.touch()
+    def mark_recorded(self, record: CallRecord) -> None:
+        """Note that a run has recorded a reply: asked once more, the same question gets a new prompt."""
+        with self._mutex:
+            for files in self._claimed.get(_fingerprint(record.question), ()):
+                if not files.recorded.exists() and _read(files.reply) == record.reply:
+                    files.recorded.touch()
                     return
 
     def interrupt(self) -> None:
-        """Let every call that waits give up, now and from now on, and the directory be free for another run."""
+        """Let every waiting call and every later one fail, and release the directory for another run."""
         self._interrupted.set()
-        with self._lock:
-            if self._claim:
-                self._claim.release()
-                self._claim = None
+        with self._mutex:
+            if self._lock:
+                self._lock.release()
+                self._lock = None
 
-    def _sheet(self, question: Question) -> _Sheet:
-        """Return the place of the question: one left by an earlier life of the run, else a new one."""
+    def _files_of(self, question: Question) -> _PromptFiles:
+        """Return the files of a question: those left by an interrupted run, else new ones."""
         key = _fingerprint(question)
-        with self._lock:
-            if self._claim is None:
-                self._claim = self._take()
+        with self._mutex:
+            if self._lock is None:
+                self._lock = self._lock_directory()
             claimed = self._claimed.setdefault(key, [])
-            left = (
-                sheet
-                for sheet, asked, _ in _sheets(self._directory)
-                if asked == key and sheet not in claimed and not sheet.taken.exists()
+            unanswered = (
+                files
+                for files, fingerprint, _ in _prompt_files(self._directory)
+                if fingerprint == key and files not in claimed and not files.recorded.exists()
             )
-            sheet = next(left, None) or self._new_sheet(question, key)
-            claimed.append(sheet)
-            return sheet
+            files = next(unanswered, None) or self._write_prompt(question, key)
+            claimed.append(files)
+            return files
 
-    def _take(self) -> Claim:
+    def _lock_directory(self) -> Claim:
         try:
             self._directory.mkdir(parents=True, exist_ok=True)
             return Claim(self._directory)
         except OSError as error:
             raise self._not_writable(error) from None
 
-    def _new_sheet(self, question: Question, key: str) -> _Sheet:
-        number = max((sheet.number for sheet, _, _ in _sheets(self._directory)), default=0) + 1
-        sheet = _Sheet(self._directory, number)
+    def _write_prompt(self, question: Question, key: str) -> _PromptFiles:
+        number = max((files.number for files, _, _ in _prompt_files(self._directory)), default=0) + 1
+        files = _PromptFiles(self._directory, number)
         try:
-            sheet.write(_text(question, key, sheet), [png for each in question.messages for png in each.pictures])
+            files.write(_text(question, key, files), [png for each in question.messages for png in each.pictures])
         except OSError as error:
             raise self._not_writable(error) from None
-        return sheet
+        return files
 
     def _not_writable(self, error: OSError) -> UserError:
-        return UserError(f"no prompt can be written into {self._directory} ({error.strerror}); name another directory")
+        return UserError(f"cannot write prompts into {self._directory} ({error.strerror}); name another directory")
 
 
 @dataclass(frozen=True)
-class _Sheet:
+class _PromptFiles:
     """The files of one question."""
 
     directory: Path
@@ -187,15 +178,15 @@ class _Sheet:
         return self.directory / f"{self.number:04d}.reply.md"
 
     @property
-    def taken(self) -> Path:
-        """There once the reply is recorded in a run."""
+    def recorded(self) -> Path:
+        """An empty file, written once a run has recorded the reply."""
         return self.directory / f".{self.number:04d}.taken"
 
     def picture(self, number: int) -> Path:
         return self.directory / f"{self.number:04d}.picture_{number}.png"
 
     def write(self, text: str, pictures: Sequence[bytes]) -> None:
-        """Put the whole prompt there at once, so that nobody reads half of it; its pictures are there before."""
+        """Write the pictures, then the prompt in one step, so that no reader sees half of it."""
         for number, png in enumerate(pictures, start=1):
             self.picture(number).write_bytes(png)
         draft = self.directory / f".{self.number:04d}.tmp"
@@ -203,25 +194,26 @@ class _Sheet:
         draft.replace(self.prompt)
 
 
-def _sheets(directory: Path) -> list[tuple[_Sheet, str, str]]:
+def _prompt_files(directory: Path) -> list[tuple[_PromptFiles, str, str]]:
     """Return the prompts of a directory in order, each with its question's fingerprint and role."""
-    found: list[tuple[_Sheet, str, str]] = []
+    found: list[tuple[_PromptFiles, str, str]] = []
     for path in directory.glob("*.prompt.md"):
         if number := _PROMPT.fullmatch(path.name):
             with path.open(encoding="utf-8") as file:
                 first = _FIRST_LINE.match(file.readline())
-            found.append((_Sheet(directory, int(number[1])), first[1] if first else "", first[2] if first else ""))
+            fingerprint, role = (first[1], first[2]) if first else ("", "")
+            found.append((_PromptFiles(directory, int(number[1])), fingerprint, role))
     return sorted(found, key=lambda each: each[0].number)
 
 
-def _text(question: Question, key: str, sheet: _Sheet) -> str:
+def _text(question: Question, key: str, files: _PromptFiles) -> str:
     how_to = _HOW_TO.format(
-        number=f"{sheet.number:04d}", role=question.role, max_output_tokens=question.max_output_tokens
+        number=f"{files.number:04d}", role=question.role, max_output_tokens=question.max_output_tokens
     )
     first = f"<!-- AID-SR question {key}, asked by the {question.role} -->\n"
-    shown = sum(len(message.pictures) for message in question.messages)
-    if shown:
-        names = ", ".join(f"`{sheet.picture(number).name}`" for number in range(1, shown + 1))
+    pictures = sum(len(message.pictures) for message in question.messages)
+    if pictures:
+        names = ", ".join(f"`{files.picture(number).name}`" for number in range(1, pictures + 1))
         how_to += f"The pictures that it speaks of lie beside this file, in their order: {names}.\n"
     return first + how_to + "".join(_turn(message) for message in question.messages)
 
@@ -235,12 +227,12 @@ def _fingerprint(question: Question) -> str:
 
 
 def _is_settled(reply: Path, settled_s: float) -> bool:
-    """Whether there is a reply that has not changed for a while; one that was moved into place may count at once."""
+    """Whether there is a reply that has not changed for a while, by its modification time."""
     try:
-        found = reply.stat()
+        stat = reply.stat()
     except FileNotFoundError:
         return False
-    return time.time() - found.st_mtime >= settled_s and bool(_read(reply).strip())
+    return time.time() - stat.st_mtime >= settled_s and bool(_read(reply).strip())
 
 
 def _read(reply: Path) -> str:
@@ -249,15 +241,13 @@ def _read(reply: Path) -> str:
     except FileNotFoundError:
         return ""
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(
-            f"{reply} was expected to be text in UTF-8 and cannot be read ({error}); save it again, then resume the run"
-        ) from None
+        raise UserError(f"{reply} is not text in UTF-8 ({error}); save it again, then resume the run") from None
 
 
-def _record(question: Question, name: str, sheet: _Sheet) -> CallRecord:
-    """Return the answered call; its time runs from the prompt's file to the reply's, whoever was at work meanwhile."""
-    reply = _read(sheet.reply)
-    asked_s, answered_s = sheet.prompt.stat().st_mtime, sheet.reply.stat().st_mtime
+def _record(question: Question, name: str, files: _PromptFiles) -> CallRecord:
+    """Return the answered call; its latency is the time from the prompt's file to the reply's."""
+    reply = _read(files.reply)
+    asked_s, answered_s = files.prompt.stat().st_mtime, files.reply.stat().st_mtime
     return CallRecord(
         question=question,
         model=name,
@@ -265,11 +255,26 @@ def _record(question: Question, name: str, sheet: _Sheet) -> CallRecord:
         finish="stop",
         usage=Usage(
             calls=1,
-            input_tokens=estimated_input_tokens(question),
-            output_tokens=estimated_tokens(reply),
+            input_tokens=estimate_input_tokens(question),
+            output_tokens=estimate_tokens(reply),
             tokens_estimated=True,
             cost_usd=None,
             latency_s=max(0.0, answered_s - asked_s),
         ),
         started=datetime.fromtimestamp(asked_s, UTC).isoformat(timespec="milliseconds"),
     )
+
+
+def _connect(endpoint: Endpoint) -> ManualModel:
+    return ManualModel(Path(endpoint.argument))
+
+
+MANUAL = Provider(
+    prefix="manual",
+    title="By hand",
+    doc="You carry each prompt to any chat product, or think for yourself, and bring back the reply.",
+    argument="DIRECTORY",
+    example="prompts",
+    connect=_connect,
+    takes_path=True,
+)

@@ -1,47 +1,48 @@
-"""What a call may cost, before it is made."""
+"""List prices of models."""
 
 from __future__ import annotations
 
-from aidsr.teams.providers.credentials import Access
-from aidsr.teams.providers.model_names import parse_address
+from typing import TYPE_CHECKING
 
-__all__ = ["is_priced", "list_price_usd"]
-
-_PROVIDER_IDS = {"openai-chat": "openai"}
-"""Names of genai-prices where they differ from ours."""
+if TYPE_CHECKING:
+    from pydantic_ai.messages import ModelResponse
 
 
-def is_priced(provider: str, access: Access) -> bool:
-    """Return whether list prices apply: the provider's own service, not a proxy and not a local server."""
-    urls = {
-        "openai": access.openai_base_url,
-        "openai-chat": access.openai_base_url,
-        "anthropic": access.anthropic_base_url,
-        "google": access.google_base_url,
-        "openrouter": access.openrouter_base_url,
-    }
-    return provider in urls and urls[provider] is None
-
-
-def list_price_usd(name: str, input_tokens: int, output_tokens: int, access: Access | None = None) -> float | None:
+def list_price_usd(price_id: str, model: str, input_tokens: int, output_tokens: int) -> float | None:
     """Return the list price of a call without any cached input [USD]; None when it is not known.
 
     Args:
-        name: Name of the model, as for `connect`.
+        price_id: Provider as genai-prices names it.
+        model: The model's name at its provider.
         input_tokens: Tokens of the prompt.
         output_tokens: Tokens of the reply, reasoning included.
-        access: URLs; a model behind one of one's own has no list price. The environment's by default.
 
     Source: list prices of the genai-prices package, matched by provider and model name.
     """
     from genai_prices import Usage, calc_price
 
-    address = parse_address(name)
-    if not is_priced(address.provider, access or Access()):
-        return None
     usage = Usage(input_tokens=input_tokens, output_tokens=output_tokens)
-    provider = _PROVIDER_IDS.get(address.provider, address.provider)
     try:
-        return float(calc_price(usage, model_ref=address.model, provider_id=provider).total_price)
+        return float(calc_price(usage, model_ref=model, provider_id=price_id).total_price)
+    except (LookupError, ValueError):
+        return None
+
+
+def cost_usd(response: ModelResponse, has_list_price: bool) -> float | None:
+    """Return what a response cost [USD]: as its server reports it, else by list price, None when unknown.
+
+    Args:
+        response: The response.
+        has_list_price: Whether the provider's list prices apply.
+
+    Source: list prices of the genai-prices package, matched by provider and model name.
+    """
+    reported: float | None = (response.provider_details or {}).get("cost")
+    if reported is not None:
+        return reported
+    if not has_list_price or not response.model_name:
+        return None
+    try:
+        return float(response.cost().total_price)
     except (LookupError, ValueError):
         return None

@@ -1,4 +1,4 @@
-"""Asking again when a provider is busy, broken or out of reach: how often, how long, and when to give up."""
+"""Retries when a provider is busy, broken or unreachable: how often, how long, and when to give up."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from aidsr.core.calls import FailedAttempt
 from aidsr.core.errors import ModelError, UserError
-
-__all__ = ["Clock", "Patience", "TransientError", "persist"]
 
 T = TypeVar("T")
 
@@ -30,54 +28,54 @@ class TransientError(Exception):
         super().__init__(message)
 
 
-class Patience(BaseSettings):
-    """How long to try. Each value can be set in the environment as AIDSR_ and its name in capitals."""
+class RetryPolicy(BaseSettings):
+    """Attempts, pauses and time limits. Each can be set in the environment as AIDSR_ and its name in capitals."""
 
     model_config = SettingsConfigDict(frozen=True, extra="forbid", env_prefix="AIDSR_", env_ignore_empty=True)
 
     attempts: int = Field(default=6, ge=1)
     """Attempts at one call. Source: our choice; with the waits below, six ride out half a minute of trouble."""
     attempt_timeout_s: float = Field(default=900.0, gt=0)
-    """Longest time for one attempt. Source: our choice; 20,000 tokens at 25 tokens a second take 800 s."""
+    """Time limit of one attempt. Source: our choice; 20,000 tokens at 25 tokens a second take 800 s."""
     deadline_s: float = Field(default=3600.0, gt=0)
-    """Longest time for all attempts and pauses of one call. Source: our choice."""
+    """Time limit of all attempts and pauses of one call. Source: our choice."""
     first_wait_s: float = Field(default=1.0, ge=0)
     """Pause after the first failure; doubled after each further one."""
     longest_wait_s: float = Field(default=30.0, ge=0)
     """Longest pause we choose ourselves; a provider's Retry-After is followed beyond it, up to the deadline."""
 
     @classmethod
-    def from_environment(cls) -> Patience:
+    def from_environment(cls) -> RetryPolicy:
         """Return the environment's values over our defaults.
 
         Raises:
-            UserError: A variable holds something else than a number in its range.
+            UserError: A variable is not a number in its range.
         """
         try:
             return cls()
         except ValidationError as error:
             problem = error.errors()[0]
         variable = f"AIDSR_{problem['loc'][0]}".upper()
-        raise UserError(f'The environment variable {variable} is wrong: {problem["msg"]}, found "{problem["input"]}".')
+        raise UserError(f'invalid environment variable {variable}="{problem["input"]}": {problem["msg"]}')
 
 
 @dataclass(frozen=True)
 class Clock:
-    """Time as the retries see it; tests pass one that does not wait."""
+    """Time source of the retries; tests pass one that does not wait."""
 
     now: Callable[[], float] = time.monotonic
     sleep: Callable[[float], None] = time.sleep
 
 
-def persist(
-    name: str, attempt: Callable[[float], T], patience: Patience, clock: Clock
+def call_with_retries(
+    name: str, attempt: Callable[[float], T], policy: RetryPolicy, clock: Clock
 ) -> tuple[T, tuple[FailedAttempt, ...]]:
     """Attempt until there is a result.
 
     Args:
-        name: Who is asked, for the error sentence.
+        name: Name of the model, for error messages.
         attempt: Called with the time it may take [s]; raises TransientError when trying again may help.
-        patience: How long to try.
+        policy: Attempts, pauses and time limits.
         clock: Time and sleep.
 
     Returns:
@@ -86,27 +84,27 @@ def persist(
     Raises:
         ModelError: Attempts or time are used up. Any other exception of `attempt` passes through.
     """
-    end = clock.now() + patience.deadline_s
+    end = clock.now() + policy.deadline_s
     failed: list[FailedAttempt] = []
     while True:
         try:
-            return attempt(min(patience.attempt_timeout_s, end - clock.now())), tuple(failed)
+            return attempt(min(policy.attempt_timeout_s, end - clock.now())), tuple(failed)
         except TransientError as error:
-            trouble = error
-        wait = _wait_s(trouble, len(failed), patience)
-        if len(failed) + 1 >= patience.attempts:
-            raise ModelError(f"{name} gave no reply in {patience.attempts} attempts; the last one failed: {trouble}")
+            failure = error
+        wait = _wait_s(failure, len(failed), policy)
+        if len(failed) + 1 >= policy.attempts:
+            raise ModelError(f"{name} gave no reply in {policy.attempts} attempts; the last one failed: {failure}")
         if clock.now() + wait >= end:
             raise ModelError(
-                f"{name} gave no reply within {patience.deadline_s:g} s; attempt {len(failed) + 1} failed, and the "
-                f"next would have to wait {wait:.0f} s: {trouble}"
+                f"{name} gave no reply within {policy.deadline_s:g} s; attempt {len(failed) + 1} failed, and the "
+                f"next would have to wait {wait:.0f} s: {failure}"
             )
-        failed.append(FailedAttempt(error=str(trouble), waited_s=wait))
+        failed.append(FailedAttempt(error=str(failure), waited_s=wait))
         clock.sleep(wait)
 
 
-def _wait_s(trouble: TransientError, failures_before: int, patience: Patience) -> float:
+def _wait_s(failure: TransientError, failures_before: int, policy: RetryPolicy) -> float:
     """Return the pause before the next attempt [s]: what the provider asked for, else doubling from the first."""
-    if trouble.retry_after_s is not None:
-        return trouble.retry_after_s
-    return min(patience.first_wait_s * 2.0**failures_before, patience.longest_wait_s)
+    if failure.retry_after_s is not None:
+        return failure.retry_after_s
+    return min(policy.first_wait_s * 2.0**failures_before, policy.longest_wait_s)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import logging
 import traceback
+from dataclasses import asdict
 
 import pytest
 
 from aidsr.core.calls import Message, Question
 from aidsr.core.errors import AidsrError, UserError
-from aidsr.teams.providers import Access, Patience, connect
-from aidsr.teams.providers.failures import explain
+from aidsr.teams.providers import RetryPolicy, connect
+from aidsr.teams.providers.client_errors import translate_error
+from aidsr.teams.providers.openai import OPENAI
+from aidsr.teams.providers.remote import RemoteModel
 from fake_clock import FakeClock
 from loopback import Act, Drop, Fail, Loopback, Say
 
@@ -38,14 +41,13 @@ def test_no_key_comes_out(
     provider: str, script: tuple[Act, ...], fake_clock: FakeClock, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.DEBUG), Loopback(script) as server:
-        access = Access(
-            openai_api_key=CANARY, anthropic_api_key=CANARY, google_api_key=CANARY, openrouter_api_key=CANARY,
-            aidsr_api_key=CANARY, openai_base_url=f"{server.url}/v1", anthropic_base_url=server.url,
-            google_base_url=server.url, openrouter_base_url=f"{server.url}/v1",
-        )  # fmt: skip
+        environ = {f"{name}_API_KEY": CANARY for name in ("OPENAI", "ANTHROPIC", "GOOGLE", "OPENROUTER", "AIDSR")}
+        environ |= {f"{name}_BASE_URL": f"{server.url}/v1" for name in ("OPENAI", "OPENROUTER")}
+        environ |= {f"{name}_BASE_URL": server.url for name in ("ANTHROPIC", "GOOGLE")}
         name = f"m@{server.url}/v1" if provider == "url" else provider
-        model = connect(name, access=access, patience=Patience(attempts=2), clock=fake_clock.clock())
-        seen = [repr(model), str(model), repr(access), repr(access.model_dump()), access.model_dump_json()]
+        model = connect(name, environ=environ, retry=RetryPolicy(attempts=2), clock=fake_clock.clock())
+        assert isinstance(model, RemoteModel)
+        seen = [repr(model), str(model), repr(model.endpoint), str(asdict(model.endpoint))]
         raised: BaseException | None = None
         try:
             seen.append(model.ask(QUESTION).model_dump_json())
@@ -61,17 +63,19 @@ def test_no_key_comes_out(
 
 @pytest.mark.parametrize("key", ["sk-two\nlines", "sk two words", "sk-ünïcode", "sk-\x00"])
 def test_a_key_that_cannot_be_sent_is_refused_unseen(key: str) -> None:
-    with pytest.raises(UserError, match="cannot be sent") as caught:
-        Access(openai_api_key=key)
+    with pytest.raises(UserError, match="OPENAI_API_KEY cannot be sent") as caught:
+        OPENAI.key({"OPENAI_API_KEY": key})
     assert key not in "".join(traceback.format_exception(caught.value))
 
 
 def test_a_bug_keeps_its_traceback_unless_it_shows_the_key() -> None:
     harmless, telling = TypeError("oops"), TypeError(f"oops {CANARY}")
-    assert explain(harmless, "m", "KEY", (CANARY,)) is harmless
-    assert CANARY not in repr(explain(telling, "m", "KEY", (CANARY,)))
+    assert translate_error(harmless, "m", "KEY", (CANARY,)) is harmless
+    assert CANARY not in repr(translate_error(telling, "m", "KEY", (CANARY,)))
 
 
-def test_the_longest_key_is_wiped_first() -> None:
-    access = Access(openai_api_key="sk-abc", anthropic_api_key="sk-abc-and-more")
-    assert access.keys()[:2] == ("sk-abc-and-more", "sk-abc")
+def test_the_longest_key_is_redacted_first() -> None:
+    environ = {"OPENAI_API_KEY": "sk-abc", "ANTHROPIC_API_KEY": "sk-abc-and-more"}
+    model = connect("openai:m", environ=environ)
+    assert isinstance(model, RemoteModel)
+    assert [key.get_secret_value() for key in model.endpoint.secrets] == ["sk-abc-and-more", "sk-abc"]

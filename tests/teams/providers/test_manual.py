@@ -15,7 +15,8 @@ import pytest
 from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ModelError, UserError
 from aidsr.teams.providers import ManualModel, connect
-from aidsr.teams.providers.manual import estimated_tokens, waiting_prompts
+from aidsr.teams.providers.manual import pending_prompts
+from aidsr.teams.providers.tokens import estimate_tokens
 
 NO_PROC = {"condition": not Path("/proc/self").is_dir(), "reason": "needs a directory that nobody can write"}
 
@@ -31,7 +32,7 @@ def model(directory: Path) -> ManualModel:
 
 def until_waiting(directory: Path, count: int) -> tuple:
     end = time.monotonic() + 20
-    while len(found := waiting_prompts(directory)) < count:
+    while len(found := pending_prompts(directory)) < count:
         assert time.monotonic() < end, "no prompt came"
         time.sleep(0.002)
     return found
@@ -61,7 +62,7 @@ def test_the_reply_is_the_file_with_estimated_tokens_and_no_price(tmp_path: Path
     assert (record.reply, record.finish, record.question) == ("µ" * 9, "stop", question("x"))
     assert record.usage.tokens_estimated
     assert record.usage.output_tokens == 18 / 3
-    assert record.usage.input_tokens == estimated_tokens("You write robots.\nFirst.\nA try.\nx")
+    assert record.usage.input_tokens == estimate_tokens("You write robots.\nFirst.\nA try.\nx")
     assert record.usage.cost_usd is None, "nobody knows what the person's product costs"
 
 
@@ -106,7 +107,7 @@ def test_a_reply_that_is_kept_answers_no_second_question(tmp_path: Path) -> None
     second = model(tmp_path)
     assert second.ask(question("x")).reply == "one", "taken but never recorded: it is not lost"
     second.interrupt()
-    first.kept(record)
+    first.mark_recorded(record)
     (again,) = asked(model(tmp_path), question("x"), replies=["two"])
     assert again.reply == "two"
     assert (tmp_path / "0002.prompt.md").exists()
@@ -156,7 +157,7 @@ def test_a_reply_that_is_no_text_is_said(tmp_path: Path) -> None:
 def test_nothing_is_written_before_the_first_question(tmp_path: Path) -> None:
     assert connect(f"manual:{tmp_path / 'new'}").name == f"manual:{tmp_path / 'new'}"
     assert not (tmp_path / "new").exists()
-    assert waiting_prompts(tmp_path / "new") == ()
+    assert pending_prompts(tmp_path / "new") == ()
 
 
 def test_a_name_without_a_directory_is_refused() -> None:
@@ -173,8 +174,8 @@ def test_a_directory_that_cannot_be_written_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize("place", ["file", pytest.param("/proc", marks=pytest.mark.skipif(**NO_PROC))])
 def test_a_directory_that_cannot_be_written_is_said_before_a_run_is_made(tmp_path: Path, place: str) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match=r"no prompt can be written into .*; name another directory"):
-        model(tmp_path / place).check_free()
+    with pytest.raises(UserError, match=r"cannot write prompts into .*; name another directory"):
+        model(tmp_path / place).check_available()
 
 
 def test_pictures_lie_beside_the_prompt_that_names_them(tmp_path: Path) -> None:
@@ -182,14 +183,14 @@ def test_pictures_lie_beside_the_prompt_that_names_them(tmp_path: Path) -> None:
     (record,) = asked(model(tmp_path), Question(role="judge", messages=(shown,)), replies=["seen"])
     assert [(tmp_path / f"0001.picture_{n}.png").read_bytes() for n in (1, 2)] == [b"one", b"two"]
     assert "in their order: `0001.picture_1.png`, `0001.picture_2.png`" in (tmp_path / "0001.prompt.md").read_text()
-    assert record.usage.input_tokens == estimated_tokens("Look.") + 2 * 1600
+    assert record.usage.input_tokens == estimate_tokens("Look.") + 2 * 1600
 
 
 def test_two_live_runs_in_one_directory_are_refused(tmp_path: Path) -> None:
     first, second = model(tmp_path), model(tmp_path)
-    second.check_free()
+    second.check_available()
     asked(first, question("x"), replies=["one"])
-    for attempt in (second.check_free, lambda: second.ask(question("y"))):
+    for attempt in (second.check_available, lambda: second.ask(question("y"))):
         with pytest.raises(UserError, match="belongs to a run that is at work, so name another one"):
             attempt()
     assert not (tmp_path / "0002.prompt.md").exists()
@@ -205,7 +206,7 @@ def test_a_directory_whose_run_was_killed_is_free_again(tmp_path: Path) -> None:
         "os.kill(os.getpid(), 9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
-    model(tmp_path).check_free()
+    model(tmp_path).check_available()
 
 
 def test_interrupting_ends_every_wait(tmp_path: Path) -> None:

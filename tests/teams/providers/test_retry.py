@@ -1,12 +1,12 @@
 from __future__ import annotations
 
 import pytest
-from test_model_wire import NAMES, loop_model
+from test_remote import NAMES, loop_model
 
 from aidsr.core.calls import CallRecord, FailedAttempt, Message, Question
 from aidsr.core.errors import ModelError, UserError
-from aidsr.teams.providers import Access, Patience, connect
-from aidsr.teams.providers.retry import TransientError, persist
+from aidsr.teams.providers import RetryPolicy, connect
+from aidsr.teams.providers.retry import TransientError, call_with_retries
 from fake_clock import FakeClock
 from loopback import Act, Drop, Fail, Hang, Loopback, Raw, Say
 
@@ -18,9 +18,9 @@ def fake_clock() -> FakeClock:
     return FakeClock()
 
 
-def ask(fake_clock: FakeClock, *script: Act, **patience: float) -> CallRecord:
+def ask(fake_clock: FakeClock, *script: Act, **policy: float) -> CallRecord:
     with Loopback(script) as server:
-        model = connect(f"m@{server.url}/v1", access=Access(), patience=Patience(**patience), clock=fake_clock.clock())
+        model = connect(f"m@{server.url}/v1", environ={}, retry=RetryPolicy(**policy), clock=fake_clock.clock())
         record = model.ask(QUESTION)
     assert len(server.requests) == len(script), "some of the script was not asked for"
     return record
@@ -107,7 +107,7 @@ def test_attempts_are_bounded(fake_clock: FakeClock) -> None:
 def test_an_unreachable_server_is_a_model_error(fake_clock: FakeClock) -> None:
     with Loopback([]) as server:
         url = server.url
-    model = connect(f"m@{url}/v1", access=Access(), patience=Patience(attempts=2), clock=fake_clock.clock())
+    model = connect(f"m@{url}/v1", environ={}, retry=RetryPolicy(attempts=2), clock=fake_clock.clock())
     with pytest.raises(ModelError, match="connection failed"):
         model.ask(QUESTION)
 
@@ -143,20 +143,20 @@ def test_the_deadline_bounds_attempts_and_pauses_together(fake_clock: FakeClock)
         raise TransientError("busy")
 
     with pytest.raises(ModelError, match="attempt 3 failed, and the next would have to wait 4 s: busy"):
-        persist("m", attempt, Patience(attempt_timeout_s=60, deadline_s=125, first_wait_s=1), fake_clock.clock())
+        call_with_retries(
+            "m", attempt, RetryPolicy(attempt_timeout_s=60, deadline_s=125, first_wait_s=1), fake_clock.clock()
+        )
     assert limits == [60, 60, 42]
 
 
-def test_patience_can_be_set_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_retry_policy_can_be_set_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("AIDSR_ATTEMPT_TIMEOUT_S", "1800")
     monkeypatch.setenv("AIDSR_API_KEY", "another variable with our prefix")
-    assert Patience.from_environment().attempt_timeout_s == 1800
+    assert RetryPolicy.from_environment().attempt_timeout_s == 1800
 
 
 @pytest.mark.parametrize(("value", "words"), [("soon", "valid number"), ("0", "greater than 0")])
-def test_a_limit_that_is_no_number_is_said_in_a_sentence(
-    value: str, words: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_limit_that_is_not_a_number_is_refused(value: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("AIDSR_DEADLINE_S", value)
-    with pytest.raises(UserError, match=f'AIDSR_DEADLINE_S is wrong: .*{words}.*, found "{value}"'):
-        connect("m@http://localhost:1/v1", access=Access())
+    with pytest.raises(UserError, match=f'AIDSR_DEADLINE_S="{value}": .*{words}'):
+        connect("m@http://localhost:1/v1", environ={})

@@ -13,9 +13,10 @@ import pytest
 
 from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ModelError, UserError
-from aidsr.teams.providers import Access, Clock, Model, connect
-from aidsr.teams.providers.manual import estimated_tokens
+from aidsr.core.model import Model
+from aidsr.teams.providers import Clock, connect
 from aidsr.teams.providers.remote import RemoteModel
+from aidsr.teams.providers.tokens import estimate_tokens
 from loopback import Act, Fail, Loopback, Received, Say
 
 SYSTEM = "Du bist ein Prüfstand <system>&amp; mehr</system>."
@@ -33,18 +34,18 @@ QUESTION = Question(
 
 
 def loop_model(name: str, server: Loopback, clock: Clock | None = None) -> Model:
-    access = Access(
-        openai_api_key="sk-loop",
-        anthropic_api_key="sk-loop",
-        google_api_key="sk-loop",
-        openrouter_api_key="sk-loop",
-        openai_base_url=f"{server.url}/v1",
-        anthropic_base_url=server.url,
-        google_base_url=server.url,
-        openrouter_base_url=f"{server.url}/v1",
-        ollama_base_url=f"{server.url}/v1",
-    )
-    return connect(name.replace("LOOPBACK", f"{server.url}/v1"), access=access, clock=clock)
+    environ = {
+        "OPENAI_API_KEY": "sk-loop",
+        "ANTHROPIC_API_KEY": "sk-loop",
+        "GOOGLE_API_KEY": "sk-loop",
+        "OPENROUTER_API_KEY": "sk-loop",
+        "OPENAI_BASE_URL": f"{server.url}/v1",
+        "ANTHROPIC_BASE_URL": server.url,
+        "GOOGLE_BASE_URL": server.url,
+        "OPENROUTER_BASE_URL": f"{server.url}/v1",
+        "OLLAMA_BASE_URL": f"{server.url}/v1",
+    }
+    return connect(name.replace("LOOPBACK", f"{server.url}/v1"), environ=environ, clock=clock)
 
 
 def asked(name: str, act: Act) -> tuple[CallRecord, Received]:
@@ -204,7 +205,7 @@ def test_a_server_of_ones_own_has_no_invented_price(name: str) -> None:
 def test_tokens_that_nobody_counted_are_estimated(name: str) -> None:
     record, _ = asked(name, Say("word " * 600, counted=False))
     assert record.usage.tokens_estimated
-    assert record.usage.input_tokens == estimated_tokens("\n".join(TEXTS))
+    assert record.usage.input_tokens == estimate_tokens("\n".join(TEXTS))
     assert record.usage.output_tokens == 1000
     assert record.usage.cost_usd is None
     counted, _ = asked(name, Say("word", output_tokens=20))
@@ -229,17 +230,17 @@ def test_list_prices_are_looked_up_and_unknown_stays_unknown() -> None:
     from pydantic_ai.messages import ModelResponse
     from pydantic_ai.usage import RequestUsage
 
-    from aidsr.teams.providers.remote import cost_usd
+    from aidsr.teams.providers.prices import cost_usd
 
     def response(model: str | None, usage: RequestUsage) -> ModelResponse:
         return ModelResponse(parts=[], usage=usage, model_name=model, provider_name="openai")
 
     # gpt-4o has cost 2.50 USD per million input tokens and 10 USD per million output tokens since October 2024.
     known = response("gpt-4o", RequestUsage(input_tokens=1_000_000, output_tokens=100_000))
-    assert cost_usd(known, priced=True) == pytest.approx(3.5)
-    assert cost_usd(known, priced=False) is None
-    assert cost_usd(response("no-such-model", RequestUsage(input_tokens=1)), priced=True) is None
-    assert cost_usd(response(None, RequestUsage(input_tokens=1)), priced=True) is None
+    assert cost_usd(known, has_list_price=True) == pytest.approx(3.5)
+    assert cost_usd(known, has_list_price=False) is None
+    assert cost_usd(response("no-such-model", RequestUsage(input_tokens=1)), has_list_price=True) is None
+    assert cost_usd(response(None, RequestUsage(input_tokens=1)), has_list_price=True) is None
 
 
 def test_a_late_system_message_is_a_bug_and_never_sent() -> None:

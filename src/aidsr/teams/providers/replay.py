@@ -1,0 +1,101 @@
+"""replay:RUN: a recorded run as the model. It gives its recorded replies to the same prompts again, for free."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import threading
+from collections import deque
+from pathlib import Path
+
+from aidsr.core.calls import CallRecord, Message, Question
+from aidsr.core.errors import ModelError, UserError
+from aidsr.runs.folders import Run
+from aidsr.teams.providers.provider import Endpoint, Provider
+
+_MAX_DIFF_LINES = 60
+"""Lines of a diff in an error message. Our choice: a screenful; a changed prompt mostly differs in few places."""
+
+
+class ReplayedModel:
+    """Gives the recorded reply to exactly the questions of a run, in any order.
+
+    A question that was answered several times is answered as often, in the order of the folders. The cap on output
+    tokens is not part of a prompt and may differ.
+
+    Raises:
+        UserError: The folder is not a run, or no model was asked in it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.name = f"replay:{folder}"
+        run = Run(folder)
+        run.asked()
+        iterations = (iteration for design in run.designs for iteration in design.iterations)
+        self._records = (*run.calls, *(call for iteration in iterations for call in iteration.calls))
+        if not self._records:
+            raise UserError(f"{folder} has no calls to replay; name a run that asked a language model")
+        self._replies: dict[tuple[str, tuple[Message, ...]], deque[CallRecord]] = {}
+        for record in self._records:
+            self._replies.setdefault(_prompt(record.question), deque()).append(record)
+        self._lock = threading.Lock()
+
+    def ask(self, question: Question) -> CallRecord:
+        """Return the recorded reply; it costs nothing, and its cost when recorded is `replayed_cost_usd`.
+
+        Raises:
+            ModelError: The run has no reply to this question, or not this often; with a diff to the nearest prompt.
+        """
+        with self._lock:
+            replies = self._replies.get(_prompt(question))
+            record = replies.popleft() if replies else None
+        if record is None:
+            raise ModelError(self._explain_missing(question, known=replies is not None))
+        usage = record.usage.model_copy(update={"cost_usd": 0.0, "replayed_cost_usd": record.usage.cost_usd})
+        return record.model_copy(update={"question": question, "model": self.name, "usage": usage})
+
+    def _explain_missing(self, question: Question, *, known: bool) -> str:
+        if known:
+            return f"{self.name} has no more replies to this question: it is asked once more than in the recorded run"
+        texts = [_text(each.question) for each in self._records if each.question.role == question.role]
+        if not texts:
+            return f"{self.name} has no call of the {question.role}"
+        text = _text(question)
+        nearest = max(texts, key=lambda recorded: _similarity(recorded, text))
+        diff = list(difflib.unified_diff(nearest.splitlines(), text.splitlines(), "recorded", "now", n=2, lineterm=""))
+        more = [f"… and {len(diff) - _MAX_DIFF_LINES} more lines"] if len(diff) > _MAX_DIFF_LINES else []
+        shown = "\n".join([*diff[:_MAX_DIFF_LINES], *more])
+        return f"the prompt of the {question.role} differs from every one that {self.name} recorded:\n{shown}"
+
+
+def _prompt(question: Question) -> tuple[str, tuple[Message, ...]]:
+    return question.role, question.messages
+
+
+def _text(question: Question) -> str:
+    return "\n".join(f"[{message.role}]\n{message.text}{_picture_hashes(message)}" for message in question.messages)
+
+
+def _picture_hashes(message: Message) -> str:
+    return "".join(f"\n[picture {hashlib.sha256(png).hexdigest()[:12]}]" for png in message.pictures)
+
+
+def _similarity(one: str, other: str) -> float:
+    """Return the share of lines in common."""
+    return difflib.SequenceMatcher(None, one.splitlines(), other.splitlines(), autojunk=False).ratio()
+
+
+def _connect(endpoint: Endpoint) -> ReplayedModel:
+    return ReplayedModel(Path(endpoint.argument))
+
+
+REPLAY = Provider(
+    prefix="replay",
+    title="A recorded run",
+    doc="Reuses the recorded replies of a run, for free.",
+    argument="RUN",
+    example="runs/20260131-100000",
+    connect=_connect,
+    is_free=True,
+    takes_path=True,
+)
