@@ -22,11 +22,11 @@ from aidsr.core.artifacts import (
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import MjcfError
 from aidsr.core.roles import Feedback, Team
+from aidsr.fixes import FixResult
 from aidsr.loop.human import approve
 from aidsr.loop.parts import Parts
 from aidsr.loop.run import create_run
 from aidsr.runs import Run
-from aidsr.validation.repairs import Repaired
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -112,12 +112,12 @@ class Scripted:
         return word
 
 
-def repair(mjcf: str, *, kept_names=()) -> Repaired:
+def repair(mjcf: str, *, kept_names=()) -> FixResult:
     """Put the word "misspelt" right."""
     if "misspelt" not in mjcf:
-        return Repaired(mjcf=mjcf)
+        return FixResult(mjcf=mjcf)
     notes = ("<robot>: renamed 'misspelt' 'ok'.",)
-    return Repaired(mjcf=mjcf.replace("misspelt", "ok"), notes=notes, counts={"misspelt_attributes": 1})
+    return FixResult(mjcf=mjcf.replace("misspelt", "ok"), notes=notes, counts={"misspelt_attributes": 1})
 
 
 def validate(mjcf: str, *, mount="auto", needs_contact=False, environment="") -> ValidationReport:

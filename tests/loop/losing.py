@@ -43,7 +43,7 @@ from loopback import Act, Cut, Drop, Fail, Hang, Loopback, Raw, Received, Say
 from scripted import PNG, assemble, brief, new_run, repair, validate
 
 FORKS = multiprocessing.get_context("forkserver")
-FORKS.set_forkserver_preload(["pydantic_ai.models.openai", "aidsr.loop.runner", "aidsr.validation.repairs"])
+FORKS.set_forkserver_preload(["pydantic_ai.models.openai", "aidsr.loop.runner", "aidsr.fixes"])
 
 RETRY = RetryPolicy(first_wait_s=0.0, longest_wait_s=0.0, attempt_timeout_s=20.0)
 TOKENS_A_REPLY = 120

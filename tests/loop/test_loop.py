@@ -7,11 +7,11 @@ import pytest
 
 from aidsr.core.artifacts import ActuatorGroup, Critique, Decision, Keep, Outcome, ValidationReport
 from aidsr.core.errors import IsolationError, ModelError, ReplyError
+from aidsr.fixes import FixResult, leave_as_written
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_events, read_status
 from aidsr.runs.events import NoPicture, Stopped
 from aidsr.runs.events import Repaired as RepairedEvent
-from aidsr.validation.repairs import Repaired, leave_as_written
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -101,7 +101,7 @@ def test_names_used_outside_the_mjcf_are_kept(tmp_path) -> None:
 
     def watch(mjcf, *, kept_names=()):
         kept.append(set(kept_names))
-        return Repaired(mjcf=mjcf)
+        return FixResult(mjcf=mjcf)
 
     run_designs(new_run(tmp_path), parts(Grouping(), repair=watch))
     assert kept == [{"tip", "m0", "m1"}]

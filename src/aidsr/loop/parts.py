@@ -14,7 +14,7 @@ from aidsr.loop.routing import Change
 from aidsr.runs import EventLog, IterationFolder
 
 if TYPE_CHECKING:
-    from aidsr.validation.repairs import Repaired
+    from aidsr.fixes import FixResult
 
 
 Mount = Literal["auto", "fixed", "free"]
@@ -40,7 +40,7 @@ TryOut = Callable[[Robot, Scene], TaskReport]
 class Repair(Protocol):
     """Puts right by code what can mean only one thing in the MJCF of a robot."""
 
-    def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> Repaired:
+    def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
         """Return the text and what was done to it; `kept_names` are referred to from outside the text."""
         ...
 

@@ -229,18 +229,18 @@ def parts_of(run: Run, model: Model | None = None) -> Parts:
     Raises:
         UserError: The folder is not a run, its model lacks its key, or it is an object that is not given.
     """
+    from aidsr.fixes import fix, leave_as_written
     from aidsr.render.pictures import filmstrip, picture
     from aidsr.sim.assembly import assemble
     from aidsr.tasks import load_task
     from aidsr.validation import validate
-    from aidsr.validation.repairs import leave_as_written, repair
 
     record = run.asked()
     team_for, interrupt = team_of(run, model)
     sensors = load_task(record.task, record.level or "standard").sensors if record.task else ()
     parts = Parts(
         team_for=team_for,
-        repair=repair if record.config.repairs else leave_as_written,
+        repair=fix if record.config.repairs else leave_as_written,
         validate=validate,
         assemble=lambda robot, environment, placement: assemble(robot, environment, placement, sensors),
         picture=picture,

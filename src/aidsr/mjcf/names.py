@@ -73,7 +73,7 @@ def duplicate_names(root: Element) -> Iterator[Fault]:
 
 def undefined_references(root: Element) -> Iterator[Fault]:
     """Yield one fault for each kind of thing of which names are used that nothing bears."""
-    known = _known(root)
+    known = known_names(root)
     generated = tuple(_generated(root))
     missing: dict[str, dict[str, Element]] = defaultdict(dict)
     for element, kind, name in references(root):
@@ -102,7 +102,8 @@ def named(root: Element) -> Iterator[tuple[Element, str]]:
                 yield element, kind
 
 
-def _known(root: Element) -> dict[str, set[str]]:
+def known_names(root: Element) -> dict[str, set[str]]:
+    """Return the names that things bear, by the kind of thing."""
     known: dict[str, set[str]] = defaultdict(set)
     known["body"].add("world")
     known["default class"] = {"main"} | {element.get("class", "main") for element in elements(root, "default")}

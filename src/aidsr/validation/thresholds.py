@@ -8,13 +8,6 @@ our choice, placed between robots known to be good and robots known to be bad.
 SERIES_JOINTS = 3
 """A continuum limb bends in at least this many places in series; with two it is a linkage."""
 
-OVERLAP_SHARE = 0.2
-"""Overlap / thickness of the thinner geom."""
-OVERLAP_NOTICED = 0.002
-"""Overlap / L below which the share of thickness does not matter: rounding in written coordinates."""
-OVERLAP_LENGTH = 0.01
-"""Overlap / L that is too much however thick the parts are."""
-
 JOINT_SPEED_RAD_S = 200.0
 BODY_SPEED_M_S = 50.0
 """Speeds that no cable and motor of this size reach: the integration has failed or is about to."""

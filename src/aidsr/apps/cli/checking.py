@@ -9,12 +9,12 @@ from typing import Literal
 
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.errors import UserError
+from aidsr.fixes import fix
 from aidsr.mjcf.read import decode_mjcf, open_mjcf
 from aidsr.validation import validate
 from aidsr.validation.fidelity import fidelity
 from aidsr.validation.json_report import FileReport
 from aidsr.validation.page import GENERATOR, Traced, page_html, traced
-from aidsr.validation.repairs import repair
 
 STANDARD_INPUT = "-"
 _HEAD_BYTES = 400
@@ -44,7 +44,7 @@ class Check:
         text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if file == STANDARD_INPUT else Path(file)
         repairs = None
         if self.repair is not None:
-            answer = repair(_opened(text))
+            answer = fix(_opened(text))
             text, repairs = answer.mjcf, answer.repairs
             _write(self.repair, text)
         shown = self._traced(_opened(text)) if self.page is not None else None

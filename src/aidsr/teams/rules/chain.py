@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 from lxml import etree
 
+from aidsr.mjcf.edit import format_value
 from aidsr.sim import beam
-from aidsr.teams.rules.mjcf_builder import Sheet, add, written
+from aidsr.teams.rules.mjcf_builder import Sheet, add
 
 GUIDE_CLEARANCE_M = 0.0015
 """Distance of a cable from the body's surface [m]. Our choice: a cable of 1 mm in an eyelet, free of the skin."""
@@ -119,7 +120,7 @@ def write_chain(sheet: Sheet, root: etree._Element, chain: Chain) -> Backbone:
         if number == 1:
             body.set("childclass", chain.prefix)
         if chain.rest_turn_rad:
-            body.set("euler", written((0.0, chain.rest_turn_rad, 0.0)))
+            body.set("euler", format_value((0.0, chain.rest_turn_rad, 0.0)))
         _joints(body, chain, segment)
         joint_at.append(halves[number - 1] + halves[number])
         _skin(body, chain, number, joint_at[-1])

@@ -9,12 +9,10 @@ from typing import Any
 from aidsr.core.artifacts import Brief, Concept, CritiqueIssue, Fault, Robot, ValidationReport
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.roles import Feedback
+from aidsr.fixes import FixResult, fix
 from aidsr.mjcf.kept_parts import changes_to
 from aidsr.teams.rules import user_robot as own_robot
 from aidsr.teams.rules.families import Families, Family, load_families
-from aidsr.teams.rules.repairs import Mended, mend
-
-__all__ = ["RuleCoder"]
 
 _FALLS = ("free_fall", "base_not_attached")
 
@@ -67,12 +65,12 @@ class RuleCoder:
         if brief.base == "free":
             # A robot that has to move itself keeps its free joint, however it falls.
             faults = tuple(fault for fault in faults if fault.code not in _FALLS)
-        mended = mend(robot.mjcf, faults)
-        if mended.done:
-            return robot.model_copy(update={"mjcf": mended.mjcf, "notes": _said(mended)})
+        result = fix(robot.mjcf, faults)
+        if result.notes:
+            return robot.model_copy(update={"mjcf": result.mjcf, "notes": _notes(result)})
         if concept.family in self.families:
-            return _reinforced(self.families[concept.family], concept, robot, mended)
-        codes = ", ".join(mended.helpless) or "this"
+            return _reinforced(self.families[concept.family], concept, robot, result)
+        codes = ", ".join(result.unfixed) or "this"
         note = f"Built-in rules: no repair for {codes} in a robot of another author; left as it was."
         return robot.model_copy(update={"notes": note})
 
@@ -99,16 +97,16 @@ def _as_fault(issue: CritiqueIssue) -> Fault:
     )
 
 
-def _said(mended: Mended) -> str:
-    left = f" No repair known or left for: {', '.join(mended.helpless)}." if mended.helpless else ""
-    return f"Built-in rules repaired {'; '.join(mended.done)}.{left}"
+def _notes(result: FixResult) -> str:
+    left = f" No repair known or left for: {', '.join(result.unfixed)}." if result.unfixed else ""
+    return f"Built-in rules repaired {'; '.join(result.notes)}.{left}"
 
 
-def _reinforced(family: Family[Any], concept: Concept, robot: Robot, mended: Mended) -> Robot:
+def _reinforced(family: Family[Any], concept: Concept, robot: Robot, result: FixResult) -> Robot:
     """Return the concept's robot written again, one step stiffer and calmer than the present one."""
     found = _VARIATION.search(robot.mjcf)
     parameters = family.read(concept)
     for _ in range((int(found.group(1)) if found else 0) + 1):
         parameters = family.reinforce(parameters)
-    note = f"Built-in rules: no repair for {', '.join(mended.helpless) or 'this'}; written anew, stiffer and calmer."
+    note = f"Built-in rules: no repair for {', '.join(result.unfixed) or 'this'}; written anew, stiffer and calmer."
     return family.write(parameters).model_copy(update={"notes": note})

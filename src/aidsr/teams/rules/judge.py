@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
-from aidsr.teams.rules.edit import Element, effective, numbers, parse, section, without_prefix
+from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
+from aidsr.mjcf.location import Element
 from aidsr.teams.rules.job import Job, read_job
-
-__all__ = ["RuleJudge"]
 
 _LEAST_REACH = 0.97
 """Share of the way to the target that a stretched robot must cover. Our choice: the target has a width of its own."""
@@ -53,8 +52,8 @@ def _stability(report: ValidationReport) -> Iterator[CritiqueIssue]:
 def _structure(root: Element) -> Iterator[CritiqueIssue]:
     """Tendons, actuators on them and sensors are there."""
     tendons = {item.get("name") for item in root.iter("spatial", "fixed") if item.getparent() is root.find("tendon")}
-    driven = tendons & {item.get("tendon") for item in section(root, "actuator")}
-    own = [item for item in section(root, "sensor") if (item.get("name") or "").startswith("robot/")]
+    driven = tendons & {item.get("tendon") for item in entries(root, "actuator")}
+    own = [item for item in entries(root, "sensor") if (item.get("name") or "").startswith("robot/")]
     for missing, code, what in (
         (not tendons, "no_tendons", "tendons"),
         (bool(tendons) and not driven, "tendons_not_actuated", "actuators on its tendons"),
@@ -68,7 +67,7 @@ def _structure(root: Element) -> Iterator[CritiqueIssue]:
 
 def _groups(concept: Concept, robot: Robot, root: Element) -> Iterator[CritiqueIssue]:
     """The groups of actuators name actuators that exist, each once."""
-    present = {without_prefix(item.get("name") or "") for item in section(root, "actuator")}
+    present = {without_prefix(item.get("name") or "") for item in entries(root, "actuator")}
     grouped = [name for group in robot.actuator_groups or concept.actuator_groups for name in group.actuators]
     unknown = sorted(set(grouped) - present)
     twice = sorted({name for name in grouped if grouped.count(name) > 1})
@@ -123,7 +122,7 @@ def _functional_path(root: Element) -> list[Element]:
 
 def _path_length_m(path: list[Element]) -> float:
     """Length of the way through the bodies' origins; the first one's place is the placement's [m]."""
-    return sum(math.hypot(*numbers(item, "pos")) for item in path[1:] if numbers(item, "pos"))
+    return sum(math.hypot(*get_numbers(item, "pos")) for item in path[1:] if get_numbers(item, "pos"))
 
 
 def _contact(brief: Brief, scene: Scene, root: Element) -> Iterator[CritiqueIssue]:
@@ -132,7 +131,8 @@ def _contact(brief: Brief, scene: Scene, root: Element) -> Iterator[CritiqueIssu
         return
     shapes = [geom for geom in root.iter("geom") if (geom.get("name") or "").startswith("robot/")]
     if shapes and all(
-        effective(root, geom, "contype") == "0" and effective(root, geom, "conaffinity") == "0" for geom in shapes
+        effective_value(root, geom, "contype") == "0" and effective_value(root, geom, "conaffinity") == "0"
+        for geom in shapes
     ):
         problem = "none of the robot's shapes can touch anything"
         yield CritiqueIssue(

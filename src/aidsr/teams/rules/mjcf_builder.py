@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from lxml import etree
 
+from aidsr.mjcf.edit import Value, format_value
 from aidsr.sim import beam
-
-__all__ = ["PALETTE", "TIMESTEP_S", "Sheet", "Value", "add", "note", "written"]
-
-Value = str | float | bool | Sequence[float]
-"""What an MJCF attribute can hold here."""
 
 TIMESTEP_S = 0.002
 """Physics step of the benchmark's environments [s]."""
@@ -42,22 +36,11 @@ _SECTIONS = (
 )
 
 
-def written(value: Value) -> str:
-    """Return a value as MJCF writes it: numbers with six digits, never in 17."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, int | float):
-        return f"{round(float(value), 9) + 0.0:.6g}"
-    return " ".join(written(number) for number in value)
-
-
 def add(parent: etree._Element, tag: str, **attributes: Value) -> etree._Element:
     """Append an element. `class_` and `range_`-like names lose their trailing underscore."""
     element = etree.SubElement(parent, tag)
     for key, value in attributes.items():
-        element.set(key.rstrip("_"), written(value))
+        element.set(key.rstrip("_"), format_value(value))
     return element
 
 
@@ -89,7 +72,7 @@ class Sheet:
     def _set_up(self) -> None:
         self._sections["compiler"].attrib.update({"angle": "radian", "autolimits": "true"})
         option = self._sections["option"]
-        option.set("timestep", written(TIMESTEP_S))
+        option.set("timestep", format_value(TIMESTEP_S))
         option.set("integrator", "implicitfast")
         for name, rgba in PALETTE.items():
             add(self._sections["asset"], "material", name=name, rgba=rgba, specular=0.3, shininess=0.4)

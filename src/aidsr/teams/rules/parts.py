@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from lxml import etree
 
+from aidsr.mjcf.edit import Value
 from aidsr.teams.rules.chain import Backbone
-from aidsr.teams.rules.mjcf_builder import Sheet, Value, add
+from aidsr.teams.rules.mjcf_builder import Sheet, add
 
 HOOK_RADIUS_M = 0.005
 """Half thickness of a hook. Our choice: it passes behind a handle that stands off by 20 mm or more."""

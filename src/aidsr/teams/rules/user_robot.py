@@ -8,11 +8,9 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Brief, Concept, Robot
 from aidsr.core.errors import MjcfError
-from aidsr.teams.rules.edit import Element, parse, to_text
+from aidsr.mjcf.edit import parse, scale_forces, scale_springs, to_text
+from aidsr.mjcf.location import Element
 from aidsr.teams.rules.job import read_job
-from aidsr.teams.rules.repairs.strength import scale_forces, scale_springs
-
-__all__ = ["FAMILY", "concepts", "revised", "write"]
 
 FAMILY = "own robot"
 

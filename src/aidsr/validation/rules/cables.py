@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.overlap import OVERLAP_NOTICED
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Tendon
 from aidsr.validation.curves import Array, actuator_signal
@@ -18,7 +19,6 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal
 from aidsr.validation.solids import depth_m, half_width_m
-from aidsr.validation.thresholds import OVERLAP_NOTICED
 
 THROUGH_BODY_SHARE = 0.25
 """Depth of a tendon inside a body between its guides / half width of that body. Our choice."""

@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.overlap import OVERLAP_LENGTH, OVERLAP_NOTICED, OVERLAP_SHARE
 from aidsr.validation.consequences import COLLAPSE, FALL, NO_MOTION, SHAKING
 from aidsr.validation.poses import bent_pose
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.thresholds import OVERLAP_LENGTH, OVERLAP_NOTICED, OVERLAP_SHARE
 
 _OVERLAP_LEVER = 0.1
 """Lever of an overlap about every joint / thickness, below which the overlap can turn nothing: a round end drawn into

@@ -1,24 +1,27 @@
-"""Each repair removes the fault it claims, from robots broken on purpose."""
+"""Each fix removes the fault it claims, from robots broken on purpose."""
 
 import re
 from collections.abc import Callable
-from pathlib import Path
+from functools import cache
 
 import mujoco
+import numpy as np
 import pytest
-from jobs import DESERT, brief, concept, free_brief
 
-from aidsr.core.artifacts import Critique, CritiqueIssue, Fault, ValidationReport
-from aidsr.core.errors import UserError
-from aidsr.teams import rules as builtin
-from aidsr.teams.rules.coder import RuleCoder
-from aidsr.teams.rules.edit import effective, parse, to_text
-from aidsr.teams.rules.repairs import REPAIRS, Repair, blocks, mend, strength, winches
+from aidsr.core.artifacts import Fault
+from aidsr.fixes import FIXES, fix, motion, ranges, strength
+from aidsr.fixes.record import EditDocument, Request
+from aidsr.mjcf.edit import effective_value, parse, to_text
+from aidsr.tasks import load_task
+from aidsr.teams.rules.families.arm import ARM
+from aidsr.teams.rules.job import read_job
 from aidsr.validation import validate
 
 
+@cache
 def arm() -> str:
-    return RuleCoder().write(brief("button_pushing"), concept("button_pushing", "arm", "two sections")).mjcf
+    job = read_job(load_task("button_pushing").brief())
+    return ARM.write(ARM.size(job, np.random.default_rng(0), "two sections")).mjcf
 
 
 def swapped(pattern: str, new: str, text: str, count: int = 0) -> str:
@@ -53,16 +56,16 @@ BROKEN: dict[str, Callable[[], str]] = {
 
 
 @pytest.mark.parametrize("code", BROKEN)
-def test_a_fault_is_repaired(code: str) -> None:
+def test_a_fault_is_fixed(code: str) -> None:
     text = BROKEN[code]()
     report = validate(text, mount="fixed")
     assert code in {fault.code for fault in report.errors}
     for _ in range(4):
         if report.stable:
             break
-        mended = mend(text, report.errors)
-        assert mended.done, mended.helpless
-        text, report = mended.mjcf, validate(mended.mjcf, mount="fixed")
+        answer = fix(text, report.errors)
+        assert answer.notes, answer.unfixed
+        text, report = answer.mjcf, validate(answer.mjcf, mount="fixed")
     assert report.stable, report.account()
 
 
@@ -70,10 +73,10 @@ def fault(code: str, *names: str) -> Fault:
     return Fault(code=code, layer="simulate", severity="error", names=names, message="seen")
 
 
-def mended(code: str, *names: str, text: str = "") -> str:
-    answer = mend(text or arm(), [fault(code, *names)])
-    assert answer.done, code
-    assert answer.done[0].startswith(f"{code}: ")
+def fixed(code: str, *names: str, text: str = "") -> str:
+    answer = fix(text or arm(), [fault(code, *names)])
+    assert answer.notes, code
+    assert answer.notes[0].startswith(f"{code}: ")
     return answer.mjcf
 
 
@@ -83,20 +86,20 @@ def test_stiffness_and_damping_follow_gravity_and_stiffness_faults() -> None:
         return float(found[1]), float(found[2])
 
     k, c = joint(arm())
-    stiffer, softer = joint(mended("gravity_collapse")), joint(mended("too_stiff"))
+    stiffer, softer = joint(fixed("gravity_collapse")), joint(fixed("too_stiff"))
     assert stiffer == (pytest.approx(1.8 * k, rel=1e-4), pytest.approx(1.8 * c, rel=1e-4))
     assert softer == (pytest.approx(0.6 * k, rel=1e-4), pytest.approx(0.6 * c, rel=1e-4))
-    assert joint(mended("underdamped"))[1] == pytest.approx(2 * c, rel=1e-4)
+    assert joint(fixed("underdamped"))[1] == pytest.approx(2 * c, rel=1e-4)
 
 
 def test_overlapping_bodies_of_a_scene_are_excluded_by_their_own_names() -> None:
-    text = mended("initial_penetration", "robot/seg02", "robot/seg04")
+    text = fixed("initial_penetration", "robot/seg02", "robot/seg04")
     assert '<exclude body1="seg02" body2="seg04"/>' in text
-    assert 'conaffinity="0"' in mended("self_collision_lock")
+    assert 'conaffinity="0"' in fixed("self_collision_lock")
 
 
 def test_only_the_named_actuators_get_stronger() -> None:
-    before, after = arm(), mended("actuator_too_weak", "robot/pull_distal_060")
+    before, after = arm(), fixed("actuator_too_weak", "robot/pull_distal_060")
     changed = [line for line in after.splitlines() if line not in before.splitlines()]
     assert len(changed) == 1
     assert "pull_distal_060" in changed[0]
@@ -108,8 +111,8 @@ def test_servos_are_damped_and_let_go() -> None:
         r'<position \1 kp="500" ctrlrange="0.2 0.3"/>',
         arm(),
     )
-    assert 'kv="10"' in mended("chatter", text=servo)
-    assert 'ctrlrange="0.2 0.39"' in mended("antagonist_lock", text=servo)
+    assert 'kv="10"' in fixed("chatter", text=servo)
+    assert 'ctrlrange="0.2 0.39"' in fixed("antagonist_lock", text=servo)
 
 
 def classy(actuator: str, own: str = "") -> str:
@@ -128,7 +131,7 @@ DAMPED_BY_RATIO = 'position kp="200" dampratio="1" ctrlrange="0 0.3"'
 
 
 @pytest.mark.parametrize(
-    ("repair", "actuator", "own", "written"),
+    ("apply", "actuator", "own", "written"),
     [
         (strength.weaken, SERVO, "", {"kp": "134", "kv": "2.68", "forcerange": "-20.1 0"}),
         (strength.weaken, 'position ctrlrange="0 0.3" forcerange="-30 0"', "", {"kp": "0.67", "forcerange": "-20.1 0"}),
@@ -137,27 +140,27 @@ DAMPED_BY_RATIO = 'position kp="200" dampratio="1" ctrlrange="0 0.3"'
         (strength.weaken, 'velocity ctrlrange="0 1"', "", {"kv": "0.67"}),
         (strength.weaken, 'general gainprm="-20" ctrlrange="0 1"', "", {"ctrlrange": "0 0.67", "gainprm": None}),
         (strength.weaken, 'motor gear="10"', "", {"gear": "6.7", "ctrlrange": None}),
-        (winches.damp_servos, SERVO, "", None),
-        (winches.damp_servos, 'position kp="0"', "", None),
-        (winches.damp_servos, 'position kp="200" ctrlrange="0 0.3"', "", {"kv": "4", "kp": None}),
-        (winches.damp_servos, SERVO, 'tendon="t" dampratio="1"', {"kv": "4", "dampratio": None}),
-        (winches.damp_servos, DAMPED_BY_RATIO, "", {"kv": "4"}),
-        (winches.soften_servos, SERVO, "", {"kp": "100", "kv": "2"}),
-        (winches.soften_servos, DAMPED_BY_RATIO, "", {"kp": "100", "kv": None}),
-        (winches.let_go, SERVO, "", {"ctrlrange": "0 0.39"}),
-        (winches.pull_only, 'motor ctrlrange="-5 20"', "", {"ctrlrange": "-20 0"}),
-        (blocks.add_control_ranges, 'motor forcerange="-30 0"', "", {"ctrlrange": "-30 0"}),
-        (blocks.add_control_ranges, 'position kp="200"', 'joint="j"', {"ctrlrange": "-0.5 0.5"}),
+        (motion.damp_servos, SERVO, "", None),
+        (motion.damp_servos, 'position kp="0"', "", None),
+        (motion.damp_servos, 'position kp="200" ctrlrange="0 0.3"', "", {"kv": "4", "kp": None}),
+        (motion.damp_servos, SERVO, 'tendon="t" dampratio="1"', {"kv": "4", "dampratio": None}),
+        (motion.damp_servos, DAMPED_BY_RATIO, "", {"kv": "4"}),
+        (motion.soften_servos, SERVO, "", {"kp": "100", "kv": "2"}),
+        (motion.soften_servos, DAMPED_BY_RATIO, "", {"kp": "100", "kv": None}),
+        (strength.let_go, SERVO, "", {"ctrlrange": "0 0.39"}),
+        (strength.pull_only, 'motor ctrlrange="-5 20"', "", {"ctrlrange": "-20 0"}),
+        (ranges.add_control_ranges, 'motor forcerange="-30 0"', "", {"ctrlrange": "-30 0"}),
+        (ranges.add_control_ranges, 'position kp="200"', 'joint="j"', {"ctrlrange": "-0.5 0.5"}),
     ],
 )
-def test_numbers_of_default_classes_are_mended_from_what_they_are(
-    repair: Repair, actuator: str, own: str, written: dict[str, str | None] | None
+def test_numbers_of_default_classes_are_scaled_from_what_they_are(
+    apply: EditDocument, actuator: str, own: str, written: dict[str, str | None] | None
 ) -> None:
     root = parse(classy(actuator, own))
-    said = repair(root, fault("seen"))
-    assert bool(said) == bool(written)
-    mended = root.find("actuator")[0]
-    assert {name: mended.get(name) for name in written or {}} == (written or {})
+    notes = list(apply(root, Request(fault("seen"))))
+    assert bool(notes) == bool(written)
+    actuator_element = root.find("actuator")[0]
+    assert {name: actuator_element.get(name) for name in written or {}} == (written or {})
     mujoco.MjModel.from_xml_string(to_text(root))
 
 
@@ -177,23 +180,23 @@ def test_values_after_default_classes_are_those_of_mujoco(
     text = f"""<mujoco>{defaults}<worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>
     <actuator><{tag} joint="j"/></actuator></mujoco>"""
     root = parse(text)
-    assert effective(root, root.find("actuator")[0], attribute) == value
+    assert effective_value(root, root.find("actuator")[0], attribute) == value
     model = mujoco.MjModel.from_xml_string(text)
     assert (model.actuator_gear if attribute == "gear" else model.actuator_gainprm)[0, 0] == in_mujoco
 
 
 def test_motors_that_push_only_pull_afterwards() -> None:
     motor = swapped(r'<general class="winch" (name="\w+" tendon="\w+")[^>]*/>', r'<motor \1 ctrlrange="-5 20"/>', arm())
-    assert 'ctrlrange="-20 0"' in mended("tendon_pushes", text=motor)
+    assert 'ctrlrange="-20 0"' in fixed("tendon_pushes", text=motor)
 
 
-def test_repairs_grow_harder_until_none_is_left() -> None:
+def test_fixes_grow_harder_until_none_is_left() -> None:
     text, said = arm(), []
     for _ in range(30):
-        answer = mend(text, [fault("numerical_instability")])
-        if not answer.done:
+        answer = fix(text, [fault("numerical_instability")])
+        if not answer.notes:
             break
-        said.append(answer.done[0].split(": ")[1])
+        said.append(answer.notes[0].split(": ")[1])
         text = answer.mjcf
         if "multiplied the force" in said[-1]:
             break
@@ -205,58 +208,68 @@ def test_repairs_grow_harder_until_none_is_left() -> None:
 def test_several_faults_of_one_code_count_once() -> None:
     text = swapped("ctrlrange", "ctrl_range", arm(), 3)
     report = validate(text)
-    answer = mend(text, report.errors)
-    assert len(answer.done) == 1
-    assert not answer.helpless
+    answer = fix(text, report.errors)
+    assert len(answer.notes) == 1
+    assert not answer.unfixed
 
 
-def test_a_fault_without_repair_leads_to_a_sturdier_robot_and_is_said() -> None:
-    rules, idea = builtin.team(1), concept("button_pushing", "arm", "two sections")
-    robot = rules.coder.write(brief("button_pushing"), idea)
-    report = ValidationReport(stable=False, faults=(fault("tendon_one_body", "tendon_distal_060"),))
-    first = rules.coder.repair(brief("button_pushing"), idea, robot, report)
-    second = rules.coder.repair(brief("button_pushing"), idea, first, report)
-    assert 'model="arm_variation_1"' in first.mjcf
-    assert 'model="arm_variation_2"' in second.mjcf
-    assert "no repair for tendon_one_body" in first.notes
-    assert rules.coder.repair(brief("button_pushing"), idea, robot, report) == first
+def test_an_attribute_with_two_slips_is_guessed_and_one_of_another_element_dropped() -> None:
+    text = fixed("unknown_attribute", text=swapped('stiffness="', 'gear="1" stffnes="', arm(), 1))
+    assert text == arm()
 
 
-def test_another_authors_robot_without_repair_is_left_and_said() -> None:
-    asked = free_brief("Crawl away.", DESERT, arm())
-    rules = builtin.team(1)
-    idea = rules.designer.propose(asked, 1)[0]
-    robot = rules.coder.write(asked, idea)
-    report = ValidationReport(stable=False, faults=(fault("no_tendons"),))
-    repaired = rules.coder.repair(asked, idea, robot, report)
-    assert repaired.mjcf == robot.mjcf
-    assert "no repair for no_tendons" in repaired.notes
+def test_a_name_that_is_referred_to_is_changed_where_it_stands_for_the_second_time() -> None:
+    text = swapped(
+        '<site name="tip_touch"',
+        '<site name="functional_end"/><site name="functional_end"/><site name="tip_touch"',
+        arm(),
+    )
+    text = swapped("</sensor>", '<framepos objtype="site" objname="functional_end"/></sensor>', text)
+    assert fix(text).unfixed == ("duplicate_name",)
+    answer = fix(text, [fault("duplicate_name", "functional_end")])
+    assert answer.counts == {"duplicate_names_in_use": 1}
+    assert answer.mjcf.count('"functional_end"') == 2
+    assert '"functional_end_2"' in answer.mjcf
 
 
-def test_a_free_robot_keeps_its_free_joint_whatever_falls() -> None:
-    idea = concept("flat_ground", "worm", "wave")
-    robot = RuleCoder().write(brief("flat_ground"), idea)
-    report = ValidationReport(stable=False, faults=(fault("free_fall", "tail"),))
-    assert "<freejoint" in RuleCoder().repair(brief("flat_ground"), idea, robot, report).mjcf
+def test_a_reference_is_corrected_among_names_of_its_kind_only() -> None:
+    text = swapped("</sensor>", '<tendonpos tendon="tip_touch"/><jointpos joint="seg01_bendx"/></sensor>', arm())
+    answer = fix(text, [fault("undefined_reference", "tip_touch", "seg01_bendx")])
+    assert "<tendonpos tendon" not in answer.mjcf.replace('name="', "")
+    assert 'site="tip_touch"' in answer.mjcf, "the sensor of a site that exists stays"
 
 
-def test_the_judges_issues_are_repaired_by_their_component() -> None:
-    idea = concept("button_pushing", "arm", "two sections")
-    robot = RuleCoder().write(brief("button_pushing"), idea)
-    bare = robot.model_copy(update={"mjcf": BROKEN["no_sensors"]()})
-    issue = CritiqueIssue(blame="coder", component="no_sensors", problem="the robot has no sensors of its own")
-    repaired = RuleCoder().repair(brief("button_pushing"), idea, bare, Critique(passed=False, issues=(issue,)))
-    assert "tendonpos" in repaired.mjcf
+def test_joints_that_tendons_name_are_left_alone() -> None:
+    text = classy(SERVO).replace("</tendon>", '<fixed name="f"><joint joint="j" coef="1"/></fixed></tendon>')
+    for code in ("chatter", "energy_growth", "numerical_instability"):
+        answer = fix(text, [fault(code)])
+        mujoco.MjModel.from_xml_string(answer.mjcf)
+        assert '<joint joint="j" coef="1"/>' in answer.mjcf
 
 
-def test_a_concept_of_no_built_in_family_is_refused_in_a_sentence() -> None:
-    idea = concept("button_pushing", "arm", "two sections").model_copy(update={"family": "octopus"})
-    with pytest.raises(UserError, match="cannot write the family 'octopus'"):
-        RuleCoder().write(brief("button_pushing"), idea)
+def test_an_unsafe_document_is_fixed_by_fault_and_never_compiled() -> None:
+    text = arm().replace("<worldbody>", '<worldbody><include file="other.xml"/>').replace("ctrlrange", "ctrl_range")
+    answer = fix(text, [fault("unknown_attribute"), fault("forbidden"), fault("initial_penetration")])
+    assert answer.unfixed == ("forbidden", "initial_penetration")
+    assert "ctrl_range" not in answer.mjcf
 
 
-def test_the_page_lists_every_code_that_is_repaired() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "builtin.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| ([a-z_, ]+) \|", page.partition("## Repairs")[2], re.MULTILINE)
-    assert {code for row in rows for code in row.split(", ")} - {"faults"} == set(REPAIRS)
-    assert all(REPAIRS.values())
+def test_a_text_that_is_not_xml_is_fixed_where_comments_are_why() -> None:
+    text = arm().replace("<worldbody>", "<!-- a -- b --><worldbody>")
+    answer = fix(text, [fault("xml_syntax")])
+    assert answer.counts == {"dashes_in_comments": 1}
+    assert answer.unfixed == ()
+    assert fix("no model", [fault("xml_syntax")]).unfixed == ("xml_syntax",)
+
+
+def test_many_fixes_of_one_fault_are_summed_up() -> None:
+    answer = fix(arm().replace("ctrlrange", "ctrl_range"), [fault("unknown_attribute")])
+    assert answer.notes[0].count("wrote ctrlrange for ctrl_range") == 3
+    assert answer.notes[0].endswith("more like it")
+
+
+def test_every_fix_has_a_name_of_its_own_and_says_what_it_does() -> None:
+    names = [each.name for each in FIXES]
+    assert len(names) == len(set(names))
+    assert all(each.doc.endswith((".", ":")) for each in FIXES), [each.name for each in FIXES if not each.doc]
+    assert all(each.safe or each.cures for each in FIXES)

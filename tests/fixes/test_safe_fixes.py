@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 import robots
 
+from aidsr.fixes import FIXES, FixResult, fix
 from aidsr.validation import validate
-from aidsr.validation.repairs import REPAIRS, Repaired, repair
 
 GOOD: dict[str, Callable[[], str]] = {
     "arm": robots.arm,
@@ -63,6 +64,8 @@ def swapped(pattern: str, new: str, text: str = LIMB, count: int = 0) -> str:
     return changed
 
 
+ALL = [each.name for each in FIXES]
+
 BROKEN: dict[str, tuple[str, str]] = {
     "dashes_in_comments": (swapped("<tendon>", "<!-- the tendon -- one -->\n  <tendon>"), ""),
     "dashes at both ends": (swapped("<tendon>", "<!---- tendon ---->\n  <tendon>"), "dashes_in_comments"),
@@ -105,25 +108,29 @@ BROKEN: dict[str, tuple[str, str]] = {
 }
 
 
-def repaired(name: str) -> tuple[Repaired, str]:
+def fixed(name: str) -> tuple[FixResult, str]:
     text, kind = BROKEN[name]
-    return repair(text), kind or name
+    return fix(text), kind or name
 
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_robot_becomes_the_good_one(name: str) -> None:
-    answer, kind = repaired(name)
+    answer, kind = fixed(name)
     assert set(answer.counts) == {kind}
     assert len(answer.notes) == sum(answer.counts.values())
     assert all(note.endswith(".") and "line" in note for note in answer.notes)
     assert_same_model(answer.mjcf, LIMB)
-    assert repair(answer.mjcf) == Repaired(mjcf=answer.mjcf), "a second time there is nothing left to do"
+    assert_unchanged(fix(answer.mjcf), answer.mjcf)
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_without_its_repair_it_stays_broken(name: str) -> None:
+def test_without_its_fix_it_stays_broken(name: str) -> None:
     text, kind = BROKEN[name]
-    assert repair(text, only=[other for other in REPAIRS if other != (kind or name)]) == Repaired(mjcf=text)
+    assert_unchanged(fix(text, only=[other for other in ALL if other != (kind or name)]), text)
+
+
+def assert_unchanged(answer: FixResult, text: str) -> None:
+    assert (answer.mjcf, answer.notes, answer.counts) == (text, (), {})
 
 
 def assert_same_model(one: str, other: str) -> None:
@@ -147,19 +154,19 @@ def sectioned(*sections: str) -> str:
 
 def test_a_class_gets_what_the_sections_of_defaults_before_it_say_and_nothing_of_later_ones() -> None:
     named, cylinder = '<default class="x"/>', '<geom type="cylinder"/>'
-    assert repair(sectioned(cylinder, named)) == Repaired(mjcf=sectioned(cylinder, named))
-    assert repair(sectioned(named, cylinder)).counts == {"fromto_without_shape": 1}
+    assert_unchanged(fix(sectioned(cylinder, named)), sectioned(cylinder, named))
+    assert fix(sectioned(named, cylinder)).counts == {"fromto_without_shape": 1}
 
 
 @pytest.mark.parametrize("name", GOOD)
 def test_a_good_robot_is_left_as_it_is(name: str) -> None:
     text = GOOD[name]()
-    assert repair(text) == Repaired(mjcf=text)
+    assert_unchanged(fix(text), text)
 
 
 def test_a_link_that_stands_in_its_base_is_let_through() -> None:
     text = swapped(r'pos="0 0 -0.0105"', 'pos="0 0 0.012"', robots.arm())
-    answer = repair(text)
+    answer = fix(text)
     assert answer.counts == {"attached_overlaps": 1}
     assert "'s0'" in answer.notes[0]
     assert "'base'" in answer.notes[0]
@@ -172,7 +179,7 @@ def test_a_link_across_a_joint_without_shape_is_let_through() -> None:
     gimbal = f'<body name="hub"><joint name="twist" axis="0 0 1"/>{inertial}'
     text = swapped(r'<body name="two" pos="0 0 0.05">', gimbal + r'<body name="two" pos="0 0 0.03">')
     text = swapped(r"(</body>\s*</body>\s*</body>\s*</worldbody>)", r"</body>\1", text)
-    answer = repair(text)
+    answer = fix(text)
     assert answer.counts == {"attached_overlaps": 1}
     assert 'body1="one" body2="two"' in answer.mjcf
 
@@ -180,11 +187,11 @@ def test_a_link_across_a_joint_without_shape_is_let_through() -> None:
 def test_overlaps_of_strangers_are_left_alone() -> None:
     stranger = '<body name="post" pos="0 0 0.07"><geom size="0.02"/></body>'
     text = swapped("</worldbody>", stranger + "</worldbody>")
-    assert repair(text) == Repaired(mjcf=text)
+    assert_unchanged(fix(text), text)
 
 
 def test_a_name_used_twice_is_changed_where_nothing_refers_to_it() -> None:
-    answer = repair(swapped('name="g2"', 'name="g1"'))
+    answer = fix(swapped('name="g2"', 'name="g1"'))
     assert answer.counts == {"duplicate_names": 1}
     assert 'name="g1_2"' in answer.mjcf
     assert_same_model(swapped("g1_2", "g2", answer.mjcf), LIMB)
@@ -192,12 +199,12 @@ def test_a_name_used_twice_is_changed_where_nothing_refers_to_it() -> None:
 
 def test_a_name_that_others_refer_to_is_left_alone() -> None:
     text = swapped('name="g2"', 'name="g1"')
-    assert repair(text, kept_names=["g1"]) == Repaired(mjcf=text)
+    assert_unchanged(fix(text, kept_names=["g1"]), text)
 
 
 def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
     text = swapped('name="c"', 'name="b"')
-    assert repair(text) == Repaired(mjcf=text)
+    assert_unchanged(fix(text), text)
 
 
 @pytest.mark.parametrize(
@@ -224,11 +231,11 @@ def test_a_name_used_twice_and_referred_to_is_left_alone() -> None:
     ],
 )
 def test_what_could_mean_two_things_is_left_alone(text: str) -> None:
-    assert repair(text) == Repaired(mjcf=text)
+    assert_unchanged(fix(text), text)
 
 
 def test_few_degrees_are_no_turns_of_a_wrist() -> None:
-    answer = repair(swapped("-0.5 0.5", "-10 10"))
+    answer = fix(swapped("-0.5 0.5", "-10 10"))
     assert answer.counts == {"degrees_in_radians": 2}
     assert answer.mjcf.count('range="-0.174532925 0.174532925"') == 2
 
@@ -246,43 +253,57 @@ TOLD = """<mujoco>
 @pytest.mark.parametrize("kind", ["motor", "general", "position"])
 def test_a_flag_that_a_class_gives_to_all_actuators_or_tendons_holds(kind: str, told: str) -> None:
     text = TOLD.format(f'<{kind} ctrllimited="{told}"/><tendon limited="{told}"/>')
-    assert repair(text) == Repaired(mjcf=text)
+    assert_unchanged(fix(text), text)
     assert mujoco.MjModel.from_xml_string(text).actuator_ctrllimited[0] == (told == "true")
 
 
 def test_a_flag_that_no_class_gives_is_written_once_where_the_range_is() -> None:
     text = TOLD.format('<general ctrlrange="0 2"/><tendon limited="false"/>')
-    answer = repair(text)
+    answer = fix(text)
     assert answer.counts == {"missing_limit_flags": 1}
     assert mujoco.MjModel.from_xml_string(answer.mjcf).actuator_ctrllimited[0]
 
 
 def test_ranges_of_every_kind_of_actuator_are_put_in_order() -> None:
     text = swapped("<motor .*/>", '<pid name="m" tendon="t" kp="9" ctrlrange="5 0"/>')
-    assert repair(text).mjcf == text.replace('ctrlrange="5 0"', 'ctrlrange="0 5"').rstrip("\n")
+    assert fix(text).mjcf == text.replace('ctrlrange="5 0"', 'ctrlrange="0 5"').rstrip("\n")
 
 
 def test_no_flag_is_written_that_the_element_does_not_know() -> None:
     damper = '<actuator><damper name="m" joint="j1" kv="1" ctrlrange="0 5"/></actuator>'
     text = swapped("<actuator>.*</actuator>", damper, swapped('autolimits="true"', 'autolimits="false"'))
-    answer = repair(text).mjcf
+    answer = fix(text).mjcf
     assert "ctrllimited" not in answer
     assert mujoco.MjModel.from_xml_string(answer).actuator_ctrlrange.tolist() == [[0, 5]]
 
 
-def test_comments_and_layout_survive_a_repair() -> None:
+def test_comments_and_layout_survive_a_fix() -> None:
     text = swapped("<sensor>", "<!-- what it feels -->\n  <sensor>", swapped("stiffness=", "stifness="))
-    assert repair(text).mjcf == swapped("stifness=", "stiffness=", text).rstrip("\n")
+    assert fix(text).mjcf == swapped("stifness=", "stiffness=", text).rstrip("\n")
 
 
-def test_several_faults_are_repaired_at_once_and_counted_apart() -> None:
+def test_faults_of_the_document_that_no_safe_fix_changes_are_named() -> None:
+    assert fix(LIMB).unfixed == ()
+    assert fix(swapped("stiffness=", "stffnes=")).unfixed == ("unknown_attribute",)
+    assert fix(LIMB[:-12]).unfixed == ("xml_syntax",)
+    assert fix('<mujoco><include file="other.xml"/></mujoco>').unfixed == ("forbidden",)
+
+
+def test_a_file_is_read_and_not_written(tmp_path: Path) -> None:
+    file = tmp_path / "limb.xml"
+    file.write_text(swapped("stiffness=", "stifness="))
+    assert fix(file).counts == {"misspelt_attributes": 1}
+    assert "stifness" in file.read_text()
+
+
+def test_several_faults_are_fixed_at_once_and_counted_apart() -> None:
     text = swapped("-0.5 0.5", "0.5 -0.5", swapped("stiffness=", "stifness="))
-    answer = repair(text)
+    answer = fix(text)
     assert answer.counts == {"misspelt_attributes": 1, "inverted_ranges": 2}
     assert len(answer.notes) == 3
     assert_same_model(answer.mjcf, LIMB)
 
 
-def test_a_repair_that_does_not_exist_is_refused() -> None:
+def test_a_fix_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ValueError, match="magic"):
-        repair(LIMB, only=["magic"])
+        fix(LIMB, only=["magic"])

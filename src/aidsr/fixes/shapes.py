@@ -1,21 +1,21 @@
-"""Repairs of shapes given by their two ends, and of the guides of tendons."""
+"""Fixes of shapes given by their two ends, of attributes that contradict each other, and of the guides of tendons."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import default_classes, is_placed, setting
 from aidsr.mjcf.location import Element, elements, numbers
-from aidsr.validation.repairs.telling import told
-
-__all__ = ["fromto_and_pos", "fromto_without_shape", "inherited_fromto", "repeated_guides"]
 
 _LENGTHS = {"capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 """Shapes that fromto can span, and the numbers in size without it. Source: MuJoCo XML reference, body/geom."""
 
+_ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
-def fromto_without_shape(root: Element) -> Iterator[str]:
-    """Make a capsule of what has two ends and a radius, and no type of its own that could have them."""
+
+def fromto_without_shape(root: Element, _: Request) -> Iterator[str]:
+    """Make a capsule of what has `fromto` and a radius, and no type of its own that has two ends."""
     classes = default_classes(root)
     for element in _shapes(root):
         kind, size = setting(element, "type", classes), setting(element, "size", classes)
@@ -23,11 +23,11 @@ def fromto_without_shape(root: Element) -> Iterator[str]:
             continue
         if (kind is None or kind.value not in _LENGTHS) and len(numbers(size.value)) <= _LENGTHS["capsule"]:
             element.set("type", "capsule")
-            yield told(element, "made a capsule, since it has two ends and a radius")
+            yield note(element, "made a capsule, since it has two ends and a radius")
 
 
-def inherited_fromto(root: Element) -> Iterator[str]:
-    """Take fromto out of a default class for elements whose own type has no two ends; the others get it written out."""
+def inherited_fromto(root: Element, _: Request) -> Iterator[str]:
+    """Take `fromto` out of a default class for elements whose type has no two ends; others get it written out."""
 
     def clashes(element: Element) -> bool:
         return "type" in element.attrib and element.get("type") not in _LENGTHS
@@ -35,16 +35,16 @@ def inherited_fromto(root: Element) -> Iterator[str]:
     yield from _take_out(root, "fromto", clashes)
 
 
-def fromto_and_pos(root: Element) -> Iterator[str]:
-    """Keep what an element says itself, and of both its own fromto, where pos says nothing else.
+def fromto_and_pos(root: Element, _: Request) -> Iterator[str]:
+    """Drop `pos` beside `fromto` that says the same, and of one from a default class and an own one the former.
 
-    Its own pos says nothing else when it is the middle or an end of fromto; anything else may have been meant as a
-    shift and is left alone. A pos of zeros is no fault: MuJoCo takes it for one that was not given.
+    An own pos says the same when it is the middle or an end of fromto; anything else may have been meant as a shift and
+    is left alone. A pos of zeros is no fault: MuJoCo takes it for one that was not given.
     """
     for element in _shapes(root):
         if "fromto" in element.attrib and any(numbers(element.get("pos", ""))) and _says_nothing_else(element):
             del element.attrib["pos"]
-            yield told(element, "dropped pos, since fromto already says where it is")
+            yield note(element, "dropped pos, since fromto already says where it is")
     classes = default_classes(root)
 
     def has_own_place(element: Element) -> bool:
@@ -60,7 +60,23 @@ def fromto_and_pos(root: Element) -> Iterator[str]:
     yield from _take_out(root, "fromto", has_own_place)
 
 
-def repeated_guides(root: Element) -> Iterator[str]:
+def contradicting_attributes(root: Element, _: Request) -> Iterator[str]:
+    """Drop `pos` beside `fromto`, `fromto` of a type that has no two ends, and all orientations but the first."""
+    for element in elements(root, "geom", "site"):
+        kind = element.get("type")
+        if "fromto" in element.attrib and any(numbers(element.get("pos", ""))):
+            del element.attrib["pos"]
+            yield note(element, "dropped pos, which contradicts fromto")
+        if "fromto" in element.attrib and kind is not None and kind not in _LENGTHS:
+            del element.attrib["fromto"]
+            yield note(element, f"dropped fromto, which a {kind} cannot have")
+    for element in elements(root):
+        for orientation in [name for name in _ORIENTATIONS if name in element.attrib][1:]:
+            del element.attrib[orientation]
+            yield note(element, f"dropped {orientation}, a second orientation")
+
+
+def repeated_guides(root: Element, _: Request) -> Iterator[str]:
     """Drop a site that a tendon names twice in a row: the cable between the two has no length."""
     for tendon in elements(root, "spatial"):
         if next(tendon.iterancestors("default"), None) is not None:
@@ -69,7 +85,7 @@ def repeated_guides(root: Element) -> Iterator[str]:
         for guide in list(elements(tendon)):
             if guide.tag == "site" and before is not None and before.get("site") == guide.get("site"):
                 tendon.remove(guide)
-                yield told(tendon, f"dropped site '{guide.get('site')}', which stood twice in a row")
+                yield note(tendon, f"dropped site '{guide.get('site')}', which stood twice in a row")
             elif guide is not tendon:
                 before = guide if guide.tag == "site" else None
 
@@ -104,5 +120,14 @@ def _take_out(root: Element, attribute: str, clashes: Callable[[Element], bool])
                 if theirs is not None and theirs.holder is holder and not clashes(other):
                     other.set(attribute, value)
             del holder.attrib[attribute]
-            yield told(element, f"dropped {attribute}{found.origin}, which does not fit what it says itself")
+            yield note(element, f"dropped {attribute}{found.origin}, which does not fit what it says itself")
             found = setting(element, attribute, classes)
+
+
+FIXES: tuple[Fix[EditDocument], ...] = (
+    Fix(fromto_without_shape, cures=("wrong_for_type",), safe=True),
+    Fix(inherited_fromto, cures=("wrong_for_type",), safe=True),
+    Fix(fromto_and_pos, cures=("wrong_for_type",), safe=True),
+    Fix(repeated_guides, cures=("tendon_path_invalid",), safe=True),
+    Fix(contradicting_attributes, cures=("wrong_for_type",)),
+)

@@ -1,17 +1,17 @@
-"""Repairs of a text that is not XML yet."""
+"""Fixes of a text that is not XML yet."""
 
 from __future__ import annotations
 
 import re
 
-__all__ = ["without_dashes_in_comments"]
+from aidsr.fixes.record import EditText, Fix
 
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 _DASHES = re.compile(r"-{2,}|^-|-$")
 
 
-def without_dashes_in_comments(text: str) -> tuple[str, list[str]]:
-    """Return the text with "=" for the dashes that XML does not allow inside comments, and what was done.
+def dashes_in_comments(text: str) -> tuple[str, list[str]]:
+    """Write "=" for the dashes that XML does not allow inside comments.
 
     Nothing moves: lines and columns stay what they were.
 
@@ -27,3 +27,6 @@ def without_dashes_in_comments(text: str) -> tuple[str, list[str]]:
         return f"<!--{inside}-->"
 
     return _COMMENT.sub(rewrite, text), notes
+
+
+FIXES: tuple[Fix[EditText], ...] = (Fix(dashes_in_comments, cures=("xml_syntax",), safe=True),)

@@ -1,0 +1,120 @@
+"""`aidsr fix`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from aidsr.fixes import FixResult
+
+_Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+
+_STANDARD_INPUT = "-"
+
+
+def fix(
+    *files: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    out: Annotated[Path | None, Parameter(show_default=False)] = None,
+    in_place: _Flag = False,
+    force: _Flag = False,
+    list_fixes: Annotated[bool, Parameter(name="--list", negative="", show_default=False)] = False,
+) -> int:
+    """Fix what can mean only one thing in the MJCF of robots or scenes.
+
+    Prints what is fixed, and writes nothing without --out or --in-place. Exit code 0 means that no fault is left that
+    can be read off the document, 1 that some are or that the fixes were not written, 2 a mistake in the command; of
+    several files the worst. A document without faults comes out byte for byte.
+
+        aidsr fix robot.xml
+
+        aidsr fix robot.xml --out fixed.xml
+
+        aidsr fix robots/*.xml --in-place
+
+        cat robot.xml | aidsr fix - > fixed.xml
+
+    Parameters
+    ----------
+    files
+        MJCF of robots or scenes; "-" reads standard input and, without --out, writes the text to standard output.
+    out
+        Write the fixed text to this file.
+    in_place
+        Write the fixed text back to the file it came from.
+    force
+        Let --out replace a file that exists.
+    list_fixes
+        Print all fixes as a Markdown table, with the fault codes they cure, and nothing else.
+    """
+    from aidsr.core.errors import UserError
+
+    if list_fixes:
+        sys.stdout.write(fixes_table())
+        return 0
+    unknown = next((file for file in files if file.startswith("--")), None)
+    if unknown or not files:
+        raise UserError(f"{f'no such option: {unknown}' if unknown else 'no file named'}; see aidsr fix --help")
+    if out is not None and (in_place or len(files) > 1):
+        raise UserError("--out writes one file: name one file, and leave out --in-place")
+    if out is not None and out.exists() and not force:
+        raise UserError(f"{out} exists; name another file for --out, or add --force to replace it")
+    if in_place and _STANDARD_INPUT in files:
+        raise UserError("standard input cannot be fixed in place; leave out --in-place")
+    return max([_fix_file(file, Path(file) if in_place else out) for file in files])
+
+
+def _fix_file(file: str, target: Path | None) -> int:
+    """Fix one file, write it where it goes, print what was fixed, and return the exit code."""
+    from aidsr.fixes import fix
+    from aidsr.mjcf.read import decode_mjcf, open_mjcf
+
+    from_stdin = file == _STANDARD_INPUT
+    text = decode_mjcf(sys.stdin.buffer.read(), "standard input") if from_stdin else open_mjcf(Path(file))
+    result = fix(text)
+    fixed = result.mjcf + "\n" * (text.endswith("\n") and not result.mjcf.endswith("\n"))
+    written = True
+    if target is not None:
+        if result.total or target != Path(file):
+            _write(target, fixed)
+    elif from_stdin:
+        sys.stdout.write(fixed)
+    else:
+        written = not result.total
+    (sys.stderr if from_stdin and target is None else sys.stdout).write(
+        _account("standard input" if from_stdin else file, result, target, written=written)
+    )
+    return 0 if written and not result.unfixed else 1
+
+
+def _account(name: str, result: FixResult, target: Path | None, *, written: bool) -> str:
+    """Return what was fixed in a file, what was written, and what is left, a line each."""
+    count = "1 fix" if result.total == 1 else f"{result.total} fixes"
+    place = f", written to {target}" if target is not None else ""
+    head = "nothing to fix" if not result.total else f"{count}{place if written else ', not written'}"
+    left = f"left: {', '.join(result.unfixed)}; see aidsr validate" if result.unfixed else ""
+    return "\n".join([f"{name}: {head}", *(f"- {note}" for note in result.notes), *([left] if left else []), ""])
+
+
+def _write(path: Path, text: str) -> None:
+    from aidsr.core.errors import UserError
+
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"cannot write {path}: {error.strerror}") from error
+
+
+def fixes_table() -> str:
+    """Return all fixes as a Markdown table, in the order in which they are applied."""
+    from aidsr.fixes import FIXES
+
+    rows = [
+        (f"`{each.name}`", "safe" * each.safe, ", ".join(f"`{code}`" for code in each.cures), each.doc)
+        for each in FIXES
+    ]
+    lines = ["| fix | | cures | what it does |", "|---|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)]
+    return "\n".join(lines) + "\n"

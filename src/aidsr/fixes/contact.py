@@ -1,0 +1,142 @@
+"""Fixes of contact: parts that overlap, a robot that locks itself, shapes that touch nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations, islice
+from typing import TYPE_CHECKING, cast
+
+from lxml import etree
+
+from aidsr.core.errors import MjcfError
+from aidsr.fixes.record import EditDocument, Fix, Request, note
+from aidsr.mjcf.edit import effective_value, exclude_contact
+from aidsr.mjcf.location import Element, elements
+from aidsr.mjcf.names import named
+
+if TYPE_CHECKING:
+    import mujoco
+
+
+def attached_overlaps(root: Element, _: Request) -> Iterator[str]:
+    """Exclude from contact two bodies that overlap where one is jointed to the other.
+
+    MuJoCo does this itself for parent and child, but not where the parent stands still in the world, nor across a body
+    without shape that only carries a joint.
+
+    Source: MuJoCo documentation, Computation, collision detection, filtering.
+    """
+    import mujoco
+
+    from aidsr.mjcf.compile import compile_mjcf
+
+    try:
+        model = compile_mjcf(etree.tostring(root, encoding="unicode"))
+    except MjcfError:
+        return
+    bodies = {element.get("name", ""): element for element, kind in named(root) if kind == "body"}
+    for upper, lower in sorted(_attached_overlaps(model)):
+        first, second = (
+            cast("str", mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)) for body in (upper, lower)
+        )
+        if first in bodies and second in bodies:
+            exclude_contact(root, first, second)
+            yield note(
+                bodies[second],
+                f"excluded from contact with '{first}', which it is jointed to and overlaps in the drawn pose",
+            )
+
+
+def _attached_overlaps(model: mujoco.MjModel) -> set[tuple[int, int]]:
+    """Return pairs of a body and the body it is jointed to that overlap by more than the validator lets pass."""
+    import mujoco
+
+    from aidsr.sim.overlap import overlaps_too_much
+    from aidsr.sim.structure import read_structure
+
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    length_m = read_structure(model).characteristic_length_m
+    found = set()
+    for contact in data.contact:
+        geoms = [int(contact.geom1), int(contact.geom2)]
+        upper, lower = sorted(int(model.geom_bodyid[geom]) for geom in geoms)
+        thickness_m = min(2.0 * float(min(model.geom_aabb[geom][3:])) for geom in geoms)
+        if overlaps_too_much(-float(contact.dist), thickness_m, length_m) and _is_jointed(model, upper, lower):
+            found.add((upper, lower))
+    return found
+
+
+def _is_jointed(model: mujoco.MjModel, upper: int, lower: int) -> bool:
+    """Whether a body hangs from another by joints, with nothing between them that has a shape."""
+    jointed, body = False, lower
+    while body > upper:
+        if body != lower and model.body_geomnum[body]:
+            return False
+        jointed = jointed or bool(model.body_jntnum[body])
+        body = int(model.body_parentid[body])
+    return jointed and body == upper and upper > 0
+
+
+def exclude_overlapping(root: Element, request: Request) -> Iterator[str]:
+    """Exclude from contact the bodies that are said to overlap; of several those at most two joints apart."""
+    owners = [_owner(root, name) for name in request.names]
+    if len(owners) > 2:
+        present = list(dict.fromkeys(owner for owner in owners if owner))
+        pairs = [pair for pair in combinations(present, 2) if _are_near(root, *pair)]
+    else:
+        pairs = [pair for pair in zip(owners[::2], owners[1::2], strict=False) if all(pair) and pair[0] != pair[1]]
+    done = [f"{first} and {second}" for first, second in pairs if exclude_contact(root, first, second)]
+    if done:
+        yield f"excluded contact between {', '.join(done)}"
+
+
+def _owner(root: Element, name: str) -> str:
+    """Return the body of this name, or the body that carries the geom of this name; "" where it has no name."""
+    for element in elements(root, "body", "geom"):
+        if element.get("name") == name:
+            body = element if element.tag == "body" else next(element.iterancestors("body"), None)
+            return "" if body is None else body.get("name", "")
+    return ""
+
+
+def _are_near(root: Element, first: str, second: str) -> bool:
+    """Whether two bodies are at most two joints apart in the same limb."""
+    bodies = {body.get("name"): body for body in elements(root, "body")}
+    above = [ancestor for name in (first, second) for ancestor in islice(bodies[name].iterancestors("body"), 3)]
+    return bodies[first] in above or bodies[second] in above
+
+
+def pass_through_itself(root: Element, _: Request) -> Iterator[str]:
+    """Let the robot's shapes collide with the environment only: contype 1, conaffinity 0."""
+    colliding = [geom for geom in elements(root, "geom") if effective_value(root, geom, "contype") != "0"]
+    changed = [geom for geom in colliding if geom.get("conaffinity") != "0"]
+    for geom in changed:
+        geom.set("contype", "1")
+        geom.set("conaffinity", "0")
+    if changed:
+        yield f"let {len(changed)} shapes pass through each other"
+
+
+def allow_contact(root: Element, _: Request) -> Iterator[str]:
+    """Let shapes that cannot touch anything collide again."""
+    mute = [
+        geom
+        for geom in elements(root, "geom")
+        if effective_value(root, geom, "contype") == "0"
+        and effective_value(root, geom, "conaffinity") == "0"
+        and effective_value(root, geom, "mass") != "0"
+    ]
+    for geom in mute:
+        geom.set("contype", "1")
+        geom.set("conaffinity", "1")
+    if mute:
+        yield f"let {len(mute)} shapes collide"
+
+
+FIXES: tuple[Fix[EditDocument], ...] = (
+    Fix(attached_overlaps, cures=("initial_penetration", "self_collision_lock"), safe=True),
+    Fix(exclude_overlapping, cures=("initial_penetration", "self_collision_lock")),
+    Fix(pass_through_itself, cures=("self_collision_lock",)),
+    Fix(allow_contact, cures=("contact_disabled",)),
+)

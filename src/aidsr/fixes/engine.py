@@ -1,0 +1,172 @@
+"""`fix`: an MJCF text in, the fixed text and what was done out. The work is done in an isolated process."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+
+from lxml import etree
+
+from aidsr.core.artifacts import Fault
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.fixes import markup
+from aidsr.fixes.record import EditDocument, Fix, FixResult, Request
+from aidsr.fixes.registry import FIXES, ON_DOCUMENT
+from aidsr.mjcf.edit import to_text
+from aidsr.mjcf.read import Document, check_document, check_safety, open_mjcf, parse_document
+from aidsr.sandbox.isolated import isolated
+
+_MOST_NOTES = 3
+"""Notes on one fault code; the rest is counted. Our choice: a robot's notes are read by people and models."""
+
+
+def fix(
+    mjcf: str | Path,
+    faults: Sequence[Fault] | None = None,
+    *,
+    only: Collection[str] | None = None,
+    kept_names: Collection[str] = (),
+) -> FixResult:
+    """Fix what code can fix in an MJCF text.
+
+    Without faults all safe fixes are applied: they change what has only one possible meaning, and leave the rest to the
+    author. With faults, for each of their codes the first fix that changes something is applied, mildest first, safe or
+    not; validate the result to see what is left.
+
+    A text that cannot be read, or that no worker survives, comes back as it was.
+
+    Args:
+        mjcf: The text, or the file it is in. The file is not written.
+        faults: What a validation report found wrong with it; None to apply safe fixes only.
+        only: Names of the fixes that may be applied; None for all.
+        kept_names: Names that others outside the text refer to, as a robot's functional part; safe fixes keep them.
+
+    Raises:
+        UserError: The file cannot be read.
+        MjcfError: The file is too large.
+        ValueError: `only` names a fix that does not exist.
+    """
+    text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
+    names = [each.name for each in FIXES]
+    if unknown := sorted(set(only or ()) - set(names)):
+        raise ValueError(f"no such fix: {', '.join(unknown)}; choose from {', '.join(names)}")
+    try:
+        return _fix_text(
+            text, None if faults is None else list(faults), names if only is None else list(only), list(kept_names)
+        )
+    except IsolationError:
+        return FixResult(mjcf=text, unfixed=_codes(faults or ()))
+
+
+def leave_as_written(mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
+    """Fix nothing: what takes the place of `fix` where robots are to be seen as they were written."""
+    del kept_names
+    return FixResult(mjcf=mjcf)
+
+
+@isolated
+def _fix_text(text: str, faults: list[Fault] | None, only: list[str], kept_names: list[str]) -> FixResult:
+    """Do the work of `fix`."""
+    fixes = [each for each in ON_DOCUMENT if each.name in only]
+    try:
+        readable, document, notes = _read(text, only)
+    except MjcfError as error:
+        return FixResult(mjcf=text, unfixed=_codes([*(faults or ()), *error.faults]))
+    if faults is not None:
+        return _cure(readable, document, fixes, faults, notes)
+    if dangers := check_safety(document):
+        return FixResult(mjcf=text, unfixed=_codes(dangers))
+    return _apply_safe(readable, document, fixes, frozenset(kept_names), notes)
+
+
+def _read(text: str, only: Collection[str]) -> tuple[str, Document, dict[str, list[str]]]:
+    """Return a text as it can be read, its document, and what was done to the text, by the names of fixes.
+
+    Raises:
+        MjcfError: It cannot be read.
+    """
+    notes: dict[str, list[str]] = {}
+    try:
+        document = parse_document(text)
+    except MjcfError:
+        for each in markup.FIXES:
+            if each.name in only:
+                text, notes[each.name] = each.apply(text)
+        document = parse_document(text)
+    return text, document, notes
+
+
+def _apply_safe(
+    text: str,
+    document: Document,
+    fixes: Sequence[Fix[EditDocument]],
+    kept_names: frozenset[str],
+    notes: Mapping[str, list[str]],
+) -> FixResult:
+    """Apply all safe fixes; comments and layout stay as they are."""
+    request = Request(kept_names=kept_names)
+    changed = {each.name: list(each.apply(document.root, request)) for each in fixes if each.safe}
+    if any(changed.values()):
+        text = etree.tostring(document.root.getroottree(), encoding="unicode")
+    done = {name: each for name, each in {**notes, **changed}.items() if each}
+    return FixResult(
+        mjcf=text,
+        notes=tuple(note for each in done.values() for note in each),
+        counts={name: len(each) for name, each in done.items()},
+        unfixed=_codes(check_document(document)),
+    )
+
+
+def _cure(
+    text: str,
+    document: Document,
+    fixes: Sequence[Fix[EditDocument]],
+    faults: Sequence[Fault],
+    notes: Mapping[str, list[str]],
+) -> FixResult:
+    """Apply for each fault code the first fix that changes something; the document is indented anew."""
+    done = {"xml_syntax": dict(notes)} if notes else {}
+    for fault in _one_per_code(faults):
+        if fault.code not in done:
+            done[fault.code] = _cure_one(document, fixes, fault)
+    counts: dict[str, int] = {}
+    for by_fix in done.values():
+        for name, each in by_fix.items():
+            counts[name] = counts.get(name, 0) + len(each)
+    return FixResult(
+        mjcf=to_text(document.root) if counts else text,
+        notes=tuple(f"{code}: {_summary(by_fix)}" for code, by_fix in done.items() if by_fix),
+        counts=counts,
+        unfixed=tuple(code for code, by_fix in done.items() if not by_fix),
+    )
+
+
+def _cure_one(document: Document, fixes: Sequence[Fix[EditDocument]], fault: Fault) -> dict[str, list[str]]:
+    """Return what was done about a fault, by the names of fixes; after a first one only while the text still has it."""
+    done: dict[str, list[str]] = {}
+    for each in fixes:
+        if fault.code in each.cures and (notes := list(each.apply(document.root, Request(fault)))):
+            done[each.name] = notes
+            if fault.code not in _codes(check_document(document)):
+                break
+    return done
+
+
+def _one_per_code(faults: Sequence[Fault]) -> list[Fault]:
+    """Return one fault for each code, in order, with the names of all of that code."""
+    merged: dict[str, Fault] = {}
+    for fault in faults:
+        before = merged.get(fault.code)
+        names = tuple(dict.fromkeys((*(before.names if before else ()), *fault.names)))
+        merged[fault.code] = (before or fault).model_copy(update={"names": names})
+    return list(merged.values())
+
+
+def _summary(by_fix: Mapping[str, list[str]]) -> str:
+    notes = [note.removesuffix(".") for each in by_fix.values() for note in each]
+    more = [f"{len(notes) - _MOST_NOTES} more like it"] if len(notes) > _MOST_NOTES else []
+    return "; ".join([*notes[:_MOST_NOTES], *more])
+
+
+def _codes(faults: Iterable[Fault]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(fault.code for fault in faults))

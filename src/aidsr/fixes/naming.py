@@ -1,0 +1,162 @@
+"""Fixes of names: of attributes, of classes, of things, and of what refers to them."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Iterator
+
+from aidsr.core.suggestions import one_slip_away, only_close_name
+from aidsr.fixes.record import EditDocument, Fix, Request, note
+from aidsr.mjcf.defaults import default_classes
+from aidsr.mjcf.location import Element, attributes, elements
+from aidsr.mjcf.names import known_names, named, references
+from aidsr.mjcf.schema import Grammar, mjcf_grammar
+
+_SURE = 0.8
+"""Likeness from which a name is taken for a misspelt one. Our choice: one wrong letter in six."""
+
+_OPTIONAL = ("sensor", "contact", "equality")
+"""Sections whose entries a robot can do without."""
+
+
+def misspelt_attributes(root: Element, _: Request) -> Iterator[str]:
+    """Rename an attribute that no element of MJCF has to the only one of its element that is one slip away.
+
+    A slip is a letter too many, too few, wrong or swapped with its neighbour; letter case, "_" and "-" do not count.
+    """
+    everywhere = _all_attributes()
+    for element, grammar in _with_grammar(root, mjcf_grammar()):
+        for attribute in [str(name) for name in element.attrib]:
+            if attribute in grammar.attributes or attribute in everywhere:
+                continue
+            meant = one_slip_away(attribute, grammar.attributes)
+            if meant and meant not in element.attrib:
+                _rename(element, attribute, meant)
+                yield note(element, f"wrote {meant} for {attribute}")
+
+
+def unknown_attributes(root: Element, _: Request) -> Iterator[str]:
+    """Rename an attribute that no element of MJCF has to the one it is most like; drop it where none is.
+
+    One that belongs to another element was not misspelt, and is dropped.
+    """
+    everywhere = _all_attributes()
+    for element, grammar in _with_grammar(root, mjcf_grammar()):
+        for attribute in [str(name) for name in element.attrib if name not in grammar.attributes]:
+            plain = attribute.lower().replace("_", "")
+            near = "" if attribute in everywhere else only_close_name(plain, grammar.attributes, cutoff=_SURE)
+            if near and near not in element.attrib:
+                _rename(element, attribute, near)
+                yield note(element, f"wrote {near} for {attribute}")
+            else:
+                del element.attrib[attribute]
+                yield note(element, f"dropped {attribute}, which it does not have")
+
+
+def missing_classes(root: Element, _: Request) -> Iterator[str]:
+    """Drop a reference to a default class that does not exist: such a class gives nothing.
+
+    A name one slip away from exactly one class means that class.
+    """
+    classes = default_classes(root)
+    for element in elements(root):
+        for attribute in ("class", "childclass"):
+            name = element.get(attribute, "")
+            if not name or name in classes or name == "main" or element.tag == "default":
+                continue
+            meant = one_slip_away(name, classes)
+            if meant:
+                element.set(attribute, meant)
+                yield note(element, f"wrote {attribute} '{meant}' for '{name}', which does not exist")
+            else:
+                del element.attrib[attribute]
+                yield note(element, f"dropped {attribute} '{name}', which does not exist")
+
+
+def undefined_references(root: Element, request: Request) -> Iterator[str]:
+    """Point a reference to the one name of its kind that it is most like; drop sensors and such that name nothing."""
+    known = known_names(root)
+    for element, kind, name in list(references(root)):
+        if name not in request.names or name in known[kind] or kind == "default class":
+            continue
+        attribute = next((key for key, value in attributes(element) if value == name and key != "name"), None)
+        parent = element.getparent()
+        near = only_close_name(name, known[kind], cutoff=_SURE)
+        if attribute is None or parent is None:  # one of several names in a list, or dropped before
+            continue
+        if near:
+            element.set(attribute, near)
+            yield note(element, f"wrote {kind} '{near}' for '{name}', which does not exist")
+        elif attribute == "material":
+            del element.attrib[attribute]
+            yield note(element, f"dropped material '{name}', which does not exist")
+        elif parent.tag in _OPTIONAL:
+            parent.remove(element)
+            yield note(element, f"dropped, since it names {kind} '{name}', which does not exist")
+
+
+def duplicate_names(root: Element, request: Request) -> Iterator[str]:
+    """Rename a thing whose name another of its kind bears, where nothing refers to that name."""
+    referred = {(kind, name) for _, kind, name in references(root)}
+    yield from _rename_duplicates(root, lambda kind, name: (kind, name) in referred or name in request.kept_names)
+
+
+def duplicate_names_in_use(root: Element, _: Request) -> Iterator[str]:
+    """Rename a thing whose name another of its kind bears; references mean the first from then on."""
+    yield from _rename_duplicates(root, lambda _kind, _name: False)
+
+
+def _rename_duplicates(root: Element, keeps: Callable[[str, str], bool]) -> Iterator[str]:
+    taken: dict[str, set[str]] = defaultdict(set)
+    for element, kind in named(root):
+        taken[kind].add(element.get("name", ""))
+    for _, kind, name in references(root):
+        taken[kind].add(name)
+    seen: Counter[tuple[str, str]] = Counter()
+    for element, kind in list(named(root)):
+        name = element.get("name", "")
+        seen[kind, name] += 1
+        number = seen[kind, name]
+        if number == 1 or keeps(kind, name) or _is_replicated(element):
+            continue
+        while f"{name}_{number}" in taken[kind]:
+            number += 1
+        taken[kind].add(f"{name}_{number}")
+        sentence = note(element, f"renamed to '{name}_{number}', since another {kind} bears this name")
+        element.set("name", f"{name}_{number}")
+        yield sentence
+
+
+def _is_replicated(element: Element) -> bool:
+    return next(element.iterancestors("replicate"), None) is not None
+
+
+def _all_attributes() -> Collection[str]:
+    return {name for grammar in mjcf_grammar().walk() for name in grammar.attributes}
+
+
+def _with_grammar(element: Element, grammar: Grammar) -> Iterator[tuple[Element, Grammar]]:
+    """Yield each element that MJCF knows where it stands, with what it may hold."""
+    yield element, grammar
+    for child in element:
+        inside = grammar.children.get(child.tag) if isinstance(child.tag, str) else None
+        if inside is not None:
+            yield from _with_grammar(child, inside)
+
+
+def _rename(element: Element, attribute: str, right: str) -> None:
+    """Rename an attribute where it stands, so that a reader finds it in its place."""
+    written = attributes(element)
+    element.attrib.clear()
+    for name, value in written:
+        element.set(right if name == attribute else name, value)
+
+
+FIXES: tuple[Fix[EditDocument], ...] = (
+    Fix(misspelt_attributes, cures=("unknown_attribute",), safe=True),
+    Fix(missing_classes, cures=("undefined_reference",), safe=True),
+    Fix(duplicate_names, cures=("duplicate_name",), safe=True),
+    Fix(unknown_attributes, cures=("unknown_attribute",)),
+    Fix(undefined_references, cures=("undefined_reference",)),
+    Fix(duplicate_names_in_use, cures=("duplicate_name",)),
+)

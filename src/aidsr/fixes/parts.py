@@ -1,0 +1,106 @@
+"""Fixes of what is missing or too much: sensors, actuators, mass, joints of the root."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lxml import etree
+
+from aidsr.fixes.ranges import TENSION_N
+from aidsr.fixes.record import EditDocument, Fix, Request
+from aidsr.mjcf.edit import entries, get_numbers, section, set_numbers
+from aidsr.mjcf.location import Element, elements
+
+_LEAST_MASS_KG = 0.002
+
+
+def add_sensors(root: Element, _: Request) -> Iterator[str]:
+    """Measure the length of every tendon."""
+    measured = {sensor.get("tendon") for sensor in entries(root, "sensor") if sensor.tag == "tendonpos"}
+    missing = [name for name in _tendon_names(root) if name not in measured]
+    for name in missing:
+        etree.SubElement(section(root, "sensor"), "tendonpos", name=f"length_of_{name}", tendon=name)
+    if missing:
+        yield f"added sensors for the length of {len(missing)} tendons"
+
+
+def add_actuators(root: Element, _: Request) -> Iterator[str]:
+    """Give every tendon that nothing drives an actuator that only pulls."""
+    driven = {actuator.get("tendon") for actuator in entries(root, "actuator")}
+    missing = [name for name in _tendon_names(root) if name not in driven]
+    for name in missing:
+        winch = etree.SubElement(
+            section(root, "actuator"), "general", name=f"pull_{name}", tendon=name, gainprm="-1", biastype="none"
+        )
+        set_numbers(winch, "ctrlrange", 0.0, TENSION_N)
+        set_numbers(winch, "forcerange", -TENSION_N, 0.0)
+    if missing:
+        yield f"added winches of {TENSION_N:g} N for {len(missing)} tendons"
+
+
+def _tendon_names(root: Element) -> list[str]:
+    """Return the names of all tendons; those without one get one."""
+    tendons = [tendon for tendon in entries(root, "tendon") if tendon.tag in ("spatial", "fixed")]
+    for number, tendon in enumerate(tendons, start=1):
+        if not tendon.get("name"):
+            tendon.set("name", f"tendon_{number}")
+    return [tendon.get("name", "") for tendon in tendons]
+
+
+def add_mass(root: Element, request: Request) -> Iterator[str]:
+    """Give moving bodies without mass a little."""
+    changed = 0
+    for body in elements(root, "body"):
+        if body.get("name") in request.names and body.find("inertial") is None:
+            inertial = etree.Element("inertial", pos="0 0 0", diaginertia="1e-6 1e-6 1e-6")
+            set_numbers(inertial, "mass", _LEAST_MASS_KG)
+            body.insert(0, inertial)
+            changed += 1
+    if changed:
+        yield f"gave {changed} bodies a mass of {1000 * _LEAST_MASS_KG:g} g"
+
+
+def cap_mass(root: Element, request: Request) -> Iterator[str]:
+    """Make the heaviest body a quarter as heavy."""
+    heaviest, changed = request.names[:1], 0
+    for body in elements(root, "body"):
+        for part in body.iterchildren("geom", "inertial") if body.get("name") in heaviest else ():
+            attribute = next((name for name in ("mass", "density") if get_numbers(part, name)), None)
+            if attribute:
+                set_numbers(part, attribute, 0.25 * get_numbers(part, attribute)[0])
+                changed += 1
+    if changed:
+        yield f"made {heaviest[0]} a quarter as heavy"
+
+
+def hold_root(root: Element, _: Request) -> Iterator[str]:
+    """Fix the root to the mount: take its free and slide joints away, with what measures or drives them."""
+    loose = [item for body in root.iterfind("worldbody/body") for item in body if _is_loose(item)]
+    names = {joint.get("name") for joint in loose if joint.get("name")}
+    users = [entry for tag in ("actuator", "sensor", "equality") for entry in entries(root, tag)]
+    for joint in loose:
+        _remove(joint)
+    for user in users:
+        if {user.get("joint"), user.get("joint1"), user.get("joint2")} & names:
+            _remove(user)
+    if loose:
+        yield f"fixed the root: removed {len(loose)} joints that let it go"
+
+
+def _is_loose(element: Element) -> bool:
+    return element.tag == "freejoint" or (element.tag == "joint" and element.get("type") in ("free", "slide"))
+
+
+def _remove(element: Element) -> None:
+    parent = element.getparent()
+    if parent is not None:
+        parent.remove(element)
+
+
+FIXES: tuple[Fix[EditDocument], ...] = (
+    Fix(add_sensors, cures=("no_sensors", "sensor_constant")),
+    Fix(add_actuators, cures=("no_actuators", "tendons_not_actuated")),
+    Fix(add_mass, cures=("zero_mass",)),
+    Fix(cap_mass, cures=("mass_ratio",)),
+    Fix(hold_root, cures=("free_fall", "base_not_attached")),
+)

@@ -1,0 +1,210 @@
+"""Fixes of ranges: flags, order, units, width, and control ranges that are missing."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator
+
+from aidsr.fixes.record import EditDocument, Fix, Request, note
+from aidsr.mjcf.defaults import Setting, default_classes, is_placed, setting
+from aidsr.mjcf.edit import effective_numbers, entries, gain_sign, get_numbers, joints, set_numbers
+from aidsr.mjcf.location import Element, elements, numbers
+from aidsr.mjcf.schema import actuator_elements, range_flags
+
+_FULL_TURN_RAD = 2.0 * math.pi
+_MEANT_RAD = [half_turns * math.pi for half_turns in range(2, 7)]
+"""Angles from a full turn up that are written in radians too. Our choice: a wrist may turn three times."""
+_ROUNDED_RAD = 0.05
+"""What rounding to one decimal takes or gives; no whole number of degrees is that near to one of these."""
+_TURNING = ("hinge", "ball")
+
+_WIDE_RAD = 0.6
+"""Half the range of a joint that was too narrow. Our choice: ten of them bend a limb right round."""
+_RADIANS_LOOK_LIKE = 2.0 * math.pi
+"""A range in degrees that stays below this was meant in radians. Our choice: no hinge of a chain stops at 6 deg."""
+
+TENSION_N = 15.0
+"""Greatest pull of an actuator that has to be invented [N]. Our choice: a hobby servo of 0.15 N m on a 10 mm spool."""
+
+
+def missing_limit_flags(root: Element, _: Request) -> Iterator[str]:
+    """Write the flag of a range where `autolimits` is off and neither the element nor its class has one."""
+    if not any(compiler.get("autolimits") == "false" for compiler in elements(root, "compiler")):
+        return
+    classes = default_classes(root)
+    for element, attribute, flag in _ranges(root):
+        if setting(element, flag, classes) is None and any(numbers(element.get(attribute, ""))):
+            element.set(flag, "true")
+            yield note(element, f'wrote {flag}="true" beside {attribute}, since autolimits is off')
+
+
+def inverted_ranges(root: Element, _: Request) -> Iterator[str]:
+    """Write the smaller number of a range first, unless that of a ball joint would then not begin with 0."""
+    classes = default_classes(root)
+    for element, attribute, flag in _ranges(root):
+        ends = numbers(element.get(attribute, ""))
+        limited = setting(element, flag, classes)
+        if len(ends) != 2 or ends[0] <= ends[1] or (limited is not None and limited.value == "false"):
+            continue
+        kind = setting(element, "type", classes) if element.tag == "joint" else None
+        if kind is None or kind.value != "ball" or ends[1] == 0.0:
+            low_last = element.get(attribute, "").split()
+            element.set(attribute, f"{low_last[1]} {low_last[0]}")
+            yield note(element, f"wrote {attribute} with the smaller number first")
+
+
+def ball_ranges(root: Element, _: Request) -> Iterator[str]:
+    """Write the range -a to a of a ball joint as 0 to a: it limits the angle from rest, whatever the direction.
+
+    Source: MuJoCo XML reference, body/joint/range.
+    """
+    classes = default_classes(root)
+    for joint in elements(root, "joint"):
+        kind, found = setting(joint, "type", classes), setting(joint, "range", classes)
+        if not is_placed(joint) or kind is None or kind.value != "ball" or found is None:
+            continue
+        ends = numbers(found.value)
+        if len(ends) == 2 and ends[0] < 0 < ends[1] and -ends[0] == ends[1]:
+            joint.set("range", f"0 {found.value.split()[1]}")
+            yield note(joint, f"wrote the range of the ball joint as 0 to {ends[1]:g}")
+
+
+def degrees_in_radians(root: Element, _: Request) -> Iterator[str]:
+    """Turn degrees into radians where the compiler reads radians and an angle is beyond a full turn.
+
+    A rounded number of half turns is left alone, and so is a hinge that an actuator drives directly: it may be a spool
+    with many turns.
+    """
+    if not any(compiler.get("angle") == "radian" for compiler in elements(root, "compiler")):
+        return
+    yield from _turn_ranges(root)
+    for element in elements(root):
+        euler, turn = numbers(element.get("euler", "")), numbers(element.get("axisangle", ""))
+        if _are_degrees(euler):
+            element.set("euler", _radians(euler))
+            yield note(element, "read euler as degrees, since it is beyond a full turn in radians")
+        if len(turn) == 4 and _are_degrees(turn[3:]):
+            element.set("axisangle", " ".join([*element.get("axisangle", "").split()[:3], _radians(turn[3:])]))
+            yield note(element, "read the angle of axisangle as degrees, since it is beyond a full turn in radians")
+
+
+def _turn_ranges(root: Element) -> Iterator[str]:
+    classes = default_classes(root)
+    actuators = elements(root, *actuator_elements())
+    driven = {actuator.get("joint") or actuator.get("jointinparent") for actuator in actuators}
+    users: dict[Element, list[tuple[Element, Setting]]] = defaultdict(list)
+    for joint in elements(root, "joint"):
+        found = setting(joint, "range", classes) if is_placed(joint) else None
+        if found is not None:
+            users[found.holder].append((joint, found))
+
+    def is_meant(joint: Element) -> bool:
+        kind = setting(joint, "type", classes)
+        return (kind.value if kind else "hinge") in _TURNING and joint.get("name", "") not in driven
+
+    for holder, placed in users.items():
+        ends = numbers(placed[0][1].value)
+        if not _are_degrees(ends):
+            continue
+        meant = [joint for joint, _ in placed if is_meant(joint)]
+        for element in [holder] if len(meant) == len(placed) else meant:
+            element.set("range", _radians(ends))
+            yield note(element, "read range as degrees, since it is beyond a full turn in radians")
+
+
+def _ranges(root: Element) -> Iterator[tuple[Element, str, str]]:
+    """Yield each element that bears a range, the range's name and its flag's."""
+    for element in elements(root):
+        for attribute in [str(name) for name in element.attrib]:
+            flag = range_flags().get((str(element.tag), attribute))
+            if flag:
+                yield element, attribute, flag
+
+
+def _are_degrees(angles: list[float]) -> bool:
+    """Whether one of some angles is beyond a full turn in radians and is no rounded number of half turns."""
+    return any(
+        abs(angle) > _FULL_TURN_RAD
+        and not any(math.isclose(abs(angle), turn, abs_tol=_ROUNDED_RAD) for turn in _MEANT_RAD)
+        for angle in angles
+    )
+
+
+def _radians(degrees: list[float]) -> str:
+    return " ".join(f"{math.radians(angle):.9g}" for angle in degrees)
+
+
+def widen_joint_ranges(root: Element, _: Request) -> Iterator[str]:
+    """Read joint ranges that were meant in radians as such, or open them to 34 degrees to both sides."""
+    in_degrees = all(compiler.get("angle", "degree") == "degree" for compiler in elements(root, "compiler"))
+    wide = math.degrees(_WIDE_RAD) if in_degrees else _WIDE_RAD
+    changed = 0
+    for joint in joints(root):
+        limits = get_numbers(joint, "range")
+        if len(limits) != 2 or joint.get("type") in ("slide", "free"):
+            continue
+        low, high = limits
+        if in_degrees and max(abs(low), abs(high)) < _RADIANS_LOOK_LIKE:
+            set_numbers(joint, "range", math.degrees(low), math.degrees(high))
+        else:
+            set_numbers(joint, "range", min(low, 0.0 if joint.get("type") == "ball" else -wide), max(high, wide))
+        changed += get_numbers(joint, "range") != limits
+    if changed:
+        yield f"widened the ranges of {changed} joints"
+
+
+def unlimit_tendons(root: Element, request: Request) -> Iterator[str]:
+    """Drop the length limits of the tendons in question: a rest length outside them pulls from the start."""
+    changed = 0
+    for tendon in elements(root, "spatial", "fixed"):
+        if tendon.get("range") and (not request.names or tendon.get("name") in request.names):
+            del tendon.attrib["range"]
+            tendon.attrib.pop("limited", "")
+            changed += 1
+    if changed:
+        yield f"dropped the length limits of {changed} tendons"
+
+
+def add_control_ranges(root: Element, request: Request) -> Iterator[str]:
+    """Give an actuator a control range: tendons are pulled, joints turned both ways, servos get that of their joint."""
+    changed = 0
+    for actuator in entries(root, "actuator"):
+        if request.names and actuator.get("name") not in request.names:
+            continue
+        if wanted := _control_range(root, actuator):
+            set_numbers(actuator, "ctrlrange", *wanted)
+            actuator.attrib.pop("ctrllimited", "")
+            changed += 1
+    if changed:
+        yield f"gave {changed} actuators a control range"
+
+
+def _control_range(root: Element, actuator: Element) -> tuple[float, float] | None:
+    """Return the range that fits an actuator, or None where only its author can know it."""
+    written = get_numbers(actuator, "ctrlrange")
+    if len(written) == 2 and written[0] > written[1]:
+        return written[1], written[0]
+    if actuator.tag == "position":
+        driven = [joint for joint in joints(root) if joint.get("name") == actuator.get("joint")]
+        limits = effective_numbers(root, driven[0], "range") if driven else []
+        return (limits[0], limits[1]) if len(limits) == 2 else None
+    if actuator.tag == "muscle":
+        return 0.0, 1.0
+    if actuator.tag not in ("motor", "general"):
+        return None
+    if not actuator.get("tendon"):
+        return -1.0, 1.0
+    strongest = max((abs(value) for value in effective_numbers(root, actuator, "forcerange")), default=TENSION_N)
+    return (0.0, strongest) if gain_sign(root, actuator) < 0 else (-strongest, 0.0)
+
+
+FIXES: tuple[Fix[EditDocument], ...] = (
+    Fix(missing_limit_flags, cures=("ctrlrange_missing",), safe=True),
+    Fix(inverted_ranges, cures=("joint_range_invalid", "ctrlrange_invalid", "range_inverted_ignored"), safe=True),
+    Fix(ball_ranges, cures=("joint_range_invalid",), safe=True),
+    Fix(degrees_in_radians, cures=(), safe=True),
+    Fix(unlimit_tendons, cures=("tendon_limit_violated", "tendon_against_limit")),
+    Fix(widen_joint_ranges, cures=("joint_range_too_small", "tendon_against_limit")),
+    Fix(add_control_ranges, cures=("ctrlrange_invalid", "ctrlrange_missing")),
+)
