@@ -1,7 +1,9 @@
 """The docs are true: links lead somewhere, Python examples run, command lines exist."""
 
+import importlib
 import re
 import shlex
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ from aidsr.apps.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+ENTRY_POINT_GROUPS = ("aidsr.tasks", "aidsr.families", "aidsr.models", "aidsr.rules")
 BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -33,6 +36,26 @@ def test_every_page_of_the_docs_is_in_the_navigation() -> None:
     navigation = (ROOT / "mkdocs.yml").read_text().partition("\nnav:")[2]
     pages = [page.relative_to(ROOT / "docs").as_posix() for page in sorted((ROOT / "docs").rglob("*.md"))]
     assert [page for page in pages if not re.search(rf": {re.escape(page)}$", navigation, re.MULTILINE)] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_names_of_code_and_files_exist(page: Path) -> None:
+    """Such as `aidsr.sim.beam.solref` and `tests/sim/test_beam.py`."""
+    text = page.read_text()
+    names = re.findall(r"`(aidsr(?:\.\w+)+)(?:\([^`]*)?`", text)
+    assert [name for name in names if name not in ENTRY_POINT_GROUPS and not exists(name)] == []
+    files = re.findall(r"`((?:src|docs|benchmarks|tests|aidsr)/[\w/.-]+\.(?:py|md|toml|jsonl?|xml))`", text)
+    assert [file for file in files if not any((ROOT / folder / file).exists() for folder in ("", "src"))] == []
+
+
+def exists(name: str) -> bool:
+    """Whether a dotted name is a module, or an attribute of one."""
+    try:
+        importlib.import_module(name)
+    except ModuleNotFoundError:
+        parent, _, attribute = name.rpartition(".")
+        return exists(parent) and hasattr(sys.modules[parent], attribute) if parent else False
+    return True
 
 
 @pytest.mark.parametrize("text", blocks("python"))
