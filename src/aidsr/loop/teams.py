@@ -106,7 +106,7 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
         capped = _Capped(recorded, config.max_output_tokens)
         if config.method == "direct":
             return llm.direct_team(capped)
-        return llm.team(capped, see=partial(pictures_of, folder) if config.judge_pictures else llm.blind)
+        return llm.team(capped, pictures=partial(pictures_of, folder) if config.judge_pictures else llm.no_pictures)
 
     def interrupt() -> None:
         ledger.interrupt()

@@ -6,7 +6,7 @@ import pytest
 from lxml import etree
 
 from aidsr.core.errors import ReplyError
-from aidsr.teams.llm.patch import apply_patch, patch_in
+from aidsr.teams.llm.patch import apply_patch, extract_patch
 
 ROBOT = """<mujoco>
   <worldbody>
@@ -92,12 +92,12 @@ PATCH = "<patch><remove sel='//a'/></patch>"
     ],
 )
 def test_a_patch_is_found_wherever_it_stands(reply: str) -> None:
-    assert patch_in(reply) == PATCH
+    assert extract_patch(reply) == PATCH
 
 
 @pytest.mark.parametrize("between", [" and ", "\n", "\n```\n```xml\n"])
 def test_one_patch_to_a_reply(between: str) -> None:
-    assert patch_in("<mujoco/>") is None
+    assert extract_patch("<mujoco/>") is None
     for reply in (f"{PATCH}{between}{PATCH}", f"```xml\n{PATCH}{between}{PATCH}\n```"):
         with pytest.raises(ReplyError, match="several"):
-            patch_in(reply)
+            extract_patch(reply)

@@ -11,20 +11,18 @@ from aidsr.core.roles import Feedback
 from aidsr.mjcf.condense import condense
 from aidsr.mjcf.kept_parts import changes_to
 from aidsr.mjcf.schema import actuator_elements
-from aidsr.teams.llm.conversation import Interview
+from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.feedback import describe_feedback
-from aidsr.teams.llm.patch import apply_patch, patch_in
+from aidsr.teams.llm.patch import apply_patch, extract_patch
 from aidsr.teams.llm.prompts import as_json, render
-from aidsr.teams.llm.replies import has_json, json_in, mjcf_in, names_of, read_as
+from aidsr.teams.llm.replies import element_names, extract_mjcf, has_json, parse_json, validate_as
 
-__all__ = ["CoderAgent"]
-
-_MOST_CHANGES = 6
-"""Changes to kept parts that are named in one complaint. Our choice: they mostly have one cause."""
+_MAX_CHANGES = 6
+"""Changes of kept parts in one complaint. Our choice: they mostly have one cause."""
 
 
-class _Header(Artifact):
+class _CoderHeader(Artifact):
     functional_part: str
     actuator_groups: tuple[ActuatorGroup, ...] = ()
     notes: str = ""
@@ -35,12 +33,12 @@ class CoderAgent:
     """A language model as the Coder.
 
     Attributes:
-        interview: Who is asked, and how often again.
-        edits: Whether repairs are asked for as edits of a shortened view of the robot. A robot that cannot be read is
-            always asked for whole.
+        conversation: The model, and how often it is asked again.
+        edits: Whether repairs are patches of a condensed view of the robot. A robot that cannot be parsed is always
+            rewritten whole.
     """
 
-    interview: Interview
+    conversation: Conversation
     edits: bool = True
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
@@ -55,15 +53,15 @@ class CoderAgent:
             environment=describe_environment(brief.summary),
             concept=as_json(concept),
         )
-        return self.asked(brief, render("coder"), user)
+        return self.write_from(brief, render("coder"), user)
 
-    def asked(self, brief: Brief, system: str, user: str) -> Robot:
-        """Return the robot that a model writes when it is told this.
+    def write_from(self, brief: Brief, system: str, user: str) -> Robot:
+        """Return the robot that a model writes for these prompts.
 
         Raises:
             ReplyError: No reply could be used.
         """
-        return self.interview.ask("coder", system, user, _Reader(brief).read)
+        return self.conversation.ask("coder", system, user, _Reader(brief).read)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
         """Return the robot with the reported problems removed.
@@ -71,27 +69,27 @@ class CoderAgent:
         Raises:
             ReplyError: No reply could be used.
         """
-        shortened = condense(robot.mjcf) if self.edits else None
-        by_edits = shortened is not None
+        condensed = condense(robot.mjcf) if self.edits else None
+        by_patch = condensed is not None
         user = render(
-            "coder_edit" if by_edits else "coder_repair",
+            "coder_edit" if by_patch else "coder_repair",
             brief=brief,
             environment=describe_environment(brief.summary),
-            concept=concept if by_edits else as_json(concept),
+            concept=concept if by_patch else as_json(concept),
             header=as_json(robot, "mjcf"),
-            mjcf=(shortened or robot.mjcf).strip(),
+            mjcf=(condensed or robot.mjcf).strip(),
             critique=isinstance(feedback, Critique),
             feedback=describe_feedback(feedback),
         )
-        system = render("coder_editor" if by_edits else "coder")
-        return self.interview.ask("coder", system, user, _Reader(brief, robot if by_edits else None).read)
+        system = render("coder_editor" if by_patch else "coder")
+        return self.conversation.ask("coder", system, user, _Reader(brief, robot if by_patch else None).read)
 
 
 class _Reader:
-    """Reads the Coder's replies of one conversation.
+    """Parses the Coder's replies of one conversation.
 
-    The MJCF is the long part: once it has arrived, a wrong header can be put right by a header alone. Where there is a
-    robot already, its header holds until another one is sent, and a patch of its MJCF is enough.
+    The MJCF is the long part: once it has arrived, a header alone corrects a wrong header. For a repair, the robot's
+    header holds until another one is sent, and a patch of its MJCF is enough.
     """
 
     def __init__(self, brief: Brief, robot: Robot | None = None) -> None:
@@ -100,15 +98,15 @@ class _Reader:
         self._mjcf = ""
 
     def read(self, reply: str) -> Robot:
-        patch = patch_in(reply) if self._robot else None
+        patch = extract_patch(reply) if self._robot else None
         if self._robot and patch:
             self._mjcf = apply_patch(self._robot.mjcf, patch)
             reply = reply.replace(patch, "")
         else:
-            self._mjcf = mjcf_in(reply) or self._mjcf
+            self._mjcf = extract_mjcf(reply) or self._mjcf
         if not self._mjcf:
-            asked = "one <patch>" if self._robot else "a complete <mujoco> document in one fenced block"
-            raise ReplyError(f"It has no MJCF; {asked} was asked for.")
+            wanted = "one <patch>" if self._robot else "a complete <mujoco> document in one fenced block"
+            raise ReplyError(f"It has no MJCF; {wanted} was asked for.")
         _check_kept(self._brief, self._mjcf)
         try:
             header = self._header(_without(reply, self._mjcf))
@@ -117,55 +115,55 @@ class _Reader:
             raise ReplyError(f"{error} The MJCF has arrived: the JSON header alone is enough now.") from None
         return Robot(mjcf=self._mjcf, **dict(header))
 
-    def _header(self, rest: str) -> _Header:
+    def _header(self, rest: str) -> _CoderHeader:
         if self._robot and not has_json(rest):
-            return _Header(**self._robot.model_dump(exclude={"mjcf"}))
-        return read_as(_Header, json_in(rest))
+            return _CoderHeader(**self._robot.model_dump(exclude={"mjcf"}))
+        return validate_as(_CoderHeader, parse_json(rest))
 
 
 def _check_kept(brief: Brief, mjcf: str) -> None:
-    """Check that what a person wants to keep of the starting robot is as it was.
+    """Check that the kept parts of the starting robot are unchanged.
 
     Raises:
-        ReplyError: Something of it changed. A document that cannot be read passes: its faults come first.
+        ReplyError: A part changed. A document that cannot be parsed passes: its faults come first.
     """
     try:
         changes = changes_to(brief.starting_robot, mjcf, brief.keep) if brief.keep else []
     except MjcfError:
         return
     if changes:
-        more = f" And {len(changes) - _MOST_CHANGES} more." if len(changes) > _MOST_CHANGES else ""
-        raise ReplyError(" ".join(changes[:_MOST_CHANGES]) + more)
+        more = f" And {len(changes) - _MAX_CHANGES} more." if len(changes) > _MAX_CHANGES else ""
+        raise ReplyError(" ".join(changes[:_MAX_CHANGES]) + more)
 
 
 def _without(reply: str, mjcf: str) -> str:
-    """Return the reply without its MJCF, so that nothing inside it is taken for the header."""
+    """Return the reply without its MJCF, which may contain braces."""
     return reply.replace(mjcf.strip(), "")
 
 
-def _check_names(header: _Header, mjcf: str) -> None:
-    """Check that what the header names is in the MJCF.
+def _check_names(header: _CoderHeader, mjcf: str) -> None:
+    """Check that the names in the header are in the MJCF.
 
     Raises:
-        ReplyError: A name is not, or an actuator acts in two groups. What exists is listed.
+        ReplyError: A name is not, or an actuator is in two groups. Existing names are listed.
     """
-    parts = names_of(mjcf, "body", "site")
+    parts = element_names(mjcf, "body", "site")
     if header.functional_part not in parts:
-        raise ReplyError(_no_such("functional_part", header.functional_part, "body or site", parts))
-    actuators, used = names_of(mjcf, *actuator_elements()), set[str]()
+        raise ReplyError(_unknown_name("functional_part", header.functional_part, "body or site", parts))
+    actuators, used = element_names(mjcf, *actuator_elements()), set[str]()
     for name in (name for group in header.actuator_groups for name in group.actuators):
         if name not in actuators:
-            raise ReplyError(_no_such("actuator_groups", name, "actuator", actuators))
+            raise ReplyError(_unknown_name("actuator_groups", name, "actuator", actuators))
         if name in used:
             raise ReplyError(f'The actuator "{name}" is in two places of actuator_groups; it can be in one.')
         used.add(name)
 
 
-def _no_such(field: str, name: str, kind: str, known: frozenset[str]) -> str:
-    return f"{field} names {json.dumps(name)}, but no {kind} of the MJCF has that name; it has {_listed(known)}."
+def _unknown_name(field: str, name: str, kind: str, known: frozenset[str]) -> str:
+    return f"{field} names {json.dumps(name)}, but no {kind} of the MJCF has that name; it has {_join_names(known)}."
 
 
-def _listed(names: frozenset[str]) -> str:
+def _join_names(names: frozenset[str]) -> str:
     """Return names for a sentence, at most 40 of them."""
     shown = sorted(names)[:40]
     return (", ".join(shown) or "none") + (f" and {len(names) - 40} more" if len(names) > 40 else "")

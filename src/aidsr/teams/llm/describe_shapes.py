@@ -1,4 +1,4 @@
-"""The shapes of a body in words: what each is, how large, where, how it is turned, and what touching it is like."""
+"""The shapes of a body in words: type, size, position, orientation and contact parameters."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ import numpy as np
 
 from aidsr.core.artifacts import GeomSummary, Vec3
 from aidsr.teams.llm.arrangements import Array, Circle
-from aidsr.teams.llm.numbers import at, direction, number, vector
-from aidsr.teams.llm.shape_groups import Alike, alike_shapes, own_axes
-
-__all__ = ["MUJOCO_GRIP", "Grip", "grip_words", "shape_lines"]
+from aidsr.teams.llm.numbers import format_direction, format_number, format_positions, format_vector
+from aidsr.teams.llm.shape_groups import ShapeGroup, group_shapes, orientation_axes
 
 _SIZES = {
     "sphere": ("radius",),
@@ -25,31 +23,39 @@ _SIZES = {
 """What MuJoCo's size numbers mean. Source: MuJoCo XML reference, geom size."""
 _PLURALS = {"box": "boxes", "mesh": "meshes"}
 _WORLD = {"x": np.array([1.0, 0.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
-_EITHER_WAY = ("box", "ellipsoid", "capsule", "cylinder")
-"""Shapes that look the same from both ends of each of their axes."""
-_SAME = 1e-3
-"""Axes whose numbers differ by less are told as one. Our choice."""
+_SYMMETRIC = ("box", "ellipsoid", "capsule", "cylinder")
+"""Shapes that are symmetric about the planes of their axes."""
+_TOLERANCE = 1e-3
+"""Axes whose components differ by less are described as equal. Our choice."""
 
-Grip = tuple[Vec3, int]
+Friction = tuple[Vec3, int]
 """Friction and priority of a shape."""
-MUJOCO_GRIP: Grip = (1.0, 0.005, 0.0001), 0
-"""What MuJoCo takes where a model says nothing. Source: MuJoCo XML reference, geom friction and priority."""
+MUJOCO_FRICTION: Friction = (1.0, 0.005, 0.0001), 0
+"""MuJoCo's defaults. Source: MuJoCo XML reference, geom friction and priority."""
 
 
-class _Told(NamedTuple):
-    """What is told of one shape or several."""
+class _Description(NamedTuple):
+    """Description of a shape or a group.
+
+    Attributes:
+        what: What following groups may have in common with it; empty for a single shape, which `where` describes.
+        names: Its names, with a colon.
+        where: Its position.
+    """
 
     what: str
-    """What the groups after them may be as well; empty for one shape, of which all is told as where it is."""
     names: str
     where: str
 
 
-def shape_lines(geoms: Sequence[GeomSummary], usual: Grip) -> list[str]:
-    """Return the shapes of a body as lines of a list; groups that differ only in place stand below one heading."""
-    told = [_several(alike, usual) if alike.geoms[1:] else _one(alike.geoms[0], usual) for alike in alike_shapes(geoms)]
+def describe_shapes(geoms: Sequence[GeomSummary], usual: Friction) -> list[str]:
+    """Return the shapes of a body as lines of a list; groups that differ only in position share a heading."""
+    descriptions = [
+        _describe_group(group, usual) if group.geoms[1:] else _describe_one(group.geoms[0], usual)
+        for group in group_shapes(geoms)
+    ]
     lines: list[str] = []
-    for what, groups in groupby(told, key=lambda group: group.what):
+    for what, groups in groupby(descriptions, key=lambda group: group.what):
         names_and_places = [(group.names, group.where) for group in groups]
         if what and len(names_and_places) > 1:
             lines.append(f"- {len(names_and_places)} times {what}:")
@@ -59,92 +65,103 @@ def shape_lines(geoms: Sequence[GeomSummary], usual: Grip) -> list[str]:
     return lines
 
 
-def grip_words(grip: Grip) -> str:
-    """Return friction and priority in words; the torsional and rolling friction only where they are not MuJoCo's."""
-    (sliding, torsional, rolling), priority = grip
-    usual = (torsional, rolling) == MUJOCO_GRIP[0][1:]
-    shown = number(sliding) + ("" if usual else f" (torsional {number(torsional)} m, rolling {number(rolling)} m)")
+def format_friction(friction: Friction) -> str:
+    """Return friction and priority in words; torsional and rolling friction only where they are not the defaults."""
+    (sliding, torsional, rolling), priority = friction
+    usual = (torsional, rolling) == MUJOCO_FRICTION[0][1:]
+    shown = format_number(sliding) + (
+        "" if usual else f" (torsional {format_number(torsional)} m, rolling {format_number(rolling)} m)"
+    )
     return shown + (f" at priority {priority}" if priority else "")
 
 
-def _one(geom: GeomSummary, usual: Grip) -> _Told:
-    where = f"{geom.shape}{_sizes([geom])}, at {vector(geom.position_m)}{_turned(geom)}{_contact(geom, usual)}"
-    return _Told("", f"{geom.name}: " if geom.name else "", where)
+def _describe_one(geom: GeomSummary, usual: Friction) -> _Description:
+    where = f"{geom.shape}{_format_sizes([geom])}, at {format_vector(geom.position_m)}{_describe_orientation(geom)}"
+    return _Description("", f"{geom.name}: " if geom.name else "", where + _describe_contact(geom, usual))
 
 
-def _several(alike: Alike, usual: Grip) -> _Told:
-    first, last, circle = alike.geoms[0], alike.geoms[-1], alike.circle
-    what = f"{len(alike.geoms)} {_PLURALS.get(first.shape, f'{first.shape}s')}"
+def _describe_group(group: ShapeGroup, usual: Friction) -> _Description:
+    first, last, circle = group.geoms[0], group.geoms[-1], group.circle
+    what = f"{len(group.geoms)} {_PLURALS.get(first.shape, f'{first.shape}s')}"
     names = f"{first.name} to {last.name}: " if first.name else ""
-    ends = f"from {vector(first.position_m)} to {vector(last.position_m)}"
+    ends = f"from {format_vector(first.position_m)} to {format_vector(last.position_m)}"
     if circle:
         what += " evenly in a ring" if circle.closed else " evenly on an arc"
-        what += f", centres {number(circle.radius_m)} from its axis"
-        what += _turning(alike, circle) if alike.turning else _turned(first)
-        what += _free_inside(alike, circle)
-        centre = vector(round(float(value), 4) for value in circle.centre_m)
-        where = f"{_sizes(alike.geoms).lstrip(', ')}, about {centre} with axis {direction(circle.axis)}, "
-        where += f"the first at {vector(first.position_m)}" if circle.closed else ends
+        what += f", centres {format_number(circle.radius_m)} from its axis"
+        what += _describe_rotation(group, circle) if group.rotates else _describe_orientation(first)
+        what += _free_radius(group, circle)
+        centre = format_vector(round(float(value), 4) for value in circle.centre_m)
+        where = f"{_format_sizes(group.geoms).lstrip(', ')}, about {centre} with axis {format_direction(circle.axis)}, "
+        where += f"the first at {format_vector(first.position_m)}" if circle.closed else ends
     else:
-        what += f"{_sizes(alike.geoms)}{_turned(first)}" + (", evenly in a row" if alike.in_a_row else "")
-        where = ends if alike.in_a_row else at([geom.position_m for geom in alike.geoms])
-    return _Told(what + _contact(first, usual), names, where)
+        what += f"{_format_sizes(group.geoms)}{_describe_orientation(first)}" + (
+            ", evenly in a row" if group.is_row else ""
+        )
+        where = ends if group.is_row else format_positions([geom.position_m for geom in group.geoms])
+    return _Description(what + _describe_contact(first, usual), names, where)
 
 
-def _contact(geom: GeomSummary, usual: Grip) -> str:
-    """Say what is particular about touching a shape."""
+def _describe_contact(geom: GeomSummary, usual: Friction) -> str:
+    """Describe contact parameters that are not the usual ones."""
     if not geom.solid:
         return "; only drawn"
-    grip = geom.friction, geom.priority
-    return "" if grip == usual else f"; friction {grip_words(grip)}"
+    friction = geom.friction, geom.priority
+    return "" if friction == usual else f"; friction {format_friction(friction)}"
 
 
-def _sizes(geoms: Sequence[GeomSummary]) -> str:
+def _format_sizes(geoms: Sequence[GeomSummary]) -> str:
     """Return the sizes of shapes of one kind, with ranges in brackets where they are not the same."""
     columns = [(min(column), max(column)) for column in zip(*(geom.size_m for geom in geoms), strict=True)]
-    values = [number(low) if low == high else f"({number(low)} to {number(high)})" for low, high in columns]
+    values = [
+        format_number(low) if low == high else f"({format_number(low)} to {format_number(high)})"
+        for low, high in columns
+    ]
     meanings = _SIZES.get(geoms[0].shape, ())
     if len(meanings) == 1:
         return f", {meanings[0]} {' '.join(values)}"
     return "".join(f", {word} {value}" for word, value in zip(meanings, values, strict=False))
 
 
-def _turned(geom: GeomSummary) -> str:
-    """Say how a shape is turned, where it is."""
-    said = ""
-    for letter, axis in own_axes(geom).items():
-        same = np.abs(axis - _WORLD[letter]).max() < _SAME
-        opposite = np.abs(axis + _WORLD[letter]).max() < _SAME
-        if not (same or (opposite and geom.shape in _EITHER_WAY)):
-            said += f", its {letter} axis along {direction(axis)}"
-    return said
+def _describe_orientation(geom: GeomSummary) -> str:
+    """Describe the orientation of a shape where it is not the world's."""
+    text = ""
+    for letter, axis in orientation_axes(geom).items():
+        same = np.abs(axis - _WORLD[letter]).max() < _TOLERANCE
+        opposite = np.abs(axis + _WORLD[letter]).max() < _TOLERANCE
+        if not (same or (opposite and geom.shape in _SYMMETRIC)):
+            text += f", its {letter} axis along {format_direction(axis)}"
+    return text
 
 
-def _turning(alike: Alike, circle: Circle) -> str:
-    """Say how shapes are turned that turn along with their circle."""
-    first = alike.geoms[0]
-    out = _outwards(first, circle)
+def _describe_rotation(group: ShapeGroup, circle: Circle) -> str:
+    """Describe the orientation of shapes that rotate around their circle."""
+    first = group.geoms[0]
+    out = _radial_direction(first, circle)
     known = {"outwards": out, "inwards": -out, "along the axis": circle.axis, "against the axis": -circle.axis}
-    said = ""
-    for letter, axis in own_axes(first).items():
-        where = [word for word, way in known.items() if np.abs(axis - way).max() < _SAME]
-        said += f", their {letter} {where[0]}" if where else f", the first's {letter} axis along {direction(axis)}"
-    return said
+    text = ""
+    for letter, axis in orientation_axes(first).items():
+        where = [word for word, way in known.items() if np.abs(axis - way).max() < _TOLERANCE]
+        text += (
+            f", their {letter} {where[0]}" if where else f", the first's {letter} axis along {format_direction(axis)}"
+        )
+    return text
 
 
-def _outwards(geom: GeomSummary, circle: Circle) -> Array:
+def _radial_direction(geom: GeomSummary, circle: Circle) -> Array:
     return np.asarray((np.array(geom.position_m) - circle.centre_m) / circle.radius_m)
 
 
-def _free_inside(alike: Alike, circle: Circle) -> str:
-    """Say how wide a closed ring is inside, where it has a smooth wall or one of flat sides."""
-    first = alike.geoms[0]
+def _free_radius(group: ShapeGroup, circle: Circle) -> str:
+    """Describe the free radius inside a closed ring with a smooth wall or one of flat sides."""
+    first = group.geoms[0]
     x, z = np.array(first.x_axis), np.array(first.z_axis)
-    half = np.max([geom.size_m for geom in alike.geoms], axis=0)
-    out = _outwards(first, circle)
-    if first.shape == "box" and alike.turning:
-        outward = [size for size, axis in zip(half, (x, np.cross(z, x), z), strict=True) if abs(axis @ out) > 1 - _SAME]
+    half = np.max([geom.size_m for geom in group.geoms], axis=0)
+    out = _radial_direction(first, circle)
+    if first.shape == "box" and group.rotates:
+        outward = [
+            size for size, axis in zip(half, (x, np.cross(z, x), z), strict=True) if abs(axis @ out) > 1 - _TOLERANCE
+        ]
     else:
-        upright = first.shape in ("capsule", "cylinder") and abs(z @ circle.axis) > 1 - _SAME
+        upright = first.shape in ("capsule", "cylinder") and abs(z @ circle.axis) > 1 - _TOLERANCE
         outward = [half[0]] if upright or first.shape == "sphere" else []
-    return f", free radius inside {number(circle.radius_m - outward[0])}" if circle.closed and outward else ""
+    return f", free radius inside {format_number(circle.radius_m - outward[0])}" if circle.closed and outward else ""

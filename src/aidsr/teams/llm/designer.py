@@ -1,4 +1,4 @@
-"""The Designer: interprets the task and thinks of bodies."""
+"""The Designer: interprets the task and proposes concepts."""
 
 from __future__ import annotations
 
@@ -11,20 +11,17 @@ from pydantic import Field
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Robot
 from aidsr.core.errors import ReplyError
 from aidsr.mjcf.condense import condense
-from aidsr.teams.llm.conversation import Interview
+from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import as_json, render
-from aidsr.teams.llm.replies import json_in, read_as
+from aidsr.teams.llm.replies import parse_json, validate_as
 
-__all__ = ["DesignerAgent"]
-
-
-_MOST_SHARED = 0.8
-"""Share of common words above which two descriptions are of one idea. Our choice: one changed word in ten."""
+_MAX_SIMILARITY = 0.8
+"""Share of common words above which two descriptions are of one concept. Our choice: one changed word in ten."""
 
 
-class _Idea(Artifact):
-    """A concept as the Designer writes it: the interpretation is said once for all of them."""
+class _ConceptReply(Artifact):
+    """A concept in the Designer's reply, which has one interpretation for all concepts."""
 
     name: str
     family: str
@@ -36,9 +33,9 @@ class _Idea(Artifact):
     rationale: str = ""
 
 
-class _Proposal(Artifact):
+class _DesignerReply(Artifact):
     interpretation: str
-    concepts: tuple[_Idea, ...]
+    concepts: tuple[_ConceptReply, ...]
 
 
 @dataclass(frozen=True)
@@ -46,11 +43,11 @@ class DesignerAgent:
     """A language model as the Designer.
 
     Attributes:
-        interview: Who is asked, and how often again.
-        condensed: Whether a robot is shown without its repetitions.
+        conversation: The model, and how often it is asked again.
+        condensed: Whether a robot is shown condensed.
     """
 
-    interview: Interview
+    conversation: Conversation
     condensed: bool = True
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
@@ -82,21 +79,21 @@ class DesignerAgent:
         return revised
 
     def _concepts(self, user: str, count: int) -> tuple[Concept, ...]:
-        return self.interview.ask("designer", render("designer"), user, _Reader(count).read)
+        return self.conversation.ask("designer", render("designer"), user, _Reader(count).read)
 
 
 class _Reader:
-    """Reads the Designer's replies of one conversation; concepts that are too alike are asked for again once."""
+    """Parses the Designer's replies of one conversation; concepts that are too similar are asked for again once."""
 
     def __init__(self, count: int) -> None:
         self._count = count
         self._asked_to_differ = False
 
     def read(self, reply: str) -> tuple[Concept, ...]:
-        proposal = read_as(_Proposal, json_in(reply))
+        proposal = validate_as(_DesignerReply, parse_json(reply))
         if len(proposal.concepts) != self._count:
             raise ReplyError(f"It has {len(proposal.concepts)} concepts; exactly {self._count} asked for.")
-        alike = next((pair for pair in combinations(proposal.concepts, 2) if _alike(*pair)), None)
+        alike = next((pair for pair in combinations(proposal.concepts, 2) if _are_similar(*pair)), None)
         if alike and not self._asked_to_differ:
             self._asked_to_differ = True
             first, second = (idea.name for idea in alike)
@@ -107,14 +104,16 @@ class _Reader:
         return tuple(Concept(interpretation=proposal.interpretation, **dict(idea)) for idea in proposal.concepts)
 
 
-def _alike(one: _Idea, other: _Idea) -> bool:
-    """Whether two ideas share a family, or say nearly the same of body and actuation."""
+def _are_similar(one: _ConceptReply, other: _ConceptReply) -> bool:
+    """Whether two concepts share a family, or have nearly the same morphology and actuation."""
     if one.family.casefold() == other.family.casefold():
         return True
-    return all(_shared(getattr(one, of), getattr(other, of)) > _MOST_SHARED for of in ("morphology", "actuation"))
+    return all(
+        _similarity(getattr(one, of), getattr(other, of)) > _MAX_SIMILARITY for of in ("morphology", "actuation")
+    )
 
 
-def _shared(one: str, other: str) -> float:
+def _similarity(one: str, other: str) -> float:
     """Return the share of words that two texts have in common, numbers left out (Jaccard index)."""
     words = [set(re.findall(r"[a-z]{3,}", text.casefold())) for text in (one, other)]
     return len(words[0] & words[1]) / max(len(words[0] | words[1]), 1)

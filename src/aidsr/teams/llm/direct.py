@@ -1,4 +1,4 @@
-"""Direct prompting: one call that is told the job and answers with a robot. The baseline the method must beat."""
+"""Direct prompting: one call turns the job into a robot. The baseline the method must beat."""
 
 from __future__ import annotations
 
@@ -10,19 +10,17 @@ from aidsr.teams.llm.coder import CoderAgent
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import render
 
-__all__ = ["DirectCoder", "DirectDesigner"]
-
 
 @dataclass(frozen=True)
 class DirectDesigner:
-    """Asks nobody: every concept is only a number."""
+    """Asks no model: every concept is only a number."""
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        """Return `count` concepts that say nothing."""
+        """Return `count` empty concepts."""
         return tuple(self._empty(brief, number) for number in range(1, count + 1))
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept as it was: nobody asks for another."""
+        """Return the concept unchanged."""
         del brief, robot, feedback
         return concept
 
@@ -44,15 +42,15 @@ class DirectCoder:
     coder: CoderAgent
 
     def write(self, brief: Brief, concept: Concept) -> Robot:
-        """Return what one call makes of the job.
+        """Return the robot of one call.
 
         Raises:
             ReplyError: No reply could be used.
         """
         user = render("direct", brief=brief, environment=describe_environment(brief.summary), number=concept.name)
-        return self.coder.asked(brief, render("direct_system"), user)
+        return self.coder.write_from(brief, render("direct_system"), user)
 
     def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
-        """Return the robot as it was: nothing is fed back."""
+        """Return the robot unchanged: there is no feedback."""
         del brief, concept, feedback
         return robot

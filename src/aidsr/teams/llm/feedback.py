@@ -1,15 +1,13 @@
-"""What a role is told about the problems of its work."""
+"""Feedback in words: faults of the validator, or issues of the Judge."""
 
 from __future__ import annotations
 
 from aidsr.core.artifacts import Critique, CritiqueIssue, ValidationReport
 from aidsr.core.roles import Feedback
 
-__all__ = ["describe_feedback"]
-
 
 def describe_feedback(feedback: Feedback) -> str:
-    """Return measured faults as the validator tells them, or the Judge's issues one per line."""
+    """Return the validator's account of its faults, or the Judge's issues one per line."""
     if isinstance(feedback, ValidationReport):
         return feedback.account()
     return _describe_critique(feedback)

@@ -10,13 +10,11 @@ from aidsr.core.errors import IsolationError, MjcfError, ReplyError
 from aidsr.core.roles import Feedback
 from aidsr.mjcf.condense import condense
 from aidsr.sim.measure import Extent, measure
-from aidsr.teams.llm.conversation import Interview
+from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.feedback import describe_feedback
 from aidsr.teams.llm.prompts import as_json, render
-from aidsr.teams.llm.replies import json_in, names_of, read_as
-
-__all__ = ["IntegratorAgent"]
+from aidsr.teams.llm.replies import element_names, parse_json, validate_as
 
 
 @dataclass(frozen=True)
@@ -24,11 +22,11 @@ class IntegratorAgent:
     """A language model as the Scene Integrator.
 
     Attributes:
-        interview: Who is asked, and how often again.
-        condensed: Whether the robot is shown without its repetitions.
+        conversation: The model, and how often it is asked again.
+        condensed: Whether the robot is shown condensed.
     """
 
-    interview: Interview
+    conversation: Conversation
     condensed: bool = True
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
@@ -37,7 +35,7 @@ class IntegratorAgent:
         Raises:
             ReplyError: No reply could be used.
         """
-        user = render("integrator_place", **self._known(brief, concept, robot))
+        user = render("integrator_place", **self._prompt_values(brief, concept, robot))
         return self._placement(user, brief, robot)
 
     def adjust(
@@ -50,46 +48,46 @@ class IntegratorAgent:
         """
         user = render(
             "integrator_adjust",
-            **self._known(brief, concept, robot),
+            **self._prompt_values(brief, concept, robot),
             placement=as_json(placement),
             feedback=describe_feedback(feedback),
         )
         return self._placement(user, brief, robot)
 
-    def _known(self, brief: Brief, concept: Concept, robot: Robot) -> dict[str, Any]:
+    def _prompt_values(self, brief: Brief, concept: Concept, robot: Robot) -> dict[str, Any]:
         return {
             "brief": brief,
             "environment": describe_environment(brief.summary),
             "concept": concept,
             "robot": robot,
-            "extent": _measured(robot),
+            "extent": _extent_of(robot),
             "mjcf": ((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
         }
 
     def _placement(self, user: str, brief: Brief, robot: Robot) -> Placement:
         def read(reply: str) -> Placement:
-            placement = read_as(Placement, json_in(reply))
-            complaints = _complaints(placement, brief, robot)
+            placement = validate_as(Placement, parse_json(reply))
+            complaints = _check_placement(placement, brief, robot)
             if complaints:
                 raise ReplyError(" ".join(complaints))
             return placement
 
-        return self.interview.ask("integrator", render("integrator"), user, read)
+        return self.conversation.ask("integrator", render("integrator"), user, read)
 
 
-def _measured(robot: Robot) -> Extent | None:
-    """Return where the robot's parts are; None for one that does not load, which its report says better."""
+def _extent_of(robot: Robot) -> Extent | None:
+    """Return the extents of the robot; None for one that does not load, which the validator reports."""
     try:
         return measure(robot)
     except (MjcfError, IsolationError):
         return None
 
 
-def _complaints(placement: Placement, brief: Brief, robot: Robot) -> list[str]:
-    """Return what in a placement does not agree with the job, each with what exists."""
+def _check_placement(placement: Placement, brief: Brief, robot: Robot) -> list[str]:
+    """Return what in a placement contradicts the job, each with the valid choices."""
     mounts = {mount.name: mount for mount in brief.summary.mounts}
     bodies = {body.name for body in brief.summary.bodies}
-    parts = names_of(robot.mjcf, "body", "site")
+    parts = element_names(robot.mjcf, "body", "site")
     found = []
     if placement.mount not in {*mounts, "world"}:
         found.append(f'There is no mount "{placement.mount}"; there is {", ".join([*mounts, "world"])}.')

@@ -9,19 +9,17 @@ from typing import Any
 from aidsr.core.artifacts import Brief, Concept, Critique, Robot, Scene, ValidationReport
 from aidsr.core.formatting import written
 from aidsr.mjcf.condense import condense
-from aidsr.teams.llm.conversation import Interview
+from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.prompts import as_json, render
-from aidsr.teams.llm.replies import json_in, read_as
+from aidsr.teams.llm.replies import parse_json, validate_as
 
-__all__ = ["JudgeAgent", "See", "blind"]
-
-See = Callable[[Scene], Mapping[str, bytes]]
-"""Returns what of a scene the Judge is shown: a PNG for each caption."""
+ScenePictures = Callable[[Scene], Mapping[str, bytes]]
+"""Returns the pictures of a scene for the Judge: a PNG for each caption."""
 
 
-def blind(scene: Scene) -> Mapping[str, bytes]:
-    """Show no picture."""
+def no_pictures(scene: Scene) -> Mapping[str, bytes]:
+    """Return no pictures."""
     del scene
     return {}
 
@@ -31,14 +29,14 @@ class JudgeAgent:
     """A language model as the Judge.
 
     Attributes:
-        interview: Who is asked, and how often again.
-        condensed: Whether the robot is shown without its repetitions.
-        see: Pictures of the scene.
+        conversation: The model, and how often it is asked again.
+        condensed: Whether the robot is shown condensed.
+        pictures: Pictures of the scene.
     """
 
-    interview: Interview
+    conversation: Conversation
     condensed: bool = True
-    see: See = blind
+    pictures: ScenePictures = no_pictures
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
         """Return a pass, or a fail with issues that each blame a role.
@@ -46,7 +44,7 @@ class JudgeAgent:
         Raises:
             ReplyError: No reply could be used.
         """
-        seen = self.see(scene)
+        pictures = self.pictures(scene)
         user = render(
             "judge_scene",
             brief=brief,
@@ -55,17 +53,17 @@ class JudgeAgent:
             robot=robot,
             mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
             scaled="" if scene.placement.scale == 1 else written(scene.placement.scale),
-            placement=as_json(scene.placement, whole=True),
+            placement=as_json(scene.placement, defaults=True),
             notes=scene.notes,
             report=report.account(),
-            measured=_measured(report),
-            captions=list(seen),
+            measured=_measurement_lines(report),
+            captions=list(pictures),
         )
-        return self.interview.ask("judge", render("judge"), user, _read, tuple(seen.values()))
+        return self.conversation.ask("judge", render("judge"), user, _read, tuple(pictures.values()))
 
 
-def _measured(report: ValidationReport) -> list[str]:
-    """Return what the validator measured of the robot and each actuator; actuators that do the same share a line."""
+def _measurement_lines(report: ValidationReport) -> list[str]:
+    """Return what the validator measured of the robot and each actuator; equal actuators share a line."""
     found, lines = report.measurements, []
     length_mm = 1000 * found.get("characteristic_length_m", 0.0)
     if length_mm:
@@ -77,22 +75,22 @@ def _measured(report: ValidationReport) -> list[str]:
     if "functional_part_m" in found:
         at = " ".join(f"{value + 0.0:.4g}" for value in found["functional_part_m"])
         lines.append(f"its functional part is at {at} m at the start, in world coordinates")
-    alike: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for actuator, share in found.get("effect_over_length", {}).items():
-        alike.setdefault(_did(share * length_mm, found.get("motors", {}).get(actuator)), []).append(actuator)
-    if alike:
+        groups.setdefault(_format_effect(share * length_mm, found.get("motors", {}).get(actuator)), []).append(actuator)
+    if groups:
         lines.append(
             "of each actuator, the largest displacement of any part when it acts alone, its greatest pull and the way "
-            "of its cable: " + "; ".join(f"{', '.join(names)} {did}" for did, names in alike.items())
+            "of its cable: " + "; ".join(f"{', '.join(names)} {effect}" for effect, names in groups.items())
         )
     return lines
 
 
-def _did(moved_mm: float, motor: Mapping[str, Any] | None) -> str:
-    """Return what an actuator did, in numbers; its pull is not measured in a robot that does not work."""
+def _format_effect(moved_mm: float, motor: Mapping[str, Any] | None) -> str:
+    """Return the effect of an actuator; its pull is not measured in a robot with errors."""
     pull = f", {written(motor['tension_n'])} N, {written(1000 * motor['stroke_m'])} mm" if motor else ""
     return f"{written(moved_mm)} mm{pull}"
 
 
 def _read(reply: str) -> Critique:
-    return read_as(Critique, json_in(reply))
+    return validate_as(Critique, parse_json(reply))

@@ -1,4 +1,4 @@
-"""Edits of an MJCF document by a model that has seen it shortened: a few lines instead of the whole file again.
+"""Patches of an MJCF document by a model that has seen it condensed: a few lines instead of the whole file again.
 
 A patch is a small XML document after RFC 5261 (XML Patch Operations Framework): each operation selects elements by
 XPath. Unlike there, a selection may hold several elements, and `set` writes attributes:
@@ -22,28 +22,26 @@ from lxml import etree
 from aidsr.core.errors import MjcfError, ReplyError
 from aidsr.mjcf.location import Element, attributes, elements
 from aidsr.mjcf.read import parse_document
-from aidsr.teams.llm.replies import blocks, documents_in
-
-__all__ = ["apply_patch", "patch_in"]
+from aidsr.teams.llm.replies import fenced_blocks, find_documents
 
 _OPERATIONS = ("set", "add", "replace", "remove")
 _PLACES = ("last", "first", "before", "after")
-_LONGEST_SELECTION = 300
+_MAX_SELECTION = 300
 """Characters of a selection. Our choice: room for any name and condition, too little to keep XPath busy."""
 _FUNCTIONS = {"starts-with", "contains", "not", "last", "position", "and", "or"}
-_MOST_SEARCHES = 2
+_MAX_SEARCHES = 2
 """How often a selection may say "//". Our choice: each one looks through everything below what is found so far."""
 _NAMED = re.compile(r"@(?:name|class|site|tendon|joint|body1|body2)\s*[=,]\s*['\"]([^'\"]+)['\"]")
 
 
-def patch_in(reply: str) -> str | None:
+def extract_patch(reply: str) -> str | None:
     """Return the one patch of a reply, fenced or bare, with prose around it or not; None when there is none.
 
     Raises:
         ReplyError: There are several.
     """
-    fenced = [block.text for block in blocks(reply) if block.text.lstrip().startswith("<patch")]
-    found = [patch for text in fenced or [reply] for patch in documents_in(text, "patch")]
+    fenced = [block.text for block in fenced_blocks(reply) if block.text.lstrip().startswith("<patch")]
+    found = [patch for text in fenced or [reply] for patch in find_documents(text, "patch")]
     if len(found) > 1 or (found and found[0].count("<patch") > 1):
         raise ReplyError("It has several <patch> blocks; put all operations into one.")
     return found[0] if found else None
@@ -57,15 +55,15 @@ def apply_patch(mjcf: str, patch: str) -> str:
     """
     root = copy.deepcopy(parse_document(mjcf).root)
     before = etree.tostring(root)
-    for operation in _parsed(patch):
-        _carry_out(root, operation)
+    for operation in _parse(patch):
+        _apply(root, operation)
     if etree.tostring(root) == before:
         raise ReplyError("The <patch> changes nothing: every value in it is the one that was there.")
     etree.indent(root)
     return str(etree.tostring(root, encoding="unicode")) + "\n"
 
 
-def _parsed(patch: str) -> list[Element]:
+def _parse(patch: str) -> list[Element]:
     try:
         # the patch is untrusted as the document is, and gets the same bounds on size and entities
         root = parse_document(f"<mujoco>{patch}</mujoco>").root[0]
@@ -77,13 +75,13 @@ def _parsed(patch: str) -> list[Element]:
     return operations
 
 
-def _carry_out(root: Element, operation: Element) -> None:
+def _apply(root: Element, operation: Element) -> None:
     if operation.tag not in _OPERATIONS:
         raise ReplyError(f"<{operation.tag}> is no operation of a <patch>; there are {', '.join(_OPERATIONS)}.")
-    selected = _selected(root, operation)
+    selected = _select(root, operation)
     content = [child for child in operation if isinstance(child.tag, str)]
     if operation.tag in ("add", "replace") and not content:
-        raise ReplyError(f"{_said(operation)} has no element inside to put there.")
+        raise ReplyError(f"{_label(operation)} has no element inside to put there.")
     for element in selected:
         match operation.tag:
             case "set":
@@ -97,23 +95,23 @@ def _carry_out(root: Element, operation: Element) -> None:
                 _remove(element, operation)
 
 
-def _selected(root: Element, operation: Element) -> list[Element]:
+def _select(root: Element, operation: Element) -> list[Element]:
     """Return what an operation selects.
 
     Raises:
         ReplyError: The selection is missing, is no XPath, or selects no element.
     """
     selection = operation.get("sel", "")
-    if not selection or len(selection) > _LONGEST_SELECTION:
-        raise ReplyError(f"{_said(operation)} needs an XPath of at most {_LONGEST_SELECTION} characters in `sel`.")
+    if not selection or len(selection) > _MAX_SELECTION:
+        raise ReplyError(f"{_label(operation)} needs an XPath of at most {_MAX_SELECTION} characters in `sel`.")
     _check_cost(operation, selection)
     try:
         found = root.xpath(selection)
     except etree.XPathError as error:
-        raise ReplyError(f"{_said(operation)} is not an XPath: {error}.") from None
+        raise ReplyError(f"{_label(operation)} is not an XPath: {error}.") from None
     chosen = [each for each in found if isinstance(each, etree._Element)] if isinstance(found, list) else []
     if not chosen:
-        raise ReplyError(f"{_said(operation)} selects no element.{_nearest(root, selection)}")
+        raise ReplyError(f"{_label(operation)} selects no element.{_nearest(root, selection)}")
     return chosen
 
 
@@ -129,10 +127,10 @@ def _check_cost(operation: Element, selection: str) -> None:
         functions - _FUNCTIONS
         or "::" in selection
         or "/" in re.sub(r"'[^']*'|\"[^\"]*\"", "", conditions)
-        or selection.count("//") > _MOST_SEARCHES
+        or selection.count("//") > _MAX_SEARCHES
     ):
         raise ReplyError(
-            f"{_said(operation)} is too involved; use a path such as //joint[@name='bend_3'] or "
+            f"{_label(operation)} is too involved; use a path such as //joint[@name='bend_3'] or "
             "//body[starts-with(@name,'link_')]/joint, with conditions on attributes only."
         )
 
@@ -149,7 +147,7 @@ def _nearest(root: Element, selection: str) -> str:
 def _set(element: Element, operation: Element) -> None:
     given = [(key, value) for key, value in attributes(operation) if key != "sel"]
     if not given:
-        raise ReplyError(f"{_said(operation)} has no attribute to set.")
+        raise ReplyError(f"{_label(operation)} has no attribute to set.")
     for key, value in given:
         if value:
             element.set(key, value)
@@ -160,10 +158,10 @@ def _set(element: Element, operation: Element) -> None:
 def _add(element: Element, content: list[Element], operation: Element, place: str = "") -> None:
     place = place or operation.get("at", "last")
     if place not in _PLACES:
-        raise ReplyError(f'{_said(operation)} has at="{place}"; there are {", ".join(_PLACES)}.')
+        raise ReplyError(f'{_label(operation)} has at="{place}"; there are {", ".join(_PLACES)}.')
     if place in ("before", "after") and element.getparent() is None:
-        raise ReplyError(f"{_said(operation)} selects the whole document; nothing can stand beside it.")
-    new = [_named_after(element, child) for child in content]
+        raise ReplyError(f"{_label(operation)} selects the whole document; nothing can stand beside it.")
+    new = [_instantiate(element, child) for child in content]
     match place:
         case "last":
             element.extend(new)
@@ -177,7 +175,7 @@ def _add(element: Element, content: list[Element], operation: Element, place: st
                 element.addnext(child)
 
 
-def _named_after(element: Element, content: Element) -> Element:
+def _instantiate(element: Element, content: Element) -> Element:
     """Return a copy of what is added, with {name} as the name of the element it is added to."""
     made = copy.deepcopy(content)
     made.tail = None
@@ -190,9 +188,9 @@ def _named_after(element: Element, content: Element) -> Element:
 def _remove(element: Element, operation: Element) -> None:
     parent = element.getparent()
     if parent is None:
-        raise ReplyError(f"{_said(operation)} selects the whole document; reply with a whole <mujoco> instead.")
+        raise ReplyError(f"{_label(operation)} selects the whole document; reply with a whole <mujoco> instead.")
     parent.remove(element)
 
 
-def _said(operation: Element) -> str:
-    return f'<{operation.tag} sel="{operation.get("sel", "")[:_LONGEST_SELECTION]}">'
+def _label(operation: Element) -> str:
+    return f'<{operation.tag} sel="{operation.get("sel", "")[:_MAX_SELECTION]}">'

@@ -1,4 +1,4 @@
-"""Prompt texts: Markdown files beside this one, filled in by jinja2."""
+"""Prompts: Markdown files beside this one, rendered by jinja2."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from aidsr.core.artifacts import Artifact
 
-__all__ = ["as_json", "render"]
-
 
 def render(prompt: str, **values: Any) -> str:
     """Return the text of the prompt file `prompt`.md with values filled in.
 
     Raises:
-        jinja2.UndefinedError: The file asks for a value that is not given.
+        jinja2.UndefinedError: A value that the file uses is missing.
     """
     return _templates().get_template(f"{prompt}.md").render(**values)
 
 
-def as_json(artifact: Artifact, *left_out: str, whole: bool = False) -> str:
-    """Return an artifact as a model would write it, one field a line; what is only a default is said when `whole`."""
-    said = artifact.model_dump(mode="json", exclude_defaults=not whole, exclude=set(left_out))
-    fields = ",\n".join(f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in said.items())
+def as_json(artifact: Artifact, *exclude: str, defaults: bool = False) -> str:
+    """Return an artifact as JSON with one field a line; fields with default values only where `defaults` is set."""
+    values = artifact.model_dump(mode="json", exclude_defaults=not defaults, exclude=set(exclude))
+    fields = ",\n".join(
+        f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items()
+    )
     return f"{{\n{fields}\n}}"
 
 

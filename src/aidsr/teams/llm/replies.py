@@ -1,4 +1,4 @@
-"""Reading replies: tolerant of what surrounds an answer, strict about the answer itself.
+"""Parsing of replies: tolerant of what surrounds an answer, strict about the answer itself.
 
 Every error is a sentence for the model that wrote the reply.
 """
@@ -14,18 +14,16 @@ from pydantic import BaseModel, ValidationError
 
 from aidsr.core.errors import ReplyError
 
-__all__ = ["Block", "blocks", "documents_in", "has_json", "json_in", "mjcf_in", "names_of", "read_as"]
-
 T = TypeVar("T", bound=BaseModel)
 
 _FENCE = re.compile(r"^[ \t]*```[ \t]*([\w+-]*)[ \t]*\n(.*?)(?:^[ \t]*```[ \t]*$|\Z)", re.MULTILINE | re.DOTALL)
 _LINE_OPENING_OBJECT = re.compile(r"^[ \t]*(?=\{)", re.MULTILINE)
 _OBJECT_OF_KEYS = re.compile(r"(?=\{\s*[\"'])")
 _ANY_OBJECT = re.compile(r"(?=\{)")
-_LONGEST_SHOWN = 60
-"""Characters of a wrong value that are repeated to the model. Our choice: enough to find it."""
-_MOST_PROBLEMS = 6
-"""Problems named in one complaint. Our choice: more are rarely independent."""
+_MAX_VALUE_LENGTH = 60
+"""Characters of a wrong value in a complaint. Our choice: enough to find it."""
+_MAX_PROBLEMS = 6
+"""Problems in one complaint. Our choice: more are rarely independent."""
 
 
 @dataclass(frozen=True)
@@ -36,19 +34,19 @@ class Block:
     text: str
 
 
-def blocks(reply: str) -> tuple[Block, ...]:
+def fenced_blocks(reply: str) -> tuple[Block, ...]:
     """Return the fenced blocks; one that is never closed runs to the end of the reply."""
     return tuple(Block(match[1].lower(), match[2]) for match in _FENCE.finditer(reply))
 
 
-def documents_in(text: str, root: str) -> list[str]:
-    """Return the XML documents with that root; a tag named in a sentence, which no element follows, begins none."""
+def find_documents(text: str, root: str) -> list[str]:
+    """Return the XML documents with that root; a tag in a sentence, which no element follows, is not one."""
     likeliest_first = (rf"<{root}\b[^>]*>(?=\s*<).*?</{root}\s*>", rf"<{root}\b[^>]*>.*</{root}\s*>")
     found = ([match[0] for match in re.finditer(pattern, text, re.DOTALL)] for pattern in likeliest_first)
     return next(filter(None, found), [])
 
 
-def read_as(kind: type[T], value: object) -> T:
+def validate_as(kind: type[T], value: object) -> T:
     """Return a value as an artifact.
 
     Raises:
@@ -58,41 +56,43 @@ def read_as(kind: type[T], value: object) -> T:
         return kind.model_validate_json(json.dumps(value))
     except ValidationError as error:
         problems = error.errors()
-    shown = [_sentence(kind, problem) for problem in problems[:_MOST_PROBLEMS]]
+    shown = [_describe_problem(kind, problem) for problem in problems[:_MAX_PROBLEMS]]
     rest = len(problems) - len(shown)
     raise ReplyError(" ".join(shown) + (f" And {rest} more of the kind." if rest else ""))
 
 
 def has_json(reply: str) -> bool:
-    """Whether a reply has what was meant as JSON, well-formed or not; braces of prose, as in `{name}`, are none."""
+    """Whether a reply has JSON, well-formed or not; braces in prose, as in `{name}`, do not count."""
     rest = _FENCE.sub("\n", reply)
-    fenced = any(block.language.startswith("json") or _opens(block.text, "{") for block in blocks(reply))
+    fenced = any(block.language.startswith("json") or _starts_with(block.text, "{") for block in fenced_blocks(reply))
     return fenced or bool(_LINE_OPENING_OBJECT.search(rest) or _OBJECT_OF_KEYS.search(rest))
 
 
-def json_in(reply: str) -> dict[str, Any]:
+def parse_json(reply: str) -> dict[str, Any]:
     """Return the one JSON object of a reply, fenced or bare, with prose around it or not.
 
     Raises:
         ReplyError: There is none, more than one, or it is not well-formed.
     """
-    fenced = [block.text for block in blocks(reply) if block.language in {"json", ""} and _opens(block.text, "{")]
+    fenced = [
+        block.text for block in fenced_blocks(reply) if block.language in {"json", ""} and _starts_with(block.text, "{")
+    ]
     found = fenced or _bare_objects(reply)
     if not found:
         raise ReplyError("It has no JSON object; one was asked for in a fenced block.")
     if len(found) > 1:
         raise ReplyError(f"It has {len(found)} JSON objects; exactly one was asked for.")
-    return _decoded(found[0])
+    return _decode(found[0])
 
 
-def mjcf_in(reply: str) -> str | None:
+def extract_mjcf(reply: str) -> str | None:
     """Return the one MJCF document of a reply, fenced or bare; None when there is none.
 
     Raises:
         ReplyError: There are several, or it has no end.
     """
-    fenced = [block.text.strip() for block in blocks(reply) if _opens(block.text, "<")]
-    found = fenced or documents_in(reply, "mujoco")
+    fenced = [block.text.strip() for block in fenced_blocks(reply) if _starts_with(block.text, "<")]
+    found = fenced or find_documents(reply, "mujoco")
     if len(found) > 1:
         raise ReplyError(f"It has {len(found)} XML blocks; exactly one was asked for.")
     if not found:
@@ -102,15 +102,15 @@ def mjcf_in(reply: str) -> str | None:
     return found[0] + "\n"
 
 
-def names_of(mjcf: str, *elements: str) -> frozenset[str]:
+def element_names(mjcf: str, *elements: str) -> frozenset[str]:
     """Return the names given to elements of these kinds, whether the document is well-formed or not."""
     text = re.sub(r"<!--.*?-->", "", mjcf, flags=re.DOTALL)
     kinds = "|".join(elements)
     return frozenset(re.findall(rf"<(?:{kinds})\b[^>]*?\sname\s*=\s*[\"']([^\"']+)[\"']", text))
 
 
-def _opens(text: str, sign: str) -> bool:
-    return text.lstrip().startswith(sign)
+def _starts_with(text: str, prefix: str) -> bool:
+    return text.lstrip().startswith(prefix)
 
 
 def _bare_objects(reply: str) -> list[str]:
@@ -124,30 +124,30 @@ def _bare_objects(reply: str) -> list[str]:
         try:
             _, end = json.JSONDecoder(strict=False).raw_decode(rest)
         except (ValueError, RecursionError):
-            return found or [rest]  # so that the caller says what is wrong with the only one
+            return found or [rest]  # the caller reports what is wrong with the only one
         found.append(rest[:end])
         rest = rest[end:]
     return found
 
 
-def _decoded(text: str) -> dict[str, Any]:
+def _decode(text: str) -> dict[str, Any]:
     try:
-        value = json.loads(text, strict=False, parse_constant=_no_such_number)
+        value = json.loads(text, strict=False, parse_constant=_reject_constant)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno} of it"
         raise ReplyError(f"The JSON is not well-formed: {error.msg} at {where}.") from None
-    except (ValueError, RecursionError):  # Python's bounds on digits and on depth
+    except (ValueError, RecursionError):  # Python's limits on digits and on depth
         raise ReplyError("The JSON has a number too long, or brackets nested too deep, to be read.") from None
     if not isinstance(value, dict):
         raise ReplyError("The JSON must be one object.")
     return value
 
 
-def _no_such_number(word: str) -> float:
+def _reject_constant(word: str) -> float:
     raise ReplyError(f"The JSON has {word}, which is not a JSON number.")
 
 
-def _sentence(kind: type[BaseModel], problem: Any) -> str:
+def _describe_problem(kind: type[BaseModel], problem: Any) -> str:
     """Return one of pydantic's findings as a sentence."""
     where = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in problem["loc"]).lstrip(".")
     match problem["type"]:
@@ -156,14 +156,14 @@ def _sentence(kind: type[BaseModel], problem: Any) -> str:
         case "extra_forbidden":
             return f'The field "{where}" is not known.' + _known_fields(kind, problem["loc"])
         case "value_error":
-            said = str(problem["ctx"]["error"])
-            return f"{said[0].upper()}{said[1:]}."
+            message = str(problem["ctx"]["error"])
+            return f"{message[0].upper()}{message[1:]}."
         case _:
             shown = json.dumps(problem["input"])
-            shown = shown if len(shown) <= _LONGEST_SHOWN else shown[:_LONGEST_SHOWN] + "…"
+            shown = shown if len(shown) <= _MAX_VALUE_LENGTH else shown[:_MAX_VALUE_LENGTH] + "…"
             return f'The field "{where}" is wrong: {problem["msg"]}, found {shown}.'
 
 
 def _known_fields(kind: type[BaseModel], location: tuple[int | str, ...]) -> str:
-    """Return what the outermost object may hold; inner ones are shown by the example in the prompt."""
+    """Return the fields of the outermost object; inner ones are in the prompt's example."""
     return f" Known are {', '.join(kind.model_fields)}." if len(location) == 1 else ""

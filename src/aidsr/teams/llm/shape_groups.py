@@ -1,4 +1,4 @@
-"""Shapes of an environment that are alike and follow each other, taken together: rings, rows, or place by place."""
+"""Groups of similar geoms of an environment with consecutive names: rings, rows, or lists of positions."""
 
 from __future__ import annotations
 
@@ -9,70 +9,70 @@ from dataclasses import dataclass
 import numpy as np
 
 from aidsr.core.artifacts import GeomSummary
-from aidsr.teams.llm.arrangements import Array, Circle, before_a_pattern, circle, row_length, turned
+from aidsr.teams.llm.arrangements import Array, Circle, count_before_pattern, fit_circle, rotations, row_length
 
-__all__ = ["Alike", "alike_shapes", "follow", "own_axes", "place"]
-
-_CLOSE = 1e-3
-"""Axes whose numbers differ by less point the same way, to the eye of a reader. Our choice."""
-_MOST_UNEVEN = 2.0
+_TOLERANCE = 1e-3
+"""Axes whose components differ by less are equal for a reader. Our choice."""
+_MAX_SIZE_RATIO = 2.0
 """Shapes of one ring may differ in size by this factor, as the walls of a bent pipe do. Our choice."""
-_FEWEST = 3
-"""Fewer are told one by one. Our choice: two lines are read as quickly as one with two places."""
+_MIN_COUNT = 3
+"""Fewer are described one by one. Our choice: two lines are read as quickly as one with two positions."""
 _NUMBERED = re.compile(r"(.*?)(\d+)")
 _AXES = {"sphere": "", "plane": "z", "capsule": "z", "cylinder": "z"}
-"""The axes that say how a shape is turned; of the others x and z."""
+"""Axes that define the orientation of a shape; x and z for shapes not listed."""
 
 
 @dataclass(frozen=True)
-class Alike:
-    """One shape, or several of one kind that follow each other."""
+class ShapeGroup:
+    """One shape, or several of one kind with consecutive names."""
 
     geoms: tuple[GeomSummary, ...]
     circle: Circle | None = None
-    in_a_row: bool = False
+    is_row: bool = False
 
     @property
-    def turning(self) -> bool:
-        """Whether they turn as they follow each other on their circle."""
-        return not all(_same_way(self.geoms[0], geom) for geom in self.geoms)
+    def rotates(self) -> bool:
+        """Whether their orientations differ, as around a circle."""
+        return not all(_same_orientation(self.geoms[0], geom) for geom in self.geoms)
 
 
-def follow(name: str, other: str) -> bool:
-    """Say whether a name is the next one after another, as post_2 after post_1; nameless things follow each other."""
+def is_next_name(name: str, other: str) -> bool:
+    """Whether the second name follows the first, as post_2 follows post_1; an empty name follows an empty one."""
     one, two = _NUMBERED.fullmatch(name), _NUMBERED.fullmatch(other)
     if one is None or two is None:
         return name == other == ""
     return other == one[1] + str(int(one[2]) + 1).zfill(len(one[2]))
 
 
-def own_axes(geom: GeomSummary) -> dict[str, Array]:
-    """Return the axes that say how a shape is turned, in world coordinates, by their letters."""
+def orientation_axes(geom: GeomSummary) -> dict[str, Array]:
+    """Return the axes that define the orientation of a shape, in world coordinates, by their letters."""
     known = {"x": np.array(geom.x_axis), "z": np.array(geom.z_axis)}
     return {letter: known[letter] for letter in _AXES.get(geom.shape, "xz")}
 
 
-def alike_shapes(geoms: Sequence[GeomSummary]) -> Iterator[Alike]:
-    """Yield shapes in their order, those together that are of one kind, follow each other and lie in a pattern."""
+def group_shapes(geoms: Sequence[GeomSummary]) -> Iterator[ShapeGroup]:
+    """Yield shapes in order, grouped where they are of one kind, have consecutive names and form a pattern."""
     for kind in _runs(geoms, _same_kind):
         while kind:
-            found = _ring(kind) or _row(kind) or _as_placed(kind)
+            found = _ring(kind) or _row(kind) or _ungrouped(kind)
             yield from found
             kind = kind[sum(len(group.geoms) for group in found) :]
 
 
-def place(geoms: Sequence[GeomSummary]) -> Array:
-    """Return where shapes are, (n, 3) [m]."""
+def positions(geoms: Sequence[GeomSummary]) -> Array:
+    """Return the positions of shapes, (n, 3) [m]."""
     return np.array([geom.position_m for geom in geoms])
 
 
 def _runs(
-    geoms: Sequence[GeomSummary], alike: Callable[[GeomSummary, GeomSummary], bool]
+    geoms: Sequence[GeomSummary], matches: Callable[[GeomSummary, GeomSummary], bool]
 ) -> Iterator[tuple[GeomSummary, ...]]:
-    """Yield shapes in their order, those together that are like the first of them and whose names count up."""
+    """Yield shapes in order, in runs that match their first one and have consecutive names."""
     start = 0
     for end in range(1, len(geoms) + 1):
-        if end == len(geoms) or not (follow(geoms[end - 1].name, geoms[end].name) and alike(geoms[start], geoms[end])):
+        if end == len(geoms) or not (
+            is_next_name(geoms[end - 1].name, geoms[end].name) and matches(geoms[start], geoms[end])
+        ):
             yield tuple(geoms[start:end])
             start = end
 
@@ -81,43 +81,45 @@ def _same_kind(one: GeomSummary, other: GeomSummary) -> bool:
     return all(getattr(one, field) == getattr(other, field) for field in ("shape", "solid", "friction", "priority"))
 
 
-def _same_way(one: GeomSummary, other: GeomSummary) -> bool:
-    axes = own_axes(other)
-    return all(np.abs(axis - axes[letter]).max() < _CLOSE for letter, axis in own_axes(one).items())
+def _same_orientation(one: GeomSummary, other: GeomSummary) -> bool:
+    axes = orientation_axes(other)
+    return all(np.abs(axis - axes[letter]).max() < _TOLERANCE for letter, axis in orientation_axes(one).items())
 
 
-def _copy(one: GeomSummary, other: GeomSummary) -> bool:
-    return one.size_m == other.size_m and _same_way(one, other)
+def _is_copy(one: GeomSummary, other: GeomSummary) -> bool:
+    return one.size_m == other.size_m and _same_orientation(one, other)
 
 
-def _ring(kind: Sequence[GeomSummary]) -> list[Alike]:
-    """Return the first shapes as one group, if they lie on a circle."""
-    found = circle(place(kind))
+def _ring(kind: Sequence[GeomSummary]) -> list[ShapeGroup]:
+    """Return the first shapes as one group, if they are on a circle."""
+    found = fit_circle(positions(kind))
     if found is None:
         return []
-    ring = Alike(tuple(kind[: found.count]), circle=found)
+    ring = ShapeGroup(tuple(kind[: found.count]), circle=found)
     sizes = np.array([geom.size_m for geom in ring.geoms])
-    even = (sizes.max(axis=0) <= _MOST_UNEVEN * sizes.min(axis=0)).all()
-    return [ring] if even and (not ring.turning or _turns_along(ring, found)) else []
+    even = (sizes.max(axis=0) <= _MAX_SIZE_RATIO * sizes.min(axis=0)).all()
+    return [ring] if even and (not ring.rotates or _rotates_along(ring, found)) else []
 
 
-def _turns_along(ring: Alike, on: Circle) -> bool:
+def _rotates_along(ring: ShapeGroup, on: Circle) -> bool:
     return all(
-        np.abs(turned(axis, on.axis, on.step_rad, on.count) - [own_axes(geom)[letter] for geom in ring.geoms]).max()
-        < _CLOSE
-        for letter, axis in own_axes(ring.geoms[0]).items()
+        np.abs(
+            rotations(axis, on.axis, on.step_rad, on.count) - [orientation_axes(geom)[letter] for geom in ring.geoms]
+        ).max()
+        < _TOLERANCE
+        for letter, axis in orientation_axes(ring.geoms[0]).items()
     )
 
 
-def _row(kind: Sequence[GeomSummary]) -> list[Alike]:
-    """Return the first shapes as one group, if they are copies that lie in a straight row."""
-    copies = next(_runs(kind, _copy))
-    count = row_length(place(copies))
-    return [Alike(copies[:count], in_a_row=True)] if count else []
+def _row(kind: Sequence[GeomSummary]) -> list[ShapeGroup]:
+    """Return the first shapes as one group, if they are copies in a straight row."""
+    copies = next(_runs(kind, _is_copy))
+    count = row_length(positions(copies))
+    return [ShapeGroup(copies[:count], is_row=True)] if count else []
 
 
-def _as_placed(kind: Sequence[GeomSummary]) -> list[Alike]:
-    """Return the first shapes, up to the next pattern, together if they are copies and enough, else one by one."""
-    copies = next(_runs(kind, _copy))
-    copies = copies[: before_a_pattern(place(copies))]
-    return [Alike(copies)] if len(copies) >= _FEWEST else [Alike((geom,)) for geom in copies]
+def _ungrouped(kind: Sequence[GeomSummary]) -> list[ShapeGroup]:
+    """Return the first shapes up to the next pattern: one group if they are enough copies, else one by one."""
+    copies = next(_runs(kind, _is_copy))
+    copies = copies[: count_before_pattern(positions(copies))]
+    return [ShapeGroup(copies)] if len(copies) >= _MIN_COUNT else [ShapeGroup((geom,)) for geom in copies]

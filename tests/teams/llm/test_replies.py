@@ -11,8 +11,8 @@ from aidsr.core.artifacts import Critique, Placement
 from aidsr.core.errors import ReplyError
 from aidsr.teams.llm.coder import _Reader
 from aidsr.teams.llm.designer import _Reader as DesignerReader
-from aidsr.teams.llm.integrator import _complaints
-from aidsr.teams.llm.replies import json_in, mjcf_in, names_of, read_as
+from aidsr.teams.llm.integrator import _check_placement
+from aidsr.teams.llm.replies import element_names, extract_mjcf, parse_json, validate_as
 
 PLACE = '{"mount": "mount", "base": "fixed", "reason": "It {hangs}."}'
 MJCF = ROBOT.mjcf.strip()
@@ -37,7 +37,7 @@ HEADER = '{"functional_part": "tip"}'
     ],
 )
 def test_json_is_found_wherever_it_stands(reply: str) -> None:
-    assert read_as(Placement, json_in(reply)).mount == "mount"
+    assert validate_as(Placement, parse_json(reply)).mount == "mount"
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_json_is_found_wherever_it_stands(reply: str) -> None:
 )
 def test_what_is_wrong_is_said_exactly(reply: str, complaint: str) -> None:
     with pytest.raises(ReplyError) as caught:
-        read_as(Placement, json_in(reply))
+        validate_as(Placement, parse_json(reply))
     assert str(caught.value) == complaint
 
 
@@ -90,12 +90,12 @@ def test_what_is_wrong_is_said_exactly(reply: str, complaint: str) -> None:
 @pytest.mark.parametrize("reply", ['{{"scale": {}}}', '```json\n{{"scale": {}}}\n```'], ids=["bare", "fenced"])
 def test_json_beyond_what_is_read_is_a_mistake_of_the_reply(reply: str, value: str) -> None:
     with pytest.raises(ReplyError, match="a number too long, or brackets nested too deep"):
-        json_in(reply.format(value))
+        parse_json(reply.format(value))
 
 
 def test_a_critique_that_contradicts_itself_is_asked_again() -> None:
     with pytest.raises(ReplyError, match="A passing critique has no issues and a failing one at least one"):
-        read_as(Critique, json_in('{"passed": false, "summary": "bad"}'))
+        validate_as(Critique, parse_json('{"passed": false, "summary": "bad"}'))
 
 
 def test_many_problems_are_counted_not_listed() -> None:
@@ -221,12 +221,12 @@ def test_a_broken_document_still_reaches_the_validator() -> None:
 
 def test_names_are_read_without_comments_and_of_the_kind_asked() -> None:
     mjcf = "<mujoco><!-- <body name='old'/> --><body\n pos='0 0 0' name='new'><site name=\"s\"/></body></mujoco>"
-    assert names_of(mjcf, "body", "site") == {"new", "s"}
-    assert names_of(mjcf, "body") == {"new"}
+    assert element_names(mjcf, "body", "site") == {"new", "s"}
+    assert element_names(mjcf, "body") == {"new"}
 
 
 def test_mjcf_that_is_not_there() -> None:
-    assert mjcf_in("no robot today") is None
+    assert extract_mjcf("no robot today") is None
 
 
 @pytest.mark.parametrize(
@@ -257,6 +257,6 @@ def test_mjcf_that_is_not_there() -> None:
 )
 def test_a_placement_agrees_with_the_job(base: str, placement: dict[str, object], complaint: str | None) -> None:
     brief = BRIEF.model_copy(update={"base": base})
-    found = _complaints(PLACEMENT.model_copy(update=placement), brief, ROBOT)
+    found = _check_placement(PLACEMENT.model_copy(update=placement), brief, ROBOT)
     assert [text for text in found if complaint is None or complaint not in text] == []
     assert len(found) == (0 if complaint is None else 1)

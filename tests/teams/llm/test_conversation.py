@@ -12,7 +12,7 @@ from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import ReplyError
 from aidsr.core.roles import Team
 from aidsr.teams.llm import team
-from aidsr.teams.llm.conversation import _where
+from aidsr.teams.llm.conversation import _describe_cutoff
 from aidsr.teams.providers import Clock, connect
 from loopback import Act, Fail, Loopback, Received, Say
 
@@ -105,7 +105,7 @@ def test_an_estimate_says_nothing_of_where_a_reply_was_cut_off() -> None:
         usage=Usage(output_tokens=300, tokens_estimated=True),
         started="2026-01-31T10:00:00Z",
     )
-    assert _where(record) == "at its limit of 20000 tokens"
+    assert _describe_cutoff(record) == "at its limit of 20000 tokens"
 
 
 @pytest.mark.parametrize("reasks", [0, 1, 2])

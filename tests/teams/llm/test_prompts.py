@@ -19,16 +19,16 @@ from aidsr.teams.llm import JudgeAgent, direct_team, prompts, team
 from aidsr.teams.llm.coder import _Reader as CoderReader
 from aidsr.teams.llm.describe_environment import describe_environment
 from aidsr.teams.llm.designer import _Reader as DesignerReader
-from aidsr.teams.llm.patch import apply_patch, patch_in
+from aidsr.teams.llm.patch import apply_patch, extract_patch
 from aidsr.teams.llm.prompts import render
-from aidsr.teams.llm.replies import blocks, json_in, read_as
+from aidsr.teams.llm.replies import fenced_blocks, parse_json, validate_as
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
 ANY = BRIEF.model_copy(update={"base": "any"})
 UNREADABLE = ROBOT.model_copy(update={"mjcf": ROBOT.mjcf.replace("</body>", "")})
 LIMB = ROBOT.model_copy(
-    update={"mjcf": next(block.text for block in blocks(render("coder")) if block.language == "xml")}
+    update={"mjcf": next(block.text for block in fenced_blocks(render("coder")) if block.language == "xml")}
 )
 """A robot long enough to be shown shortened."""
 MEASURED = REPORT.model_copy(
@@ -99,7 +99,7 @@ PICTURES = {"The scene as it stands.": b"\x89PNG 1", "It moves.": b"\x89PNG 2"}
 
 
 def seeing(judge: JudgeAgent) -> JudgeAgent:
-    return replace(judge, see=lambda _scene: PICTURES)
+    return replace(judge, pictures=lambda _scene: PICTURES)
 
 
 def agrees(name: str, text: str) -> None:
@@ -188,7 +188,7 @@ def test_the_job_comes_first_so_that_calls_share_it() -> None:
 
 
 def test_the_patch_that_is_shown_can_be_carried_out() -> None:
-    patch = patch_in(render("coder_editor"))
+    patch = extract_patch(render("coder_editor"))
     with_old = LIMB.mjcf.replace(
         "</sensor>", '<framepos name="old_position" objtype="site" objname="flex_1a"/></sensor>'
     )
@@ -197,13 +197,13 @@ def test_the_patch_that_is_shown_can_be_carried_out() -> None:
 
 def test_the_examples_in_the_prompts_are_replies_that_can_be_used() -> None:
     assert len(DesignerReader(1).read(render("designer"))) == 1
-    assert read_as(Placement, json_in(render("integrator"))).scale == 0.9
-    assert not read_as(Critique, json_in(render("judge"))).passed
+    assert validate_as(Placement, parse_json(render("integrator"))).scale == 0.9
+    assert not validate_as(Critique, parse_json(render("judge"))).passed
 
 
 def test_the_header_and_the_limb_of_the_guide_make_a_robot() -> None:
-    header = blocks(render("coder"))[0]
-    limb = next(block for block in blocks(render("coder")) if block.language == "xml")
+    header = fenced_blocks(render("coder"))[0]
+    limb = next(block for block in fenced_blocks(render("coder")) if block.language == "xml")
     robot = CoderReader(BRIEF).read(f"```json\n{header.text}```\n```xml\n{limb.text}```")
     assert robot.functional_part == "fingertip"
 

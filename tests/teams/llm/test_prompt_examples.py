@@ -6,12 +6,12 @@ import pytest
 
 import aidsr
 from aidsr.teams.llm.prompts import render
-from aidsr.teams.llm.replies import blocks
+from aidsr.teams.llm.replies import fenced_blocks
 
 EXAMPLES = [
     pytest.param(block.text, id=f"{role}-{number}")
     for role in ("designer", "coder", "integrator", "judge")
-    for number, block in enumerate(blocks(render(role)), 1)
+    for number, block in enumerate(fenced_blocks(render(role)), 1)
     if "<mujoco" in block.text
 ]
 

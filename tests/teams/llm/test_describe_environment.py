@@ -11,7 +11,7 @@ from agent_samples import shape
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, Vec3
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.tasks import load_task, task_names
-from aidsr.teams.llm.arrangements import circle, row_length
+from aidsr.teams.llm.arrangements import fit_circle, row_length
 from aidsr.teams.llm.describe_environment import describe_environment
 
 
@@ -179,11 +179,11 @@ def test_points_lie_in_a_row_or_on_a_circle_only_where_they_do() -> None:
     assert row_length(np.zeros((4, 3))) == 0
     angles = np.arange(9) * 2 * np.pi / 9
     ring = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    found = circle(np.vstack([ring, [[1, 0, 1]]]))
+    found = fit_circle(np.vstack([ring, [[1, 0, 1]]]))
     assert found is not None
     assert (found.count, found.closed) == (9, True)
     helix = ring + np.outer(np.arange(9), [0, 0, 0.01])
-    assert circle(helix) is None
+    assert fit_circle(helix) is None
 
 
 @pytest.mark.parametrize("name", task_names())
