@@ -13,7 +13,7 @@ from aidsr.core.errors import UserError
 from aidsr.validation import validate
 from aidsr.validation.registry import builtin_rules, find_rule, is_explained, select_rules, without_consequences
 from aidsr.validation.rule import Rule, Stage
-from aidsr.validation.rules_page import EXAMPLE_ARM
+from aidsr.validation.rules_page import EXAMPLE_ARM, rules_page
 
 SOURCES = Path(aidsr.__file__).parent
 RULES = builtin_rules()
@@ -112,3 +112,8 @@ def test_what_is_not_selected_is_neither_reported_nor_an_explanation() -> None:
     assert only.stable
     assert only.notes == ("looked only for no_sensors, no_tendons",)
     assert "fastest_body_m_s" not in only.measurements
+
+
+def test_the_page_of_rules_is_what_the_records_say() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "rules.md").read_text(encoding="utf-8")
+    assert page == rules_page(RULES), "write it anew: aidsr rules --page > docs/rules.md"

@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 from aidsr.core.artifacts import Critique, Fault, TaskReport, ValidationReport
 from aidsr.core.roles import Feedback
 
-_CURED_BY_PLACING = frozenset({"free_fall", "base_not_attached"})
-"""Faults that a robot which is stable alone can only have because of where and how it was put. Our choice."""
-
 _ROBOT = "robot/"
 
 _TOLD = 3
@@ -71,9 +68,12 @@ def after_trial(report: TaskReport) -> Change:
 
 
 def _is_of_placing(fault: Fault) -> bool:
-    """Whether the fault names something of the environment, could not be assembled, or comes from where it stands."""
+    """Whether the fault names something of the environment, or is one that its rule blames on the placement."""
+    from aidsr.validation.registry import find_rule  # loads MuJoCo
+
+    rule = find_rule(fault.code)
     touches_environment = any(not name.startswith(_ROBOT) for name in fault.names)
-    return fault.code in _CURED_BY_PLACING or touches_environment
+    return touches_environment or (rule is not None and rule.blame == "integrator")
 
 
 def _codes(report: ValidationReport) -> frozenset[str]:

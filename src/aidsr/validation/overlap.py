@@ -9,8 +9,8 @@ from aidsr.core.artifacts import Fault
 from aidsr.validation.counterfactuals import without_contacts_of
 from aidsr.validation.protocol import gather_evidence
 from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rules.initial_pose import overlaps
 from aidsr.validation.rules.instability import find_divergence
-from aidsr.validation.rules.rest import overlaps
 
 REFUTED = frozenset({("initial_penetration", "numerical_instability")})
 """The explanation that does not hold where a robot diverges without its overlapping contacts too."""

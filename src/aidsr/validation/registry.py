@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import UserError
@@ -34,7 +34,7 @@ def all_rules() -> tuple[Rule, ...]:
     """Return all rules in the order of application: by stage, and within a stage causes before consequences.
 
     Raises:
-        UserError: A package adds something that is not a rule, or a code that exists.
+        UserError: A package adds something that is not a rule, a code that exists, or a circle of explanations.
     """
     added = [rule for rule, _ in _added_rules()]
     return _ordered([*builtin_rules(), *added]) if added else builtin_rules()
@@ -51,6 +51,20 @@ def find_rule(code: str) -> Rule | None:
     return _by_code().get(code)
 
 
+def require_rule(code: str) -> Rule:
+    """Return the rule of a code.
+
+    Raises:
+        UserError: There is none.
+    """
+    rule = find_rule(code)
+    if rule is None:
+        near = difflib.get_close_matches(code, _by_code(), n=1)
+        hint = f"did you mean {near[0]}?" if near else "aidsr rules lists all codes"
+        raise UserError(f"no such rule: {code}; {hint}")
+    return rule
+
+
 def select_rules(select: Collection[str] = (), ignore: Collection[str] = ()) -> tuple[Rule, ...]:
     """Return the rules to apply, in order.
 
@@ -61,14 +75,10 @@ def select_rules(select: Collection[str] = (), ignore: Collection[str] = ()) -> 
     Raises:
         UserError: A code that does not exist, or an ignored fault without whose cure nothing can be tested.
     """
-    known = _by_code()
     for code in (*select, *ignore):
-        if code not in known:
-            near = difflib.get_close_matches(code, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else "aidsr rules lists all codes"
-            raise UserError(f"no such rule: {code}; {hint}")
+        require_rule(code)
     for code in ignore:
-        if known[code].stage is Stage.DOCUMENT:
+        if require_rule(code).stage is Stage.DOCUMENT:
             raise UserError(f"{code} cannot be ignored: a document that does not load cannot be tested")
     return tuple(
         rule
@@ -113,12 +123,15 @@ def _consequences() -> dict[str, frozenset[str]]:
     }
 
 
-@cache
-def _added_rules() -> tuple[tuple[Rule, tuple[str, str]], ...]:
-    """The rules of other packages, each with the name and version of its package."""
+def load_rules(entries: Iterable[EntryPoint]) -> dict[str, tuple[Rule, tuple[str, str]]]:
+    """Return the rules of entry points by code, each with the name and version of its package.
+
+    Raises:
+        UserError: An entry is not a rule of that code, or its code exists.
+    """
     found: dict[str, tuple[Rule, tuple[str, str]]] = {}
     known = {rule.code for rule in builtin_rules()}
-    for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
+    for entry in sorted(entries, key=lambda entry: entry.name):
         rule = entry.load()
         if not isinstance(rule, Rule) or rule.code != entry.name:
             raise UserError(
@@ -126,9 +139,13 @@ def _added_rules() -> tuple[tuple[Rule, tuple[str, str]], ...]:
             )
         if rule.code in known or rule.code in found:
             raise UserError(f"duplicate rule: {rule.code}")
-        package = (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
-        found[rule.code] = rule, package
-    return tuple(found.values())
+        found[rule.code] = rule, (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
+    return found
+
+
+@cache
+def _added_rules() -> tuple[tuple[Rule, tuple[str, str]], ...]:
+    return tuple(load_rules(entry_points(group=ENTRY_POINT_GROUP)).values())
 
 
 def _ordered(found: Sequence[Rule]) -> tuple[Rule, ...]:

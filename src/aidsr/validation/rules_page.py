@@ -5,15 +5,20 @@ aidsr rules --page > docs/rules.md
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
+from difflib import SequenceMatcher
 from itertools import groupby
 from pathlib import Path
+from textwrap import dedent
 
 from aidsr.validation.rule import Example, Rule
 
 EXAMPLE_ARM = (Path(__file__).parent / "examples" / "arm.xml").read_text(encoding="utf-8")
 """MJCF of a robot without a fault, of which every example changes something."""
 
+_MAX_PLACES = 3
+_GAP = "\n<!-- … -->\n"
 _HEAD = """# Rules
 
 What `aidsr validate` looks for, one section for each fault. `aidsr validate --select CODE,… --ignore CODE,…` chooses
@@ -23,7 +28,7 @@ rules by code; `aidsr rules CODE` prints a section. [Validation](validation.md) 
 """
 _TAIL = f"""## The example arm
 
-Has no fault. "Fails" and "passes" above are what differs from it.
+Has no fault. Above, "fails" and "passes" are the lines in which a robot with the fault and this one differ.
 
 ```xml
 {EXAMPLE_ARM.rstrip()}
@@ -47,10 +52,10 @@ def _index(rules: Iterable[Rule]) -> Iterator[str]:
 def rule_section(rule: Rule) -> str:
     """Return the section on one rule as Markdown."""
     severity = "" if rule.severity == "error" else ", a warning"
-    parts = [f"## {rule.code}\n\n{rule.stage.title}{severity}.", f"**{rule.finds}** {rule.why}"]
-    parts.append(f"*Limit:* {rule.limit}.")
+    parts = [f"## {rule.code}\n\n{rule.stage.title}{severity}.", f"**{_with_code(rule.finds)}** {_with_code(rule.why)}"]
+    parts.append(f"*Limit:* {_with_code(rule.limit)}.")
     if rule.cure:
-        parts.append(f"*Cure:* {rule.cure}")
+        parts.append(f"*Cure:* {_with_code(rule.cure)}")
     if rule.blame == "integrator":
         parts.append("*In a scene* whose robot is stable alone, the Scene Integrator repairs it, not the Coder.")
     if rule.explains:
@@ -62,23 +67,28 @@ def rule_section(rule: Rule) -> str:
 
 def _example(example: Example) -> Iterator[str]:
     given = ", ".join(f"`{name}={value}`" for name, value in example.arguments.items())
-    failing, passing = ([pair[side] for pair in example.changes] for side in (1, 0))
-    yield f"Fails{f' with {given}' if given else ''}:\n\n{_xml(failing)}"
-    yield f"Passes:\n\n{_xml(passing)}"
+    fails, passes = _differing_lines(example.fails(EXAMPLE_ARM))
+    yield f"Fails{f' with {given}' if given else ''}:\n\n{fails}"
+    yield f"Passes:\n\n{passes}"
 
 
-def _xml(snippets: Iterable[str]) -> str:
-    """Snippets of MJCF as a block, without the indentation they share."""
-    lines = [line for snippet in snippets for line in (_dedented(snippet) or "<!-- nothing -->").splitlines()]
-    return "```xml\n" + "\n".join(lines) + "\n```"
+def _differing_lines(failing: str) -> tuple[str, str]:
+    """The lines in which a robot and the example arm differ, as two blocks; of many places the first."""
+    ours, theirs = ([line for line in text.splitlines() if line.strip()] for text in (failing, EXAMPLE_ARM))
+    places = [each for each in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes() if each[0] != "equal"]
+    blocks: tuple[list[str], list[str]] = ([], [])
+    for tag, *ends in places[:_MAX_PLACES]:
+        around = 1 if tag in ("insert", "delete") else 0  # a line on both sides shows where something is missing
+        for block, lines, first, last in zip(blocks, (ours, theirs), ends[::2], ends[1::2], strict=True):
+            block.append(dedent("\n".join(lines[max(0, first - around) : last + around])))
+    end = [""] if len(places) > _MAX_PLACES else []
+    fails, passes = (f"```xml\n{_GAP.join([*block, *end]).rstrip()}\n```" for block in blocks)
+    return fails, passes
 
 
-def _dedented(snippet: str) -> str:
-    lines = [line for line in snippet.splitlines() if line.strip()]
-    shared = min((len(line) - len(line.lstrip()) for line in lines[1:]), default=0)
-    own = min((len(line) - len(line.lstrip()) for line in lines), default=0)
-    first = [line.strip() for line in lines[:1]]
-    return "\n".join([*first, *(line[min(shared, own or shared) :] for line in lines[1:])])
+def _with_code(text: str) -> str:
+    """Text with its elements of MJCF as code, which Markdown would take for HTML."""
+    return re.sub(r"((?:<[a-z][^<>]*>)+)", r"`\1`", text)
 
 
 def _link(code: str) -> str:

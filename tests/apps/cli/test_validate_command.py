@@ -49,6 +49,18 @@ def test_a_file_that_is_not_there_is_a_mistake(files: Path, capsys: pytest.Captu
     assert "a file was expected" in capsys.readouterr().err
 
 
+def test_rules_are_selected_and_ignored_by_code(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("stiff.xml", "--ignore", "too_stiff", "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["stable"]
+    assert report["notes"] == ["did not look for too_stiff"]
+    assert run("stiff.xml", "good.xml", "--select", "too_stiff, no_sensors", "--json") == 1
+    reports = json.loads(capsys.readouterr().out)
+    assert [[fault["code"] for fault in report["faults"]] for report in reports] == [["too_stiff"], []]
+    assert run("stiff.xml", "--ignore", "to_stiff") == 2
+    assert capsys.readouterr().err == "aidsr: no such rule: to_stiff; did you mean too_stiff?\n"
+
+
 def test_realizability_is_told_apart_and_enforced_on_request(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("strong.xml") == 0
     said = capsys.readouterr().out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.errors import UserError
@@ -33,6 +33,10 @@ class Check:
     """Where the repaired text goes; None to check the text as it is."""
     page: Path | None = None
     """Where the page goes; None for none."""
+    select: tuple[str, ...] = ()
+    """Codes of the only rules to apply; none for all."""
+    ignore: tuple[str, ...] = ()
+    """Codes of rules not to apply."""
 
     def run(self, file: str) -> FileReport:
         """Check one file; a repaired text is written before it is validated.
@@ -57,10 +61,20 @@ class Check:
         return FileReport(**dict(report), file=file, repairs=repairs, fidelity=trust)
 
     def _validated(self, text: str | Path) -> ValidationReport:
-        return validate(text, mount=self.mount, needs_contact=self.needs_contact, realizable=self.realizable)
+        return validate(text, **self._options)
 
     def _traced(self, mjcf: str) -> Traced:
-        return traced(mjcf, mount=self.mount, needs_contact=self.needs_contact, realizable=self.realizable)
+        return traced(mjcf, **self._options)
+
+    @property
+    def _options(self) -> dict[str, Any]:
+        return {
+            "mount": self.mount,
+            "needs_contact": self.needs_contact,
+            "realizable": self.realizable,
+            "select": self.select,
+            "ignore": self.ignore,
+        }
 
 
 def _opened(text: str | Path) -> str:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 
 _Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+_Codes = Annotated[str, Parameter(show_default=False)]
 _Path = Annotated[Path | None, Parameter(show_default=False)]
 
 
@@ -23,6 +24,8 @@ def validate(
     realizable: _Flag = False,
     mount: Literal["auto", "fixed", "free"] = "auto",
     needs_contact: _Flag = False,
+    select: _Codes = "",
+    ignore: _Codes = "",
     fidelity: _Flag = False,
     repair: _Path = None,
     report: _Path = None,
@@ -40,6 +43,8 @@ def validate(
 
         aidsr validate robots/*.xml --realizable
 
+        aidsr validate robot.xml --ignore gravity_collapse,thin_wall
+
         cat robot.xml | aidsr validate - --mount free --json
 
     Parameters
@@ -54,6 +59,10 @@ def validate(
         How a robot alone is held: "fixed" to the world, "free" on a plane, or as its freejoint says.
     needs_contact
         Whether the robot's job can only be done by touching something.
+    select
+        Codes of the only rules to apply, with commas between; `aidsr rules` lists them.
+    ignore
+        Codes of rules not to apply.
     fidelity
         Also say how far the simulation can be trusted: each limb against exact elastic rods, twice the segments and
         half the time step.
@@ -88,8 +97,12 @@ def validate(
             refuse_to_overwrite(path, option=option)
     if repair is not None and report is not None and repair.resolve() == report.resolve():
         raise UserError(f"--repair and --report write a file each, and both name {repair}; name two")
-    check = Check(mount, needs_contact, realizable, fidelity, repair, report)
+    check = Check(mount, needs_contact, realizable, fidelity, repair, report, _codes(select), _codes(ignore))
     return _said(check, files, as_json=json)
+
+
+def _codes(text: str) -> tuple[str, ...]:
+    return tuple(code.strip() for code in text.split(",") if code.strip())
 
 
 def _said(check: Check, files: tuple[str, ...], *, as_json: bool) -> int:

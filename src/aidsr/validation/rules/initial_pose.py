@@ -72,7 +72,7 @@ def _find_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
 
 INITIAL_PENETRATION = Rule(
     code="initial_penetration",
-    stage=Stage.DRAWN_POSE,
+    stage=Stage.INITIAL_POSE,
     finds="A part of the robot overlaps another, or something around it, in the drawn pose.",
     why="Contacts push overlapping parts out of each other with forces that no actuator has: the robot springs, "
     "shakes or "
@@ -180,7 +180,7 @@ def _find_violated_tendon_limits(robot: RobotUnderTest) -> Iterator[Fault]:
 
 TENDON_LIMIT_VIOLATED = Rule(
     code="tendon_limit_violated",
-    stage=Stage.DRAWN_POSE,
+    stage=Stage.INITIAL_POSE,
     finds="A tendon with a range is outside it in the drawn pose.",
     why="The limit pulls or pushes with whatever force it takes from the first time step on, and drags the robot "
     "along.",
@@ -226,7 +226,7 @@ def _can_touch(model: mujoco.MjModel, geom: int, others: list[int]) -> bool:
 
 CONTACT_DISABLED = Rule(
     code="contact_disabled",
-    stage=Stage.DRAWN_POSE,
+    stage=Stage.INITIAL_POSE,
     finds="No moving geom of a robot that is free, or whose task needs touch, can touch anything around it.",
     why="It falls through the ground, or through what it shall hold.",
     limit="moving geoms that can touch anything, where the robot is free or `needs_contact`: at least 1",

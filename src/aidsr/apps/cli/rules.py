@@ -1,0 +1,43 @@
+"""`aidsr rules`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
+    """List the rules of the validator, or say all about some.
+
+        aidsr rules
+
+        aidsr rules chatter
+
+    Parameters
+    ----------
+    codes
+        Codes of faults, as in a report.
+    page
+        Print all that is known about the built-in rules, as Markdown.
+    """
+    import sys
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from aidsr.validation.registry import all_rules, builtin_rules, require_rule
+    from aidsr.validation.rules_page import rule_section, rules_page
+
+    if page:
+        sys.stdout.write(rules_page(builtin_rules()))
+    elif codes:
+        sys.stdout.write("\n".join(rule_section(require_rule(code)) for code in codes))
+    else:
+        table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+        for title in ("code", "stage", "finds"):
+            table.add_column(title, overflow="fold", vertical="top")
+        for rule in all_rules():
+            table.add_row(f"[bold]{rule.code}[/]", rule.stage.title, rule.finds)
+        Console().print(table)
+    return 0
