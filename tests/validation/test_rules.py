@@ -10,6 +10,7 @@ import pytest
 import aidsr
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import UserError
+from aidsr.fixes import FIXES
 from aidsr.validation import validate
 from aidsr.validation.registry import builtin_rules, find_rule, is_explained, select_rules, without_consequences
 from aidsr.validation.rule import Rule, Stage
@@ -55,6 +56,10 @@ def test_every_fault_of_a_document_has_a_rule() -> None:
 def test_consequences_exist_and_are_no_causes_of_themselves() -> None:
     assert {code for rule in RULES for code in rule.explains} <= set(CODES)
     assert not [rule.code for rule in RULES if rule.code in rule.explains]
+
+
+def test_every_fix_cures_a_fault_that_a_rule_finds() -> None:
+    assert {code for fix in FIXES for code in fix.cures} <= set(CODES)
 
 
 def test_rules_are_applied_stage_by_stage_and_after_their_causes() -> None:

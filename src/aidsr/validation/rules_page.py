@@ -12,6 +12,7 @@ from itertools import groupby
 from pathlib import Path
 from textwrap import dedent
 
+from aidsr.fixes import FIXES
 from aidsr.validation.rule import Example, Rule
 
 EXAMPLE_ARM = (Path(__file__).parent / "examples" / "arm.xml").read_text(encoding="utf-8")
@@ -56,6 +57,8 @@ def rule_section(rule: Rule) -> str:
     parts.append(f"*Limit:* {_with_code(rule.limit)}.")
     if rule.cure:
         parts.append(f"*Cure:* {_with_code(rule.cure)}")
+    if fixes := [f"`{fix.name}`{' (safe)' if fix.safe else ''}" for fix in FIXES if rule.code in fix.cures]:
+        parts.append(f"*[Fixed by code](validation.md#automatic-fixes):* {', '.join(fixes)}.")
     if rule.blame == "integrator":
         parts.append("*In a scene* whose robot is stable alone, the Scene Integrator repairs it, not the Coder.")
     if rule.explains:
