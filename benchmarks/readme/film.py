@@ -17,8 +17,8 @@ from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
 from aidsr.core.artifacts import Concept, Evaluation
-from aidsr.render.camera import View
 from aidsr.render.pictures import filmstrip
+from aidsr.render.view import View
 from aidsr.runs import Run
 
 _DRAWN = (1040, 1000)

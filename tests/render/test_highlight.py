@@ -1,4 +1,4 @@
-"""Lit parts of a staged model are red, the rest of the robot fades."""
+"""Lit parts of a compile_for_display model are red, the rest of the robot fades."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import mujoco
 import pytest
 
 from aidsr.mjcf.compile import parse_mjcf
-from aidsr.render.highlight import light_up
-from aidsr.render.stage import staged
+from aidsr.render.highlight import highlight
+from aidsr.render.stage import compile_for_display
 
 ROBOT = """
 <mujoco>
@@ -26,8 +26,8 @@ ROBOT = """
 
 def lit(*names: str) -> tuple[set[str], bool, float]:
     """Geoms in red, whether the tendon is, and the opacity of the base."""
-    model = staged(parse_mjcf(ROBOT))
-    light_up(model, names)
+    model = compile_for_display(parse_mjcf(ROBOT))
+    highlight(model, names)
     red = {geom for geom in ("base", "skin") if _is_red(model.geom_rgba[model.geom(geom).id])}
     return red, _is_red(model.tendon_rgba[0]), float(model.geom_rgba[model.geom("base").id, 3])
 
@@ -49,7 +49,7 @@ def test_a_tendon_is_seen_through_what_is_around_it(name: str) -> None:
 
 
 def test_where_nothing_bears_a_name_nothing_changes() -> None:
-    plain, other = staged(parse_mjcf(ROBOT)), staged(parse_mjcf(ROBOT))
-    light_up(other, ["nothing", "world"])
+    plain, other = compile_for_display(parse_mjcf(ROBOT)), compile_for_display(parse_mjcf(ROBOT))
+    highlight(other, ["nothing", "world"])
     assert (plain.geom_rgba == other.geom_rgba).all()
     assert mujoco.mj_sizeModel(plain) == mujoco.mj_sizeModel(other)

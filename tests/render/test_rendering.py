@@ -16,8 +16,8 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, parse_mjcf
 from aidsr.render import pictures as rendering
 from aidsr.render import viewer as viewing
-from aidsr.render.camera import frame
-from aidsr.render.stage import staged
+from aidsr.render.camera import frame_robot
+from aidsr.render.stage import compile_for_display
 from aidsr.render.view import View
 
 RED = '<geom name="red" type="capsule" fromto="0 0 0 0 0 0.3" size="0.02" rgba="1 0 0 1"/>'
@@ -97,7 +97,7 @@ def test_a_place_can_be_seen_from_where_its_author_looks() -> None:
         """<mujoco><visual><global azimuth="70" elevation="-28"/></visual><statistic center="1 2 3" extent="0.5"/>
         <worldbody><geom size="0.1"/></worldbody></mujoco>"""
     )
-    camera = frame(model, [mujoco.MjData(model)], View(authored=True))
+    camera = frame_robot(model, [mujoco.MjData(model)], View(authored=True))
     assert (camera.azimuth, camera.elevation) == (70, -28)
     assert list(camera.lookat) == [1, 2, 3]
 
@@ -106,8 +106,8 @@ def test_a_view_asked_for_is_the_view_that_is_taken() -> None:
     model = compile_mjcf(scene())
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    camera = frame(model, [data], View(azimuth_deg=10, elevation_deg=-80))
-    nearer = frame(model, [data], View(azimuth_deg=10, elevation_deg=-80, closeness=2))
+    camera = frame_robot(model, [data], View(azimuth_deg=10, elevation_deg=-80))
+    nearer = frame_robot(model, [data], View(azimuth_deg=10, elevation_deg=-80, closeness=2))
     assert (camera.azimuth, camera.elevation) == (10, -80)
     assert nearer.distance == pytest.approx(camera.distance / 2)
 
@@ -116,7 +116,7 @@ def camera_of(mjcf: str) -> mujoco.MjvCamera:
     model = compile_mjcf(mjcf)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    return frame(model, [data], View())
+    return frame_robot(model, [data], View())
 
 
 def test_surroundings_that_move_are_wanted_in_the_picture() -> None:
@@ -130,7 +130,7 @@ def test_staging_colours_what_has_no_colour_and_nothing_else() -> None:
     plain = (
         '<body name="robot/b"><joint/><geom name="plain" size="0.1"/></body><geom name="box" type="box" size="1 1 1"/>'
     )
-    model = staged(parse_mjcf(scene(plain)))
+    model = compile_for_display(parse_mjcf(scene(plain)))
     assert np.allclose(model.geom("red").rgba, [1, 0, 0, 1])
     assert not np.allclose(model.geom("plain").rgba, 0.5)
     assert not np.allclose(model.geom("plain").rgba, model.geom("box").rgba)
@@ -140,13 +140,13 @@ def test_staging_leaves_an_authors_names_to_their_author() -> None:
     flat = '<texture name="{}" type="2d" builtin="flat" width="8" height="8"/>'
     textures = flat.format("aidsr_floor") + flat.format("aidsr_sky")
     assets = f'<asset>{textures}<material name="aidsr_floor" rgba="1 0 0 1"/></asset>'
-    model = staged(parse_mjcf(scene().replace("<worldbody>", f"{assets}<worldbody>")))
+    model = compile_for_display(parse_mjcf(scene().replace("<worldbody>", f"{assets}<worldbody>")))
     assert np.allclose(model.material("aidsr_floor").rgba, [1, 0, 0, 1])
     assert model.geom_matid[0] == model.material("aidsr_floor_").id
 
 
 def test_staging_changes_nothing_that_moves() -> None:
-    before, after = compile_mjcf(scene()), staged(parse_mjcf(scene()))
+    before, after = compile_mjcf(scene()), compile_for_display(parse_mjcf(scene()))
     for name in ("body_mass", "body_inertia", "geom_size", "geom_friction", "qpos0", "opt.timestep"):
         first, *rest = name.split(".")
         one, other = getattr(before, first), getattr(after, first)

@@ -13,7 +13,7 @@ from PIL import Image
 
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.render import pictures as rendering
-from aidsr.render.tracking_camera import Travel, travelled
+from aidsr.render.tracking_camera import Travel, track_robot
 from aidsr.render.view import View
 
 SCENE = """<mujoco><worldbody>
@@ -38,7 +38,7 @@ def reddish(picture: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 def travel(mjcf: str, positions: NDArray[np.float64]) -> Travel | None:
     model = compile_mjcf(mjcf)
-    return travelled(model, mujoco.MjData(model), positions)
+    return track_robot(model, mujoco.MjData(model), positions)
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +50,11 @@ def crawler() -> str:
 def test_it_looks_ahead_of_a_robot_that_travels_and_knows_its_way(crawler: str) -> None:
     found = travel(crawler, way(2.0))
     assert found is not None
-    np.testing.assert_allclose(found.way_m, np.linspace(0, 2, FRAMES), atol=0.02)
-    ahead = found.looked_at_m[:, 0] - way(2.0)[:, 0]
+    np.testing.assert_allclose(found.distance_m, np.linspace(0, 2, FRAMES), atol=0.02)
+    ahead = found.lookat_m[:, 0] - way(2.0)[:, 0]
     assert ahead.min() > 0.3 * found.radius_m
     assert ahead.max() < found.radius_m
-    np.testing.assert_allclose(found.looked_at_m[:, 1:], [[0, 0.05]] * FRAMES, atol=1e-9)
+    np.testing.assert_allclose(found.lookat_m[:, 1:], [[0, 0.05]] * FRAMES, atol=1e-9)
 
 
 def test_it_does_not_follow_what_cannot_be_seen(crawler: str) -> None:

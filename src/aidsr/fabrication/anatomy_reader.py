@@ -15,7 +15,7 @@ from aidsr.fabrication.anatomy import Anatomy, Cable, Guide, Joint, Part, Shape,
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import name_of
-from aidsr.sim.tendon_effects import pull_of
+from aidsr.sim.tendon_effects import unit_pull
 
 _OBJ = mujoco.mjtObj
 _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -213,7 +213,7 @@ class _Reader:
         model, data = self.model, self.data
         wraps = tendon_wraps(model, tendon)
         sites = [site for kind, site in wraps if kind == WRAP_SITE]
-        pull = pull_of(model, data, tendon)
+        pull = unit_pull(model, data, tendon)
         dofs = {self._name("JOINT", int(model.dof_jntid[dof])): float(pull[dof]) for dof in np.flatnonzero(pull)}
         return Cable(
             tendon=self._name("TENDON", tendon),

@@ -15,7 +15,7 @@ from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.schema import Change
 from aidsr.mjcf.compile import parse_mjcf
 from aidsr.sandbox.isolated import isolated
-from aidsr.sim.strip_scenery import settle_inertias
+from aidsr.sim.strip_scenery import write_out_inertias
 from aidsr.sim.structure import name_of
 
 _NOTICED = 0.01
@@ -228,7 +228,7 @@ def rewrite(
 ) -> str:
     """Return a robot with masses, joints and shapes as built; the work of `as_built` in an isolated process."""
     spec = parse_mjcf(mjcf)
-    settle_inertias(spec)
+    write_out_inertias(spec)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

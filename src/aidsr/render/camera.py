@@ -1,4 +1,4 @@
-"""Where to put the camera so that a robot is seen whole, with what stands around it and nothing in front of it."""
+"""Cameras that show a whole robot with its surroundings, and nothing in front of it."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Array = NDArray[np.float64]
 
 _FOVY_DEG = 35.0  # our choice: MuJoCo's 45 degrees makes near parts look large
 _MARGIN = 1.08
-_SURROUNDINGS = 3.0  # environment within this many radii of the robot is wanted in the picture
+_SURROUNDINGS_RADII = 3.0  # environment within this many radii of the robot is wanted in the picture
 _MAX_WIDENING = 1.6  # and may make the framed region this much larger than the robot
 _AZIMUTHS_DEG = (125.0, 55.0, 90.0, 235.0, 305.0, 0.0, 180.0)  # in order of preference
 _ELEVATIONS_DEG = (-18.0, -40.0, -65.0)
-_SHADOWED = 3.0  # radii around the centre in which shadows are sharp
-_RELUCTANCE = 0.02  # share of sight that a direction must gain over the one preferred to it
-_LOOKED_AT = 60  # geoms at most whose sight is tested
+_SHADOW_RADII = 3.0  # radii around the centre in which shadows are sharp
+_PREFERENCE = 0.02  # share of visible geoms that a direction must gain over the one preferred to it
+_MAX_TESTED_GEOMS = 60  # geoms at most whose visibility is tested
 
 
-def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) -> mujoco.MjvCamera:
+def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) -> mujoco.MjvCamera:
     """Return a camera that shows the robot in all of these states.
 
     Also sets the model's field of view and clipping planes to suit.
@@ -46,22 +46,22 @@ def frame(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: View) ->
         of_robot.append(robot_corners(model, data))
         of_others.append(_corners(model, data, around))
     if data is None:
-        raise ValueError("expected at least one state to look at, found none")
+        raise ValueError("no state to show: give at least one")
     centre, radius = _region(np.concatenate(of_robot), np.concatenate(of_others))
-    model.vis.map.shadowclip = min(model.vis.map.shadowclip, _SHADOWED * radius / model.stat.extent)
+    model.vis.map.shadowclip = min(model.vis.map.shadowclip, _SHADOW_RADII * radius / model.stat.extent)
     return aim(model, data, centre, radius, view)
 
 
 def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float, view: View) -> mujoco.MjvCamera:
-    """Return a camera that shows a ball in the world, from the side from which most of what is in it is in sight.
+    """Return a camera that shows a sphere in the world, from the side from which most of what is in it is visible.
 
     Also sets the model's field of view and clipping planes to suit.
 
     Args:
         model: The compiled model.
         data: The state that decides from which side to look.
-        centre: Of the ball, (3,) [m].
-        radius: Of the ball [m].
+        centre: Of the sphere, (3,) [m].
+        radius: Of the sphere [m].
         view: What is asked for.
     """
     model.vis.global_.fovy = _FOVY_DEG
@@ -81,8 +81,8 @@ def robot_corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return _corners(model, data, _robot_geoms(model))
 
 
-def ball(points: Array) -> tuple[Array, float]:
-    """Return centre and radius [m] of a ball around points, (n, 3)."""
+def bounding_sphere(points: Array) -> tuple[Array, float]:
+    """Return centre and radius [m] of a sphere around points, (n, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     centre = (low + high) / 2
     return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-3)
@@ -125,12 +125,12 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Ar
 
 
 def _region(robot: Array, others: Array) -> tuple[Array, float]:
-    """Return centre and radius [m] of what shall be seen."""
+    """Return centre and radius [m] of the region to show."""
     if not len(robot):
         return np.zeros(3), 0.5
-    centre, radius = ball(robot)
-    near = others[np.linalg.norm(others - centre, axis=1) < _SURROUNDINGS * radius]
-    wide_centre, wide_radius = ball(np.concatenate([robot, near]))
+    centre, radius = bounding_sphere(robot)
+    near = others[np.linalg.norm(others - centre, axis=1) < _SURROUNDINGS_RADII * radius]
+    wide_centre, wide_radius = bounding_sphere(np.concatenate([robot, near]))
     if wide_radius <= _MAX_WIDENING * radius:
         return wide_centre, wide_radius
     return (centre + wide_centre) / 2, _MAX_WIDENING * radius
@@ -139,19 +139,19 @@ def _region(robot: Array, others: Array) -> tuple[Array, float]:
 def _direction(
     model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, near: list[int], view: View
 ) -> tuple[float, float]:
-    """Return azimuth and elevation [deg] from which most is in sight; between equals, the preferred."""
+    """Return azimuth and elevation [deg] from which most is visible; between equals, the preferred."""
     azimuths = _AZIMUTHS_DEG if view.azimuth_deg is None else (view.azimuth_deg,)
     elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
     directions = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
     robot = _robot_geoms(model)
     merits = [
-        _in_sight(model, data, _eye(camera, *direction), robot, near) - rank * _RELUCTANCE
+        _visible_share(model, data, _camera_position(camera, *direction), robot, near) - rank * _PREFERENCE
         for rank, direction in enumerate(directions)
     ]
     return directions[int(np.argmax(merits))]
 
 
-def _eye(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> Array:
+def _camera_position(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> Array:
     azimuth, elevation = np.deg2rad([azimuth_deg, elevation_deg])
     level = np.cos(elevation)
     forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
@@ -159,14 +159,14 @@ def _eye(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> 
     return eye
 
 
-def _in_sight(model: mujoco.MjModel, data: mujoco.MjData, eye: Array, robot: list[int], near: list[int]) -> float:
+def _visible_share(model: mujoco.MjModel, data: mujoco.MjData, eye: Array, robot: list[int], near: list[int]) -> float:
     """Return the share of geoms that are in sight.
 
     What hides a part of the robot must be of the robot itself; before what is near it, another of both may stand.
     """
     hit = np.zeros(1, np.int32)
     geoms = [*robot, *near]
-    looked_at = geoms[:: 1 + len(geoms) // _LOOKED_AT]
+    looked_at = geoms[:: 1 + len(geoms) // _MAX_TESTED_GEOMS]
     of_robot, of_both = set(robot), set(geoms)
     seen = 0
     for geom in looked_at:

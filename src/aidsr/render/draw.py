@@ -1,4 +1,4 @@
-"""The worker's side of `aidsr.render.pictures`: load, move, draw, encode."""
+"""What `aidsr.render.pictures` does in its worker: load, simulate, draw, encode."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from aidsr.mjcf.compile import load_mjcf, parse_mjcf
 from aidsr.render import raycasting
-from aidsr.render.camera import frame
-from aidsr.render.highlight import light_up
+from aidsr.render.camera import frame_robot
+from aidsr.render.highlight import highlight
 from aidsr.render.opengl import Canvas, NoOpenGLError
-from aidsr.render.stage import staged
-from aidsr.render.tracking_camera import travelled
+from aidsr.render.stage import compile_for_display
+from aidsr.render.tracking_camera import track_robot
 from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
 
@@ -47,13 +47,13 @@ class Motion:
             raise ValueError("found both qpos to show and ctrl to simulate; give one of them")
 
 
-def draw_picture(mjcf: str, width: int, height: int, view: View, lit: Sequence[str]) -> bytes:
+def draw_picture(mjcf: str, width: int, height: int, view: View, highlighted: Sequence[str]) -> bytes:
     """Return a model in its initial state as PNG."""
-    model = staged(parse_mjcf(mjcf))
-    light_up(model, lit)
+    model = compile_for_display(parse_mjcf(mjcf))
+    highlight(model, highlighted)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    camera = frame(model, [data], view)
+    camera = frame_robot(model, [data], view)
     try:
         with Canvas(model, width, height) as canvas:
             pixels = canvas.draw(data, camera, shadows=True)
@@ -67,7 +67,7 @@ def draw_filmstrip(mjcf: str, motion: Motion, count: int, width: int, height: in
     loaded = load_mjcf(mjcf)
     positions = _positions(loaded.model, motion)
     chosen = np.linspace(0, len(positions) - 1, count).round().astype(int)
-    model = staged(loaded.spec)
+    model = compile_for_display(loaded.spec)
     film = _Film(model, positions, chosen, motion.frames_per_s, view)
     try:
         with Canvas(model, width, height) as canvas:
@@ -81,7 +81,7 @@ def draw_video(mjcf: str, motion: Motion, width: int, height: int, view: View) -
     """Return a motion as MP4, or None without OpenGL."""
     loaded = load_mjcf(mjcf)
     positions = _positions(loaded.model, motion)
-    model = staged(loaded.spec)
+    model = compile_for_display(loaded.spec)
     film = _Film(model, positions, np.arange(len(positions)), motion.frames_per_s, view)
     try:
         with Canvas(model, width, height) as canvas:
@@ -92,7 +92,7 @@ def draw_video(mjcf: str, motion: Motion, width: int, height: int, view: View) -
 
 
 class _Film:
-    """Frames of a motion, and the camera that shows them: it stands still, or goes along with a robot that travels.
+    """Frames of a motion, and the camera that shows them: it stands still, or follows a robot that travels.
 
     Args:
         model: The compiled model; what a camera needs of it is set here, before a canvas is made.
@@ -114,18 +114,18 @@ class _Film:
         self._positions, self._chosen = positions, chosen
         self._frames_per_s = frames_per_s
         some = positions[chosen[:: max(1, len(chosen) // _FRAMED_STATES)]]
-        self._travel = travelled(model, self._data, positions)
-        self._camera = self._travel.camera(view) if self._travel else frame(model, self._states(some), view)
+        self._travel = track_robot(model, self._data, positions)
+        self._camera = self._travel.camera(view) if self._travel else frame_robot(model, self._states(some), view)
 
     def pictures(self, draw: Callable[[mujoco.MjData, mujoco.MjvCamera], _Pixels]) -> Iterator[_Pixels]:
-        """Yield the chosen frames; where the camera goes along, the time and the robot's way stand in them."""
+        """Yield the chosen frames; where the camera follows, with the time and the robot's distance from its start."""
         for number, data in zip(self._chosen, self._states(self._positions[self._chosen]), strict=True):
             if self._travel is None:
                 yield draw(data, self._camera)
             else:
-                self._camera.lookat[:] = self._travel.looked_at_m[number]
-                caption = f"{number / self._frames_per_s:.1f} s, {self._travel.way_m[number]:.2f} m"
-                yield _written_on(draw(data, self._camera), caption)
+                self._camera.lookat[:] = self._travel.lookat_m[number]
+                caption = f"{number / self._frames_per_s:.1f} s, {self._travel.distance_m[number]:.2f} m"
+                yield _draw_caption(draw(data, self._camera), caption)
 
     def _states(self, positions: _Positions) -> Iterator[mujoco.MjData]:
         for qpos in positions:
@@ -149,13 +149,13 @@ def _positions(model: mujoco.MjModel, motion: Motion) -> _Positions:
     if motion.qpos is not None:
         positions = np.array(motion.qpos, float)
     else:
-        ctrl = np.array(motion.ctrl, float) if motion.ctrl is not None else _swing(model, motion)
-        positions = _simulated(model, ctrl, motion.frames_per_s)
+        ctrl = np.array(motion.ctrl, float) if motion.ctrl is not None else _swing_controls(model, motion)
+        positions = _simulate(model, ctrl, motion.frames_per_s)
     broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     return positions[: broken[0]] if broken.size else positions
 
 
-def _swing(model: mujoco.MjModel, motion: Motion) -> NDArray[np.float64]:
+def _swing_controls(model: mujoco.MjModel, motion: Motion) -> NDArray[np.float64]:
     """Return controls that swing each actuator of the robot, a little behind the one before; the rest hold still."""
     times = np.arange(round(motion.seconds * motion.frames_per_s)) / motion.frames_per_s
     limited = model.actuator_ctrllimited.astype(bool)
@@ -170,7 +170,7 @@ def _swing(model: mujoco.MjModel, motion: Motion) -> NDArray[np.float64]:
     return swing
 
 
-def _simulated(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: float) -> NDArray[np.float64]:
+def _simulate(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: float) -> NDArray[np.float64]:
     data = mujoco.MjData(model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     positions = [data.qpos.copy()]
@@ -182,7 +182,7 @@ def _simulated(model: mujoco.MjModel, ctrl: NDArray[np.float64], frames_per_s: f
     return np.array(positions)
 
 
-def _written_on(pixels: _Pixels, caption: str) -> _Pixels:
+def _draw_caption(pixels: _Pixels, caption: str) -> _Pixels:
     """Return a picture with a line of text in its lower left corner."""
     picture = Image.fromarray(pixels)
     size = picture.height / 12  # our choice: still read in a strip of small pictures

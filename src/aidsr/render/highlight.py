@@ -1,4 +1,4 @@
-"""Parts of a staged model lit, the rest of the robot faded, so that a picture shows where something is wrong."""
+"""Parts of a model in red and the rest of the robot faded, so that a picture shows where something is wrong."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import numpy as np
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.structure import name_of
 
-__all__ = ["light_up"]
-
 _LIT = np.array([0.89, 0.20, 0.11])
 _FADED = np.array([0.66, 0.69, 0.70])
 _FADING = 0.75
-"""How far the rest of the robot goes towards grey."""
+"""Share of grey in the rest of the robot."""
 _LIT_WIDTH = 2.0
 _SEEN_THROUGH = 0.3
 """Opacity of faded parts around a lit tendon, most of which run inside. Ray casting knows no opacity."""
@@ -25,7 +23,7 @@ _OF_A_BODY = ("joint of ", "geom of ")
 """How a part without a name is called after its body."""
 
 
-def light_up(model: mujoco.MjModel, names: Collection[str]) -> None:
+def highlight(model: mujoco.MjModel, names: Collection[str]) -> None:
     """Colour the robot's parts that bear one of some names, or the tendons and joints that such actuators pull.
 
     A body is lit with its own geoms. Where nothing bears a name, nothing changes.

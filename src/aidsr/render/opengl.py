@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from aidsr.sandbox.environment import GL_WANTED
 
-__all__ = ["Canvas", "NoOpenGLError"]
-
 _MAX_GEOMS = 20_000
 _OFF = ("disable", "disabled", "off", "false", "0")
 

@@ -29,7 +29,7 @@ Frames = Annotated[Sequence[Sequence[float]], PlainSerializer(_rows)]
 
 @isolated(limits=_PICTURE_LIMITS)
 def picture(
-    mjcf: str, *, width: int = 640, height: int = 480, view: View | None = None, lit: Sequence[str] = ()
+    mjcf: str, *, width: int = 640, height: int = 480, view: View | None = None, highlighted: Sequence[str] = ()
 ) -> bytes:
     """Return a PNG picture of a robot or scene in its initial state.
 
@@ -40,7 +40,8 @@ def picture(
         width: Columns [px].
         height: Rows [px].
         view: From where to look; chosen when not given.
-        lit: Names of bodies, joints, geoms, tendons and actuators to show in red while the rest of the robot fades.
+        highlighted: Names of bodies, joints, geoms, tendons and actuators to show in red, with the rest of the robot
+            faded.
 
     Raises:
         MjcfError: The text cannot be loaded.
@@ -48,7 +49,7 @@ def picture(
     """
     from aidsr.render.draw import draw_picture
 
-    return draw_picture(mjcf, width, height, view or View(), lit)
+    return draw_picture(mjcf, width, height, view or View(), highlighted)
 
 
 @isolated(limits=_PICTURE_LIMITS)
@@ -87,7 +88,7 @@ def video(
 ) -> bytes | None:
     """Return a motion as MP4 (H.264), or None where there is no OpenGL.
 
-    The camera goes along with a free robot that travels; the time and the way from its start stand in the picture.
+    The camera follows a free robot that travels; the picture shows the time and the distance from its start.
 
     Args:
         mjcf: Robot or scene.

@@ -10,8 +10,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["draw"]
-
 _Array = NDArray[np.float64]
 _SKY_TOP, _SKY_BOTTOM = np.array([0.80, 0.87, 0.95]), np.array([0.97, 0.98, 0.99])
 _VISIBLE_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)  # what MuJoCo's viewer shows when it opens

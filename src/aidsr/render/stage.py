@@ -1,4 +1,4 @@
-"""A model dressed to be looked at: light, sky, a floor with a scale on it, colours where the author gave none."""
+"""A model prepared for display: light, sky, a floor with a scale, colours where the author gave none."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ import numpy as np
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.placement import unused_name
 
-__all__ = ["FLOOR_SQUARE_M", "staged"]
-
 FLOOR_SQUARE_M = 0.1
 """Side of the squares on a floor, so that a picture shows how large things are."""
 
 _PLAIN = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour for what was given none. Source: MuJoCo XML reference, body/geom/rgba."""
+"""MuJoCo's colour where none was given. Source: MuJoCo XML reference, body/geom/rgba."""
 _BASE, _TIP = np.array([0.14, 0.31, 0.55]), np.array([0.38, 0.72, 0.80])
 _SURROUNDINGS = np.array([0.80, 0.77, 0.71])
 _TENDON = np.array([0.86, 0.33, 0.10])
@@ -24,8 +22,8 @@ _SKY = "aidsr_sky"
 _FLOOR = "aidsr_floor"
 
 
-def staged(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Return the specification compiled for looking at; it is changed on the way and moves as before."""
+def compile_for_display(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Return the specification compiled for display; it is changed in place, its physics is not."""
     _give_sky_and_floor(spec)
     _give_light(spec)
     model = spec.compile()

@@ -1,4 +1,4 @@
-"""A camera that goes along with a robot which travels, near enough to see how it does that."""
+"""A camera that follows a robot which travels, near enough to see how it moves."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from aidsr.render.camera import Array, aim, ball, robot_corners
+from aidsr.render.camera import Array, aim, bounding_sphere, robot_corners
 from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
-
-__all__ = ["Travel", "travelled"]
 
 _STATES = 25
 """Moments at which the robot is looked for; between them the camera moves evenly. Our choice: it does not shake."""
@@ -30,23 +28,23 @@ class Travel:
     Attributes:
         model: The compiled model.
         data: Its state at the end of the way.
-        looked_at_m: Where to look in each frame, (n_frames, 3).
-        way_m: How far the robot's middle is from where it began, seen from above, (n_frames,).
-        radius_m: Of a ball around the robot in any of its poses.
+        lookat_m: Where to look in each frame, (n_frames, 3).
+        distance_m: How far the robot's middle is from where it began, seen from above, (n_frames,).
+        radius_m: Of a sphere around the robot in any of its poses.
     """
 
     model: mujoco.MjModel
     data: mujoco.MjData
-    looked_at_m: Array
-    way_m: Array
+    lookat_m: Array
+    distance_m: Array
     radius_m: float
 
     def camera(self, view: View) -> mujoco.MjvCamera:
         """Return a camera at the end of the way; it is for the caller to move it to where it looks in each frame."""
-        return aim(self.model, self.data, self.looked_at_m[-1], _ROOM * self.radius_m, view)
+        return aim(self.model, self.data, self.lookat_m[-1], _ROOM * self.radius_m, view)
 
 
-def travelled(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> Travel | None:
+def track_robot(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> Travel | None:
     """Return the way of a robot, None where it is not free, stays where it is or cannot be seen.
 
     Args:
@@ -66,13 +64,13 @@ def travelled(model: mujoco.MjModel, data: mujoco.MjData, positions: Array) -> T
         corners = robot_corners(model, data)
         if not len(corners):
             return None
-        found.append(ball(corners))
+        found.append(bounding_sphere(corners))
     middles, radius = np.array([middle for middle, _ in found]), max(radius for _, radius in found)
     every = np.arange(len(positions))
     middle_m = np.column_stack([np.interp(every, numbers, column) for column in middles.T])
     level = middle_m[:, :2] - middle_m[0, :2]
-    way_m = np.linalg.norm(level, axis=1)
-    if way_m.max() < _TRAVELS * radius:
+    distance_m = np.linalg.norm(level, axis=1)
+    if distance_m.max() < _TRAVELS * radius:
         return None
-    ahead = np.append(level[-1] / max(way_m[-1], 1e-9), 0.0)
-    return Travel(model, data, middle_m + _AHEAD * radius * ahead, way_m, radius)
+    ahead = np.append(level[-1] / max(distance_m[-1], 1e-9), 0.0)
+    return Travel(model, data, middle_m + _AHEAD * radius * ahead, distance_m, radius)

@@ -35,7 +35,7 @@ def view(mjcf: str, picture: Path) -> Path | None:
         try:
             picture.write_bytes(drawn)
         except OSError as error:
-            raise UserError(f"Expected a place to write to, could not write {picture}: {error.strerror}.") from error
+            raise UserError(f"cannot write {picture}: {error.strerror}") from error
         return picture
     checked = checked_document(mjcf)
     with tempfile.TemporaryDirectory(prefix="aidsr-view-") as folder:

@@ -17,8 +17,6 @@ import numpy as np
 
 from aidsr.sim.unit_scaling import Coordinate, Units
 
-__all__ = ["actuator_coordinate", "has_scaling_rule", "scale_actuator"]
-
 _TRN, _GAIN, _BIAS, _DYN = mujoco.mjtTrn, mujoco.mjtGain, mujoco.mjtBias, mujoco.mjtDyn
 _GAINS = (_GAIN.mjGAIN_FIXED, _GAIN.mjGAIN_AFFINE, _GAIN.mjGAIN_MUSCLE)
 _BIASES = (_BIAS.mjBIAS_NONE, _BIAS.mjBIAS_AFFINE, _BIAS.mjBIAS_MUSCLE)

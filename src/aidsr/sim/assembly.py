@@ -25,14 +25,14 @@ from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_func
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.placement import (
     attach_robot,
+    check_environment,
     exclude_mount_contacts,
     mount_names,
     mount_pose,
-    refuse_unfit,
     unused_name,
 )
 from aidsr.sim.scaling import scale_robot
-from aidsr.sim.strip_scenery import settle_inertias, strip_scenery
+from aidsr.sim.strip_scenery import strip_scenery, write_out_inertias
 from aidsr.sim.task_sensors import TaskSensor, add_task_sensors, measured_parts
 
 _SITE_RADIUS_M = 0.003
@@ -89,7 +89,7 @@ def _assemble(
 ) -> tuple[str, list[str]]:
     """Return the scene's MJCF and one sentence for each change made on the way."""
     loaded = load_mjcf(environment)
-    refuse_unfit(loaded)
+    check_environment(loaded)
     scene = loaded.spec
     _prepare(scene, loaded.document.root)
     stage = _compile(scene, "the environment")
@@ -124,7 +124,7 @@ def _prepare(spec: mujoco.MjSpec, document: Element) -> list[Any]:
     # Where limits must be switched on explicitly they are, so this changes nothing but what may be left out.
     spec.compiler.autolimits = True
     spec.compiler.discardvisual = spec.compiler.fusestatic = False
-    settle_inertias(spec)
+    write_out_inertias(spec)
     return classes
 
 

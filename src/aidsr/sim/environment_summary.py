@@ -10,7 +10,7 @@ import numpy as np
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, GeomSummary, MountSummary, SiteSummary, Vec3
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
-from aidsr.sim.placement import mount_names, refuse_unfit
+from aidsr.sim.placement import check_environment, mount_names
 
 _JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
 _SIZES = {
@@ -38,7 +38,7 @@ def summarize_environment(environment: str, *, may_hold_robot: bool = False) -> 
     """
     loaded = load_mjcf(environment)
     if not may_hold_robot:
-        refuse_unfit(loaded)
+        check_environment(loaded)
     model = loaded.model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

@@ -1,4 +1,4 @@
-"""How long a robot is: the one length that every rule and every task divides by."""
+"""A robot's characteristic length, by which every rule and every task divides, and its bounding box."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["bounding_box_m", "characteristic_length_m"]
 
 Vector = NDArray[np.float64]
 

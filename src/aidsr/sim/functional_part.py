@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from aidsr.sim.ownership import ROBOT_PREFIX
 
-__all__ = ["FUNCTIONAL_SITE", "FunctionalPart", "find_functional_part", "part_names"]
-
 FUNCTIONAL_SITE = f"{ROBOT_PREFIX}functional_part"
 """Site of every scene that marks the working point of the robot."""
 

@@ -1,12 +1,10 @@
-"""What belongs to the robot and what to the environment it was placed in."""
+"""Which elements of a scene are the robot's and which the environment's."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import mujoco
-
-__all__ = ["ROBOT_PREFIX", "WRAP_JOINT", "WRAP_SITE", "Ownership", "read_ownership", "tendon_bodies", "tendon_wraps"]
 
 ROBOT_PREFIX = "robot/"
 """Scene assembly begins every name of the robot with this; a model without such names is all robot."""

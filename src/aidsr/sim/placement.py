@@ -1,4 +1,4 @@
-"""Where a robot stands: its pose on a mount, its base fixed or free, and what it does not collide with there."""
+"""A robot placed in a scene: its pose on a mount, its base fixed or free, and its contact exclusions."""
 
 from __future__ import annotations
 
@@ -15,9 +15,7 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import Loaded
 from aidsr.mjcf.location import elements, join
 from aidsr.sim.ownership import ROBOT_PREFIX
-from aidsr.sim.strip_scenery import delete_dangling, is_free
-
-__all__ = ["Pose", "attach_robot", "exclude_mount_contacts", "mount_names", "mount_pose", "refuse_unfit", "unused_name"]
+from aidsr.sim.strip_scenery import delete_dangling_references, is_free
 
 Vector = NDArray[np.float64]
 
@@ -46,7 +44,7 @@ class Pose:
         return Pose(self.body, self.position_m + turned, orientation)
 
 
-def refuse_unfit(environment: Loaded) -> None:
+def check_environment(environment: Loaded) -> None:
     """Raise where no robot can be placed in an environment.
 
     Raises:
@@ -158,7 +156,7 @@ def _set_base(robot: mujoco.MjSpec, root: Any, base: str) -> list[str]:
         for joint in free:
             robot.delete(joint)
         fixed = [f'Fixed the root "{root.name}" to the mount: removed its free joint.'] if free else []
-        return fixed + delete_dangling(robot)
+        return fixed + delete_dangling_references(robot)
     if free:
         return []
     if root.joints:

@@ -23,8 +23,6 @@ from aidsr.core.errors import MjcfError
 from aidsr.sim.actuation_scaling import actuator_coordinate, has_scaling_rule, scale_actuator
 from aidsr.sim.unit_scaling import Coordinate, Units
 
-__all__ = ["change_units", "scale_robot"]
-
 _LENGTH_JOINTS = (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE)
 _SITE_LENGTHS = ("pos", "size", "fromto")
 _CAMERA_LENGTHS = ("pos", "ipd", "focal_length", "principal_length", "sensor_size")
@@ -111,7 +109,7 @@ def change_units(spec: mujoco.MjSpec, units: Units, classes: Iterable[Any] = ())
     Raises:
         MjcfError: A part of the model has no scaling rule.
     """
-    _refuse_what_has_no_rule(spec)
+    _check_scalable(spec)
     spec.option.timestep *= units.time
     _scale_bodies(spec, units)
     for geom in spec.geoms:
@@ -144,11 +142,11 @@ def _scale_class(default: Any, units: Units) -> None:
     _scale_pair(default.pair, units)
     _scale_joint(default.joint, Coordinate(units, is_length=default.joint.type in _LENGTH_JOINTS))
     _scale_tendon(default.tendon, Coordinate(units, is_length=True))
-    _times(default.site, units.length, *_SITE_LENGTHS)
-    _times(default.camera, units.length, *_CAMERA_LENGTHS)
+    _multiply(default.site, units.length, *_SITE_LENGTHS)
+    _multiply(default.camera, units.length, *_CAMERA_LENGTHS)
 
 
-def _refuse_what_has_no_rule(spec: mujoco.MjSpec) -> None:
+def _check_scalable(spec: mujoco.MjSpec) -> None:
     found = [f'actuator "{a.name}"' for a in spec.actuators if not has_scaling_rule(a)]
     found += [f'fixed tendon "{t.name}" (it mixes hinge and slide joints)' for t in spec.tendons if _mixes(t, spec)]
     found += [f'flex "{flex.name}"' for flex in spec.flexes] + [f'skin "{skin.name}"' for skin in spec.skins]
@@ -163,7 +161,7 @@ def _refuse_what_has_no_rule(spec: mujoco.MjSpec) -> None:
         raise MjcfError([fault])
 
 
-def _times(element: Any, factor: float, *attributes: str) -> None:
+def _multiply(element: Any, factor: float, *attributes: str) -> None:
     for attribute in attributes:
         setattr(element, attribute, getattr(element, attribute) * factor)
 
@@ -175,26 +173,26 @@ def _scale_bodies(spec: mujoco.MjSpec, units: Units) -> None:
     if compiler.settotalmass > 0:
         compiler.settotalmass *= units.mass
     for frame in spec.frames:
-        _times(frame, units.length, "pos")
+        _multiply(frame, units.length, "pos")
     for body in spec.bodies:
-        _times(body, units.length, "pos", "ipos")
-        _times(body, units.mass, "mass")
-        _times(body, units.of(mass=1, length=2), "inertia", "fullinertia")
+        _multiply(body, units.length, "pos", "ipos")
+        _multiply(body, units.mass, "mass")
+        _multiply(body, units.of(mass=1, length=2), "inertia", "fullinertia")
     for site in spec.sites:
-        _times(site, units.length, *_SITE_LENGTHS)
+        _multiply(site, units.length, *_SITE_LENGTHS)
     for camera in spec.cameras:
-        _times(camera, units.length, *_CAMERA_LENGTHS)
+        _multiply(camera, units.length, *_CAMERA_LENGTHS)
     for mesh in spec.meshes:
-        _times(mesh, units.length, "scale")
+        _multiply(mesh, units.length, "scale")
     for hfield in spec.hfields:
-        _times(hfield, units.length, "size")
+        _multiply(hfield, units.length, "size")
 
 
 def _scale_geom(geom: Any, units: Units) -> None:
-    _times(geom, units.length, "pos", "size", "fromto", "margin", "gap")
-    _times(geom, units.mass, "mass")
-    _times(geom, units.of(mass=1, length=-2 if geom.typeinertia == _SHELL else -3), "density")
-    _times(geom, units.force, "adhesion")
+    _multiply(geom, units.length, "pos", "size", "fromto", "margin", "gap")
+    _multiply(geom, units.mass, "mass")
+    _multiply(geom, units.of(mass=1, length=-2 if geom.typeinertia == _SHELL else -3), "density")
+    _multiply(geom, units.force, "adhesion")
     geom.friction = geom.friction * np.array([1.0, units.length, units.length])
     geom.surfacevel = geom.surfacevel * np.repeat([units.of(length=1, time=-1), units.of(time=-1)], 3)
     _scale_solver(geom, "solref", "solimp", units.length, units)
@@ -213,15 +211,15 @@ def _scale_solver(element: Any, solref: str, solimp: str, width: float, units: U
 
 def _scale_joint(joint: Any, coordinate: Coordinate) -> None:
     units = coordinate.units
-    _times(joint, units.length, "pos")
-    _times(joint, coordinate.value(), "range", "ref", "springref", "margin")
+    _multiply(joint, units.length, "pos")
+    _multiply(joint, coordinate.value(), "range", "ref", "springref", "margin")
     joint.springdamper = joint.springdamper * np.array([units.time, 1.0])
     _scale_dynamics(joint, coordinate)
 
 
 def _scale_tendon(tendon: Any, coordinate: Coordinate) -> None:
-    _times(tendon, coordinate.units.length, "width")
-    _times(tendon, coordinate.value(), "range", "margin")
+    _multiply(tendon, coordinate.units.length, "width")
+    _multiply(tendon, coordinate.value(), "range", "margin")
     # -1 asks the compiler for the length in the reference configuration.
     tendon.springlength = np.where(tendon.springlength == -1, -1, tendon.springlength * coordinate.value())
     _scale_dynamics(tendon, coordinate)
@@ -231,8 +229,8 @@ def _scale_dynamics(element: Any, coordinate: Coordinate) -> None:
     """Scale what joints and tendons have in common."""
     element.stiffness = element.stiffness * np.array(coordinate.stiffness)
     element.damping = element.damping * np.array(coordinate.damping)
-    _times(element, coordinate.inertia, "armature")
-    _times(element, coordinate.force, "frictionloss", "actfrcrange")
+    _multiply(element, coordinate.inertia, "armature")
+    _multiply(element, coordinate.force, "frictionloss", "actfrcrange")
     for kind in ("limit", "friction"):
         _scale_solver(element, f"solref_{kind}", f"solimp_{kind}", coordinate.value(), coordinate.units)
 
@@ -269,8 +267,8 @@ def _scale_equality(equality: Any, coordinates: _Coordinates, units: Units) -> N
 
 
 def _scale_pair(pair: Any, units: Units) -> None:
-    _times(pair, units.length, "margin", "gap")
-    _times(pair, units.force, "adhesion")
+    _multiply(pair, units.length, "margin", "gap")
+    _multiply(pair, units.force, "adhesion")
     pair.friction = pair.friction * np.array([1.0, 1.0, units.length, units.length, units.length])
     _scale_solver(pair, "solref", "solimp", units.length, units)
     if pair.solreffriction[0] > 0:
@@ -280,18 +278,18 @@ def _scale_pair(pair: Any, units: Units) -> None:
 
 
 def _scale_sensor(sensor: Any, coordinates: _Coordinates, units: Units) -> None:
-    _times(sensor, units.time, "delay", "interval")
+    _multiply(sensor, units.time, "delay", "interval")
     if sensor.type in _SENSOR_UNITS:
         mass, length, time = _SENSOR_UNITS[sensor.type]
-        _times(sensor, units.of(mass=mass, length=length, time=time), "cutoff", "noise")
+        _multiply(sensor, units.of(mass=mass, length=length, time=time), "cutoff", "noise")
         return
     kinds = {mujoco.mjtObj.mjOBJ_JOINT: "joint", mujoco.mjtObj.mjOBJ_TENDON: "tendon"}
     coordinate = coordinates.get((kinds.get(sensor.objtype, "actuator"), sensor.objname))
     if coordinate is None:
         return
     if sensor.type in _POSITION_SENSORS:
-        _times(sensor, coordinate.value(), "cutoff", "noise")
+        _multiply(sensor, coordinate.value(), "cutoff", "noise")
     elif sensor.type in _VELOCITY_SENSORS:
-        _times(sensor, coordinate.value(time=-1), "cutoff", "noise")
+        _multiply(sensor, coordinate.value(time=-1), "cutoff", "noise")
     elif sensor.type in _FORCE_SENSORS:
-        _times(sensor, coordinate.force, "cutoff", "noise")
+        _multiply(sensor, coordinate.force, "cutoff", "noise")

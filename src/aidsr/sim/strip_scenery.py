@@ -1,4 +1,4 @@
-"""What a robot's file holds beside the robot: the scenery its author stood it in, and how its masses were meant.
+"""Removal of what a robot's file holds beside the robot: floor, lights, sky, and compiler settings for masses.
 
 A robot written to be looked at alone comes with a floor, lights and a sky. In a scene these belong to the environment.
 """
@@ -12,8 +12,6 @@ import mujoco
 import numpy as np
 
 from aidsr.mjcf.compile import warnings_as_notes
-
-__all__ = ["delete_dangling", "is_free", "settle_inertias", "strip_scenery"]
 
 _FLOOR_SHAPES = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 _FLOOR_WORDS = ("floor", "ground")
@@ -78,7 +76,7 @@ def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
     _delete(spec, list(spec.lights), "light", notes)
     _delete(spec, list(world.cameras), "camera outside the robot", notes)
     _delete(spec, list(spec.keys), "keyframe", notes)
-    notes += delete_dangling(spec, scenery_gone=True)
+    notes += delete_dangling_references(spec, scenery_gone=True)
     for material in list(spec.materials):
         if material.name in materials - _used_materials(spec):
             spec.delete(material)
@@ -89,7 +87,7 @@ def strip_scenery(spec: mujoco.MjSpec) -> list[str]:
     return notes
 
 
-def delete_dangling(spec: mujoco.MjSpec, *, scenery_gone: bool = False) -> list[str]:
+def delete_dangling_references(spec: mujoco.MjSpec, *, scenery_gone: bool = False) -> list[str]:
     """Delete what refers to something that has been deleted, in place, and return a sentence for each kind.
 
     Left alone, a reference such as that to a "floor" would be taken in a scene for one to the environment's floor.
@@ -163,8 +161,11 @@ def _used_materials(spec: mujoco.MjSpec) -> set[str]:
     return {element.material for element in (*spec.geoms, *spec.sites, *spec.tendons, *spec.skins, *spec.meshes)}
 
 
-def settle_inertias(spec: mujoco.MjSpec) -> None:
-    """Write masses out where compiler settings decide them, in place: settings cannot differ within one scene."""
+def write_out_inertias(spec: mujoco.MjSpec) -> None:
+    """Write masses and inertias out where compiler settings decide them: settings cannot differ within one scene.
+
+    Changes the specification in place.
+    """
     compiler = spec.compiler
     settings = (compiler.settotalmass > 0, compiler.boundmass, compiler.boundinertia, compiler.balanceinertia)
     by_geoms = compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO

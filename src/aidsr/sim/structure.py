@@ -1,4 +1,4 @@
-"""What a compiled model is made of, seen as a tendon-driven robot: chains, tendons, actuators, one length."""
+"""A compiled model as a tendon-driven robot: chains, tendons, actuators and the characteristic length."""
 
 from __future__ import annotations
 
@@ -10,16 +10,13 @@ from numpy.typing import NDArray
 
 from aidsr.sim.extent import characteristic_length_m
 from aidsr.sim.ownership import (
-    ROBOT_PREFIX,
     WRAP_JOINT,
     WRAP_SITE,
     read_ownership,
     tendon_bodies,
     tendon_wraps,
 )
-from aidsr.sim.tendon_effects import opposite_pairs, pull_of, symmetric_groups
-
-__all__ = ["ROBOT_PREFIX", "Chain", "Structure", "Tendon", "joined_bodies", "name_of", "names_of", "read_structure"]
+from aidsr.sim.tendon_effects import opposite_pairs, symmetric_groups, unit_pull
 
 Vector = NDArray[np.float64]
 
@@ -149,7 +146,7 @@ def read_structure(model: mujoco.MjModel) -> Structure:
     actuators = tuple(i for i in range(model.nactuator) if ours.actuator(i))
     tendon_actuators = tuple(i for i in actuators if int(model.actuator_trntype[i]) == _TENDON_TRANSMISSION)
     chains, longest_series = _read_chains(model, data, moving, length_m)
-    pulls = {i: pull_of(model, data, int(model.actuator_trnid[i, 0])) for i in tendon_actuators}
+    pulls = {i: unit_pull(model, data, int(model.actuator_trnid[i, 0])) for i in tendon_actuators}
     return Structure(
         is_scene=ours.is_scene,
         bodies=owned,

@@ -18,16 +18,6 @@ from aidsr.core.errors import MjcfError
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.structure import read_structure
 
-__all__ = [
-    "CONTACT_SLOT_WIDTH",
-    "Part",
-    "Quantity",
-    "TaskSensor",
-    "add_task_sensors",
-    "check_task_sensors",
-    "measured_parts",
-]
-
 Quantity = Literal[
     "position",
     "quaternion",
@@ -76,8 +66,8 @@ _CONTACT_DATA = {
 }
 """Fields and reduction as mjsSensor.intprm has them. Source: MuJoCo, sensor/contact: reduce none, mindist, maxforce,
 netforce are 0 to 3."""
-_NOTHING = {"reftype": mujoco.mjtObj.mjOBJ_UNKNOWN, "refname": "", "cutoff": 0.0, "intprm": (0, 0, 0)}
-"""What a sensor has that is told no more than its type and its object."""
+_UNSET = {"reftype": mujoco.mjtObj.mjOBJ_UNKNOWN, "refname": "", "cutoff": 0.0, "intprm": (0, 0, 0)}
+"""Attributes of a sensor of which only type and object are given."""
 _NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position", "target_center_of_mass"})
 
 
@@ -123,7 +113,7 @@ class TaskSensor(Artifact):
     """For "distance": a larger gap reads as this one [m]. MuJoCo looks no further than it."""
 
     @model_validator(mode="after")
-    def _target_where_it_means_something(self) -> Self:
+    def _check_target(self) -> Self:
         if self.quantity in _NEEDS_TARGET and not self.target:
             raise ValueError(f'sensor "{self.name}": {self.quantity} needs a target body of the environment')
         if self.quantity in _OF_THE_ROBOT and self.target:
@@ -162,7 +152,7 @@ def add_task_sensors(
     """
     for sensor in sensors:
         at_site = sensor.may_target_site and bool(scene.site(sensor.target))
-        scene.add_sensor(name=sensor.name, **_written(sensor, at_site, site, part_body, root))
+        scene.add_sensor(name=sensor.name, **_attributes(sensor, at_site, site, part_body, root))
 
 
 def measured_parts(model: mujoco.MjModel) -> dict[str, str]:
@@ -188,8 +178,8 @@ def check_task_sensors(model: mujoco.MjModel, sensors: Sequence[TaskSensor]) -> 
     parts, sites = measured_parts(model), {model.site(i).name for i in range(model.nsite)}
     faults = []
     for sensor in sensors:
-        wanted = _NOTHING | _written(sensor, sensor.may_target_site and sensor.target in sites, **parts)
-        there = _read(model, model.sensor(sensor.name).id)
+        wanted = _UNSET | _attributes(sensor, sensor.may_target_site and sensor.target in sites, **parts)
+        there = _compiled_attributes(model, model.sensor(sensor.name).id)
         # a scene's text has six digits
         if not math.isclose(wanted.pop("cutoff"), there.pop("cutoff"), rel_tol=1e-5) or wanted != there:
             faults.append(_foreign(sensor))
@@ -210,8 +200,8 @@ def _foreign(sensor: TaskSensor) -> Fault:
     )
 
 
-def _written(sensor: TaskSensor, at_site: bool, site: str, part_body: str, root: str) -> dict[str, Any]:
-    """Return what MuJoCo is told of a sensor, by attribute of mjsSensor."""
+def _attributes(sensor: TaskSensor, at_site: bool, site: str, part_body: str, root: str) -> dict[str, Any]:
+    """Return a sensor as attributes of mjsSensor."""
     if sensor.quantity in _OF_THE_ROBOT:
         return {"type": _OF_THE_ROBOT[sensor.quantity], "objtype": _BODY, "objname": root}
     if sensor.quantity in _OF_THE_SITE:
@@ -232,8 +222,8 @@ def _written(sensor: TaskSensor, at_site: bool, site: str, part_body: str, root:
     return against | touching | {"type": _SENS.mjSENS_CONTACT, "intprm": how}
 
 
-def _read(model: mujoco.MjModel, index: int) -> dict[str, Any]:
-    """Return what a compiled sensor is, in the words of `_written`."""
+def _compiled_attributes(model: mujoco.MjModel, index: int) -> dict[str, Any]:
+    """Return a compiled sensor in the form of `_attributes`."""
     read: dict[str, Any] = {
         "type": mujoco.mjtSensor(int(model.sensor_type[index])),
         "cutoff": float(model.sensor_cutoff[index]),

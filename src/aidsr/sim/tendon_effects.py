@@ -1,4 +1,4 @@
-"""What tendons do to joints: which actuators work against each other, and which do the same in different limbs."""
+"""Forces of tendons on joints: which actuators are antagonists, and which do the same in different limbs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-
-__all__ = ["opposite_pairs", "pull_of", "symmetric_groups"]
 
 Vector = NDArray[np.float64]
 
@@ -21,7 +19,7 @@ _SAME_PULL = 0.05
 rounding in written coordinates, well below the difference between neighbouring tendons."""
 
 
-def pull_of(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
+def unit_pull(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Vector:
     """Return the generalized force of a unit pull on a tendon, (nv,): minus the gradient of its length."""
     pull = np.zeros(model.nv)
     first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])

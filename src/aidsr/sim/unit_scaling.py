@@ -1,11 +1,9 @@
-"""By what a number grows when the units of mass, length and time it is measured in change."""
+"""Factors on quantities when the units of mass, length and time change."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Self
-
-__all__ = ["Coordinate", "Units"]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from aidsr.mjcf.compile import Loaded
 from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.placement import unused_name
-from aidsr.sim.strip_scenery import delete_dangling
+from aidsr.sim.strip_scenery import delete_dangling_references
 from aidsr.validation.rules.document import INVALID_JOINT_PLACEMENT
 from aidsr.validation.rules.topology import DISCONNECTED
 from aidsr.validation.validating import Mount
@@ -114,7 +114,7 @@ def _fix(spec: mujoco.MjSpec, notes: list[str]) -> None:
         if joint.type == _FREE:
             notes.append(f"free joint of {joint.parent.name or 'the root'} removed: tested with a fixed root")
             spec.delete(joint)
-    notes += delete_dangling(spec)
+    notes += delete_dangling_references(spec)
 
 
 def _set_free(spec: mujoco.MjSpec, notes: list[str]) -> None:

@@ -99,15 +99,15 @@ def _verdict(faults: tuple[Fault, ...]) -> _Verdict:
 
 
 def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:
-    """Return a picture with the offending parts lit, as a data URL; "" where the text cannot be drawn."""
+    """Return a picture with the offending parts highlighted, as a data URL; "" where the text cannot be drawn."""
     from aidsr.render.pictures import picture
 
     errors = [fault for fault in faults if fault.severity == "error"] or list(faults)
     if any(fault.layer == "load" for fault in errors):
         return ""
-    lit = [name for fault in errors for name in fault.names]
+    highlighted = [name for fault in errors for name in fault.names]
     try:
-        drawn = picture(mjcf, width=880, height=660, lit=lit)
+        drawn = picture(mjcf, width=880, height=660, highlighted=highlighted)
     except (MjcfError, IsolationError):
         return ""
     return "data:image/png;base64," + base64.b64encode(drawn).decode()

@@ -16,8 +16,8 @@ from aidsr.apps.web.view3d.parts import Parts, list_parts
 from aidsr.apps.web.view3d.tendons import TendonLines, tendon_facts
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
-from aidsr.render.camera import frame
-from aidsr.render.stage import staged
+from aidsr.render.camera import frame_robot
+from aidsr.render.stage import compile_for_display
 from aidsr.render.view import View
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
@@ -66,7 +66,7 @@ class Shown:
         if mount not in get_args(Mount):
             raise ValueError(f"expected mount to be one of {get_args(Mount)}, found {mount!r}")
         standing = mount_model(load_mjcf(text), mount, compile_mjcf(environment) if environment else None)
-        model, looks = standing.model, staged(standing.spec.copy())
+        model, looks = standing.model, compile_for_display(standing.spec.copy())
         model.tendon_width[:] = looks.tendon_width
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
@@ -90,7 +90,7 @@ class Shown:
 
 
 def _camera(looks: mujoco.MjModel, data: mujoco.MjData) -> dict[str, Any]:
-    camera = frame(looks, [data], View())
+    camera = frame_robot(looks, [data], View())
     return {
         "lookat": [round(float(number), 5) for number in camera.lookat],
         "distance": round(float(camera.distance), 5),
