@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import aidsr
 from aidsr.apps.cli import app
 
 ROOT = Path(__file__).parents[1]
@@ -18,7 +19,7 @@ BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 def blocks(language: str) -> list[pytest.param]:
     return [
-        pytest.param(text, id=f"{page.name}-{number}")
+        pytest.param(text, id=f"{page.name}-{number}", marks=[pytest.mark.slow] * ("aidsr.train(" in text))
         for page in PAGES
         for number, (kind, text) in enumerate(BLOCK.findall(page.read_text()), 1)
         if kind == language
@@ -62,6 +63,23 @@ def exists(name: str) -> bool:
 def test_python_examples_run(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     exec(compile(text, "example", "exec"), {"__name__": "__main__"})
+
+
+def test_the_script_of_the_api_runs_without_its_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    script = re.search(r"^```python\n(.*?)^```", (ROOT / "docs" / "api.md").read_text(), re.MULTILINE | re.DOTALL)[1]
+    before, _, after = script.partition("# 5 ")
+    code = before + "# 6 " + after.partition("# 6 ")[2]
+    assert "aidsr.export(" in code
+    exec(compile(code, "api.md", "exec"), {"__name__": "__main__"})
+    assert list(tmp_path.glob("runs/*/designs/1/export/sheet.html"))
+
+
+def test_the_page_of_the_api_has_every_public_name() -> None:
+    page = (ROOT / "docs" / "api.md").read_text()
+    members = re.sub(r"[\[\],]", " ", page).replace(".", " ").replace("`", " ").split()
+    assert [name for name in aidsr.__all__ if name not in members and name != "__version__"] == []
+    assert all(getattr(aidsr, name).__doc__ for name in aidsr.__all__ if name != "__version__")
 
 
 def test_the_readme_shows_what_its_example_prints(capsys: pytest.CaptureFixture[str]) -> None:

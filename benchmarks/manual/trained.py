@@ -20,9 +20,9 @@ from pathlib import Path
 from statistics import fmean
 
 import aidsr
+from aidsr.api import find_scene
 from aidsr.artifacts import Evaluation
 from aidsr.benchmark.statistics import Rate
-from aidsr.cli.subject import subject_of
 from aidsr.rl.recipe import Recipe
 from aidsr.rl.trained import evaluate_training
 from aidsr.rl.training import BUDGET_STEPS, train
@@ -113,7 +113,7 @@ def _learned(run: Run, design: DesignFolder, steps: int, recipe: Recipe) -> Row:
     if not design.final_scene.path.exists():
         return Row(task, concept.name, 0, 0.0, None)
     folder = design.path / "training" / f"{steps}{'-from-probe' * recipe.from_probe}"
-    result = train(subject_of(design.path, None, None).to_learn_in("auto"), folder, steps=steps, recipe=recipe)
+    result = train(find_scene(design).for_learning("auto"), folder, steps=steps, recipe=recipe)
     done = folder / "evaluation.json"
     known = Evaluation.model_validate_json(done.read_text(encoding="utf-8")) if done.exists() else None
     row = Row(task, concept.name, result.steps, result.wall_s, known or evaluate_training(folder))

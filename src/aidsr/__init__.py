@@ -1,7 +1,8 @@
 """AID-SR: design tendon-driven continuum robots from words.
 
 The public names are resolved when they are first used, so that `import aidsr` loads neither the simulator nor a
-language model's client.
+language model's client. docs/api.md has a whole script, from an objective to a trained policy and parts. The tasks are
+also environments of Gymnasium: `gymnasium.make("aidsr.learn.rl:aidsr/ButtonPushing-v0", scene=…)`.
 """
 
 from __future__ import annotations
@@ -10,35 +11,60 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from aidsr.api import assemble, evaluate, export, probe, train
     from aidsr.core.config import RunConfig
     from aidsr.core.model import Model
-    from aidsr.learn.openloop import probe
     from aidsr.loop.run import design, resume
     from aidsr.runs import Run
     from aidsr.tasks import Task, load_task
     from aidsr.validation import validate
+    from aidsr.validation.repairs import repair as fix
 
-__all__ = ["Model", "Run", "RunConfig", "Task", "__version__", "design", "load_task", "probe", "resume", "validate"]
+__all__ = [
+    "Model",
+    "Run",
+    "RunConfig",
+    "Task",
+    "__version__",
+    "assemble",
+    "design",
+    "evaluate",
+    "export",
+    "fix",
+    "load_task",
+    "probe",
+    "resume",
+    "train",
+    "validate",
+]
 
 __version__ = "0.1.0"
 
-_HOMES = {
+_MODULES = {
     "Model": "aidsr.core.model",
     "Run": "aidsr.runs",
     "RunConfig": "aidsr.core.config",
     "Task": "aidsr.tasks",
+    "assemble": "aidsr.api",
     "design": "aidsr.loop.run",
+    "evaluate": "aidsr.api",
+    "export": "aidsr.api",
+    "fix": "aidsr.validation.repairs",
     "load_task": "aidsr.tasks",
-    "probe": "aidsr.learn.openloop",
+    "probe": "aidsr.api",
     "resume": "aidsr.loop.run",
+    "train": "aidsr.api",
     "validate": "aidsr.validation",
 }
+"""Where each public name is defined."""
+_NAMES = {"fix": "repair"}
+"""Those that are defined under another name."""
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module 'aidsr' has no attribute {name!r}; it offers {', '.join(__all__)}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_MODULES[name]), _NAMES.get(name, name))
 
 
 def __dir__() -> list[str]:

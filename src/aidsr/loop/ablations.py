@@ -29,12 +29,7 @@ class DefaultPlacement:
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return that placement."""
         del concept, robot
-        mounts = [mount.name for mount in brief.summary.mounts if mount.moved_by or brief.base != "moving"]
-        return Placement(
-            mount=mounts[0] if mounts else "world",
-            base="free" if brief.base == "free" or not mounts else "fixed",
-            reason="Placed without a Scene Integrator, where every robot is.",
-        )
+        return default_placement(brief)
 
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
@@ -42,6 +37,16 @@ class DefaultPlacement:
         """Return the placement as it was."""
         del brief, concept, robot, feedback
         return placement
+
+
+def default_placement(brief: Brief) -> Placement:
+    """Return a placement on the first mount of an environment, or at the world's origin where there is none."""
+    mounts = [mount.name for mount in brief.summary.mounts if mount.moved_by or brief.base != "moving"]
+    return Placement(
+        mount=mounts[0] if mounts else "world",
+        base="free" if brief.base == "free" or not mounts else "fixed",
+        reason="Placed without a Scene Integrator, where every robot is.",
+    )
 
 
 class AcceptAll:

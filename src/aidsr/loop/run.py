@@ -159,7 +159,7 @@ def make_brief(
     from aidsr.sim.environment_summary import summarize_environment
     from aidsr.tasks import goal_task, load_task, read_goal
 
-    starting_robot = _mjcf(robot, "robot") if robot else ""
+    starting_robot = mjcf_text(robot, "robot") if robot else ""
     if task:
         if objective or environment or goal:
             raise UserError(
@@ -170,7 +170,7 @@ def make_brief(
         raise UserError("no task and no objective given; name one of `aidsr tasks`, or say what the robot should do")
     if not environment:
         raise UserError("an objective in words requires an environment; give the MJCF of everything but the robot")
-    mjcf = _mjcf(environment, "environment")
+    mjcf = mjcf_text(environment, "environment")
     try:
         summary = summarize_environment(mjcf)
     except MjcfError as error:
@@ -260,7 +260,7 @@ def _person(config: RunConfig) -> Person:
     return PresetFeedback(config.feedback) if config.feedback else approve
 
 
-def _mjcf(source: str | Path, what: str) -> str:
+def mjcf_text(source: str | Path, what: str) -> str:
     """Return the MJCF that `source` is or names."""
     if isinstance(source, str) and source.lstrip().startswith("<"):
         return source

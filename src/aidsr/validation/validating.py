@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from aidsr import __version__
-from aidsr.core.artifacts import Fault, ValidationReport
+from aidsr.core.artifacts import Fault, Robot, Scene, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.mjcf.read import open_mjcf
 from aidsr.sandbox.isolated import isolated
@@ -24,7 +24,7 @@ _CURES = {
 
 
 def validate(
-    mjcf: str | Path,
+    mjcf: str | Path | Robot | Scene,
     *,
     mount: Mount = "auto",
     needs_contact: bool = False,
@@ -38,8 +38,11 @@ def validate(
     A robot alone is tested where it would stand; a model in which names begin with "robot/" is a scene and is tested as
     it is, looking at the robot's parts. A bad design is a report with faults, never an exception.
 
+        report = aidsr.validate("robot.xml")
+        print(report.stable, report.account())
+
     Args:
-        mjcf: MJCF text, or the path of a file.
+        mjcf: MJCF text, the path of a file, or a robot or a scene. A string that ends with .xml is a path.
         mount: "fixed" welds the root to the world, "free" lets it stand on a plane, "auto" does what the model says:
             free with a free joint at the root, else fixed.
         needs_contact: Whether the task can only be done by touching something.
@@ -55,7 +58,7 @@ def validate(
     if mount not in get_args(Mount):
         raise UserError(f"Expected mount to be one of {', '.join(get_args(Mount))}, found {mount!r}.")
     try:
-        text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
+        text = _text(mjcf)
         return examine(text, mount, needs_contact, environment, realizable, tuple(select), tuple(ignore))
     except (IsolationError, MjcfError) as error:
         return unexamined(error)
@@ -75,6 +78,15 @@ def examine(
     from aidsr.validation.engine import examine_text
 
     return examine_text(text, mount, needs_contact, environment, realizable, select=select, ignore=ignore).report
+
+
+def _text(mjcf: str | Path | Robot | Scene) -> str:
+    """Return the MJCF that is given as text, as the path of a file, or within an object."""
+    if isinstance(mjcf, Robot | Scene):
+        return mjcf.mjcf
+    if isinstance(mjcf, Path) or (mjcf.endswith(".xml") and "<" not in mjcf):
+        return open_mjcf(Path(mjcf))
+    return mjcf
 
 
 def unexamined(error: IsolationError | MjcfError) -> ValidationReport:

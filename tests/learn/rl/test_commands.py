@@ -15,9 +15,9 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from test_training import SMALL
 
+from aidsr.api import find_scene
 from aidsr.apps.cli import main
-from aidsr.apps.cli.subject import subject_of
-from aidsr.apps.cli.teaching import Teacher, train_designs
+from aidsr.apps.cli.training import Trainer, train_designs
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.core.config import RunConfig
 from aidsr.learn.episodes.scene import TaskScene
@@ -107,9 +107,9 @@ def test_a_design_knows_its_task_its_level_and_its_groups(design, capsys):
 def test_a_design_is_what_was_approved_and_not_what_was_tried_after_it(design):
     folder = DesignFolder(design)
     folder.iteration(2).robot.write(Robot(mjcf=small_arm(), functional_part="tip"))
-    assert subject_of(design, None, None).groups == ()
+    assert find_scene(design).groups == ()
     folder.outcome.write(Outcome(outcome="approved", reason="It came farthest.", iteration=1))
-    assert [group.name for group in subject_of(design, None, None).groups] == ["both"]
+    assert [group.name for group in find_scene(design).groups] == ["both"]
 
 
 def test_smoothing_of_actions_is_asked_for_and_kept(design, capsys):
@@ -164,7 +164,7 @@ def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
     scene.write_text(small_scene("dynamic_catching"))
     words = ("train", scene, "--task", "dynamic_catching", "--out", out, *EASY, "--seeds", "2", "--steps", TWICE)
     for text, times in (("seed 1: ", 1), (f"{out / '002'}: ", 1), ("(0 of 20)", 2)):
-        assert "What was learned is kept; the same command goes on" in interrupted(
+        assert "What was learned is kept; the same command continues" in interrupted(
             lambda: run_main(*words), text, times
         )
     assert run_main(*words) == 1
@@ -178,7 +178,7 @@ def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
 def test_what_was_trained_already_is_trained_again_only_when_asked_for(design, capsys):
     words, home = ("train", design, *EASY, "--steps", TWICE, "--no-evaluate"), design / "training"
     assert run_main(*words) == 0
-    assert "the same command without --again goes on" in interrupted(lambda: run_main(*words, "--again"), "seed 0: ")
+    assert "the same command without --again continues" in interrupted(lambda: run_main(*words, "--again"), "seed 0: ")
     assert kinds_of(home / "002") == ["started", "checkpoint"]
     assert run_main(*words) == 0
     assert kinds_of(home / "002")[-1] == "finished"
@@ -203,9 +203,9 @@ def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatc
         return learn(learning, folder, **options)
 
     monkeypatch.setattr(training, "train", just_after_another)
-    teacher = Teacher(Console(quiet=True), 64, range(1, 3), SMALL, threads=1, evaluate=False)
+    trainer = Trainer(Console(quiet=True), 64, range(1, 3), SMALL, threads=1, evaluate=False)
     with others, pytest.raises(TakenError, match=r"004 is being trained already"):
-        teacher.teach(scene, tmp_path)
+        trainer.train(scene, tmp_path)
     assert tries == [("001", 1), ("002", 1), ("003", 1), ("004", 2)]
     seeds = {path.parent.name: json.loads(path.read_text())["seed"] for path in tmp_path.glob("*/config.json")}
     assert seeds == {"001": 7, "003": 1, "004": 2}

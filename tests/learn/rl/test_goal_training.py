@@ -86,7 +86,7 @@ def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
     goal.write_text(GOAL)
     assert train(design, "--level", "hard", *(("--goal", goal) if given else ())) == 2
     told = capsys.readouterr().err
-    assert "only tasks come at levels" in told
+    assert "--level requires a task" in told
     assert told.count("\n") == 1
 
 

@@ -72,7 +72,7 @@ def design(
         Folder in which the folder of the run is made.
     """
     from aidsr.apps.cli.following import follow
-    from aidsr.apps.cli.teaching import train_designs
+    from aidsr.apps.cli.training import train_designs
     from aidsr.core.extras import require_extra
     from aidsr.loop.run import create_run, make_brief, parts_of
     from aidsr.loop.task_trial import check_trial

@@ -18,7 +18,7 @@ def evaluate(
     videos: bool = True,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Judge a trained policy on variations of its task that it has never seen.
+    """Evaluate a trained policy on variations of its task that it has never seen.
 
     Writes evaluation.json, curve.png and two videos beside the policy. Exit code 0 means a successful policy, 1 another
     one, 2 a mistake in the command.
@@ -42,13 +42,10 @@ def evaluate(
 
     from rich.console import Console
 
-    from aidsr.apps.cli.learning import print_evaluation
-    from aidsr.core.extras import require_extra
+    from aidsr import api
+    from aidsr.apps.cli.training import print_evaluation
 
-    require_extra("rl", "evaluating a policy")
-    from aidsr.learn.rl.trained import evaluate_training
-
-    evaluation = evaluate_training(training, episodes=episodes, threads=threads, videos=videos)
+    evaluation = api.evaluate(training, episodes=episodes, threads=threads, videos=videos)
     if json:
         sys.stdout.write(evaluation.model_dump_json(indent=2) + "\n")
     else:

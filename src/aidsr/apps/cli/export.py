@@ -27,8 +27,8 @@ def export(
 ) -> int:
     """Make an approved design into parts to print, to buy and to assemble, and say what cannot be built.
 
-    Exit code 0 means buildable, as it is or with the changes that are told; 1 means not buildable, for the reasons that
-    are told; 2 a mistake in the command. With 0 and with 1 the folder is written.
+    Exit code 0 means buildable, as it is or with the changes printed; 1 means not buildable, for the reasons printed; 2
+    a mistake in the command. With 0 and with 1 the folder is written.
 
         aidsr export runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -46,21 +46,16 @@ def export(
         Folder to write; export/ in the design's folder, or NAME_export beside the file, unless named. An earlier export
         in it is replaced.
     policy
-        Also let the design's last trained policy act with the robot as built, 20 episodes (half a minute); needs the
+        Also run the design's last trained policy with the robot as built, 20 episodes (half a minute); needs the
         extra "rl".
     step
         Also write each part as STEP, with flat facets; needs the extra "cad".
     """
     from rich.console import Console
 
-    from aidsr.core.extras import require_extra
-    from aidsr.sandbox.pool import warm_up
+    from aidsr import api
 
-    require_extra("fabrication", "making parts")
-    warm_up()  # the worker starts while the rest is imported
-    from aidsr.loop.export import export as make_package
-
-    exported = make_package(design, out, printer=printer, material=material, policy=policy, cad=step)
+    exported = api.export(design, out or "", printer=printer, material=material, policy=policy, step=step)
     _say(Console(highlight=False), exported)
     return 1 if exported.verdict.verdict == "not buildable" else 0
 

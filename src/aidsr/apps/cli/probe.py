@@ -70,16 +70,14 @@ def probe(
     """
     from rich.console import Console
 
-    from aidsr.apps.cli.subject import subject_of
-    from aidsr.learn.openloop import probe as try_out
+    from aidsr import api
 
-    subject = subject_of(scene, task, level, goal)
     with Console(stderr=True, highlight=False).status("trying motions") as status:
-        report = try_out(
-            subject.scene,
-            subject.task,
-            level=subject.level,
-            groups=subject.groups,
+        report = api.probe(
+            scene,
+            task or "",
+            level=level,
+            goal=goal or "",
             grouping=grouping,
             candidates=candidates,
             variations=variations,

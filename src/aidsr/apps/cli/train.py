@@ -29,11 +29,11 @@ def train(
     videos: bool = True,
     again: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Teach a robot its task by reinforcement learning, and judge the policy.
+    """Train a policy for a robot by reinforcement learning, and evaluate it.
 
-    Exit code 0 means that at least one policy is successful (or that none was to be judged), 1 that none is, 2 a
-    mistake in the command, 130 an interruption. The same command goes on where an earlier one stopped; what that one
-    finished is not trained again, and its verdict is told once more.
+    Exit code 0 means that at least one policy is successful (or that none was to be evaluated), 1 that none is, 2 a
+    mistake in the command, 130 an interruption. The same command continues where an earlier one stopped; what that one
+    finished is not trained again, only printed.
 
         aidsr train runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -62,7 +62,7 @@ def train(
     grouping
         "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
     from_probe
-        Look for an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
+        Search an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
     smoothing
         Share of the previous action that is kept in the next, 0 to below 1. Try 0.7 for a soft body that trembles
         at its goal; a crawler may need quick strokes.
@@ -71,7 +71,7 @@ def train(
     tensorboard
         Also write logs for TensorBoard.
     evaluate
-        Judge each policy on held-out variations.
+        Evaluate each policy on held-out variations.
     videos
         Draw the best and the median of those episodes.
     again
@@ -79,16 +79,16 @@ def train(
     """
     from rich.console import Console
 
-    from aidsr.apps.cli.subject import subject_of
     from aidsr.core.extras import require_extra
 
     require_extra("rl", "training")
-    from aidsr.apps.cli.teaching import Teacher
+    from aidsr.api import find_scene
+    from aidsr.apps.cli.training import Trainer
     from aidsr.learn.rl.recipe import Recipe
 
-    subject = subject_of(scene, task, level, goal)
+    found = find_scene(scene, task or "", level=level, goal=goal or "")
     console = Console(highlight=False)
-    teacher = Teacher(
+    trainer = Trainer(
         console,
         steps,
         range(first_seed, first_seed + seeds),
@@ -100,9 +100,9 @@ def train(
         again=again,
     )
     try:
-        successful = teacher.teach(subject.to_learn_in(grouping), out if out is not None else subject.home / "training")
+        successful = trainer.train(found.for_learning(grouping), out if out is not None else found.home / "training")
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"
-        console.print(f"\nInterrupted. What was learned is kept; {same} goes on", soft_wrap=True)
+        console.print(f"\nInterrupted. What was learned is kept; {same} continues", soft_wrap=True)
         return 130
     return 0 if successful else 1

@@ -1,0 +1,392 @@
+"""What `aidsr` offers for one design: assemble, fix, probe, train, evaluate, export.
+
+Each takes plain values, a path, a text or an object, and works alone. The command line calls the same functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot, Scene
+from aidsr.core.errors import UserError
+from aidsr.core.extras import require_extra
+from aidsr.runs.folders import DesignFolder, Run
+from aidsr.runs.status import newest
+from aidsr.runs.trainings import Training
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.actions import Grouping
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.openloop import ProbeReport
+    from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.loop.export import Exported
+    from aidsr.tasks import Level, Task
+
+Design = str | Path | DesignFolder | Scene
+"""A design of a run or its folder, or a scene: an object, its MJCF, or the path of a file that holds it."""
+
+
+def probe(
+    design: Design,
+    task: str | Task = "",
+    *,
+    level: Level | None = None,
+    goal: str | Path = "",
+    groups: Sequence[ActuatorGroup] | None = None,
+    grouping: Grouping = "auto",
+    candidates: int = 128,
+    variations: int = 2,
+    max_steps: int = 300_000,
+    seed: int = 0,
+    threads: int = 0,
+    listen: Callable[[int, float], None] = lambda _played, _progress: None,
+) -> ProbeReport:
+    """Return how far a body gets on its task without learning, by open-loop motions.
+
+        report = aidsr.probe(run.design(1))
+        report = aidsr.probe("scene.xml", "button_pushing", candidates=512)
+        print(report.progress, report.reached)
+
+    Args:
+        design: A design, its folder, or a scene.
+        task: Task to try; a design knows its own.
+        level: Level of the task.
+        goal: File of a goal, instead of a task, for an environment of your own.
+        groups: Actuators that act together; those of the design unless given.
+        grouping: "auto" lets actuators act together as the groups say or as symmetric limbs do; "off" moves each by
+            itself.
+        candidates: Motions tried for each variation, in whole generations of 16.
+        variations: How many development variations of the task; each is searched for itself.
+        max_steps: Physics steps of all simulations together.
+        seed: The same seed tries the same motions.
+        threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
+        listen: Called with the number of motions played and the mean progress of the best ones.
+
+    Raises:
+        UserError: There is no such design or task, or a number is out of range.
+        MjcfError: The scene cannot be loaded.
+    """
+    from aidsr.learn.openloop import probe as probe_task
+
+    found = find_scene(design, task, level=level, goal=goal)
+    return probe_task(
+        found.scene,
+        found.task,
+        level=found.level,
+        groups=found.groups if groups is None else groups,
+        grouping=grouping,
+        candidates=candidates,
+        variations=variations,
+        max_steps=max_steps,
+        seed=seed,
+        threads=threads,
+        listen=listen,
+    )
+
+
+def train(
+    design: Design,
+    task: str | Task = "",
+    *,
+    level: Level | None = None,
+    goal: str | Path = "",
+    steps: int = 300_000,
+    seed: int = 0,
+    out: str | Path = "",
+    grouping: Grouping = "auto",
+    from_probe: bool = False,
+    smoothing: float = 0.0,
+    threads: int = 0,
+    tensorboard: bool = False,
+    again: bool = False,
+    listen: Callable[[CurvePoint], None] = lambda _point: None,
+) -> Training:
+    """Train a policy by reinforcement learning (PPO) and return its folder. Needs the extra "rl".
+
+    The same call continues a training that was stopped, and returns one that is finished as it is.
+
+        training = aidsr.train(run.design(1), steps=60_000)
+        training = aidsr.train("scene.xml", "button_pushing", out="learned")
+        print(training.path, training.result.read())
+
+    Args:
+        design: A design, its folder, or a scene.
+        task: Task to learn; a design knows its own.
+        level: Level of the task.
+        goal: File of a goal, instead of a task, for an environment of your own.
+        steps: Budget of control steps; training ends earlier when success is saturated.
+        seed: Of the network, of exploration and of the variations drawn.
+        out: Where folders 001, 002 … are made: training/ in the design's folder, or here, unless given.
+        grouping: As for `probe`.
+        from_probe: Search an open-loop motion first, as `probe` does; where one succeeds, the policy begins with it.
+        smoothing: Share of the previous action that is kept in the next, 0 to below 1.
+        threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
+        tensorboard: Also write logs for TensorBoard.
+        again: Train anew, into the next folder, whatever earlier calls have left.
+        listen: Called with every point of the learning curve.
+
+    Raises:
+        UserError: There is no such design or task, the extra "rl" is missing, or another process trains the same.
+        MjcfError: The scene cannot be loaded.
+    """
+    require_extra("rl", "training")
+    from aidsr.learn.rl.recipe import Recipe
+
+    found = find_scene(design, task, level=level, goal=goal)
+    return train_policy(
+        found.for_learning(grouping),
+        Path(out) if out else found.home / "training",
+        steps=steps,
+        seed=seed,
+        recipe=Recipe(from_probe=from_probe, smoothing=smoothing),
+        threads=threads,
+        tensorboard=tensorboard,
+        again=again,
+        listen=listen,
+    )
+
+
+def train_policy(
+    scene: TaskScene,
+    home: Path,
+    *,
+    steps: int,
+    seed: int,
+    recipe: Recipe,
+    threads: int = 0,
+    tensorboard: bool = False,
+    again: bool = False,
+    listen: Callable[[CurvePoint], None] = lambda _point: None,
+) -> Training:
+    """Train a policy in the last of the folders 001, 002 … of `home` that holds this training, else in the next one.
+
+    The arguments are those of `train`.
+
+    Raises:
+        TakenError: Another process works on this very training.
+    """
+    from aidsr.learn.rl.training import folder_for
+    from aidsr.learn.rl.training import train as train_in
+    from aidsr.learn.rl.training_folder import TakenError
+
+    next_folder = partial(folder_for, home, scene, steps=steps, seed=seed, recipe=recipe, again=again)
+    folder = next_folder()
+    while True:
+        try:
+            train_in(
+                scene,
+                folder,
+                steps=steps,
+                seed=seed,
+                recipe=recipe,
+                threads=threads,
+                tensorboard=tensorboard,
+                listen=listen,
+            )
+        except TakenError:
+            taken, folder = folder, next_folder()
+            if folder == taken:
+                raise
+        else:
+            return Training(folder)
+
+
+def evaluate(
+    training: str | Path | Training, *, episodes: int = 20, threads: int = 0, videos: bool = True
+) -> Evaluation:
+    """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
+
+    Verdict, learning curve, two motions and two videos are also written into the training's folder.
+
+        evaluation = aidsr.evaluate(training)
+        print(evaluation.success_share, evaluation.successful)
+
+    Args:
+        training: A finished training, or its folder.
+        episodes: How many held-out variations, at least 20.
+        threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
+        videos: Whether the best and the median episode are drawn, where there is OpenGL.
+
+    Raises:
+        UserError: The folder holds no finished training, or the extra "rl" is missing.
+    """
+    require_extra("rl", "evaluating a policy")
+    from aidsr.learn.rl.trained import evaluate_training
+
+    folder = training.path if isinstance(training, Training) else Path(training)
+    return evaluate_training(folder, episodes=episodes, threads=threads, videos=videos)
+
+
+def export(
+    design: str | Path | DesignFolder,
+    out: str | Path = "",
+    *,
+    printer: Literal["fdm", "sla"] = "fdm",
+    material: str | None = None,
+    policy: bool = False,
+    step: bool = False,
+) -> Exported:
+    """Make a design into parts to print, to buy and to assemble, and report what cannot be built.
+
+    Needs the extra "fabrication".
+
+        exported = aidsr.export(run.design(1))
+        print(exported.verdict.verdict, exported.folder / "sheet.html")
+
+    Args:
+        design: An approved design, its folder, or the file of a robot.
+        out: Folder to write: export/ in the design's folder, or NAME_export beside the file, unless given. An earlier
+            export in it is replaced.
+        printer: "fdm" lays filament, "sla" cures resin.
+        material: Material of the limbs, for example "tpu95a"; the first that fits the printer unless given.
+        policy: Also run the design's last trained policy with the robot as built; needs the extra "rl".
+        step: Also write each part as STEP; needs the extra "cad".
+
+    Raises:
+        UserError: There is nothing to export, an extra is missing, or the folder holds something else.
+        MjcfError: The robot cannot be loaded.
+    """
+    require_extra("fabrication", "making parts")
+    from aidsr.sandbox.pool import warm_up
+
+    warm_up()  # a worker starts while the rest is imported
+    from aidsr.loop.export import export as export_design
+
+    path = design.path if isinstance(design, DesignFolder) else Path(design)
+    target = Path(out) if out else None
+    return export_design(path, target, printer=printer, material=material, policy=policy, cad=step)
+
+
+def assemble(
+    robot: str | Path | Robot,
+    environment: str | Path | Task,
+    placement: Placement | None = None,
+    *,
+    functional_part: str = "",
+) -> Scene:
+    """Place a robot in an environment.
+
+        scene = aidsr.assemble("robot.xml", aidsr.load_task("button_pushing"), functional_part="tip")
+        report = aidsr.validate(scene.mjcf)
+
+    Args:
+        robot: The robot alone: an object, its MJCF, or the path of a file that holds it.
+        environment: MJCF of the environment or its path, or a task, whose sensors are then added too.
+        placement: Where and how the robot stands; on the first mount, or free where the task asks for it, unless given.
+        functional_part: Body or site of the robot that does the work, where the robot is only MJCF.
+
+    Raises:
+        UserError: A file cannot be read.
+        MjcfError: The robot or the environment cannot be loaded, or the two cannot become one model.
+        IsolationError: Assembly exceeded its limits of time or memory.
+    """
+    from aidsr.loop.ablations import default_placement
+    from aidsr.loop.run import make_brief, mjcf_text
+    from aidsr.sim.assembly import assemble as assemble_scene
+    from aidsr.tasks import Task
+
+    if not isinstance(robot, Robot):
+        robot = Robot(mjcf=mjcf_text(robot, "robot"), functional_part=functional_part)
+    if isinstance(environment, Task):
+        brief, sensors = environment.brief(), environment.sensors
+    else:
+        brief, sensors = make_brief("assemble", environment=environment), ()
+    placement = placement or default_placement(brief)
+    return assemble_scene(robot, brief.environment, placement, sensors)
+
+
+@dataclass(frozen=True)
+class DesignedScene:
+    """A scene, its task, and what its run knows about it."""
+
+    scene: str | Path
+    """MJCF, or the path of a file."""
+    task: str | Task
+    level: Level
+    groups: tuple[ActuatorGroup, ...]
+    """Actuators that act together."""
+    home: Path
+    """Folder in which training/ belongs."""
+
+    def for_learning(self, grouping: Grouping) -> TaskScene:
+        """Return the scene, loaded for its task.
+
+        Raises:
+            UserError: It is not a scene of this task.
+            MjcfError: It cannot be loaded.
+        """
+        from aidsr.learn.episodes.scene import TaskScene
+
+        return TaskScene.of(self.scene, self.task, level=self.level, groups=self.groups, grouping=grouping)
+
+
+def find_scene(
+    design: Design, task: str | Task = "", *, level: Level | None = None, goal: str | Path = ""
+) -> DesignedScene:
+    """Return the scene of a design, or a scene as given, and what measures success in it.
+
+    Args:
+        design: A design, its folder, or a scene.
+        task: Task named by the user; a design knows its own.
+        level: Level of the task.
+        goal: File of a goal, instead of a task; a run may hold one.
+
+    Raises:
+        UserError: There is no scene, or nothing measures success.
+    """
+    if task and goal:
+        raise UserError("both a task and a goal given; give one of --task and --goal")
+    path = design.path if isinstance(design, DesignFolder) else design
+    if isinstance(path, str) and "<" not in path:
+        path = Path(path)
+    if isinstance(path, Path) and path.is_dir():
+        return _scene_of_design(DesignFolder(path), task, level, goal)
+    scene = path.mjcf if isinstance(path, Scene) else path
+    if not (task or goal):
+        name = scene if isinstance(scene, Path) else "the scene"
+        raise UserError(f"{name} has no task; name one with --task (aidsr tasks lists them), or give a --goal")
+    return DesignedScene(scene, _measure(scene, task, level, goal), level or "standard", (), Path())
+
+
+def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None, goal: str | Path) -> DesignedScene:
+    scene = design.final_scene.path
+    if not scene.exists():
+        raise UserError(
+            f"{design.path} is not an approved design: final.xml not found; give the folder of one, as "
+            "runs/…/designs/1, or the file of a scene"
+        )
+    run = Run(design.path.parent.parent)
+    record = run.record.read()
+    known_task, known_level = (record.task, record.level) if record and record.task else ("", "")
+    if not (task or goal or known_task):
+        goal = run.goal.path
+        if not goal.exists():
+            raise UserError(
+                f"{design.path} was designed for an objective in words, which has no measure of success; give one with "
+                "--goal goal.toml (docs/environments.md), or name a task with --task"
+            )
+    robot = newest(it.robot.read() for it in design.leading_to())
+    groups = robot.actuator_groups if robot else ()
+    measure = _measure(scene, task or known_task, level, goal)
+    return DesignedScene(scene, measure, level or known_level or "standard", groups, design.path)
+
+
+def _measure(scene: str | Path, task: str | Task, level: Level | None, goal: str | Path) -> str | Task:
+    """Return the task, or the task that a goal makes of the scene.
+
+    Raises:
+        UserError: There is no such goal, or a level is asked of it.
+    """
+    if not goal:
+        return task
+    if level:
+        raise UserError(f"--level requires a task, and success is measured by the goal {goal}; leave --level out")
+    from aidsr.learn.episodes.scene import read_mjcf_text
+    from aidsr.tasks import goal_task, read_goal
+
+    return goal_task(read_goal(goal), read_mjcf_text(scene))

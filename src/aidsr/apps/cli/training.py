@@ -1,0 +1,173 @@
+"""What `aidsr train`, `aidsr evaluate` and `aidsr design --train` share: trainings in a row, and their output."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from aidsr.core.artifacts import Evaluation
+from aidsr.core.formatting import compared
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.runs import Run
+
+
+@dataclass(frozen=True)
+class Trainer:
+    """Trains a policy for each seed and evaluates it; finished trainings and evaluations are only printed again."""
+
+    console: Console
+    steps: int
+    """Budget of each policy."""
+    seeds: range
+    recipe: Recipe
+    threads: int = 0
+    tensorboard: bool = False
+    evaluate: bool = True
+    """Whether policies are evaluated."""
+    videos: bool = True
+    again: bool = False
+    """Whether to train anew what is there."""
+
+    def train(self, scene: TaskScene, home: Path) -> bool:
+        """Train a policy for each seed, in numbered folders; return whether one is successful or none is evaluated."""
+        actions = f"{scene.task.name}: {len(scene.actions.actuators)} actuators in {scene.actions.size} actions"
+        self.console.print(actions, style="bold", markup=False, soft_wrap=True)
+        verdicts = []
+        for seed in self.seeds:
+            folder = self._train(scene, home, seed)
+            if self.evaluate:
+                verdicts.append(self._evaluate(folder))
+        return any(verdicts) or not self.evaluate
+
+    def _train(self, scene: TaskScene, home: Path, seed: int) -> Path:
+        """Train one policy with a progress bar, and print how it ended; return its folder."""
+        from aidsr.api import train_policy
+
+        finished_before = set(home.glob("*/training.json"))
+        with TrainingBar(self.console, f"seed {seed}", self.steps) as bar:
+            training = train_policy(
+                scene,
+                home,
+                steps=self.steps,
+                seed=seed,
+                recipe=self.recipe,
+                threads=self.threads,
+                tensorboard=self.tensorboard,
+                again=self.again,
+                listen=bar.listen,
+            )
+        result = training.result.read()
+        assert result is not None, "a training ends with its result"
+        how = f"{result['steps']} steps in {result['wall_s']:.0f} s, ended by {result['stopped']}"
+        known = training.result.path in finished_before
+        line = f"{training.path}: trained already, {how}; --again trains anew" if known else f"{training.path}: {how}"
+        self.console.print(line, markup=False, soft_wrap=True)
+        return training.path
+
+    def _evaluate(self, folder: Path) -> bool:
+        """Evaluate one policy, print the result, and return whether it is successful."""
+        from aidsr.api import evaluate
+        from aidsr.runs.trainings import Training
+
+        known = Training(folder).evaluation.read()
+        evaluation = known or evaluate(folder, threads=self.threads, videos=self.videos)
+        print_evaluation(self.console, folder, evaluation)
+        return evaluation.successful
+
+
+def train_designs(run: Run, *, steps: int, seeds: int) -> int:
+    """Train and evaluate each approved design of a run; return 0 if one is successful, 1 if none, 130 if stopped."""
+    from aidsr.api import find_scene
+    from aidsr.apps.cli.reporting import print_status
+    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.runs import read_status, write_summary
+
+    console = Console(highlight=False)
+    trainer = Trainer(console, steps, range(seeds), Recipe())
+    left = [one for one in run.designs if (ended := one.outcome.read()) is not None and ended.outcome == "approved"]
+    successful = False
+    try:
+        while left:
+            found = find_scene(left[0])
+            successful |= trainer.train(found.for_learning("auto"), found.home / "training")
+            left.pop(0)
+            write_summary(run)
+    except KeyboardInterrupt:
+        write_summary(run)
+        console.print("\nInterrupted. What was learned is kept; continue with", soft_wrap=True)
+        for design in left:
+            command = ["aidsr", "train", str(design.path), "--steps", str(steps), "--seeds", str(seeds)]
+            console.print(f"  {shlex.join(command)}", style="bold", markup=False, soft_wrap=True)
+        return 130
+    console.print()
+    print_status(console, run, read_status(run))
+    return 0 if successful else 1
+
+
+class TrainingBar:
+    """A progress bar of a training, or a line now and then where there is no terminal."""
+
+    def __init__(self, console: Console, title: str, steps: int) -> None:
+        self._console, self._title, self._steps = console, title, steps
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.completed:>7.0f} steps  {task.fields[speed]:>6.0f}/s  success {task.fields[success]}"),
+            TimeRemainingColumn(),
+        )
+        self._progress = Progress(*columns, console=console, transient=True)
+        self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–")
+        self._next_line = 0
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._progress.stop()
+
+    def listen(self, point: CurvePoint) -> None:
+        """Show a point of the learning curve."""
+        success = f"{point.success_share:.0%}" if point.episodes else "–"
+        self._progress.update(self._bar, completed=point.steps, speed=point.steps_per_s, success=success)
+        if not self._console.is_terminal and point.steps >= self._next_line:
+            self._next_line = point.steps + self._steps // 10
+            line = f"{self._title}: {point.steps} steps, {point.steps_per_s:.0f}/s, success {success}"
+            self._console.print(escape(line), soft_wrap=True)
+
+
+def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:
+    """Print the evaluation of a policy, and which plausibility checks it fails."""
+    print_evaluations(console, {folder: evaluation})
+    for check in evaluation.checks:
+        if not check.passed:
+            console.print(f"[red]{check.name}[/]: {escape(check.message)}: {compared(check)}", soft_wrap=True)
+
+
+def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:
+    """Print one line for each policy."""
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+    for title in ("training", "success", "progress", "valid", "successful"):
+        table.add_column(title, overflow="fold")
+    for folder, evaluation in evaluations.items():
+        progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
+        verdict = ["[green]yes[/]" if yes else "[red]no[/]" for yes in (evaluation.valid, evaluation.successful)]
+        won = round(evaluation.success_share * len(evaluation.episodes))
+        share = f"{evaluation.success_share:.0%} ({won} of {len(evaluation.episodes)})"
+        table.add_row(escape(str(folder)), share, f"{progress:.2f}", *verdict)
+    console.print(table)
