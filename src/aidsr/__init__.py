@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from aidsr.api import assemble, evaluate, export, probe, train
     from aidsr.core.config import RunConfig
     from aidsr.core.model import Model
+    from aidsr.fixes import fix
     from aidsr.loop.run import design, resume
     from aidsr.runs import Run
     from aidsr.tasks import Task, load_task
     from aidsr.validation import validate
-    from aidsr.validation.repairs import repair as fix
 
 __all__ = [
     "Model",
@@ -49,7 +49,7 @@ _MODULES = {
     "design": "aidsr.loop.run",
     "evaluate": "aidsr.api",
     "export": "aidsr.api",
-    "fix": "aidsr.validation.repairs",
+    "fix": "aidsr.fixes",
     "load_task": "aidsr.tasks",
     "probe": "aidsr.api",
     "resume": "aidsr.loop.run",
@@ -57,14 +57,12 @@ _MODULES = {
     "validate": "aidsr.validation",
 }
 """Where each public name is defined."""
-_NAMES = {"fix": "repair"}
-"""Those that are defined under another name."""
 
 
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'aidsr' has no attribute {name!r}; it offers {', '.join(__all__)}")
-    return getattr(import_module(_MODULES[name]), _NAMES.get(name, name))
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from lxml import etree
 
-from aidsr.core.artifacts import Fault
+from aidsr.core.artifacts import Fault, Robot, Scene
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.fixes import markup
 from aidsr.fixes.record import EditDocument, Fix, FixResult, Request
 from aidsr.fixes.registry import FIXES, ON_DOCUMENT
 from aidsr.mjcf.edit import to_text
-from aidsr.mjcf.read import Document, check_document, check_safety, open_mjcf, parse_document
+from aidsr.mjcf.read import Document, check_document, check_safety, parse_document, text_of
 from aidsr.sandbox.isolated import isolated
 
 _MOST_NOTES = 3
@@ -21,7 +21,7 @@ _MOST_NOTES = 3
 
 
 def fix(
-    mjcf: str | Path,
+    mjcf: str | Path | Robot | Scene,
     faults: Sequence[Fault] | None = None,
     *,
     only: Collection[str] | None = None,
@@ -35,8 +35,11 @@ def fix(
 
     A text that cannot be read, or that no worker survives, comes back as it was.
 
+        fixed = aidsr.fix("robot.xml")
+        print(fixed.mjcf, fixed.notes)
+
     Args:
-        mjcf: The text, or the file it is in. The file is not written.
+        mjcf: The text, the path of its file, which is not written, or a robot or a scene.
         faults: What a validation report found wrong with it; None to apply safe fixes only.
         only: Names of the fixes that may be applied; None for all.
         kept_names: Names that others outside the text refer to, as a robot's functional part; safe fixes keep them.
@@ -46,7 +49,7 @@ def fix(
         MjcfError: The file is too large.
         ValueError: `only` names a fix that does not exist.
     """
-    text = open_mjcf(mjcf) if isinstance(mjcf, Path) else mjcf
+    text = text_of(mjcf)
     names = [each.name for each in FIXES]
     if unknown := sorted(set(only or ()) - set(names)):
         raise ValueError(f"no such fix: {', '.join(unknown)}; choose from {', '.join(names)}")

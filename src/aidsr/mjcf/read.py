@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 
 from lxml import etree
 
-from aidsr.core.artifacts import Fault
+from aidsr.core.artifacts import Fault, Robot, Scene
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.attribute_types import check_finite, check_fromto
 from aidsr.mjcf.forbidden import check_forbidden
@@ -44,6 +44,22 @@ class Document:
     """<mujoco>; line numbers count from the beginning of the text that was read."""
     notes: tuple[str, ...] = ()
     """What was ignored around it, one sentence each."""
+
+
+def text_of(mjcf: str | Path | Robot | Scene) -> str:
+    """Return the MJCF that is given as text, as the path of a file, or within an object.
+
+    A string is a path if it ends with .xml.
+
+    Raises:
+        UserError: The file cannot be read.
+        MjcfError: The file is too large.
+    """
+    if isinstance(mjcf, Robot | Scene):
+        return mjcf.mjcf
+    if isinstance(mjcf, Path) or (mjcf.endswith(".xml") and "<" not in mjcf):
+        return open_mjcf(Path(mjcf))
+    return mjcf
 
 
 def open_mjcf(path: Path) -> str:

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 from aidsr import __version__
 from aidsr.core.artifacts import Fault, Robot, Scene, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError, UserError
-from aidsr.mjcf.read import open_mjcf
+from aidsr.mjcf.read import text_of
 from aidsr.sandbox.isolated import isolated
 
 Mount = Literal["auto", "fixed", "free"]
@@ -58,7 +58,7 @@ def validate(
     if mount not in get_args(Mount):
         raise UserError(f"Expected mount to be one of {', '.join(get_args(Mount))}, found {mount!r}.")
     try:
-        text = _text(mjcf)
+        text = text_of(mjcf)
         return examine(text, mount, needs_contact, environment, realizable, tuple(select), tuple(ignore))
     except (IsolationError, MjcfError) as error:
         return unexamined(error)
@@ -78,15 +78,6 @@ def examine(
     from aidsr.validation.engine import examine_text
 
     return examine_text(text, mount, needs_contact, environment, realizable, select=select, ignore=ignore).report
-
-
-def _text(mjcf: str | Path | Robot | Scene) -> str:
-    """Return the MJCF that is given as text, as the path of a file, or within an object."""
-    if isinstance(mjcf, Robot | Scene):
-        return mjcf.mjcf
-    if isinstance(mjcf, Path) or (mjcf.endswith(".xml") and "<" not in mjcf):
-        return open_mjcf(Path(mjcf))
-    return mjcf
 
 
 def unexamined(error: IsolationError | MjcfError) -> ValidationReport:

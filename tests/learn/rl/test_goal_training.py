@@ -47,7 +47,7 @@ def train(design, *words) -> int:
 def test_a_design_without_a_goal_is_not_trained(design, capsys):
     assert train(design) == 2
     told = capsys.readouterr().err
-    assert "has no measure of success; say one with --goal goal.toml" in told
+    assert "has no measure of success; give one with --goal goal.toml" in told
     assert told.count("\n") == 1
 
 
@@ -92,4 +92,4 @@ def test_a_goal_has_no_levels(design, tmp_path, capsys, given):
 
 def test_either_a_task_or_a_goal(design, tmp_path, capsys):
     assert train(design, "--goal", tmp_path / "mine.toml", "--task", "button_pushing") == 2
-    assert "either --task or --goal" in capsys.readouterr().err
+    assert "both a task and a goal given" in capsys.readouterr().err
