@@ -10,7 +10,7 @@ import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
-from aidsr.core.extras import EXTRAS, lack_of, require_extra
+from aidsr.core.extras import EXTRAS, missing_extra, require_extra
 
 ROOT = Path(__file__).parents[1]
 STUDY = ("benchmark", "study", "--tasks", "gap", "--designs", "3", "--dry-run")
@@ -57,14 +57,14 @@ def test_every_command_says_which_extra_it_lacks_and_begins_nothing(tmp_path: Pa
 
 
 def test_what_is_there_is_not_missed() -> None:
-    assert lack_of("rl", "training") == ""
+    assert missing_extra("rl", "training") == ""
     require_extra("rl", "training")
 
 
 def test_one_missing_module_of_several_is_named() -> None:
     code = (
-        'import sys; sys.modules["torch"] = None; from aidsr.core.extras import lack_of; '
-        'print(lack_of("rl", "training"))'
+        'import sys; sys.modules["torch"] = None; from aidsr.core.extras import missing_extra; '
+        'print(missing_extra("rl", "training"))'
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said == 'training needs the extra "rl", and module torch is not installed: pip install "aidsr[rl]"\n'

@@ -29,12 +29,12 @@ from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
 from aidsr.runs.files import replace_file
-from aidsr.studies.jobs import trained_at
+from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.pool import LocalPool
-from aidsr.studies.runner import Progress, drive
+from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.statistics import Rate
-from aidsr.studies.study import Arm, Cell, Study, StudyPlan, begin_study, versions_now
+from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
 from aidsr.studies.tables import PAPER
 from aidsr.tasks import load_task, task_names
 
@@ -95,12 +95,12 @@ def main() -> None:
         versions=versions_now(),
     )
     published = kept(HOME / f"{asked.out}.jsonl", plan)
-    study = begin_study(folder, plan)
+    study = create_study(folder, plan)
     if not asked.write_only:
         there = {(row.task, row.design) for row in published}
         elsewhere = frozenset(cell for cell in study.cells if (cell.task, cell.number) in there)
         sys.stdout.write(f"{len(elsewhere)} of {_planned(plan)} designs are in {asked.out}.jsonl already\n")
-        drive(study, LocalPool(folder, asked.jobs), partial(_note, study, published, asked.out), without=elsewhere)
+        run_study(study, LocalPool(folder, asked.jobs), partial(_note, study, published, asked.out), without=elsewhere)
     _write(study, published, asked.out)
 
 
@@ -169,7 +169,7 @@ def row_of(row: DesignRow, study: Study) -> Row:
         "mujoco": plan.versions["mujoco"],
     }
     if evaluation:
-        config = TrainingFolder(trained_at(run.design(row.design), 0)).read_json("config.json")
+        config = TrainingFolder(training_folder_of(run.design(row.design), 0)).read_json("config.json")
         facts = {
             "benchmark_version": config["benchmark_version"],
             "most_steps": config["steps"],

@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import fmean
 
 from aidsr.learn.rl.training import BUDGET_STEPS
-from aidsr.studies.jobs import trained_at
+from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, open_study
 from aidsr.studies.tables import PAPER
@@ -57,7 +57,7 @@ def measured(study: Study) -> Costs:
     for row in read_outcomes(study):
         run = study.run(cells[row.arm, row.task, row.run])
         if row.evaluations and run:
-            judging = _judging_s(trained_at(run.design(row.design), 0))
+            judging = _judging_s(training_folder_of(run.design(row.design), 0))
             by_task.setdefault(row.task, []).append((row.latency_s, _to_the_budget(row), judging))
     means = [tuple(fmean(values) for values in zip(*rows, strict=True)) for rows in by_task.values()]
     design_s, training_s, judging_s = (fmean(values) for values in zip(*means, strict=True))

@@ -20,11 +20,11 @@ from pathlib import Path
 from statistics import median
 
 from aidsr.core.config import RunConfig
-from aidsr.studies.jobs import Job, perform
+from aidsr.studies.jobs import Job, run_job
 from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.pool import LocalPool
-from aidsr.studies.runner import drive, failures_of
-from aidsr.studies.study import Arm, StudyPlan, begin_study, open_study
+from aidsr.studies.runner import read_failures, run_study
+from aidsr.studies.study import Arm, StudyPlan, create_study, open_study
 
 TASK = "grasping/dynamic_catching"
 """Short episodes, so that little of a job is judging."""
@@ -36,10 +36,10 @@ def prepared(folder: Path, policies: int, steps: int) -> Path:
     """Return a study whose one design is made and verified, and none of its policies."""
     arm = Arm(name="builtin", config=RunConfig(concepts=1))
     plan = StudyPlan(tasks=(TASK,), arms=(arm,), runs=1, seeds=policies, steps=steps, probe=False)
-    study = begin_study(folder, plan)
+    study = create_study(folder, plan)
     (cell,) = study.cells
-    perform(study.path, Job(cell, "design"))
-    perform(study.path, Job(cell, "verify", 1))
+    run_job(study.path, Job(cell, "design"))
+    run_job(study.path, Job(cell, "verify", 1))
     return study.path
 
 
@@ -48,11 +48,11 @@ def seconds(study: Path, workers: int) -> float:
     with tempfile.TemporaryDirectory() as folder:
         copy = open_study(shutil.copytree(study, Path(folder) / "study"))
         began_s = time.monotonic()
-        drive(copy, LocalPool(copy.path, workers))
+        run_study(copy, LocalPool(copy.path, workers))
         took_s = time.monotonic() - began_s
         (row,) = read_outcomes(copy)
-        if failures_of(copy) or not row.complete:
-            sys.exit(f"a job failed, so the time says nothing: {failures_of(copy)}")
+        if read_failures(copy) or not row.complete:
+            sys.exit(f"a job failed, so the time says nothing: {read_failures(copy)}")
     return took_s
 
 

@@ -12,7 +12,7 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.studies.outcomes import DesignRow
-from aidsr.studies.study import Arm, StudyPlan, begin_study
+from aidsr.studies.study import Arm, StudyPlan, create_study
 from aidsr.tasks import BENCHMARK_VERSION, task_names
 
 PATH = Path(__file__).parents[2] / "benchmarks" / "builtin" / "table.py"
@@ -31,7 +31,7 @@ def program():
 def study(tmp_path):
     arm = Arm(name="builtin", config=RunConfig(model="builtin", concepts=1))
     plan = StudyPlan(tasks=TASKS, arms=(arm,), runs=5, versions={"mujoco": "3.17.0"})
-    return begin_study(tmp_path / "study", plan)
+    return create_study(tmp_path / "study", plan)
 
 
 def outcome(program, **changed):

@@ -12,7 +12,7 @@ from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import LAYOUT, Run, RunRecord, write_summary
 from aidsr.runs.events import Waiting
-from aidsr.studies.jobs import VERIFIED, trained_at
+from aidsr.studies.jobs import VERIFIED, training_folder_of
 from scripted import Script, Scripted, brief, new_run, parts
 
 
@@ -62,7 +62,7 @@ def test_every_file_is_in_the_layout(run) -> None:
 
 def test_what_a_study_adds_is_in_the_layout(run) -> None:
     patterns, design = [pattern(text) for text, _ in LAYOUT], run.design(1)
-    for added in (design.path / VERIFIED, trained_at(design, 0) / "config.json"):
+    for added in (design.path / VERIFIED, training_folder_of(design, 0) / "config.json"):
         assert any(each.fullmatch(added.relative_to(run.path).as_posix()) for each in patterns)
 
 

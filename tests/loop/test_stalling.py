@@ -8,7 +8,7 @@ from aidsr.loop.routing import Change
 from aidsr.loop.run import parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
-from aidsr.studies.arms import arms_of
+from aidsr.studies.arms import make_arms
 from scripted import Script, Scripted, fault, new_run, parts
 
 
@@ -108,5 +108,5 @@ def test_the_switch_chooses_the_part(tmp_path, early_stop: bool, part) -> None:
 
 
 def test_studies_of_the_papers_method_use_up_their_iterations() -> None:
-    (arm,) = arms_of(["builtin"], ["full"], concepts=3, feedback={})
+    (arm,) = make_arms(["builtin"], ["full"], concepts=3, feedback={})
     assert arm.config.early_stop is False

@@ -10,11 +10,11 @@ from aidsr.apps.cli import main
 from aidsr.apps.cli.plan_options import PlanOptions
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
-from aidsr.studies.arms import arms_of, read_feedback
+from aidsr.studies.arms import make_arms, read_feedback
 from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.pool import LocalPool
-from aidsr.studies.runner import drive
-from aidsr.studies.study import Study, StudyPlan, begin_study, open_study
+from aidsr.studies.runner import run_study
+from aidsr.studies.study import Study, StudyPlan, create_study, open_study
 
 TASK = "reaching/button_pushing"
 SAID = {TASK: "Make it longer."}
@@ -35,7 +35,7 @@ ALL = (
 
 
 def test_baselines_are_arms_of_their_own() -> None:
-    arms = arms_of(["builtin"], ["full"], concepts=3, feedback={}, baselines=["reference", "search"])
+    arms = make_arms(["builtin"], ["full"], concepts=3, feedback={}, baselines=["reference", "search"])
     cells = Study(Path("s"), StudyPlan(tasks=(TASK,), arms=arms, runs=2)).cells
     assert [cell.name.split("/")[0] for cell in cells] == ["builtin", "reference", "search", "builtin", "search"]
     assert [arm.settings for arm in arms] == [
@@ -46,42 +46,42 @@ def test_baselines_are_arms_of_their_own() -> None:
 
 
 def test_every_way_is_an_arm_that_can_be_frozen(tmp_path: Path) -> None:
-    arms = arms_of(["openai:gpt-5", "builtin"], ALL, concepts=3, feedback=SAID)
+    arms = make_arms(["openai:gpt-5", "builtin"], ALL, concepts=3, feedback=SAID)
     assert len({(a.config.model, a.settings) for a in arms}) == 2 * len(ALL), "no two arms are the same"
     assert arms[0].settings == ""
     plan = StudyPlan(tasks=(TASK,), arms=arms)
-    begin_study(tmp_path / "s", plan)
+    create_study(tmp_path / "s", plan)
     assert open_study(tmp_path / "s").plan == plan
 
 
 @pytest.mark.parametrize(
     ("ways", "said", "complaint"),
     [
-        (["human"], SAID, "name that before it: --method full human"),
-        (["no_groups", "full"], {}, "name that before it"),
+        (["human"], SAID, "name that first: --method full human"),
+        (["no_groups", "full"], {}, "name that first"),
         (["human_only"], {}, "give it with --feedback"),
     ],
 )
 def test_an_arm_that_lacks_something_is_refused(ways, said, complaint) -> None:
     with pytest.raises(UserError, match=complaint):
-        arms_of(["builtin"], ways, concepts=1, feedback=said)
+        make_arms(["builtin"], ways, concepts=1, feedback=said)
 
 
 def test_a_person_says_something_to_every_task(tmp_path: Path) -> None:
     file = tmp_path / "said.toml"
     file.write_text('button_pushing = " Make it longer. "\n')
     assert read_feedback(file, [TASK]) == SAID
-    with pytest.raises(UserError, match=r"says nothing to locomotion/gap; .* gap = "):
+    with pytest.raises(UserError, match=r"no feedback on locomotion/gap; .* gap = "):
         read_feedback(file, [TASK, "locomotion/gap"])
     file.write_text("button_pushing = ")
-    with pytest.raises(UserError, match="a person's feedback was expected"):
+    with pytest.raises(UserError, match="cannot be read as a person's feedback"):
         read_feedback(file, [TASK])
 
 
 def test_feedback_goes_one_round_further_on_the_same_designs(tmp_path: Path) -> None:
-    arms = arms_of(["builtin"], ["full", "human", "no_groups"], concepts=1, feedback=SAID)
-    study = begin_study(tmp_path / "s", StudyPlan(tasks=(TASK,), arms=arms, runs=1, seeds=0, probe=False))
-    progress = drive(study, LocalPool(study.path, 1))
+    arms = make_arms(["builtin"], ["full", "human", "no_groups"], concepts=1, feedback=SAID)
+    study = create_study(tmp_path / "s", StudyPlan(tasks=(TASK,), arms=arms, runs=1, seeds=0, probe=False))
+    progress = run_study(study, LocalPool(study.path, 1))
     assert progress.failed == ()
     full, human, ungrouped = (study.run(cell).design(1) for cell in study.cells)
     assert [row.outcome for row in read_outcomes(study)] == ["approved"] * 3

@@ -14,8 +14,8 @@ from aidsr.core.config import RunConfig
 from aidsr.studies.cluster import RayPool
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.pool import LocalPool
-from aidsr.studies.runner import Progress, drive, failures_of
-from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
+from aidsr.studies.runner import Progress, read_failures, run_study
+from aidsr.studies.study import Arm, Study, StudyPlan, create_study
 
 PLAN = StudyPlan(
     tasks=("reaching/button_pushing",),
@@ -29,9 +29,9 @@ PLAN = StudyPlan(
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 def test_a_cluster_of_one_machine_finishes_a_study(tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "study", PLAN)
-    progress = drive(study, RayPool(study.path, "local"))
-    assert (progress.done, progress.failed, failures_of(study)) == (4, (), [])
+    study = create_study(tmp_path / "study", PLAN)
+    progress = run_study(study, RayPool(study.path, "local"))
+    assert (progress.done, progress.failed, read_failures(study)) == (4, (), [])
     assert [row.outcome for row in read_outcomes(study)] == ["approved", "approved"]
 
 
@@ -59,9 +59,9 @@ def without_times(study: Study) -> list[DesignRow]:
 def test_several_nodes_find_what_one_machine_finds(tmp_path: Path, cluster) -> None:
     pytest.importorskip("stable_baselines3", reason="needs the extra rl")
     cluster.add_node(num_cpus=1)
-    here, there = (begin_study(tmp_path / name, TRAINED) for name in ("here", "there"))
-    assert drive(here, LocalPool(here.path, 2)).failed == ()
-    assert drive(there, RayPool(there.path, cluster.address)).failed == ()
+    here, there = (create_study(tmp_path / name, TRAINED) for name in ("here", "there"))
+    assert run_study(here, LocalPool(here.path, 2)).failed == ()
+    assert run_study(there, RayPool(there.path, cluster.address)).failed == ()
     assert without_times(there) == without_times(here)
     assert all(row.evaluations for row in read_outcomes(there))
 
@@ -70,7 +70,7 @@ def test_several_nodes_find_what_one_machine_finds(tmp_path: Path, cluster) -> N
 @pytest.mark.filterwarnings("default")
 def test_a_lost_node_loses_no_job_and_doubles_none(tmp_path: Path, cluster) -> None:
     doomed = cluster.add_node(num_cpus=1)
-    study, lost = begin_study(tmp_path / "study", PLAN), []
+    study, lost = create_study(tmp_path / "study", PLAN), []
 
     def lose(progress: Progress) -> None:
         import ray
@@ -83,7 +83,7 @@ def test_a_lost_node_loses_no_job_and_doubles_none(tmp_path: Path, cluster) -> N
             cluster.remove_node(doomed, allow_graceful=False)
             lost.append(progress.running)
 
-    progress = drive(study, RayPool(study.path, cluster.address), lose)
+    progress = run_study(study, RayPool(study.path, cluster.address), lose)
     assert lost, "no node was taken away: the test shows nothing"
     assert progress.failed == ()
     assert [len(list(study.home(cell).glob("*/run.json"))) for cell in study.cells] == [1, 1]

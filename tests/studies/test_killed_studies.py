@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aidsr.studies.runner import failures_of
+from aidsr.studies.runner import read_failures
 from aidsr.studies.study import open_study
 
 TIMES = ("latency_s", "training_s")
@@ -54,7 +54,7 @@ def check(tmp_path: Path, options: list[str], kills: int, longest_s: float) -> N
     assert expected[0]
     for study in kill_until(tmp_path, options, kills, longest_s, np.random.default_rng(4)):
         assert tables(study) == expected
-        assert failures_of(open_study(study)) == []
+        assert read_failures(open_study(study)) == []
 
 
 def test_two_kills_while_designing(tmp_path: Path) -> None:

@@ -14,9 +14,9 @@ from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.studies.leaderboard import check_scenes, leaderboard
 from aidsr.studies.pool import LocalPool
-from aidsr.studies.runner import drive
-from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
-from aidsr.studies.submission import Submission, read_submission, signed, submit
+from aidsr.studies.runner import run_study
+from aidsr.studies.study import Arm, Study, StudyPlan, create_study
+from aidsr.studies.submission import Submission, read_submission, submit, with_hash
 from aidsr.studies.tables import task_lines
 
 PLAN = StudyPlan(
@@ -30,8 +30,8 @@ PLAN = StudyPlan(
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    found = begin_study(tmp_path_factory.mktemp("studies") / "ours", PLAN)
-    drive(found, LocalPool(found.path, 1))
+    found = create_study(tmp_path_factory.mktemp("studies") / "ours", PLAN)
+    run_study(found, LocalPool(found.path, 1))
     submit(found, found.path / "ours.json")
     return found
 
@@ -39,7 +39,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
 def changed(study: Study, path: Path, change: Callable[[Submission], dict[str, object]]) -> Path:
     """Write a submission as somebody would who changes it and computes its hash anew."""
     found = read_submission(study.path / "ours.json")
-    path.write_text(signed(found.model_copy(update=change(found))).model_dump_json())
+    path.write_text(with_hash(found.model_copy(update=change(found))).model_dump_json())
     return path
 
 
@@ -63,7 +63,7 @@ def test_figures_that_do_not_follow_are_refused_though_the_hash_is_right(study: 
     with pytest.raises(UserError, match="the figures of rules are not those of its designs"):
         leaderboard([better])
     fewer = changed(study, tmp_path / "fewer.json", lambda _: {"designs": (), "lines": {"rules": ()}})
-    with pytest.raises(UserError, match="every design that the plan asks for was expected once"):
+    with pytest.raises(UserError, match="the designs are not those of its plan"):
         leaderboard([fewer])
 
 
@@ -93,7 +93,7 @@ def test_designs_of_several_policies_that_were_counted_otherwise_are_said_to_be_
     study, tmp_path: Path
 ) -> None:
     before = changed(study, tmp_path / "before.json", lambda f: {"plan": f.plan.model_copy(update={"seeds": 3})})
-    with pytest.raises(UserError, match="an earlier version wrote it"):
+    with pytest.raises(UserError, match="an older version wrote it"):
         read_submission(before)
     once = changed(study, tmp_path / "once.json", lambda f: {"plan": f.plan.model_copy(update={"seeds": 1})})
     assert read_submission(once).designs[0].seeds == 1
@@ -116,7 +116,7 @@ def test_a_submission_counts_once(study: Study, tmp_path: Path) -> None:
 
 def test_what_is_no_submission_is_said_in_one_sentence(study: Study, tmp_path: Path) -> None:
     path = tmp_path / "some.json"
-    for text, said in (("{}", 'the key "plan" was expected and is missing'), ("no", "JSON was expected")):
+    for text, said in (("{}", 'the key "plan" is missing'), ("no", "not valid JSON")):
         path.write_text(text)
         with pytest.raises(UserError, match=said):
             leaderboard([path])

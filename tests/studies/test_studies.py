@@ -21,17 +21,17 @@ from aidsr.core.artifacts import EpisodeResult, Evaluation, Fault, PlausibilityC
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
-from aidsr.studies.estimate import forecast
+from aidsr.studies.estimate import estimate_study
 from aidsr.studies.gallery import gallery
-from aidsr.studies.jobs import Job, pending, perform, trained_at
+from aidsr.studies.jobs import Job, pending, run_job, training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes, read_repairs
-from aidsr.studies.pictures import cost_and_success
-from aidsr.studies.pool import Ended, LocalPool
+from aidsr.studies.plots import cost_and_success
+from aidsr.studies.pool import EndedJob, LocalPool
 from aidsr.studies.report import write_report
-from aidsr.studies.runner import MOST_ATTEMPTS, drive, failures_of
+from aidsr.studies.runner import MOST_ATTEMPTS, read_failures, run_study
 from aidsr.studies.statistics import bootstrap_mean
-from aidsr.studies.study import Arm, Study, StudyPlan, begin_study, open_study
-from aidsr.studies.submission import Submission, read_submission, signed, submit
+from aidsr.studies.study import Arm, Study, StudyPlan, create_study, open_study
+from aidsr.studies.submission import Submission, read_submission, submit, with_hash
 from aidsr.studies.tables import arm_lines, differences, line_of
 
 TASK = "reaching/button_pushing"
@@ -56,13 +56,13 @@ class Here:
         self.begun.append(job)
         self.free = 0
 
-    def wait(self) -> Ended:
+    def wait(self) -> EndedJob:
         self.free = 1
         job = self.begun[-1]
         error = self.before(job, self.begun.count(job))
         if not error:
-            perform(self.study.path, job)
-        return Ended(job, error, 1.0)
+            run_job(self.study.path, job)
+        return EndedJob(job, error, 1.0)
 
     def close(self) -> None:
         self.free = 1
@@ -70,9 +70,9 @@ class Here:
 
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, list[Job]]:
-    study = begin_study(tmp_path_factory.mktemp("studies") / "first", plan())
+    study = create_study(tmp_path_factory.mktemp("studies") / "first", plan())
     pool = Here(study)
-    drive(study, pool)
+    run_study(study, pool)
     return study, pool.begun
 
 
@@ -87,20 +87,20 @@ def test_a_run_comes_to_its_end_before_the_next_begins(driven: tuple[Study, list
 
 
 def test_runs_whose_results_are_elsewhere_are_left_alone(tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "s", plan())
+    study = create_study(tmp_path / "s", plan())
     rules, bare = study.cells
     pool = Here(study)
-    drive(study, pool, without=frozenset({rules}))
+    run_study(study, pool, without=frozenset({rules}))
     assert {job.cell for job in pool.begun} == {bare}
     assert study.run(rules) is None
 
 
 def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
-    begin_study(tmp_path / "s", plan())
+    create_study(tmp_path / "s", plan())
     assert open_study(tmp_path / "s").plan == plan()
-    assert begin_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
+    assert create_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
     with pytest.raises(UserError, match="other steps; a plan is frozen"):
-        begin_study(tmp_path / "s", plan(steps=7))
+        create_study(tmp_path / "s", plan(steps=7))
     with pytest.raises(UserError, match="has none"):
         open_study(tmp_path)
     (tmp_path / "s" / "study.toml").write_text("tasks = []\n")
@@ -125,7 +125,7 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
 def test_a_plan_that_was_edited_badly_is_refused_in_one_sentence(
     line: str, edited: str, said: str, tmp_path: Path
 ) -> None:
-    file = begin_study(tmp_path / "s", plan()).path / "study.toml"
+    file = create_study(tmp_path / "s", plan()).path / "study.toml"
     assert line in file.read_text()
     file.write_text(file.read_text().replace(line, edited, 1))
     with pytest.raises(UserError, match=said) as refused:
@@ -154,7 +154,7 @@ def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished:
         ("bare", "approved", True),
     ]
     assert not rows[0].valid, "a design that was not trained is not valid"
-    assert forecast(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
+    assert estimate_study(finished).jobs == {"design": 0, "verify": 0, "train": 0, "probe": 0}
 
 
 @pytest.mark.parametrize(("seeds", "steps"), [(0, 300_000), (1, 300_000), (2, 150_000)])
@@ -163,7 +163,7 @@ def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps
     told = re.search(r"designing (\d+), training ([\d,]+), judging (\d+);", page)
     assert told, "docs/studies.md no longer says what was measured"
     design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
-    coming = forecast(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
+    coming = estimate_study(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
     expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)
     assert coming.core_hours * 3600 == pytest.approx(expected_s)
 
@@ -211,7 +211,7 @@ def test_policies_that_are_missing_count_as_failed(seeds, judged, valid, success
 
 def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_path: Path) -> None:
     study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=3))
-    folder = trained_at(study.run(next(study.cells)).design(1), 0)
+    folder = training_folder_of(study.run(next(study.cells)).design(1), 0)
     folder.mkdir(parents=True)
     (folder / "evaluation.json").write_text(evaluation(4).model_dump_json())
     row, _ = read_outcomes(study)
@@ -221,7 +221,7 @@ def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_pa
     earlier = json.loads((tmp_path / "s.json").read_text())
     for design in earlier["designs"]:
         del design["seeds"]
-    (tmp_path / "earlier.json").write_text(signed(Submission.model_validate(earlier)).model_dump_json())
+    (tmp_path / "earlier.json").write_text(with_hash(Submission.model_validate(earlier)).model_dump_json())
     assert read_submission(tmp_path / "s.json").designs == read_outcomes(study)
     with pytest.raises(UserError, match="an earlier version wrote it"):
         read_submission(tmp_path / "earlier.json")
@@ -242,14 +242,14 @@ def test_a_lost_worker_is_retried_and_a_hopeless_job_does_not_stop_the_rest(tmp_
     def before(job: Job, attempt: int) -> str:
         return "the machine went away" if job.cell.arm == "bare" or attempt == 1 else ""
 
-    study = begin_study(tmp_path / "s", plan())
+    study = create_study(tmp_path / "s", plan())
     pool = Here(study, before)
-    progress = drive(study, pool)
+    progress = run_study(study, pool)
     assert [row.outcome for row in read_outcomes(study)] == ["approved", "unfinished"]
     assert [job.cell.arm for job in progress.failed] == ["bare"]
     assert sum(job.cell.arm == "bare" for job in pool.begun) == MOST_ATTEMPTS
     assert [job.cell.arm for job in pool.begun[:2]] == ["rules", "bare"], "what failed waits for what was not tried"
-    assert {str(note["error"]) for note in failures_of(study)} == {"the machine went away"}
+    assert {str(note["error"]) for note in read_failures(study)} == {"the machine went away"}
 
 
 def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
@@ -263,23 +263,23 @@ def test_a_probe_takes_one_core_as_every_job_does(finished: Study) -> None:
     sys.setprofile(look)
     try:
         with pytest.raises(InterruptedError):
-            perform(finished.path, Job(next(finished.cells), "probe", 1))
+            run_job(finished.path, Job(next(finished.cells), "probe", 1))
     finally:
         sys.setprofile(None)
     assert found == [1]
 
 
 def test_jobs_run_in_processes_of_their_own(tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "s", plan(arms=plan().arms[:1]))
+    study = create_study(tmp_path / "s", plan(arms=plan().arms[:1]))
     pool = LocalPool(study.path, 1)
-    progress = drive(study, pool)
-    assert (progress.done, progress.failed, failures_of(study)) == (2, (), [])
+    progress = run_study(study, pool)
+    assert (progress.done, progress.failed, read_failures(study)) == (2, (), [])
 
 
 def test_a_job_that_says_much_comes_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "sitecustomize.py").write_text("import sys\nsys.stderr.write('said before\\n' * 20_000)\n")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]))
-    pool, ended = LocalPool(tmp_path, 1), list[Ended]()
+    pool, ended = LocalPool(tmp_path, 1), list[EndedJob]()
     pool.begin(Job(next(Study(tmp_path, plan()).cells), "design"))
     waiting = threading.Thread(target=lambda: ended.append(pool.wait()), daemon=True)
     waiting.start()
@@ -333,7 +333,7 @@ def report_of(*codes: str) -> str:
 
 def test_a_fault_is_cured_only_where_it_was_looked_for_and_counted_once(tmp_path: Path) -> None:
     after = Arm(name="again", after="rules", feedback={TASK: "Longer."}, config=RunConfig(concepts=1))
-    study = begin_study(tmp_path / "s", plan(arms=(plan().arms[0], after)))
+    study = create_study(tmp_path / "s", plan(arms=(plan().arms[0], after)))
     first = [
         {"robot.xml": "", "robot_report.json": report_of("loose", "open")},
         {"robot.xml": "", "robot_report.json": report_of("open")},
@@ -374,16 +374,16 @@ def test_a_robot_is_shown_with_its_best_policy(finished: Study, tmp_path: Path) 
     study = Study(Path(shutil.copytree(finished.path, tmp_path / "s")), plan(seeds=4))
     design = study.run(next(study.cells)).design(1)
     for seed, verdict in enumerate([evaluation(1), evaluation(4, plausible=False), evaluation(3)]):
-        trained_at(design, seed).mkdir(parents=True)
-        (trained_at(design, seed) / "evaluation.json").write_text(verdict.model_dump_json())
-        film(trained_at(design, seed) / "best.mp4", 80 * seed)
-        (trained_at(design, seed) / "best.npz").touch()
+        training_folder_of(design, seed).mkdir(parents=True)
+        (training_folder_of(design, seed) / "evaluation.json").write_text(verdict.model_dump_json())
+        film(training_folder_of(design, seed) / "best.mp4", 80 * seed)
+        (training_folder_of(design, seed) / "best.npz").touch()
     (card, *_) = gallery(study, read_outcomes(study)[:1])
-    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.motion == training_folder_of(design, 2) / "best.npz"
     assert card.how_well == "not valid, 25 % of episodes won"
-    (trained_at(design, 2) / "best.mp4").unlink()  # as where there is no OpenGL
+    (training_folder_of(design, 2) / "best.mp4").unlink()  # as where there is no OpenGL
     (card, *_) = gallery(study, read_outcomes(study)[:1])
-    assert card.motion == trained_at(design, 2) / "best.npz"
+    assert card.motion == training_folder_of(design, 2) / "best.npz"
     assert card.url.startswith("data:image/png")
 
 
@@ -396,12 +396,12 @@ def test_what_a_design_costs_is_not_drawn_before_one_came_to_an_end() -> None:
 
 
 def test_a_study_of_another_version_of_the_benchmark_is_not_gone_on_with(tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "s", plan(benchmark_version=1))
+    study = create_study(tmp_path / "s", plan(benchmark_version=1))
     pool = Here(study)
     with pytest.raises(UserError, match="is one of version 1, whose tasks differ"):
-        drive(study, pool)
+        run_study(study, pool)
     assert pool.begun == []
-    assert drive(study, pool, without=frozenset(study.cells)).done == 0, "nothing is left to do"
+    assert run_study(study, pool, without=frozenset(study.cells)).done == 0, "nothing is left to do"
 
 
 def test_designs_must_be_whole_runs(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

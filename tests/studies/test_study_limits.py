@@ -15,12 +15,12 @@ from aidsr.core.errors import AidsrError, BudgetError, UserError
 from aidsr.loop.run import make_brief
 from aidsr.runs import RunRecord, new_run
 from aidsr.runs.files import JsonFile
-from aidsr.studies.budget import Purse, check_limit, limit_of, limit_study
-from aidsr.studies.jobs import Job, pending, perform
+from aidsr.studies.budget import StudyBudget, check_budget, read_budget, set_budget
+from aidsr.studies.jobs import Job, pending, run_job
 from aidsr.studies.outcomes import read_outcomes
-from aidsr.studies.pool import Ended
-from aidsr.studies.runner import drive, failures_of
-from aidsr.studies.study import Arm, Cell, Study, StudyPlan, begin_study, open_study
+from aidsr.studies.pool import EndedJob
+from aidsr.studies.runner import read_failures, run_study
+from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, open_study
 from loopback import Loopback, Received, Say
 
 TASK = "reaching/button_pushing"
@@ -34,7 +34,7 @@ def paid(model: str = "openai:gpt-5", **changed: object) -> Arm:
 
 
 def study_of(path: Path, *arms: Arm, runs: int = 3) -> Study:
-    return begin_study(path / "s", StudyPlan(tasks=(TASK,), arms=arms or (paid(),), runs=runs, seeds=0, probe=False))
+    return create_study(path / "s", StudyPlan(tasks=(TASK,), arms=arms or (paid(),), runs=runs, seeds=0, probe=False))
 
 
 def designing(study: Study) -> list[Job]:
@@ -61,7 +61,7 @@ def pay(study: Study, cell: Cell, cost_usd: float | None) -> None:
 def test_jobs_side_by_side_set_aside_what_each_may_spend(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     one, two, three = designing(study)
-    purse = Purse(study, Budget(cost_usd=10))
+    purse = StudyBudget(study, Budget(cost_usd=10))
     begun = [purse.begin(one, 2), purse.begin(two, 1)]
     assert [job.most_usd for job in begun] == [5, 5]
     assert begun == [one, two], "what a job may spend is no part of which job it is"
@@ -71,25 +71,25 @@ def test_jobs_side_by_side_set_aside_what_each_may_spend(tmp_path: Path) -> None
     assert purse.begin(three, 1).most_usd == pytest.approx(1.0)
     purse.end(two, short=())
     pay(study, two.cell, 0.5)
-    assert Purse(study, Budget(cost_usd=10)).paid_usd == pytest.approx(4.5)
-    assert Purse(study, Budget(cost_usd=4.5)).begin(three, 2) is None, "the limit is reached"
+    assert StudyBudget(study, Budget(cost_usd=10)).paid_usd == pytest.approx(4.5)
+    assert StudyBudget(study, Budget(cost_usd=4.5)).begin(three, 2) is None, "the limit is reached"
 
 
 def test_a_share_is_as_much_as_a_run_takes_however_many_workers_there_are(tmp_path: Path) -> None:
     study = study_of(tmp_path, runs=20)
-    purse = Purse(study, Budget(cost_usd=10))
+    purse = StudyBudget(study, Budget(cost_usd=10))
     shares = [job.most_usd for each in designing(study) if (job := purse.begin(each, 1000))]
     assert shares[0] == pytest.approx(0.73), "the published cost, before there is one of its own"
     assert sum(shares) <= 10
     assert len(shares) == 14
     pay(study, designing(study)[0].cell, 2.0)
-    assert Purse(study, Budget(cost_usd=10)).begin(designing(study)[1], 1000).most_usd == pytest.approx(2.0)
+    assert StudyBudget(study, Budget(cost_usd=10)).begin(designing(study)[1], 1000).most_usd == pytest.approx(2.0)
 
 
 def test_a_share_that_was_too_small_for_a_call_is_not_tried_again(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     one, two, _ = designing(study)
-    purse = Purse(study, Budget(tokens=300_000))
+    purse = StudyBudget(study, Budget(tokens=300_000))
     assert purse.begin(one, 2).most_tokens == 151_000
     purse.end(one, short=["tokens"])
     assert purse.begin(one, 2).most_tokens == 300_000
@@ -104,13 +104,13 @@ def test_a_share_that_was_too_small_for_a_call_is_not_tried_again(tmp_path: Path
 def test_of_two_limits_only_the_one_that_refused_is_short(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     one, two, three = designing(study)
-    purse = Purse(study, Budget(cost_usd=0.73, tokens=300_000))
+    purse = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
     assert purse.begin(one, 1).most_usd == pytest.approx(0.73)
     purse.end(one, short=["tokens"])
     assert purse.begin(two, 1) is None
     assert purse.refusing == {"tokens"}
     pay(study, one.cell, 0.1)
-    fresh = Purse(study, Budget(cost_usd=0.73, tokens=300_000))
+    fresh = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
     assert fresh.begin(two, 2).most_usd == pytest.approx(0.365, abs=0.1)
     fresh.end(two, short=["tokens"])
     again = fresh.begin(three, 1)
@@ -128,7 +128,7 @@ def test_a_refusal_names_each_limit_that_refused(tmp_path: Path, monkeypatch: py
         (replace(two, most_tokens=10, most_usd=1e-6), ("tokens", "cost_usd")),
     ):
         with pytest.raises(BudgetError) as refused:
-            perform(study.path, job)
+            run_job(study.path, job)
         assert refused.value.limits == limits
         assert ("may use 10 tokens" in str(refused.value), "may cost $" in str(refused.value)) == (
             True,
@@ -144,7 +144,7 @@ def test_only_what_asks_a_language_model_needs_money(tmp_path: Path) -> None:
     pay(study, first.cell, 1.0)
     pay(study, second.cell, 1.0)  # the copied call
     pay(study, second.cell, 0.25)
-    purse = Purse(study, Budget(cost_usd=1.25))
+    purse = StudyBudget(study, Budget(cost_usd=1.25))
     assert purse.paid_usd == pytest.approx(1.25), "what was copied was paid once"
     assert purse.begin(second, 1) is None
     assert purse.begin(free, 1) is free
@@ -156,20 +156,22 @@ def test_a_call_without_a_price_counts_at_list_prices(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     cell = next(study.cells)
     pay(study, cell, None)
-    listed = Purse(study, Budget(cost_usd=1)).paid_usd
+    listed = StudyBudget(study, Budget(cost_usd=1)).paid_usd
     assert 0 < listed < 0.1
     pay(study, cell, 5.0)
-    assert Purse(study, Budget(cost_usd=10)).paid_usd == pytest.approx(listed + 5), "what is known counts as it is"
+    assert StudyBudget(study, Budget(cost_usd=10)).paid_usd == pytest.approx(listed + 5), (
+        "what is known counts as it is"
+    )
 
 
 def test_a_limit_that_cannot_be_kept_is_refused(tmp_path: Path) -> None:
     local = study_of(tmp_path / "a", paid("m@http://localhost:1/v1"))
     with pytest.raises(UserError, match="is not known"):
-        check_limit(local, Budget(cost_usd=1))
-    check_limit(local, Budget(tokens=1))
+        check_budget(local, Budget(cost_usd=1))
+    check_budget(local, Budget(tokens=1))
     limited = paid(config=RunConfig(model="openai:gpt-5", budget=Budget(cost_usd=1)))
-    with pytest.raises(UserError, match='found both with "paid"'):
-        check_limit(study_of(tmp_path / "b", limited), Budget(tokens=1))
+    with pytest.raises(UserError, match='the arm "paid" both have a limit'):
+        check_budget(study_of(tmp_path / "b", limited), Budget(tokens=1))
 
 
 class Here:
@@ -183,15 +185,15 @@ class Here:
         self.begun.append(Job.of(json.loads(json.dumps(job.as_dict()))))
         self.free = 0
 
-    def wait(self) -> Ended:
+    def wait(self) -> EndedJob:
         self.free = 1
         try:
-            perform(self.study.path, self.begun[-1])
+            run_job(self.study.path, self.begun[-1])
         except BudgetError as error:
-            return Ended(self.begun[-1], str(error), 1.0, short=error.limits)
+            return EndedJob(self.begun[-1], str(error), 1.0, short=error.limits)
         except AidsrError as error:
-            return Ended(self.begun[-1], str(error), 1.0)
-        return Ended(self.begun[-1], "", 1.0)
+            return EndedJob(self.begun[-1], str(error), 1.0)
+        return EndedJob(self.begun[-1], "", 1.0)
 
     def close(self) -> None:
         self.free = 1
@@ -212,18 +214,18 @@ def test_a_study_ends_at_its_limit_and_goes_on_with_a_higher_one(
     monkeypatch.setenv("AIDSR_API_KEY", "none")
     with Loopback(answer) as server:
         study = study_of(tmp_path, paid(f"loop@{server.url}/v1"))
-        limit_study(study, Budget(tokens=20_000))
-        stopped = drive(study, Here(study))
-        assert 7_800 <= Purse(study, limit_of(study)).tokens <= 20_000
+        set_budget(study, Budget(tokens=20_000))
+        stopped = run_study(study, Here(study))
+        assert 7_800 <= StudyBudget(study, read_budget(study)).tokens <= 20_000
         assert 1 <= len(stopped.unpaid) < 3
-        assert (stopped.failed, failures_of(study)) == ((), [])
+        assert (stopped.failed, read_failures(study)) == ((), [])
         assert stopped.unpaid == tuple(pending(study))
         outcomes = [row.outcome for row in read_outcomes(study)]
         assert outcomes.count("unfinished") == len(stopped.unpaid)
         assert outcomes.count("invalid") == 3 - len(stopped.unpaid)
-        limit_study(study, Budget(tokens=10**6))
-        assert limit_of(study) == Budget(tokens=10**6)
-        assert drive(study, Here(study)).unpaid == ()
+        set_budget(study, Budget(tokens=10**6))
+        assert read_budget(study) == Budget(tokens=10**6)
+        assert run_study(study, Here(study)).unpaid == ()
         assert [row.outcome for row in read_outcomes(study)] == ["invalid"] * 3
         asked = [request.body["messages"][-1]["content"] for request in server.requests]
         assert len(asked) == 3 * len(set(asked)), "each run asked the same once, and nothing was paid twice"
@@ -256,7 +258,7 @@ def test_the_command_ends_in_a_sentence_that_says_how_to_go_on(
     said = capsys.readouterr().out
     assert "$0.00 of $0.01 are paid and 0 of 1,000,000 tokens are used; of money too little is left" in said
     assert "--max-tokens" not in said.partition("By the estimate")[2], "only the limit that refused has to be raised"
-    assert limit_of(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
+    assert read_budget(open_study(tmp_path / "s")) == Budget(cost_usd=0.01, tokens=1_000_000), "both hold"
 
 
 def test_an_arm_whose_own_budget_is_too_small_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -264,7 +266,7 @@ def test_an_arm_whose_own_budget_is_too_small_is_given_up(tmp_path: Path, monkey
     with Loopback(answer) as server:
         config = RunConfig(model=f"loop@{server.url}/v1", concepts=1, max_output_tokens=1000, budget=Budget(tokens=10))
         study = study_of(tmp_path, paid(config=config), runs=1)
-        ended = drive(study, Here(study))
+        ended = run_study(study, Here(study))
     assert [job.name for job in ended.failed] == [f"design paid/{TASK.replace('/', '.')}/1"]
-    assert ["may use 10 tokens" in str(each["error"]) for each in failures_of(study)] == [True] * 3
+    assert ["may use 10 tokens" in str(each["error"]) for each in read_failures(study)] == [True] * 3
     assert (ended.unpaid, server.requests) == ((), [])

@@ -8,9 +8,9 @@ import pytest
 
 from aidsr.core.config import RunConfig
 from aidsr.runs import DesignFolder
-from aidsr.studies.cluster import pack, perform_packed, unpack
-from aidsr.studies.jobs import VERIFIED, Job, made_by, perform, trained_at
-from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
+from aidsr.studies.cluster import pack, run_packed_job, unpack
+from aidsr.studies.jobs import VERIFIED, Job, output_of_job, run_job, training_folder_of
+from aidsr.studies.study import Arm, Study, StudyPlan, create_study
 
 PLAN = StudyPlan(
     tasks=("reaching/button_pushing",), arms=(Arm(name="rules", config=RunConfig(concepts=1)),), runs=1, seeds=2
@@ -20,12 +20,12 @@ PLAN = StudyPlan(
 @pytest.fixture
 def study(tmp_path: Path) -> Study:
     """A study whose one run has a design with two policies, none of them real."""
-    study = begin_study(tmp_path / "here", PLAN)
+    study = create_study(tmp_path / "here", PLAN)
     design = design_of(study)
     for seed in (0, 1):
-        (trained_at(design, seed) / "checkpoint").mkdir(parents=True)
-        (trained_at(design, seed) / "checkpoint" / "history.json").write_text("{}")
-        (trained_at(design, seed) / "curve.csv").write_text("early\n")
+        (training_folder_of(design, seed) / "checkpoint").mkdir(parents=True)
+        (training_folder_of(design, seed) / "checkpoint" / "history.json").write_text("{}")
+        (training_folder_of(design, seed) / "curve.csv").write_text("early\n")
     (study.home(next(study.cells)) / "run" / "run.json").write_text("{}")
     return study
 
@@ -55,31 +55,31 @@ def test_a_run_travels_whole_with_the_plan(study: Study, tmp_path: Path) -> None
     ],
 )
 def test_a_job_makes_one_thing(job: Job, made: str, study: Study) -> None:
-    assert made_by(study, job) == study.home(job.cell) / made
+    assert output_of_job(study, job) == study.home(job.cell) / made
 
 
 def test_a_policy_that_comes_back_leaves_the_one_beside_it_alone(study: Study, tmp_path: Path) -> None:
     there, job = Study(tmp_path / "there", PLAN), Job(next(study.cells), "train", 1, 1)
     unpack(sent(study), there.path)
-    (made_by(there, job) / "curve.csv").write_text("late\n")
-    (made_by(there, job) / "checkpoint" / "history.json").unlink()
-    (made_by(there, job) / "checkpoint").rmdir()
-    sibling = trained_at(design_of(study), 0)
+    (output_of_job(there, job) / "curve.csv").write_text("late\n")
+    (output_of_job(there, job) / "checkpoint" / "history.json").unlink()
+    (output_of_job(there, job) / "checkpoint").rmdir()
+    sibling = training_folder_of(design_of(study), 0)
     (sibling / "curve.csv").write_text("later still\n")
     (sibling / "checkpoint" / "history.json").unlink()
-    unpack(pack(there.path, made_by(there, job)), study.path, instead_of=made_by(study, job))
+    unpack(pack(there.path, output_of_job(there, job)), study.path, instead_of=output_of_job(study, job))
     assert (sibling / "curve.csv").read_text() == "later still\n"
     assert not (sibling / "checkpoint" / "history.json").exists()
-    assert (made_by(study, job) / "curve.csv").read_text() == "late\n"
-    assert not (made_by(study, job) / "checkpoint").exists(), "what the job removed is gone here as well"
+    assert (output_of_job(study, job) / "curve.csv").read_text() == "late\n"
+    assert not (output_of_job(study, job) / "checkpoint").exists(), "what the job removed is gone here as well"
     assert sorted(path.name for path in study.path.iterdir()) == ["runs", "study.toml"]
 
 
 def test_a_worker_sends_back_what_its_job_made(tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "here", PLAN)
+    study = create_study(tmp_path / "here", PLAN)
     design, verify = Job(next(study.cells), "design"), Job(next(study.cells), "verify", 1)
-    perform(study.path, design)
-    packed, *said = perform_packed(sent(study), verify.as_dict())
+    run_job(study.path, design)
+    packed, *said = run_packed_job(sent(study), verify.as_dict())
     assert said == ["", ()]
     unpack(packed, tmp_path / "back")
     assert [path.name for path in (tmp_path / "back").rglob("*") if path.is_file()] == [VERIFIED]

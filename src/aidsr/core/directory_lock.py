@@ -1,4 +1,4 @@
-"""A directory that one owner at a time works in; the system gives it back when the process dies."""
+"""A lock on a directory for one owner at a time; the operating system releases it when the process dies."""
 
 from __future__ import annotations
 
@@ -11,29 +11,26 @@ from aidsr.core.errors import UserError
 _FILE = ".in_use"
 
 
-class Claim:
-    """Keeps a directory for its owner until it is released, or nobody holds it any more.
+class DirectoryLock:
+    """Locks a directory until `release` is called or the object is garbage-collected.
 
-    Windows, and file systems without locks, have no such guard: there, every claim is granted.
+    On Windows, and on file systems without locks, nothing is locked and nothing is raised.
 
     Raises:
-        UserError: Another run, in this or another process, has the directory.
+        UserError: Another run, in this or another process, holds the lock.
     """
 
     def __init__(self, directory: Path) -> None:
         file = os.open(directory / _FILE, os.O_RDWR | os.O_CREAT, 0o644)
         if not _locked(file):
             os.close(file)
-            raise UserError(
-                f"a directory that no other run uses was expected; {directory} belongs to a run that is at work, so "
-                "name another one or wait until that run ends"
-            )
+            raise UserError(f"{directory} is locked by another run; choose another directory, or wait")
         self.release = weakref.finalize(self, os.close, file)
-        """Gives the directory back; called again, it does nothing."""
+        """Releases the lock; a second call does nothing."""
 
 
 def _locked(file: int) -> bool:
-    """Whether the lock of a file was free, and is now held."""
+    """Try to lock an open file; return whether that succeeded."""
     try:
         import fcntl
     except ImportError:  # Windows

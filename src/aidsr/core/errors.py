@@ -32,7 +32,7 @@ class AidsrError(Exception):
 class UserError(AidsrError):
     """The person using AID-SR must change something.
 
-    The message is one sentence or two: what was expected, what was found, and what to do.
+    The message is one sentence or two: the fault first, then what to do.
     """
 
 

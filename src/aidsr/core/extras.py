@@ -18,7 +18,7 @@ EXTRAS: dict[str, tuple[str, ...]] = {
 """Modules that our code imports from each extra; pyproject.toml says which packages bring them."""
 
 
-def lack_of(extra: str, what: str) -> str:
+def missing_extra(extra: str, what: str) -> str:
     """Return a sentence that says what is missing and how to install it, nothing where all is there.
 
     Args:
@@ -34,7 +34,7 @@ def lack_of(extra: str, what: str) -> str:
 
 
 def require_extra(extra: str, what: str) -> None:
-    """Raise UserError where a module of an extra is not installed; the arguments are those of `lack_of`."""
-    lack = lack_of(extra, what)
+    """Raise UserError where a module of an extra is not installed; the arguments are those of `missing_extra`."""
+    lack = missing_extra(extra, what)
     if lack:
         raise UserError(lack)

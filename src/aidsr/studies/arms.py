@@ -33,7 +33,7 @@ that act together, and with feedback from the task."""
 
 _WITH_A_PERSON = ("human", "human_only")
 _SAME_DESIGNS = ("human", "no_groups", "from_probe")
-"""They go on with the designs of the full method."""
+"""They continue the designs of the full method."""
 _CONFIG: dict[Way, dict[str, Any]] = {
     "human_only": {"method": "no_feedback", "iterations": 0},
     "no_repairs": {"repairs": False},
@@ -59,7 +59,7 @@ def _baseline(name: Baseline, search_robots: int) -> Arm:
     return arm.model_copy(update={"config": config})
 
 
-def arms_of(
+def make_arms(
     models: Sequence[str],
     ways: Sequence[Way],
     *,
@@ -74,7 +74,7 @@ def arms_of(
         models: Names of models.
         ways: What of the method is left out or added.
         concepts: Of each run.
-        feedback: What a person says, by task; for the ways that ask one.
+        feedback: A person's feedback by task, for the methods that need it.
         baselines: What they are measured against, an arm each.
         search_robots: Robots that the search tries for each design, a multiple of eight.
 
@@ -83,12 +83,10 @@ def arms_of(
     """
     lacking = [way for way in ways if way in _SAME_DESIGNS]
     if lacking and "full" not in ways[: ways.index(lacking[0])]:
-        raise UserError(
-            f'"{lacking[0]}" goes on with the designs of "full", so name that before it: --method full {lacking[0]}'
-        )
+        raise UserError(f'"{lacking[0]}" continues the designs of "full"; name that first: --method full {lacking[0]}')
     spoken = [way for way in ways if way in _WITH_A_PERSON]
     if spoken and not feedback:
-        raise UserError(f'"{spoken[0]}" needs what a person says to the designs of each task; give it with --feedback')
+        raise UserError(f'"{spoken[0]}" requires the feedback of a person on each task; give it with --feedback FILE')
     designed = [_arm(model, way, concepts, feedback) for model in models for way in ways]
     return (*designed, *(_baseline(name, search_robots) for name in baselines))
 
@@ -108,20 +106,20 @@ def _arm(model: str, way: Way, concepts: int, feedback: Mapping[str, str]) -> Ar
 
 
 def read_feedback(path: Path, tasks: Sequence[str]) -> dict[str, str]:
-    """Return what a person says to the designs of each task, from a TOML file with one text a task.
+    """Return a person's feedback on the designs of each task, from a TOML file with one text per task.
 
     Raises:
-        UserError: It cannot be read, or says nothing to a task.
+        UserError: It cannot be read, or has no text for a task.
     """
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UserError(f"the file of a person's feedback was expected at {path}: {error}") from None
-    said = {load_task(name).name: str(text).strip() for name, text in found.items()}
-    silent = [task for task in tasks if not said.get(task)]
+        raise UserError(f"{path} cannot be read as a person's feedback: {error}") from None
+    texts = {load_task(name).name: str(text).strip() for name, text in found.items()}
+    silent = [task for task in tasks if not texts.get(task)]
     if silent:
         raise UserError(
-            f"{path} says nothing to {', '.join(silent)}; give each task a line as: "
+            f"{path} has no feedback on {', '.join(silent)}; add a line for each task, such as: "
             f'{silent[0].rpartition("/")[2]} = "Longer."'
         )
-    return {task: said[task] for task in tasks}
+    return {task: texts[task] for task in tasks}

@@ -19,17 +19,17 @@ from aidsr.teams.providers import is_offline
 _FILE = "budget.json"
 
 
-def limit_of(study: Study) -> Budget:
+def read_budget(study: Study) -> Budget:
     """Return what a study may use, all its runs together; without a limit unless one was given."""
     return JsonFile(study.path / _FILE, Budget).read() or Budget()
 
 
-def limit_study(study: Study, budget: Budget) -> None:
+def set_budget(study: Study, budget: Budget) -> None:
     """Let a limit hold from now on, instead of an earlier one; it is no part of the frozen plan."""
     replace_file(study.path / _FILE, budget.model_dump_json(indent=2).encode() + b"\n")
 
 
-def check_limit(study: Study, budget: Budget) -> None:
+def check_budget(study: Study, budget: Budget) -> None:
     """Refuse a limit that could not be kept.
 
     Raises:
@@ -39,10 +39,7 @@ def check_limit(study: Study, budget: Budget) -> None:
         if not is_offline(arm.config.model):
             check_prices(budget, arm.config.model, price_of(arm.config.model))
         if budget != Budget() and arm.config.budget != Budget():
-            raise UserError(
-                f'a limit for the study or for each run of an arm was expected, found both with "{arm.name}"; leave '
-                "one of the two out"
-            )
+            raise UserError(f'the study and the arm "{arm.name}" both have a limit; remove one of the two')
 
 
 @dataclass
@@ -80,7 +77,7 @@ class _Account:
         return min(self.left, max(about, self.left / free, 2 * too_little))
 
 
-class Purse:
+class StudyBudget:
     """What is left of a study's limit.
 
     A run that asks a language model is begun with a share of what is left, and its calls keep to that as those of any

@@ -12,19 +12,19 @@ from pathlib import Path
 from typing import Any
 
 from aidsr.core.errors import Limit, UserError
-from aidsr.studies.jobs import Job, made_by
-from aidsr.studies.pool import Ended
+from aidsr.studies.jobs import Job, output_of_job
+from aidsr.studies.pool import EndedJob
 from aidsr.studies.study import open_study
 
 
-def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
+def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
     """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.
 
     Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there. Nothing
     else does: jobs beside this one have gone on meanwhile.
     """
     from aidsr.core.errors import AidsrError, BudgetError
-    from aidsr.studies.jobs import perform
+    from aidsr.studies.jobs import run_job
 
     found = Job.of(job)
     with tempfile.TemporaryDirectory() as folder:
@@ -32,10 +32,10 @@ def perform_packed(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, t
         error = ""
         short: tuple[Limit, ...] = ()
         try:
-            perform(Path(folder), found)
+            run_job(Path(folder), found)
         except AidsrError as failed:
             error, short = str(failed), failed.limits if isinstance(failed, BudgetError) else ()
-        return pack(Path(folder), made_by(open_study(Path(folder)), found)), error, short
+        return pack(Path(folder), output_of_job(open_study(Path(folder)), found)), error, short
 
 
 def pack(study: Path, *paths: Path) -> bytes:
@@ -113,7 +113,7 @@ class RayPool:
             ) from None
         self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))
         # lost workers are retried by the driver of the study, which also counts the attempts
-        self._perform = ray.remote(num_cpus=1, max_retries=0)(perform_packed)
+        self._perform = ray.remote(num_cpus=1, max_retries=0)(run_packed_job)
 
     @property
     def free(self) -> int:
@@ -128,17 +128,17 @@ class RayPool:
         packed = pack(self._study, self._study / "study.toml", *runs)
         self._began[self._perform.remote(packed, job.as_dict())] = (job, time.monotonic())
 
-    def wait(self) -> Ended:
+    def wait(self) -> EndedJob:
         """Return the next job that ends, its files brought back."""
         (reference, *_), _ = self._ray.wait(list(self._began))
         job, began = self._began.pop(reference)
         short: tuple[Limit, ...] = ()
         try:
             packed, error, short = self._ray.get(reference)
-            unpack(packed, self._study, instead_of=made_by(open_study(self._study), job))
+            unpack(packed, self._study, instead_of=output_of_job(open_study(self._study), job))
         except self._ray.exceptions.RayError as lost:
             error = f"{type(lost).__name__}: {lost}"
-        return Ended(job, error, time.monotonic() - began, short=short)
+        return EndedJob(job, error, time.monotonic() - began, short=short)
 
     def close(self) -> None:
         """Leave the cluster; what is at work is dropped and can be done again."""

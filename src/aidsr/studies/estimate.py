@@ -8,7 +8,7 @@ from statistics import fmean, median
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import RunConfig
-from aidsr.studies.jobs import finished, pending_in
+from aidsr.studies.jobs import is_finished, pending_in
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER
@@ -32,7 +32,7 @@ _DESIGN_MB, _TRAINING_MB = 1.0, 3.0
 """Files of a design and of a training. Source: sizes of such folders, films included."""
 
 
-class Forecast(Artifact):
+class StudyEstimate(Artifact):
     """What is still to be done and what it may take. Where the study has finished designs, theirs are the measure."""
 
     jobs: dict[str, int]
@@ -50,14 +50,14 @@ class Forecast(Artifact):
     """Whether any of the cost is the published figure."""
 
 
-def forecast(study: Study) -> Forecast:
+def estimate_study(study: Study) -> StudyEstimate:
     """Return what a study will take from where it stands."""
     rows, jobs, plan = read_outcomes(study), Counter[str](), study.plan
     hours, dollars, tokens, coming, published = 0.0, 0.0, 0.0, 0, False
     trained = _seconds_by_task(rows)
     for cell in study.cells:
         arm, left = study.arm(cell.arm), Counter[str](job.stage for job in pending_in(study, cell))
-        if not finished(study.run(cell)):
+        if not is_finished(study.run(cell)):
             concepts = arm.config.concepts
             left.update(verify=concepts, train=concepts * plan.seeds, probe=concepts * plan.probe)
             left["design"] = 1
@@ -72,7 +72,7 @@ def forecast(study: Study) -> Forecast:
         each_s = trained.get(cell.task) or trained.get("") or plan.steps / _STEPS_PER_S
         hours += (left["train"] * (each_s + _JUDGING_S) + left["probe"] * _PROBE_S) / 3600
         jobs.update(left)
-    return Forecast(
+    return StudyEstimate(
         jobs={stage: jobs[stage] for stage in ("design", "verify", "train", "probe")},
         core_hours=hours,
         cost_usd=dollars,

@@ -1,4 +1,4 @@
-"""What is wrong with a file that a person may have edited, in a sentence."""
+"""The first error in a file that a user may have edited, as a sentence."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ _SHOWN = 60
 """Characters of what was found that a sentence repeats."""
 
 
-def mistake_in(error: ValidationError) -> str:
-    """Return the first mistake: which key, what was expected, what was found. Entries of lists count from 1."""
+def first_error(error: ValidationError) -> str:
+    """Return the first error: which key, what is wrong with it, what was found. Entries of lists count from 1."""
     first = error.errors()[0]
     key = ""
     for part in first["loc"]:
@@ -18,15 +18,15 @@ def mistake_in(error: ValidationError) -> str:
     shown = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
     match first["type"]:
         case "missing":
-            return f'the key "{key}" was expected and is missing'
+            return f'the key "{key}" is missing'
         case "extra_forbidden":
             return f'there is no key "{key}"; found {shown} for it'
         case "value_error":
             return (f'"{key}": ' if key else "") + str(first["ctx"]["error"])
         case "json_invalid":
-            return f"JSON was expected: {first['ctx']['error']}"
+            return f"not valid JSON: {first['ctx']['error']}"
         case "too_short":
-            return f'"{key}": at least {first["ctx"]["min_length"]} entry was expected, found {shown}'
+            return f'"{key}": at least {first["ctx"]["min_length"]} entry required, found {shown}'
         case _:
             expected = first["msg"].removeprefix("Input should be ")
             return f'"{key}": expected {expected[:1].lower()}{expected[1:]}, found {shown}'

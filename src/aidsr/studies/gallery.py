@@ -10,7 +10,7 @@ from pathlib import Path
 
 from aidsr.runs import DesignFolder
 from aidsr.runs.trainings import Training
-from aidsr.studies.jobs import trained_at
+from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Study
 
@@ -62,7 +62,7 @@ def _how_well(row: DesignRow) -> str:
 
 def _best_policy(design: DesignFolder, seeds: int) -> Path | None:
     """Return the folder of a design's best policy of which a motion was kept; a film of it is there with OpenGL."""
-    trainings = (Training(trained_at(design, seed)) for seed in range(seeds))
+    trainings = (Training(training_folder_of(design, seed)) for seed in range(seeds))
     found = [
         (verdict.valid, verdict.success_share, training.path)
         for training in trainings

@@ -71,9 +71,9 @@ def pending(study: Study) -> Iterator[Job]:
 def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
     """Yield what can be done now in one run."""
     run = study.run(cell)
-    if not finished(run):
+    if not is_finished(run):
         before = study.before(cell)
-        if before is None or finished(study.run(before)):
+        if before is None or is_finished(study.run(before)):
             yield Job(cell, "design")
         return
     assert run is not None, "only what was begun is finished"
@@ -84,23 +84,23 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
         if not (design.path / VERIFIED).exists():
             yield Job(cell, "verify", design.number)
         for seed in range(study.plan.seeds):
-            if not (trained_at(design, seed) / "evaluation.json").exists():
+            if not (training_folder_of(design, seed) / "evaluation.json").exists():
                 yield Job(cell, "train", design.number, seed)
         if study.plan.probe and not (design.path / "probe.json").exists():
             yield Job(cell, "probe", design.number)
 
 
-def finished(run: Run | None) -> bool:
+def is_finished(run: Run | None) -> bool:
     """Return whether all designs of a run came to an end, for another reason than the study's limit."""
-    return run is not None and read_status(run).state == "finished" and not ran_short(run)
+    return run is not None and read_status(run).state == "finished" and not exhausted_limits(run)
 
 
-def in_words(limits: Iterable[Limit]) -> str:
+def format_limits(limits: Iterable[Limit]) -> str:
     """Return limits in words: "money and tokens"."""
     return " and ".join("money" if limit == "cost_usd" else "tokens" for limit in limits)
 
 
-def ran_short(run: Run) -> tuple[Limit, ...]:
+def exhausted_limits(run: Run) -> tuple[Limit, ...]:
     """Return of which limits of the study a run's share was used up when a design of it ended; it can go on."""
     if not run.larger_budget.exists():
         return ()
@@ -115,22 +115,22 @@ VERIFIED = "verified.json"
 """The validator's report on a final scene, anew and by itself: the method without validation has no other."""
 
 
-def trained_at(design: DesignFolder, seed: int) -> Path:
+def training_folder_of(design: DesignFolder, seed: int) -> Path:
     """Return the folder of a design's policy: 001 is that of seed 0."""
     return design.path / "training" / f"{seed + 1:03d}"
 
 
-def made_by(study: Study, job: Job) -> Path:
+def output_of_job(study: Study, job: Job) -> Path:
     """Return the file or folder that a job writes; jobs beside it leave that alone, and it theirs."""
     if job.stage == "design":
         return study.home(job.cell)
     design = _design_of(study, job)
     if job.stage == "train":
-        return trained_at(design, job.seed)
+        return training_folder_of(design, job.seed)
     return design.path / (VERIFIED if job.stage == "verify" else "probe.json")
 
 
-def perform(study: Path, job: Job) -> None:
+def run_job(study: Path, job: Job) -> None:
     """Do one job, or what is left of it.
 
     Raises:
@@ -174,8 +174,8 @@ def _design(study: Study, job: Job) -> None:
         if limit == Budget():  # the arm's own budget is too small, and no other try has more
             raise AidsrError(str(error)) from error
         raise
-    if limits := ran_short(run):
-        raise BudgetError(f"{cell.name} used up its share of the study's limit on {in_words(limits)}", *limits)
+    if limits := exhausted_limits(run):
+        raise BudgetError(f"{cell.name} used up its share of the study's limit on {format_limits(limits)}", *limits)
     if status.state != "finished":
         reasons = [stopped for stopped in (status.stopped, *(d.stopped for d in status.designs)) if stopped]
         raise AidsrError("; ".join(stopped.message for stopped in reasons) or f"the run is {status.state}")
@@ -199,7 +199,7 @@ def _go_on_with(study: Study, before: Cell, home: Path, config: RunConfig) -> Ru
     """Return a copy of another arm's run that can go on in another way; its calls were answered, and stay paid."""
     origin = study.run(before)
     if origin is None:
-        raise AidsrError(f"{before.name} was expected to be designed before {home}")
+        raise AidsrError(f"{before.name} must be designed before {home}")
     copy = Run(home / origin.path.name)
     shutil.copytree(origin.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
     copy.record.write(origin.asked().model_copy(update={"config": config}))
@@ -228,7 +228,7 @@ def _train(study: Study, job: Job) -> None:
         groups=robot.actuator_groups,
         grouping=study.arm(job.cell.arm).grouping,
     )
-    folder, recipe = trained_at(design, job.seed), Recipe(from_probe=study.arm(job.cell.arm).from_probe)
+    folder, recipe = training_folder_of(design, job.seed), Recipe(from_probe=study.arm(job.cell.arm).from_probe)
     train(scene, folder, steps=study.plan.steps, seed=job.seed, recipe=recipe, threads=1)
     evaluate_training(folder, threads=1)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
-from aidsr.studies.report import counted, rate_in_words, taken_in_words, training_in_words
+from aidsr.studies.report import counted, format_rate, format_training, taken_in_words
 from aidsr.studies.study import Study
-from aidsr.studies.submission import Submission, read_submission, scenes_of
+from aidsr.studies.submission import Submission, hash_scenes, read_submission
 from aidsr.studies.tables import ArmLine, arm_lines
 
 
@@ -25,7 +25,7 @@ class Conditions(Artifact):
     @property
     def in_words(self) -> str:
         """The conditions as a heading."""
-        tasks, trained = counted(len(self.tasks), "task"), training_in_words(self.seeds, self.steps)
+        tasks, trained = counted(len(self.tasks), "task"), format_training(self.seeds, self.steps)
         return f"Benchmark version {self.benchmark_version}, level {self.level}, {tasks}, {trained}"
 
 
@@ -55,7 +55,7 @@ def check_scenes(path: Path, study: Study) -> int:
     Raises:
         UserError: The file is no submission, or scenes differ.
     """
-    submitted, here = read_submission(path).scenes_sha256, scenes_of(study)
+    submitted, here = read_submission(path).scenes_sha256, hash_scenes(study)
     unlike = sorted(name for name in submitted.keys() | here.keys() if submitted.get(name) != here.get(name))
     if unlike:
         raise UserError(
@@ -92,7 +92,7 @@ def _table(conditions: Conditions, rows: Sequence[tuple[Path, ArmLine]]) -> str:
 
 def _row(path: Path, arm: ArmLine, trained: bool) -> str:
     line = arm.line
-    judged = [rate_in_words(line, of) if trained else "not trained" for of in ("valid", "successful")]
+    judged = [format_rate(line, of) if trained else "not trained" for of in ("valid", "successful")]
     tokens, cost, _ = taken_in_words(line)
     designs = f"{line.attempted}" if line.complete == line.attempted else f"{line.complete} of {line.attempted} done"
     cells = [
@@ -100,7 +100,7 @@ def _row(path: Path, arm: ArmLine, trained: bool) -> str:
         arm.arm,
         arm.model,
         designs,
-        rate_in_words(line, "stable"),
+        format_rate(line, "stable"),
         *judged,
         tokens,
         cost,

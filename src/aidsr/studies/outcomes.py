@@ -11,7 +11,7 @@ from aidsr.core.artifacts import Artifact, Evaluation, ValidationReport
 from aidsr.core.calls import Usage
 from aidsr.runs import DesignFolder, read_status
 from aidsr.runs.files import JsonFile
-from aidsr.studies.jobs import VERIFIED, ran_short, trained_at
+from aidsr.studies.jobs import VERIFIED, exhausted_limits, training_folder_of
 from aidsr.studies.study import Cell, Study
 
 
@@ -121,7 +121,7 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             continue
         folder = run.design(number)
         outcome = state.outcome.outcome if state.outcome else "unfinished"
-        if outcome == "out_of_budget" and ran_short(run):  # of the study's limit: it can go on
+        if outcome == "out_of_budget" and exhausted_limits(run):  # of the study's limit: it can go on
             outcome = "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
         evaluations = tuple(_evaluations(folder, study.plan.seeds))
@@ -167,7 +167,7 @@ def read_repairs(study: Study) -> tuple[Counter[str], list[Repair]]:
     return seen, cured
 
 
-def read_mended(study: Study) -> Counter[str]:
+def count_repairs(study: Study) -> Counter[str]:
     """Return how often code put each kind of thing right in a robot, before anyone looked at it."""
     found = Counter[str]()
     for design, copied in _designs(study):
@@ -194,13 +194,15 @@ def _changed(concept: bool, robot: bool) -> str:
 
 def _evaluations(design: DesignFolder, seeds: int) -> Iterator[Evaluation]:
     for seed in range(seeds):
-        found = JsonFile(trained_at(design, seed) / "evaluation.json", Evaluation).read()
+        found = JsonFile(training_folder_of(design, seed) / "evaluation.json", Evaluation).read()
         if found is not None:
             yield found
 
 
 def _results(design: DesignFolder, seeds: int) -> Sequence[dict[str, float]]:
-    files = (JsonFile(trained_at(design, seed) / "training.json", dict[str, object]).read() for seed in range(seeds))
+    files = (
+        JsonFile(training_folder_of(design, seed) / "training.json", dict[str, object]).read() for seed in range(seeds)
+    )
     return [found for found in files if found is not None]  # type: ignore[misc]
 
 

@@ -25,7 +25,7 @@ _LAST_WORDS = 2000
 
 
 @dataclass(frozen=True)
-class Ended:
+class EndedJob:
     """A job that is over; `error` is empty when it was done."""
 
     job: Job
@@ -47,7 +47,7 @@ class Pool(Protocol):
         """Begin a job."""
         ...
 
-    def wait(self) -> Ended:
+    def wait(self) -> EndedJob:
         """Return the next job that ends; only called while one is at work."""
         ...
 
@@ -91,7 +91,7 @@ class LocalPool:
         )
         self._children[child.pid] = (job, child, time.monotonic(), said)
 
-    def wait(self) -> Ended:
+    def wait(self) -> EndedJob:
         """Return the next job that ends."""
         while True:
             for pid, (job, child, began, said) in self._children.items():
@@ -102,7 +102,7 @@ class LocalPool:
                         said.seek(0)
                         last = said.read().decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
-                    return Ended(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
+                    return EndedJob(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
             time.sleep(_LOOK_S)
 
     def close(self) -> None:

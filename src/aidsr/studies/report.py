@@ -14,10 +14,10 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from aidsr.runs.files import replace_file
-from aidsr.studies import pictures
+from aidsr.studies import plots
 from aidsr.studies.gallery import gallery
-from aidsr.studies.outcomes import DesignRow, read_mended, read_outcomes, read_repairs
-from aidsr.studies.runner import failures_of
+from aidsr.studies.outcomes import DesignRow, count_repairs, read_outcomes, read_repairs
+from aidsr.studies.runner import read_failures
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
 
@@ -65,18 +65,18 @@ def percent(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else f"{100 * value:.0f} %"
 
 
-def rate_in_words(line: Line, of: str) -> str:
+def format_rate(line: Line, of: str) -> str:
     """Return one of a line's counts with its Wilson interval: 3/5 (23-88 %)."""
     found = line.rate(of)
     return f"{found.hits}/{found.of} ({percent(found.interval.low)[:-2]}–{percent(found.interval.high)})"
 
 
 def _cells(line: Line, trained: bool = True) -> list[str]:
-    judged = [rate_in_words(line, "valid"), rate_in_words(line, "successful"), percent(line.episodes_share)]
+    judged = [format_rate(line, "valid"), format_rate(line, "successful"), percent(line.episodes_share)]
     return [
         line.task,
         str(line.attempted),
-        rate_in_words(line, "stable"),
+        format_rate(line, "stable"),
         *(judged if trained else ["–"] * 3),
         percent(line.probe_progress),
         *taken_in_words(line),
@@ -109,7 +109,7 @@ def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
     interval = f"{cells[5]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
     trained = [*cells[3:5], interval] if study.plan.seeds else ["–"] * 3
     iterations = f"{arm.line.iterations:.1f}" if arm.line.ended else "–"
-    return [arm.arm, settings or "–", rate_in_words(arm.line, "approved"), cells[2], *trained, iterations, cells[7]]
+    return [arm.arm, settings or "–", format_rate(arm.line, "approved"), cells[2], *trained, iterations, cells[7]]
 
 
 def _markdown(
@@ -134,7 +134,7 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
     plan = study.plan
     return (
         f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
-        f"{training_in_words(plan.seeds, plan.steps)}. "
+        f"{format_training(plan.seeds, plan.steps)}. "
         f"{_reached(study, line_of('all', rows))}"
     )
 
@@ -154,7 +154,7 @@ def counted(number: int, of: str) -> str:
     return f"{number} {of if number == 1 else of.removesuffix('y') + 'ies' if of.endswith('y') else of + 's'}"
 
 
-def training_in_words(seeds: int, steps: int) -> str:
+def format_training(seeds: int, steps: int) -> str:
     """Return how designs are trained: so many policies each, and their budget."""
     return f"{counted(seeds, 'policy')} a design, at most {steps:,} control steps" if seeds else "not trained"
 
@@ -187,7 +187,7 @@ def _page(
     seen, cured = read_repairs(study)
     cures = Counter((repair.code, repair.changed) for repair in cured)
     tasks = tuple(dict.fromkeys(row.task for row in rows))
-    curves = {task: pictures.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks}
+    curves = {task: plots.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks}
     template = Environment(
         loader=PackageLoader("aidsr.studies", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     ).get_template("report.html.j2")
@@ -202,19 +202,19 @@ def _page(
         tables={arm: [_cells(line, study.plan.seeds > 0) for line in lines] for arm, lines in tables.items()},
         totals={arm.arm: _cells(arm.line, study.plan.seeds > 0) for arm in arms},
         percent=percent,
-        bars=pictures.success_by_task(tables[first]) if tables else "",
-        cost_plot=pictures.cost_and_success(arms),
-        colours=pictures.arm_colours(study),
+        bars=plots.success_by_task(tables[first]) if tables else "",
+        cost_plot=plots.cost_and_success(arms),
+        colours=plots.arm_colours(study),
         curves={task: curve for task, curve in curves.items() if curve},
         untrained=[task for task, curve in curves.items() if not curve],
         cards=gallery(study, rows),
         differences=differences(rows, first),
         faults=[(code, count, {how: cures[code, how] for how in _HOWS}) for code, count in seen.most_common()],
         hows=_HOWS,
-        mended=read_mended(study).most_common(),
+        mended=count_repairs(study).most_common(),
         policies=_policies(rows),
         unmet=_unmet(rows),
-        failures=failures_of(study),
+        failures=read_failures(study),
         paper=_PAPER_IN_WORDS,
         published=_published(),
         whole=line_of("all", rows),

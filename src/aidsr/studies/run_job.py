@@ -10,7 +10,7 @@ import threading
 from pathlib import Path
 
 from aidsr.core.errors import AidsrError, BudgetError, Limit
-from aidsr.studies.jobs import Job, perform
+from aidsr.studies.jobs import Job, run_job
 
 SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
 """Exit codes of a job whose share of these limits of the study was too small; with more it goes on."""
@@ -36,7 +36,7 @@ def main(arguments: list[str]) -> int:
     threading.Thread(target=_end_with_the_driver, daemon=True).start()
     folder, job = arguments
     try:
-        perform(Path(folder), Job.of(json.loads(job)))
+        run_job(Path(folder), Job.of(json.loads(job)))
     except AidsrError as error:
         sys.stderr.write(f"{error}\n")
         return next((code for code, limits in SHORT.items() if set(limits) == set(_limits(error))), 1)

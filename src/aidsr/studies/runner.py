@@ -1,4 +1,4 @@
-"""A study from wherever it is to its end: begin what can be, retry what failed, go on without what cannot be done."""
+"""Run a study from any state to its end: start the jobs that can run, retry failed ones, skip what cannot be done."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 
 from aidsr.core.errors import Limit, UserError
-from aidsr.studies.budget import Purse, limit_of
+from aidsr.studies.budget import StudyBudget, read_budget
 from aidsr.studies.jobs import Job, pending_in
-from aidsr.studies.pool import Ended, Pool
+from aidsr.studies.pool import EndedJob, Pool
 from aidsr.studies.study import Cell, Study
 from aidsr.tasks import BENCHMARK_VERSION
 
@@ -28,7 +28,7 @@ class Progress:
     waiting: int
     failed: tuple[Job, ...]
     """Given up after the last attempt."""
-    last: Ended | None = None
+    last: EndedJob | None = None
     unpaid: tuple[Job, ...] = ()
     """At the end: what the study's limit left too little for."""
     refused: tuple[Limit, ...] = ()
@@ -36,11 +36,11 @@ class Progress:
 
 
 @dataclass
-class _Drive:
+class _StudyRun:
     study: Study
     pool: Pool
     listen: Callable[[Progress], None]
-    purse: Purse
+    purse: StudyBudget
     without: frozenset[Cell]
     waiting: dict[Job, None] = field(default_factory=dict)
     running: dict[Job, None] = field(default_factory=dict)
@@ -89,7 +89,7 @@ class _Drive:
         """First runs before second ones, early cells before late ones; what failed waits for the rest of its runs."""
         return job.cell.number, self.attempts[job], self.order[job.cell]
 
-    def _end(self, ended: Ended) -> None:
+    def _end(self, ended: EndedJob) -> None:
         job = ended.job
         del self.running[job]
         self.purse.end(job, short=ended.short)
@@ -115,12 +115,12 @@ class _Drive:
             if job not in self.running and job not in self.failed:
                 self.waiting.setdefault(job)
 
-    def _progress(self, last: Ended | None) -> Progress:
+    def _progress(self, last: EndedJob | None) -> Progress:
         return Progress(self.done, tuple(self.running), len(self.waiting), tuple(self.failed), last)
 
 
 def _check_version(study: Study) -> None:
-    """Refuse to go on with a study whose tasks are not those of today, for its figures would be of both.
+    """Refuse to continue a study of another benchmark version: its figures would mix two versions of the tasks.
 
     Raises:
         UserError: The benchmark has changed since its plan was made.
@@ -128,12 +128,12 @@ def _check_version(study: Study) -> None:
     planned = study.plan.benchmark_version
     if planned != BENCHMARK_VERSION:
         raise UserError(
-            f"a study of version {BENCHMARK_VERSION} of the benchmark was expected, and {study.path} is one of version "
-            f"{planned}, whose tasks differ; it can be read as it stands, and another folder begun for today's"
+            f"{study.path} is a study of benchmark version {planned}, whose tasks differ from today's (version "
+            f"{BENCHMARK_VERSION}); it can be read, not resumed: start another study"
         )
 
 
-def drive(
+def run_study(
     study: Study,
     pool: Pool,
     listen: Callable[[Progress], None] = lambda _progress: None,
@@ -150,16 +150,16 @@ def drive(
     Raises:
         UserError: Something is left to do, and the study is of another version of the benchmark.
     """
-    return _Drive(study, pool, listen, Purse(study, limit_of(study)), without).to_the_end()
+    return _StudyRun(study, pool, listen, StudyBudget(study, read_budget(study)), without).to_the_end()
 
 
-def failures_of(study: Study) -> list[dict[str, object]]:
+def read_failures(study: Study) -> list[dict[str, object]]:
     """Return every failed attempt, in order: time, job, attempt, error."""
     path = study.path / "failures.jsonl"
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
 
 
-def _note_failure(study: Study, ended: Ended, attempt: int) -> None:
+def _note_failure(study: Study, ended: EndedJob, attempt: int) -> None:
     note = {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "job": ended.job.name,

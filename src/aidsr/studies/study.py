@@ -18,7 +18,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
-from aidsr.studies.file_errors import mistake_in
+from aidsr.studies.file_errors import first_error
 from aidsr.tasks import BENCHMARK_VERSION
 from aidsr.teams.providers.offline import REFERENCE, SEARCH
 
@@ -90,13 +90,13 @@ class StudyPlan(Artifact):
     def _nothing_twice(self) -> Self:
         twice = sorted({task for task in self.tasks if self.tasks.count(task) > 1})
         if twice:
-            raise ValueError(f"every task was expected once, found {', '.join(twice)} more often")
+            raise ValueError(f"duplicate {'task' if len(twice) == 1 else 'tasks'}: {', '.join(twice)}")
         names = [arm.name for arm in self.arms]
         if len(set(names)) < len(names):
             raise ValueError(f"every arm needs a name of its own, found {', '.join(names)}")
         for number, arm in enumerate(self.arms):
             if arm.after and arm.after not in names[:number]:
-                raise ValueError(f'{arm.name} goes on with the designs of "{arm.after}", which has to come before it')
+                raise ValueError(f'{arm.name} continues the designs of "{arm.after}", which must come before it')
         return self
 
 
@@ -162,7 +162,7 @@ def versions_now() -> dict[str, str]:
     return found
 
 
-def begin_study(path: Path, plan: StudyPlan) -> Study:
+def create_study(path: Path, plan: StudyPlan) -> Study:
     """Return the study in a folder, made if there is none.
 
     Raises:
@@ -195,14 +195,14 @@ def open_study(path: Path) -> Study:
         text = (path / "study.toml").read_text(encoding="utf-8")
         return Study(path, StudyPlan.model_validate(tomllib.loads(text)))
     except (FileNotFoundError, NotADirectoryError):
-        raise UserError(f"the folder of a study was expected, with a study.toml in it; {path} has none") from None
+        raise UserError(f"{path} is not a study folder: study.toml not found") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path / 'study.toml'} cannot be read as TOML: {error}; {_RESTORE}") from None
     except ValidationError as error:
-        raise UserError(f"{path / 'study.toml'} is no plan of a study: {mistake_in(error)}; {_RESTORE}") from None
+        raise UserError(f"{path / 'study.toml'} is not a study plan: {first_error(error)}; {_RESTORE}") from None
 
 
-_RESTORE = "a plan is not edited: restore it, or begin another study"
+_RESTORE = "a plan is not edited: restore it, or start another study"
 
 
 def _asked(plan: StudyPlan) -> dict[str, object]:

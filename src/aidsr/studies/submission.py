@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
 from aidsr.runs.files import replace_file
-from aidsr.studies.file_errors import mistake_in
+from aidsr.studies.file_errors import first_error
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, StudyPlan
 from aidsr.studies.tables import Line, task_lines
@@ -25,7 +25,7 @@ class Submission(Artifact):
     plan: StudyPlan
     designs: tuple[DesignRow, ...]
     scenes_sha256: dict[str, str]
-    """Of every approved scene, by "arm/task/run/design": whoever has the study can check that it is this one."""
+    """Of every approved scene, by "arm/task/run/design", so that a submission can be checked against its study."""
     lines: dict[str, tuple[Line, ...]]
     """Figures by arm and task, as anyone computes them from `designs`."""
     sha256: str = ""
@@ -44,15 +44,15 @@ def submit(study: Study, path: Path) -> Submission:
     submission = Submission(
         plan=study.plan,
         designs=rows,
-        scenes_sha256=scenes_of(study),
+        scenes_sha256=hash_scenes(study),
         lines={arm.name: task_lines(rows, arm.name) for arm in study.plan.arms},
     )
-    whole = signed(submission)
+    whole = with_hash(submission)
     replace_file(path, whole.model_dump_json(indent=1).encode() + b"\n")
     return whole
 
 
-def signed(submission: Submission) -> Submission:
+def with_hash(submission: Submission) -> Submission:
     """Return a submission with the hash of its content."""
     return submission.model_copy(update={"sha256": _digest(submission.model_dump_json())})
 
@@ -67,21 +67,21 @@ def read_submission(path: Path) -> Submission:
         text = path.read_text(encoding="utf-8")
         found = Submission.model_validate_json(text)
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"a file written by `aidsr submit` was expected, {path} cannot be read: {error}") from None
+        raise UserError(f"{path} cannot be read: {error}") from None
     except ValidationError as error:
-        raise UserError(f"a file written by `aidsr submit` was expected, {path} is none: {mistake_in(error)}") from None
+        raise UserError(f"{path} is not a file written by `aidsr submit`: {first_error(error)}") from None
     if found.sha256 != _digest(text):
         raise UserError(f"{path} was changed after it was written: its hash is not that of its content")
     _check_evaluations(path, found)
     if found.plan.seeds > 1 and any(row.seeds != found.plan.seeds for row in found.designs):
         raise UserError(
-            f"{path}: designs that say how many policies were asked for ({found.plan.seeds}) were expected; an earlier "
-            "version wrote it, which counted those that were missing otherwise; write it again with aidsr submit"
+            f"{path}: not every design records the {found.plan.seeds} policies of the plan; an older version wrote it: "
+            "write it again with aidsr submit"
         )
     rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
     found = found.model_copy(update={"designs": rows})
     if [_place(row) for row in found.designs] != list(_places(found.plan)):
-        raise UserError(f"{path}: every design that the plan asks for was expected once, found others or fewer")
+        raise UserError(f"{path}: the designs are not those of its plan, each of them once")
     for arm in (arm.name for arm in found.plan.arms):
         if _plain(found.lines.get(arm, ())) != _plain(task_lines(found.designs, arm)):
             raise UserError(f"{path}: the figures of {arm} are not those of its designs")
@@ -89,16 +89,16 @@ def read_submission(path: Path) -> Submission:
 
 
 def _check_evaluations(path: Path, found: Submission) -> None:
-    """Refuse policies that were judged at something else than the plan asks for, or more of them."""
+    """Refuse evaluations of another task, level or split than the plan's, or more of them."""
     plan = found.plan
     for row in found.designs:
         asked = {(row.task, plan.level, plan.benchmark_version, "held_out")}
         judged = {(each.task, each.level, each.benchmark_version, each.split) for each in row.evaluations}
         if not judged <= asked or len(row.evaluations) > plan.seeds:
             raise UserError(
-                f"{path}: verdicts on held-out variations of {row.task}, level {plan.level}, version "
-                f"{plan.benchmark_version} were expected, as many as the plan asks for ({plan.seeds}), found others or "
-                "more; submit a study whose policies were all judged as its plan says"
+                f"{path}: a design has an evaluation that is not on held-out variations of {row.task}, level "
+                f"{plan.level}, version {plan.benchmark_version}, or more than {plan.seeds}; submit a study whose "
+                "policies were all evaluated as its plan says"
             )
 
 
@@ -125,7 +125,7 @@ def _plain(lines: Sequence[Line]) -> list[Any]:
     return [line.model_dump(mode="json") for line in lines]
 
 
-def scenes_of(study: Study) -> dict[str, str]:
+def hash_scenes(study: Study) -> dict[str, str]:
     """Return the SHA-256 of every approved scene of a study, by "arm/task/run/design"."""
     found = {}
     for cell in study.cells:

@@ -13,9 +13,9 @@ from aidsr.apps.cli.studies import StudyTable
 from aidsr.core.config import RunConfig
 from aidsr.loop.run import create_run, make_brief
 from aidsr.studies.jobs import Job
-from aidsr.studies.pool import Ended
+from aidsr.studies.pool import EndedJob
 from aidsr.studies.runner import Progress
-from aidsr.studies.study import Arm, Cell, Study, StudyPlan, begin_study
+from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study
 from aidsr.teams.baselines.generations import Generation, write_search
 
 TASK = "reaching/button_pushing"
@@ -35,7 +35,7 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
         (["--designs", "1"], "3 would do, or --concepts 1"),
         (["--designs", "50"], "48 or 51 would do, or --concepts 1"),
         (["--tasks"], "a name was expected after --tasks"),
-        (["--tasks", "gap", "gap"], "every task was expected once, found locomotion/gap more often"),
+        (["--tasks", "gap", "gap"], "duplicate task: locomotion/gap"),
         (["--method", "full", "full"], "every arm needs a name of its own, found builtin, builtin"),
         (["--model", "gpt-99", "--seeds", "0"], '"gpt-99" is not a model name'),
         (["--method", "direct", "--seeds", "0"], "cannot be prompted directly"),
@@ -56,14 +56,14 @@ def test_what_cannot_be_done_is_refused_before_anything_is_begun(
 def test_a_trial_run_of_another_plan_is_refused_where_a_study_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    begin_study(tmp_path / "s", PLAN)
+    create_study(tmp_path / "s", PLAN)
     code, text = said(capsys, str(tmp_path / "s"), "--tasks", "gap", "--dry-run")
     assert code == 2
     assert "holds a study with other tasks" in text
 
 
 def test_an_estimate_counts_what_training_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    begin_study(tmp_path / "s", PLAN)
+    create_study(tmp_path / "s", PLAN)
     _, text = said(capsys, str(tmp_path / "s"), "--resume", "--dry-run")
     assert "jobs to do: 3 design, 3 verify, 3 train, 3 probe" in text
     # 3 x (6 s designing + 767 s training + 43 s judging + 20 s probing) are 42 minutes
@@ -81,7 +81,7 @@ def test_an_estimate_counts_the_robots_of_a_search(tmp_path: Path, capsys: pytes
 def test_a_search_at_work_tells_how_far_it_is(tmp_path: Path) -> None:
     pytest.importorskip("cma", reason="needs the extra search")
     arm = Arm(name="search", config=RunConfig(model="search", concepts=1))
-    study = begin_study(tmp_path / "s", PLAN.model_copy(update={"arms": (arm,)}))
+    study = create_study(tmp_path / "s", PLAN.model_copy(update={"arms": (arm,)}))
     job = Job(Cell("search", TASK, 1), "design")
     out = io.StringIO()
     console = Console(file=out, force_terminal=True, width=120, color_system=None)
@@ -94,12 +94,12 @@ def test_a_search_at_work_tells_how_far_it_is(tmp_path: Path) -> None:
 
 def progress(study: Study, error: str = "") -> Progress:
     first, second = (Job(Cell("rules", TASK, number), "design") for number in (1, 2))
-    return Progress(1, (second,), 1, (), Ended(first, error, 4.0))
+    return Progress(1, (second,), 1, (), EndedJob(first, error, 4.0))
 
 
 @pytest.mark.parametrize("terminal", [True, False])
 def test_the_table_says_what_is_done_and_how_long_it_takes(terminal: bool, tmp_path: Path) -> None:
-    study = begin_study(tmp_path / "s", PLAN)
+    study = create_study(tmp_path / "s", PLAN)
     out = io.StringIO()
     console = Console(file=out, force_terminal=terminal, width=100, color_system=None)
     with StudyTable(console, study) as table:

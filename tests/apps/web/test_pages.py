@@ -20,13 +20,13 @@ from nicegui.storage import Storage
 from nicegui.testing import User, user_simulation
 from nicegui.testing.user_interaction import UserInteraction
 
-from aidsr.apps.web.choosing_a_model import budget_from, cost_in_advance
 from aidsr.apps.web.live import working
 from aidsr.apps.web.manual_panel import answer, prompts_of
 from aidsr.apps.web.mjcf_text import difference, highlighted
+from aidsr.apps.web.model_form import budget_from, estimated_cost
 from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.review_panel import part_names, refinement
-from aidsr.apps.web.setting_up import FRESH, order_from
+from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
 from aidsr.core.artifacts import Critique, CritiqueIssue, Outcome, PlausibilityCheck, TaskReport
 from aidsr.core.config import Budget, RunConfig
@@ -307,7 +307,7 @@ async def test_of_a_damaged_file_a_sentence_stands_where_it_would_be_shown(user:
     replace_file(folder / "best.npz", b"PK")
     replace_file(folder / "curve.csv", b"time,value\n1,2\n")
     await user.open(f"/run/{run.path.name}/1")
-    await user.should_see("a recorded episode was expected, and best.npz is none")
+    await user.should_see("best.npz is not a recorded episode")
     await user.should_see("It reaches.")
     user.find("Training").click()
     await user.should_see("curve.csv cannot be read as one")
@@ -371,7 +371,7 @@ def test_no_line_of_a_model_keeps_the_page_busy(piece: str) -> None:
 
 def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     site = Site.at(tmp_path)
-    order = order_from(site, FRESH | {"concepts": 2.0, "human": False})
+    order = request_from(site, FRESH | {"concepts": 2.0, "human": False})
     assert (order.task, order.config) == ("reaching/button_pushing", RunConfig(concepts=2))
     for change, sentence in (
         ({"concepts": None}, "whole numbers were expected"),
@@ -379,10 +379,10 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
         ({"kind": "language", "model": " "}, "no language model is named"),
     ):
         with pytest.raises(UserError, match=sentence):
-            order_from(site, FRESH | change)
+            request_from(site, FRESH | change)
     with chdir(tmp_path):
         near = Site.at(Path("runs"))
-    by_hand = order_from(near, FRESH | {"kind": "manual"}).config.model
+    by_hand = request_from(near, FRESH | {"kind": "manual"}).config.model
     assert by_hand.startswith(f"manual:{tmp_path.resolve()}/runs/.web/prompts/"), "found from anywhere"
 
 
@@ -415,7 +415,7 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
     await user.should_see("hit.toml, 0.0 kB", retries=100)
     with user.client:
         form = dict(app.storage.user["setup"])
-    order = order_from(site, form | {"source": "words", "objective": "Ring it."})
+    order = request_from(site, form | {"source": "words", "objective": "Ring it."})
     assert (order.environment, order.goal) == (BELL, 'kind = "touch"\ntarget = "bell"')
 
 
@@ -435,7 +435,7 @@ async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
         await user.should_see("Prompt 1, of the coder")
         await user.should_see("Write a robot.")
         press(user, "Send the reply")
-        await user.should_see("the whole reply of the language model was expected")
+        await user.should_see("the reply is empty")
         user.find("The whole reply").type("<mujoco/>")
         press(user, "Send the reply")
         await user.should_not_see("Prompt 1, of the coder", retries=30)
@@ -497,9 +497,9 @@ async def test_the_form_is_kept_and_keys_are_never_shown(user: User, site: Site)
 def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> None:
     site = Site.at(tmp_path)
     made_run(tmp_path, model="ollama:made")
-    said = cost_in_advance(site, "ollama:made", 2)
+    said = estimated_cost(site, "ollama:made", 2)
     assert said.startswith("About 2 calls, 2000 in, 1000 out tokens, cost $0.5000: the mean of 3 designs")
-    assert cost_in_advance(site, "no model", 2) == ""
+    assert estimated_cost(site, "no model", 2) == ""
 
 
 def test_limits_become_a_budget() -> None:

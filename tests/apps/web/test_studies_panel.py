@@ -13,13 +13,13 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import Studies, StudyView
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.studies.budget import limit_study
-from aidsr.studies.study import Arm, Study, StudyPlan, begin_study
+from aidsr.studies.budget import set_budget
+from aidsr.studies.study import Arm, Study, StudyPlan, create_study
 
 
 def made_study(path: Path) -> Study:
     arm = Arm(name="builtin", config=RunConfig(concepts=3))
-    study = begin_study(path, StudyPlan(tasks=("reaching/button_pushing",), arms=(arm,), runs=2, seeds=1))
+    study = create_study(path, StudyPlan(tasks=("reaching/button_pushing",), arms=(arm,), runs=2, seeds=1))
     made_run(study.home(next(study.cells)))
     return study
 
@@ -45,18 +45,18 @@ def test_a_study_is_counted_beside_the_runs_and_elsewhere(tmp_path: Path) -> Non
     assert first.usage.cost_usd == pytest.approx(0.75)
     assert first.jobs_left > 0
     assert first.core_hours_left > 0
-    assert "is no plan of a study" in second.complaint
+    assert "is not a study plan" in second.complaint
 
 
 def test_what_is_left_of_the_limits_of_a_study_is_shown(tmp_path: Path) -> None:
     limited, free = made_study(tmp_path / "first"), made_study(tmp_path / "second")
-    limit_study(limited, Budget(cost_usd=20, tokens=1_000_000))
+    set_budget(limited, Budget(cost_usd=20, tokens=1_000_000))
     first, second = read(Studies(tmp_path))
     paid, used = first.usage.cost_usd, first.usage.input_tokens + first.usage.output_tokens
     assert paid > 0 < used
     assert first.left == (f"${20 - paid:.2f} left of $20.00", f"{1_000_000 - used:,} tokens left of 1,000,000")
     assert second.left == ()
-    limit_study(free, Budget(cost_usd=0.5))
+    set_budget(free, Budget(cost_usd=0.5))
     assert next(view.left for view in read(Studies(tmp_path)) if view.name == "second") == ("$0.00 left of $0.50",)
 
 

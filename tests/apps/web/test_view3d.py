@@ -17,7 +17,7 @@ pytest.importorskip("nicegui", reason="needs the extra web")
 from robots import arm
 
 from aidsr.apps.web.view3d import Episode, Model, SceneStream
-from aidsr.apps.web.view3d.frames import Kind, Moment, kind_of, pack_frame, read_frame
+from aidsr.apps.web.view3d.frames import Kind, Snapshot, kind_of, pack_frame, read_frame
 from aidsr.core.errors import UserError
 
 WAIT_S = 120.0
@@ -44,7 +44,7 @@ async def until(messages: Any, kind: Kind, holds: Callable[[bytes], bool] = lamb
 
 def test_a_frame_is_read_as_it_was_packed() -> None:
     rng = np.random.default_rng(0)
-    moment = Moment(
+    moment = Snapshot(
         1.5,
         1.0,
         rng.normal(size=(3, 12)).astype(np.float32),
@@ -61,7 +61,7 @@ def test_a_frame_is_read_as_it_was_packed() -> None:
 
 
 def test_a_person_can_pull_a_tendon() -> None:
-    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Moment, Moment]:
+    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Snapshot, Snapshot]:
         facts = json.loads((await until(messages, Kind.FACTS))[4:])
         before = read_frame(await until(messages, Kind.FRAME))
         control = next(each for each in facts["controls"] if each["pulls_tendon"])
@@ -82,7 +82,7 @@ def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:
     np.savez_compressed(tmp_path / "best.npz", qpos=bent.astype(np.float32), frame_s=0.02, variation=4, mjcf=arm())
     episode = Episode.read(tmp_path / "best.npz", "best of training 1")
 
-    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Moment]:
+    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Snapshot]:
         await until(messages, Kind.TESTS)
         await stream.obey({"do": "episode", "index": 0})
         told = await until(messages, Kind.STATE, lambda message: b'"episode"' in message)

@@ -195,7 +195,7 @@ def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatc
         if folder.name == "001":
             learn(learning, folder, **options | {"seed": 7})
         elif folder.name in {"002", "004"}:
-            others.enter_context(TrainingFolder(folder).claimed())
+            others.enter_context(TrainingFolder(folder).locked())
             if folder.name == "004":
                 shutil.copy(tmp_path / "003" / "config.json", folder)
                 config = TrainingFolder(folder).read_json("config.json")

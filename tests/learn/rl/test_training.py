@@ -178,11 +178,11 @@ def test_a_folder_is_trained_in_by_one_process_at_a_time(tmp_path):
     assert (kinds.count("started"), kinds.count("resumed")) == (1, 1)
     code = (
         "import os, sys, pathlib; from aidsr.learn.rl.training_folder import TrainingFolder;"
-        "held = TrainingFolder(pathlib.Path(sys.argv[1])).claimed(); held.__enter__(); os.kill(os.getpid(), 9)"
+        "held = TrainingFolder(pathlib.Path(sys.argv[1])).locked(); held.__enter__(); os.kill(os.getpid(), 9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
     assert trained(tmp_path).resumed == 2
-    with TrainingFolder(tmp_path).claimed():  # what is finished is told all the same
+    with TrainingFolder(tmp_path).locked():  # what is finished is told all the same
         assert trained(tmp_path).resumed == 2
 
 

@@ -191,7 +191,7 @@ def test_two_live_runs_in_one_directory_are_refused(tmp_path: Path) -> None:
     second.check_available()
     asked(first, question("x"), replies=["one"])
     for attempt in (second.check_available, lambda: second.ask(question("y"))):
-        with pytest.raises(UserError, match="belongs to a run that is at work, so name another one"):
+        with pytest.raises(UserError, match="is locked by another run"):
             attempt()
     assert not (tmp_path / "0002.prompt.md").exists()
     first.interrupt()
@@ -202,7 +202,8 @@ def test_two_live_runs_in_one_directory_are_refused(tmp_path: Path) -> None:
 
 def test_a_directory_whose_run_was_killed_is_free_again(tmp_path: Path) -> None:
     code = (
-        "import os, sys, pathlib; from aidsr.core.directory_lock import Claim; held = Claim(pathlib.Path(sys.argv[1]));"
+        "import os, sys, pathlib; from aidsr.core.directory_lock import DirectoryLock;"
+        "held = DirectoryLock(pathlib.Path(sys.argv[1]));"
         "os.kill(os.getpid(), 9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9

@@ -59,15 +59,15 @@ def benchmark(
 
     from aidsr.apps.cli.studies import StudyTable, say_forecast, say_unpaid
     from aidsr.core.extras import require_extra
-    from aidsr.studies.budget import check_limit, limit_of, limit_study
+    from aidsr.studies.budget import check_budget, read_budget, set_budget
     from aidsr.studies.report import write_report
-    from aidsr.studies.runner import drive
-    from aidsr.studies.study import begin_study
+    from aidsr.studies.runner import run_study
+    from aidsr.studies.study import create_study
 
     console = Console(highlight=False)
     found = _study(study, options or PlanOptions(), resume)
-    limit = (limits or StudyLimits()).changed(limit_of(found))
-    check_limit(found, limit)
+    limit = (limits or StudyLimits()).changed(read_budget(found))
+    check_budget(found, limit)
     say_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
     if ray:
         require_extra("ray", "--ray")
@@ -75,12 +75,12 @@ def benchmark(
         _check_this_machine(found)
     if dry_run:
         return 0
-    begin_study(study, found.plan)
+    create_study(study, found.plan)
     if limits:
-        limit_study(found, limit)
+        set_budget(found, limit)
     try:
         with StudyTable(console, found) as table:
-            progress = drive(found, _pool(study, jobs, ray), table.listen)
+            progress = run_study(found, _pool(study, jobs, ray), table.listen)
     except KeyboardInterrupt:
         console.print(f"\nInterrupted; aidsr benchmark {study} --resume goes on", soft_wrap=True)
         return 130
@@ -97,7 +97,7 @@ def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
         UserError: There is none to go on with, or its plan is another one.
     """
     from aidsr.core.errors import UserError
-    from aidsr.studies.study import Study, begin_study, open_study
+    from aidsr.studies.study import Study, create_study, open_study
 
     if resume:
         if options.said:
@@ -107,7 +107,7 @@ def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
             )
         return open_study(path)
     plan = options.plan()
-    return begin_study(path, plan) if (path / "study.toml").exists() else Study(path, plan)
+    return create_study(path, plan) if (path / "study.toml").exists() else Study(path, plan)
 
 
 def _check_this_machine(study: Study) -> None:

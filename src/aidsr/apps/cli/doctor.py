@@ -73,9 +73,9 @@ def _versions() -> tuple[Check, ...]:
 
 
 def _extras() -> Check:
-    from aidsr.core.extras import EXTRAS, lack_of
+    from aidsr.core.extras import EXTRAS, missing_extra
 
-    present = [extra for extra in EXTRAS if not lack_of(extra, "")]
+    present = [extra for extra in EXTRAS if not missing_extra(extra, "")]
     text = ", ".join(present) if present else 'none; pip install "aidsr[rl]" adds one'
     return Check("extras", "ok" if present else "absent", text)
 

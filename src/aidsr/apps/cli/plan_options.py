@@ -108,8 +108,8 @@ class PlanOptions:
         from pydantic import ValidationError
 
         from aidsr.core.errors import UserError
-        from aidsr.studies.arms import arms_of, read_feedback
-        from aidsr.studies.file_errors import mistake_in
+        from aidsr.studies.arms import make_arms, read_feedback
+        from aidsr.studies.file_errors import first_error
         from aidsr.studies.study import StudyPlan, versions_now
         from aidsr.tasks import load_task, task_names
 
@@ -120,7 +120,7 @@ class PlanOptions:
             return StudyPlan(
                 tasks=chosen,
                 level=self.level,
-                arms=arms_of(
+                arms=make_arms(
                     self.model or ["builtin"],
                     self.method or ["full"],
                     concepts=self.concepts,
@@ -135,7 +135,7 @@ class PlanOptions:
                 versions=versions_now(),
             )
         except ValidationError as error:
-            raise UserError(mistake_in(error)) from None
+            raise UserError(first_error(error)) from None
 
     def _check(self) -> None:
         from aidsr.core.errors import UserError

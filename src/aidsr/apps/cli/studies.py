@@ -17,9 +17,9 @@ from rich.text import Text
 
 from aidsr.core.config import Budget
 from aidsr.core.errors import Limit
-from aidsr.studies.budget import Purse, limit_of
-from aidsr.studies.estimate import Forecast, forecast
-from aidsr.studies.jobs import Job, finished, in_words
+from aidsr.studies.budget import StudyBudget, read_budget
+from aidsr.studies.estimate import StudyEstimate, estimate_study
+from aidsr.studies.jobs import Job, format_limits, is_finished
 from aidsr.studies.outcomes import paid_usd, read_outcomes
 from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
@@ -43,7 +43,7 @@ def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> No
     for arm in study.plan.arms:
         arms.add_row(arm.name, arm.config.model, arm.settings or "nothing, the full method")
     console.print(arms)
-    found = forecast(study)
+    found = estimate_study(study)
     left = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
     console.print(f"[bold]{study.path.name}[/]: jobs to do: {left}", soft_wrap=True)
     basis = "from this study's own designs" if found.measured else "a first guess"
@@ -58,9 +58,9 @@ def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> No
         console.print(f"[yellow]Above the limit:[/] {above}; the study would end before all is done", soft_wrap=True)
 
 
-def _above(study: Study, coming: Forecast, limit: Budget) -> str:
+def _above(study: Study, coming: StudyEstimate, limit: Budget) -> str:
     """Return by how much an estimate and what was used before are above a limit, nothing where they are not."""
-    purse, said = Purse(study, limit), []
+    purse, said = StudyBudget(study, limit), []
     if limit.cost_usd is not None and purse.paid_usd + coming.cost_usd > limit.cost_usd:
         said.append(f"${purse.paid_usd + coming.cost_usd:.2f} in all of ${limit.cost_usd:.2f} allowed")
     if limit.tokens is not None and purse.tokens + coming.tokens > limit.tokens:
@@ -76,9 +76,9 @@ def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> No
         study: It ended.
         refused: Which of its limits left too little.
     """
-    limit, coming = limit_of(study), forecast(study)
-    undone = [cell for cell in study.cells if not finished(study.run(cell))]
-    purse, said, options = Purse(study, limit), [], []
+    limit, coming = read_budget(study), estimate_study(study)
+    undone = [cell for cell in study.cells if not is_finished(study.run(cell))]
+    purse, said, options = StudyBudget(study, limit), [], []
     if limit.cost_usd is not None:
         said.append(f"${purse.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
         if "cost_usd" in refused:
@@ -90,8 +90,8 @@ def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> No
     names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
     runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
-        f"The study's limit is reached: {' and '.join(said)}; of {in_words(refused)} too little is left for the next "
-        f"call. {runs} not "
+        f"The study's limit is reached: {' and '.join(said)}; of {format_limits(refused)} too little is left for the "
+        f"next call. {runs} not "
         f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
         f"--resume {' '.join(options)}",
         soft_wrap=True,
@@ -114,7 +114,7 @@ class StudyTable:
         self._console = console
         self._study = study
         self._live = Live(console=console, refresh_per_second=2)
-        self._left = forecast(study)
+        self._left = estimate_study(study)
         self._paid = _paid(study)
         self._next_look_s = 0.0
 
@@ -154,7 +154,7 @@ class StudyTable:
         began_s = time.monotonic()
         if began_s < self._next_look_s and not at_the_end:
             return
-        self._left, self._paid = forecast(self._study), _paid(self._study)
+        self._left, self._paid = estimate_study(self._study), _paid(self._study)
         ended_s = time.monotonic()
         self._next_look_s = ended_s + _LOOKING_SHARE * (ended_s - began_s)
 
@@ -187,7 +187,7 @@ _LOOKING_SHARE = 20
 
 
 def _paid(study: Study) -> str:
-    cost, limit = paid_usd(study, read_outcomes(study)), limit_of(study).cost_usd
+    cost, limit = paid_usd(study, read_outcomes(study)), read_budget(study).cost_usd
     allowed = "" if limit is None else f" of ${limit:.2f}"
     return "unknown" if cost is None else f"${cost:.2f}{allowed}"
 

@@ -46,7 +46,7 @@ def web(
     from aidsr.core.extras import require_extra
 
     require_extra("web", "the page")
-    from aidsr.apps.web.serving import serve
+    from aidsr.apps.web.server import serve
 
     serve(runs, studies=studies or (), host=host, port=port, token=token, browser=browser)
     return 0

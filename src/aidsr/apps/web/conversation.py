@@ -10,7 +10,7 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
-from aidsr.apps.web.parts import box, text, tokens_in_words
+from aidsr.apps.web.widgets import box, text, tokens_in_words
 from aidsr.core.calls import CallRecord
 from aidsr.core.errors import UserError
 from aidsr.runs import Run, read_events

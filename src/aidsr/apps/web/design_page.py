@@ -7,12 +7,19 @@ from functools import partial
 
 from nicegui import app, ui
 
-from aidsr.apps.web.comparing import measured_in_words
+from aidsr.apps.web.comparison import measured_in_words
 from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import live
 from aidsr.apps.web.mjcf_panel import mjcf_panel
-from aidsr.apps.web.parts import (
+from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
+from aidsr.apps.web.review_panel import Draft, part_names, review_panel
+from aidsr.apps.web.run_page import concept_in_words, not_found
+from aidsr.apps.web.scene_panel import show_scene
+from aidsr.apps.web.site import DesignView, Site
+from aidsr.apps.web.training_panel import training_panel
+from aidsr.apps.web.view3d import Episode
+from aidsr.apps.web.widgets import (
     badge,
     box,
     button,
@@ -27,13 +34,6 @@ from aidsr.apps.web.parts import (
     text,
     usage_facts,
 )
-from aidsr.apps.web.replaying import Motion, Stage, motions_of
-from aidsr.apps.web.review_panel import Draft, part_names, review_panel
-from aidsr.apps.web.run_page import concept_in_words, not_found
-from aidsr.apps.web.scene_place import show_scene
-from aidsr.apps.web.site import DesignView, Site
-from aidsr.apps.web.training_panel import training_panel
-from aidsr.apps.web.view3d import Episode
 from aidsr.core.artifacts import Critique
 from aidsr.core.errors import AidsrError
 from aidsr.runs import DesignFolder, Run
@@ -72,7 +72,7 @@ class _Page:
         number = self.number()
         iteration = self.folder.iteration(number)
         validated, pictured = iteration.scene_report.path.exists(), iteration.preview.path.exists()
-        return number, validated, pictured, motions_of(self.folder)
+        return number, validated, pictured, list_motions(self.folder)
 
 
 def add_design_page(site: Site) -> None:

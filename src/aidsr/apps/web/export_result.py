@@ -6,8 +6,8 @@ from functools import partial
 
 from nicegui import ui
 
-from aidsr.apps.web.parts import box, button, fact, fault_found, file_address, text
-from aidsr.apps.web.view3d import Lying, PartsView
+from aidsr.apps.web.view3d import PartsView, PlacedPart
+from aidsr.apps.web.widgets import box, button, fact, fault_found, file_address, text
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
@@ -87,7 +87,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
     marks = letters(parts)
     pieces = [part.file for part in parts if part.what == "robot"]
     lying = [
-        Lying(
+        PlacedPart(
             part.file,
             mark,
             _about(part),

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 """Names under which a machine reaches itself."""
 MAX_BODY_BYTES = 4_000_000
-"""Largest body of a request. Our choice: above the largest file that `aidsr.apps.web.uploading` takes."""
+"""Largest body of a request. Our choice: above the largest file that `aidsr.apps.web.upload` takes."""
 _COOKIE = "aidsr_token"
 _SIGN_IN = "/sign-in"
 _HEADERS = (

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from nicegui import app, ui
 
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.launching import DEMO, launch
-from aidsr.apps.web.live import acting, live, working
-from aidsr.apps.web.parts import badge, box, button, file_address, image, text
+from aidsr.apps.web.launch import DEMO, launch
+from aidsr.apps.web.live import as_action, live, working
 from aidsr.apps.web.site import RunView, Site
 from aidsr.apps.web.studies_panel import studies_panel
+from aidsr.apps.web.widgets import badge, box, button, file_address, image, text
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.runs.summary import cost_in_words
@@ -137,7 +137,7 @@ def _delete(site: Site, name: str) -> None:
         app.storage.user["trashed"] = name
 
     with box(tag="td"):
-        button("", acting(trash), "bare", "delete_outline", f"Delete {name}").classes("above")
+        button("", as_action(trash), "bare", "delete_outline", f"Delete {name}").classes("above")
 
 
 def _undo(site: Site, name: str) -> None:
@@ -151,8 +151,8 @@ def _undo(site: Site, name: str) -> None:
     with box("notice", role="status"), box("row apart"):
         text(f"{name} was moved to the trash.")
         with box("row"):
-            button("Undo", acting(restore), "quiet", "undo")
-            button("", acting(leave), "bare", "close", "Leave it there")
+            button("Undo", as_action(restore), "quiet", "undo")
+            button("", as_action(leave), "bare", "close", "Leave it there")
 
 
 def _nothing_yet(site: Site) -> None:

@@ -65,14 +65,14 @@ def live(
     return again
 
 
-def acting(do: Callable[[], object]) -> Callable[[], None]:
+def as_action(do: Callable[[], object]) -> Callable[[], None]:
     """Return an action of a button: a mistake is said in a sentence, and what came of it is shown at once."""
 
     def act() -> None:
         try:
             do()
         except AidsrError as error:
-            say_mistake(error)
+            show_error(error)
         for look in _LOOKS.get(ui.context.client, ()):
             background_tasks.create(look())
 
@@ -90,7 +90,7 @@ def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts],
             made = await run.io_bound(do)
         except AidsrError as error:
             with element:
-                say_mistake(error)
+                show_error(error)
         else:
             if made is not None and not element.is_deleted:
                 with element:
@@ -101,6 +101,6 @@ def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts],
     background_tasks.create(act())
 
 
-def say_mistake(error: AidsrError) -> None:
+def show_error(error: AidsrError) -> None:
     """Show a sentence until it is closed."""
     ui.notify(str(error), type="negative", multi_line=True, close_button="OK", timeout=0)

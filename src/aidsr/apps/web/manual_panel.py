@@ -9,9 +9,9 @@ from typing import Any
 
 from nicegui import app, ui
 
-from aidsr.apps.web.live import acting, live
-from aidsr.apps.web.parts import box, button, notice, text
+from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.widgets import box, button, notice, text
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.teams.providers.manual import PendingPrompt, pending_prompts, prompts_directory
@@ -52,7 +52,7 @@ def answer(waiting: PendingPrompt, reply: str) -> None:
         UserError: It is empty, far too long, or there is one already.
     """
     if not reply.strip() or len(reply) > _MOST_CHARACTERS:
-        raise UserError("the whole reply of the language model was expected; paste it here, then send it")
+        raise UserError("the reply is empty; paste the whole reply of the language model, then send it")
     draft = waiting.reply.with_name(f".{waiting.reply.name}.{os.getpid()}.tmp")
     draft.write_text(reply, encoding="utf-8")
     try:
@@ -105,5 +105,5 @@ def _prompt(run: Run, prompt: _Prompt) -> None:
         field = ui.textarea("The whole reply").props("outlined").bind_value(draft, "text")
         field.props["maxlength"] = _MOST_CHARACTERS
         with box("row"):
-            send = acting(lambda: answer(prompt.waiting, str(draft["text"] or "")))
+            send = as_action(lambda: answer(prompt.waiting, str(draft["text"] or "")))
             button("Send the reply", send, "primary", "send")

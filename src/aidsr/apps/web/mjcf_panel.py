@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from nicegui import ui
 
 from aidsr.apps.web.mjcf_text import difference, highlighted
-from aidsr.apps.web.parts import box, button, file_address, text
+from aidsr.apps.web.widgets import box, button, file_address, text
 from aidsr.core.artifacts import Fault
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.status import newest

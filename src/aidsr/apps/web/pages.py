@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from aidsr.apps.web.design_page import add_design_page
-from aidsr.apps.web.exporting_page import add_export_page
+from aidsr.apps.web.export_page import add_export_page
 from aidsr.apps.web.home import add_home
 from aidsr.apps.web.run_page import add_run_page
-from aidsr.apps.web.setting_up import add_setup
+from aidsr.apps.web.setup_page import add_setup
 from aidsr.apps.web.site import Site
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from nicegui import app, ui
 
-from aidsr.apps.web.live import acting
-from aidsr.apps.web.parts import box, button, text
+from aidsr.apps.web.live import as_action
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.widgets import box, button, text
 from aidsr.core.artifacts import Decision
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.runs import DesignFolder, IterationFolder, Run
@@ -83,11 +83,11 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
             if draft.kept["about"] not in ("", *names):
                 about.set_options(["", str(draft.kept["about"]), *names])
         with box("row"):
-            button("Approve", acting(lambda: take(Decision(verdict="approve"))), "primary", "check")
+            button("Approve", as_action(lambda: take(Decision(verdict="approve"))), "primary", "check")
             button(
-                "Refine", acting(refine), "quiet", "edit", "Back to the Designer with your words; a new round begins"
+                "Refine", as_action(refine), "quiet", "edit", "Back to the Designer with your words; a new round begins"
             )
-            button("Quit", acting(lambda: take(Decision(verdict="quit"))), "danger", "close", "Give this design up")
+            button("Quit", as_action(lambda: take(Decision(verdict="quit"))), "danger", "close", "Give this design up")
 
 
 def part_names(mjcf: str) -> list[str]:

@@ -7,13 +7,14 @@ from typing import Any
 
 from nicegui import app, ui
 
-from aidsr.apps.web.choosing_a_model import LIMITS, budget_from
-from aidsr.apps.web.comparing import side_by_side
+from aidsr.apps.web.comparison import comparison_table
 from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.live import acting, live
+from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.manual_panel import manual_panel
-from aidsr.apps.web.parts import (
+from aidsr.apps.web.model_form import LIMITS, budget_from
+from aidsr.apps.web.site import DesignView, RunView, Site
+from aidsr.apps.web.widgets import (
     badge,
     box,
     button,
@@ -26,7 +27,6 @@ from aidsr.apps.web.parts import (
     text,
     usage_facts,
 )
-from aidsr.apps.web.site import DesignView, RunView, Site
 from aidsr.core.artifacts import Concept
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.loop.run import replace_budget
@@ -61,7 +61,7 @@ def add_run_page(site: Site) -> None:
                 with ui.tab_panel("watch"):
                     live(lambda: site.view(run), _columns)
                 with ui.tab_panel("compare"):
-                    side_by_side(site, run)
+                    comparison_table(site, run)
                 with ui.tab_panel("log"):
                     conversation(run)
 
@@ -104,11 +104,11 @@ def _actions(site: Site, run: Run, view: RunView) -> None:
 
     with box("row"):
         if view.shown in ("stopped", "interrupted"):
-            button("Go on", acting(partial(site.go_on, run)), "primary", "play_arrow")
+            button("Go on", as_action(partial(site.go_on, run)), "primary", "play_arrow")
         elif view.shown == "waiting" and not site.is_at_work(run):
-            button("Go on", acting(partial(site.go_on, run)), "quiet", "play_arrow", "Nobody is at work on this run")
+            button("Go on", as_action(partial(site.go_on, run)), "quiet", "play_arrow", "Nobody is at work on this run")
         elif view.shown != "finished":
-            button("Stop", acting(stop), "danger", "stop", "Ends as Control-C does; what is done is kept")
+            button("Stop", as_action(stop), "danger", "stop", "Ends as Control-C does; what is done is kept")
         summary = file_address(run.path.name, "summary.html")
         button("", lambda: ui.download(summary), "bare", "download", "Download the summary page")
 
@@ -155,7 +155,7 @@ def _larger_budget(site: Site, run: Run) -> None:
             for key, (said, step) in LIMITS.items():
                 ui.number(said, min=step, step=step).props("outlined dense clearable").bind_value(form, key)
         with box("row"):
-            button("Go on with this budget", acting(go_on), "primary", "play_arrow")
+            button("Go on with this budget", as_action(go_on), "primary", "play_arrow")
 
 
 def _columns(view: RunView) -> None:

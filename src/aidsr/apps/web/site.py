@@ -137,7 +137,7 @@ class Site:
         run = self.library.run(run_name)
         design = run.design(number)
         if not design.path.is_dir():
-            raise UserError(f"design {number} of {run_name} was expected, and there is none yet")
+            raise UserError(f"{run_name} has no design {number} yet")
         return run, design
 
     def trash(self, name: str) -> None:

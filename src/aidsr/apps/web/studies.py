@@ -14,7 +14,7 @@ from aidsr.core.errors import AidsrError, UserError
 
 if TYPE_CHECKING:
     from aidsr.core.config import Budget
-    from aidsr.studies.budget import Purse
+    from aidsr.studies.budget import StudyBudget
 
 _EVERY_S = 15.0
 """How old a reading may be. Our choice: a study lasts hours, and reading one of 200 designs takes about a second."""
@@ -74,7 +74,7 @@ class Studies:
         """
         folder = self._folders().get(key)
         if folder is None or not (folder / "report.html").is_file():
-            raise UserError("a study with a report was expected; aidsr report STUDY writes it")
+            raise UserError("the study has no report yet; aidsr report STUDY writes it")
         return folder / "report.html"
 
     def _folders(self) -> dict[str, Path]:
@@ -93,20 +93,20 @@ class Studies:
 def _view(key: str, path: Path) -> StudyView:
     from aidsr.runs import read_status
     from aidsr.runs.trainings import trainings_of
-    from aidsr.studies.budget import Purse, limit_of
-    from aidsr.studies.estimate import forecast
+    from aidsr.studies.budget import StudyBudget, read_budget
+    from aidsr.studies.estimate import estimate_study
     from aidsr.studies.outcomes import paid_usd, read_outcomes
-    from aidsr.studies.runner import MOST_ATTEMPTS, failures_of
+    from aidsr.studies.runner import MOST_ATTEMPTS, read_failures
     from aidsr.studies.study import open_study
 
     try:
         study = open_study(path)
-        rows, left = read_outcomes(study), forecast(study)
+        rows, left = read_outcomes(study), estimate_study(study)
         runs = [run for cell in study.cells if (run := study.run(cell)) is not None]
         finished = sum(read_status(run).state == "finished" for run in runs)
         trainings = [training for run in runs for design in run.designs for training in trainings_of(design)]
         learning = sum(not training.evaluation.path.exists() for training in trainings)
-        given_up = {str(one["job"]) for one in failures_of(study) if one["attempt"] == MOST_ATTEMPTS}
+        given_up = {str(one["job"]) for one in read_failures(study) if one["attempt"] == MOST_ATTEMPTS}
         return StudyView(
             key,
             path.name,
@@ -119,14 +119,14 @@ def _view(key: str, path: Path) -> StudyView:
             core_hours_left=left.core_hours,
             usage=sum((row.usage for row in rows), Usage()).model_copy(update={"cost_usd": paid_usd(study, rows)}),
             to_spend_usd=left.cost_usd,
-            left=tuple(_left(Purse(study, limit_of(study)), limit_of(study))),
+            left=tuple(_left(StudyBudget(study, read_budget(study)), read_budget(study))),
             report=(path / "report.html").is_file(),
         )
     except AidsrError as error:
         return StudyView(key, path.name, str(error))
 
 
-def _left(purse: Purse, limit: Budget) -> Iterator[str]:
+def _left(purse: StudyBudget, limit: Budget) -> Iterator[str]:
     """Yield what is left of each limit; what runs at work have not used counts as left."""
     if limit.cost_usd is not None:
         yield f"${max(0.0, limit.cost_usd - purse.paid_usd):.2f} left of ${limit.cost_usd:.2f}"

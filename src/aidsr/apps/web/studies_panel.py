@@ -5,9 +5,9 @@ from __future__ import annotations
 from nicegui import ui
 
 from aidsr.apps.web.live import live
-from aidsr.apps.web.parts import box, text
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import StudyView
+from aidsr.apps.web.widgets import box, text
 from aidsr.runs.summary import cost_in_words
 
 _COLUMNS = ("study", "runs done", "begun", "policies judged", "given up", "jobs left", "core hours left", "paid", "")

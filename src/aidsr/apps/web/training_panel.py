@@ -10,10 +10,10 @@ from typing import Any
 from nicegui import app, ui
 
 from aidsr.apps.web.curve import curve_svg
-from aidsr.apps.web.live import acting, live
-from aidsr.apps.web.parts import badge, box, button, fact, file_address, notice, text
-from aidsr.apps.web.replaying import Stage, replay_name
+from aidsr.apps.web.live import as_action, live
+from aidsr.apps.web.recorded_episodes import Stage, replay_name
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import compared
@@ -111,7 +111,9 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
         if state.alive:
             with box("notice", role="status"), box("row apart"):
                 text("A policy is learning." if state.learning else "The policy is being judged.")
-                button("Stop", acting(lambda: site.processes.stop(name)), "danger", "stop", "What was learned is kept")
+                button(
+                    "Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop", "What was learned is kept"
+                )
         else:
             _start(site, run, design, name)
             if state.last_words:
@@ -159,7 +161,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
                 task.bind_value(wish, "task")
         ui.switch("Film the best and the median held-out episode").bind_value(wish, "films")
         with box("row"):
-            button("Start training", acting(start), "primary", "play_arrow")
+            button("Start training", as_action(start), "primary", "play_arrow")
 
 
 def _draw_learning(training: Training, shown: _Learning) -> None:
@@ -248,7 +250,7 @@ def _motions(training: Training, motions: tuple[Path, ...], stage: Stage) -> Non
         text("In the 3-D view:", "small soft")
         for motion in motions:
             name = replay_name(training.number, motion)
-            button(f"Replay {motion.stem}", acting(partial(stage.replay, name)), "quiet", "play_arrow")
+            button(f"Replay {motion.stem}", as_action(partial(stage.replay, name)), "quiet", "play_arrow")
 
 
 def _said(training: Training) -> tuple[bool, Inspection | None]:
@@ -272,13 +274,13 @@ def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> Non
         with box("row"):
             field = ui.input("Why (if you like)").props("outlined dense").classes("grow").bind_value(words, "text")
             field.props["maxlength"] = 1000
-            button("Plausible", acting(lambda: say(plausible=True)), "quiet", "check")
-            button("Not plausible", acting(lambda: say(plausible=False)), "quiet", "close")
+            button("Plausible", as_action(lambda: say(plausible=True)), "quiet", "check")
+            button("Not plausible", as_action(lambda: say(plausible=False)), "quiet", "close")
 
 
 def _whole(value: object, what: str) -> int:
     if not isinstance(value, int | float) or value < 1:
-        raise UserError(f"a whole number of {what} was expected, at least 1; fill it in")
+        raise UserError(f"{what} must be a whole number, at least 1")
     return int(value)
 
 

@@ -74,7 +74,7 @@ def train(
     config = _config(scene, steps, seed, recipe or Recipe())
     if (finished := _finished(home, config)) is not None:
         return finished
-    with home.claimed(), one_torch_thread():
+    with home.locked(), one_torch_thread():
         if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
             return finished
         if (home / "config.json").exists():

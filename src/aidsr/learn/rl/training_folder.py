@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import ValidationError
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
-from aidsr.core.directory_lock import Claim
+from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.actions import GroupsFrom
 from aidsr.learn.rl.recipe import Recipe
@@ -129,7 +129,7 @@ class TrainingFolder:
             ) from None
 
     @contextmanager
-    def claimed(self) -> Iterator[None]:
+    def locked(self) -> Iterator[None]:
         """Keep the folder, made if absent, from other processes while this one trains in it.
 
         Raises:
@@ -137,7 +137,7 @@ class TrainingFolder:
         """
         self.path.mkdir(parents=True, exist_ok=True)
         try:
-            claim = Claim(self.path)
+            lock = DirectoryLock(self.path)
         except UserError:
             raise TakenError(
                 f"a folder that nobody trains in was expected, and {self.path} is being trained already; wait for "
@@ -146,7 +146,7 @@ class TrainingFolder:
         try:
             yield
         finally:
-            claim.release()
+            lock.release()
 
     def note(self, kind: str, **facts: Any) -> None:
         """Append an event with the present time."""

@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Message, Question, Usage
-from aidsr.core.directory_lock import Claim
+from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import ModelError, UserError
 from aidsr.teams.providers.provider import Endpoint, Provider
 from aidsr.teams.providers.tokens import estimate_input_tokens, estimate_tokens
@@ -82,7 +82,7 @@ class ManualModel:
         self._settled_s = settled_s
         self._claimed: dict[str, list[_PromptFiles]] = {}
         """Prompt files of this process, by fingerprint of the question."""
-        self._lock: Claim | None = None
+        self._lock: DirectoryLock | None = None
         self._mutex = threading.Lock()
         self._interrupted = threading.Event()
 
@@ -142,10 +142,10 @@ class ManualModel:
             claimed.append(files)
             return files
 
-    def _lock_directory(self) -> Claim:
+    def _lock_directory(self) -> DirectoryLock:
         try:
             self._directory.mkdir(parents=True, exist_ok=True)
-            return Claim(self._directory)
+            return DirectoryLock(self._directory)
         except OSError as error:
             raise self._not_writable(error) from None
 

@@ -1,12 +1,12 @@
 """A design in 3-D: simulated live or played back on the server, drawn by three.js in the browser.
 
     player      the process that compiles and steps a model, started by the server
-    shown, parts, tendons, controls, names     what it tells about a model
-    playing, motions, frames                   what it tells about each moment
+    display_model, parts, tendons, controls, names    what it sends about a model
+    playback, motions, frames                         what it sends about each moment
     stream      a player as the server has it, only while somebody watches
     endpoint    the WebSocket between server and browsers
     element     the view as a part of a page
-    printed     a view of parts to print, which stand still
+    parts_view  a view of parts to print, which stand still
 
 The browser's side is in `aidsr/apps/web/static/view3d`.
 """
@@ -18,16 +18,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from aidsr.apps.web.view3d.element import Pick, SceneView
-    from aidsr.apps.web.view3d.printed import Lying, PartsView
+    from aidsr.apps.web.view3d.parts_view import PartsView, PlacedPart
     from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
 
-__all__ = ["Episode", "Lying", "Model", "PartsView", "Pick", "SceneStream", "SceneView"]
+__all__ = ["Episode", "Model", "PartsView", "Pick", "PlacedPart", "SceneStream", "SceneView"]
 
 _HOMES = {
     "Pick": "element",
     "SceneView": "element",
-    "Lying": "printed",
-    "PartsView": "printed",
+    "PlacedPart": "parts_view",
+    "PartsView": "parts_view",
     "Episode": "stream",
     "Model": "stream",
     "SceneStream": "stream",

@@ -41,7 +41,7 @@ class Kind(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class Snapshot:
     """What there is to be seen at one time.
 
     Attributes:
@@ -75,7 +75,7 @@ def pack_json(kind: Kind, value: dict[str, Any]) -> bytes:
     return _KIND.pack(kind) + json.dumps(value, allow_nan=False).encode()
 
 
-def pack_frame(moment: Moment) -> bytes:
+def pack_frame(moment: Snapshot) -> bytes:
     """Return a frame."""
     counts = (len(moment.poses), len(moment.segments), len(moment.tension_n), len(moment.ctrl))
     arrays = (moment.poses, moment.segments, moment.tension_n, moment.ctrl)
@@ -83,7 +83,7 @@ def pack_frame(moment: Moment) -> bytes:
     return header + b"".join(np.ascontiguousarray(array, "<f4").tobytes() for array in arrays)
 
 
-def read_frame(message: bytes) -> Moment:
+def read_frame(message: bytes) -> Snapshot:
     """Return what `pack_frame` was given.
 
     Raises:
@@ -98,4 +98,4 @@ def read_frame(message: bytes) -> Moment:
         raise ValueError(f"expected a frame of {ends[-1]} numbers, found {len(numbers)}")
     poses, pieces, tension, ctrl = np.split(numbers, ends[:-1])
     shaped = poses.reshape(parts, _POSE_NUMBERS), pieces.reshape(segments, _SEGMENT_NUMBERS)
-    return Moment(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float))
+    return Snapshot(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float))

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.apps.web.view3d.shown import Shown
+from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.tendons import tensions_n
 from aidsr.sim.rollout import simulate
 from aidsr.sim.structure import name_of
@@ -57,7 +57,7 @@ class Motion:
 class Tests:
     """The validator's battery for what is shown, each test simulated when it is first asked for."""
 
-    def __init__(self, shown: Shown) -> None:
+    def __init__(self, shown: DisplayModel) -> None:
         self._shown = shown
         self._plan: PlannedTests | None = None
         protocol = Protocol()

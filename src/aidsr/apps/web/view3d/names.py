@@ -27,7 +27,7 @@ _Place = tuple[str, str]
 """("body" or "tendon", its name)."""
 
 
-def places_of_names(model: mujoco.MjModel) -> dict[str, list[_Place]]:
+def locate_elements(model: mujoco.MjModel) -> dict[str, list[_Place]]:
     """Return the bodies and tendons behind every name; two things of one name are both lit."""
     found: dict[str, list[_Place]] = {}
     for name, place in _every(model):

@@ -22,10 +22,10 @@ from typing import Any, BinaryIO
 import mujoco
 import numpy as np
 
+from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, pack_frame, pack_json
 from aidsr.apps.web.view3d.motions import Motion, Tests
-from aidsr.apps.web.view3d.playing import SPEED_BOUNDS, Playing
-from aidsr.apps.web.view3d.shown import Shown
+from aidsr.apps.web.view3d.playback import SPEED_BOUNDS, Playback
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError
 from aidsr.sandbox.limits import set_process_limits
@@ -51,8 +51,8 @@ class Player:
 
     def __init__(self, replies: BinaryIO) -> None:
         self._replies = replies
-        self._base: Shown | None = None
-        self._playing: Playing | None = None
+        self._base: DisplayModel | None = None
+        self._playing: Playback | None = None
         self._tests: Tests | None = None
         self._choice: dict[str, Any] = {"mode": "live"}
         self._told: dict[str, Any] = {}
@@ -107,7 +107,7 @@ class Player:
 
     def _load(self, command: dict[str, Any]) -> None:
         groups = [ActuatorGroup.model_validate(group) for group in command["groups"]]
-        self._base = Shown.of(
+        self._base = DisplayModel.of(
             command["mjcf"], mount=command["mount"], environment=command["environment"], groups=groups
         )
         self._put_on(self._base)
@@ -115,16 +115,16 @@ class Player:
         self._tests = Tests(self._base)
         self._say(pack_json(Kind.TESTS, {"tests": self._tests.labels}))
 
-    def _put_on(self, shown: Shown) -> None:
+    def _put_on(self, shown: DisplayModel) -> None:
         """Show a model in place of another, unless it is shown already."""
         if self._playing is None or self._playing.shown is not shown:
             speed = 1.0 if self._playing is None else self._playing.speed
-            self._playing = Playing(shown)
+            self._playing = Playback(shown)
             self._playing.speed = speed
             self._say(pack_json(Kind.FACTS, shown.facts))
         self._choice = {"mode": "live"}
 
-    def _obey(self, playing: Playing, command: dict[str, Any]) -> None:
+    def _obey(self, playing: Playback, command: dict[str, Any]) -> None:
         match command:
             case {"do": "play"}:
                 playing.resume()
@@ -150,7 +150,7 @@ class Player:
             case _:
                 raise ValueError(f"there is no such command: {str(command)[:80]}")
 
-    def _live(self) -> Playing:
+    def _live(self) -> Playback:
         """Go back to the model that was loaded, which a varied episode may have replaced."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
@@ -164,7 +164,7 @@ class Player:
         """Play an episode back; the server sends its positions along, as 32-bit floats in base64."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
-        shown = Shown.of(command["mjcf"]) if command["mjcf"] else self._base
+        shown = DisplayModel.of(command["mjcf"]) if command["mjcf"] else self._base
         flat = np.frombuffer(base64.b64decode(command["qpos"]), "<f4").astype(float)
         motion = Motion.recorded(shown.model, _number(command["frame_s"]), flat.reshape(-1, max(shown.model.nq, 1)))
         self._put_on(shown)

@@ -68,11 +68,11 @@ class Episode:
             with zipfile.ZipFile(file) as archive:
                 size = sum(one.file_size for one in archive.infolist())
             if size > _MAX_EPISODE:
-                raise UserError(f"an episode of at most 32 MiB was expected, and {file.name} has {size // 2**20} MiB")
+                raise UserError(f"{file.name} is too large: {size // 2**20} MiB, at most 32")
             with np.load(file, allow_pickle=False) as stored:
                 return cls(name, float(stored["frame_s"]), np.asarray(stored["qpos"], float), str(stored["mjcf"]))
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise UserError(f"a recorded episode was expected, and {file.name} is none ({error})") from None
+            raise UserError(f"{file.name} is not a recorded episode ({error})") from None
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from aidsr.runs.trainings import Training, read_curve
-from aidsr.studies.jobs import trained_at
+from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Study
 from aidsr.studies.tables import PAPER, ArmLine, Line
@@ -59,7 +59,7 @@ def curves_of_task(study: Study, rows: Sequence[DesignRow]) -> str:
     for row in rows:
         run = study.run(cells[row.arm, row.task, row.run])
         for seed in range(study.plan.seeds if run else 0):
-            folder = trained_at(run.design(row.design), seed) if run else Path()
+            folder = training_folder_of(run.design(row.design), seed) if run else Path()
             curve = read_curve(Training(folder))
             points = [(row.steps / 1000, row.progress) for row in curve if row.progress is not None]
             drawn = drawn or bool(points)

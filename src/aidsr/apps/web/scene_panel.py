@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from aidsr.apps.web.parts import box, image
 from aidsr.apps.web.view3d import Episode, Pick, SceneView
+from aidsr.apps.web.widgets import box, image
 from aidsr.core.artifacts import ActuatorGroup, Fault
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from nicegui import events, run, ui
 
-from aidsr.apps.web.live import say_mistake
-from aidsr.apps.web.parts import box, button, fact, text
+from aidsr.apps.web.live import show_error
+from aidsr.apps.web.widgets import box, button, fact, text
 from aidsr.core.errors import AidsrError, UserError
 
 Form = dict[str, Any]
@@ -17,7 +17,7 @@ Facts = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
-class Wanted:
+class FileField:
     """A kind of file that can be given.
 
     Attributes:
@@ -35,7 +35,7 @@ class Wanted:
     look: Callable[[str, Form], Facts]
 
 
-def upload(form: Form, wanted: Wanted) -> None:
+def upload(form: Form, wanted: FileField) -> None:
     """Take a file, look at it, and say what is in it or what is wrong with it."""
     key = wanted.key
 
@@ -60,9 +60,9 @@ def upload(form: Form, wanted: Wanted) -> None:
             said = (await event.file.read()).decode("utf-8-sig")
             facts = await run.io_bound(wanted.look, said, dict(form))
         except UnicodeDecodeError:
-            say_mistake(UserError(f"{event.file.name} is no text; give a file saved as UTF-8"))
+            show_error(UserError(f"{event.file.name} is no text; give a file saved as UTF-8"))
         except AidsrError as error:
-            say_mistake(UserError(f"{event.file.name} cannot be used: {error}"))
+            show_error(UserError(f"{event.file.name} cannot be used: {error}"))
         else:
             form.update({key: said, f"{key}_name": event.file.name[:100]})
             found.refresh(facts)
@@ -70,8 +70,8 @@ def upload(form: Form, wanted: Wanted) -> None:
     field = ui.upload(label=wanted.label, max_file_size=wanted.most_bytes, auto_upload=True, on_upload=take)
     field.props(f"flat accept={wanted.suffixes}")
     kinds = wanted.suffixes.replace(",", " or ")
-    refused = UserError(f"a {kinds} file of at most {wanted.most_bytes / 1e6:g} MB was expected; give another")
-    field.on("rejected", lambda: say_mistake(refused))
+    refused = UserError(f"not a {kinds} file of at most {wanted.most_bytes / 1e6:g} MB; choose another file")
+    field.on("rejected", lambda: show_error(refused))
     found()
 
 
@@ -104,6 +104,6 @@ def _goal(said: str, form: Form) -> Facts:
     )
 
 
-ENVIRONMENT = Wanted("environment", "Environment (MJCF)", ".xml,.mjcf", 2_000_000, _environment)
-ROBOT = Wanted("robot", "Robot (MJCF)", ".xml,.mjcf", 2_000_000, _robot)
-GOAL = Wanted("goal", "Goal (goal.toml)", ".toml", 20_000, _goal)
+ENVIRONMENT = FileField("environment", "Environment (MJCF)", ".xml,.mjcf", 2_000_000, _environment)
+ROBOT = FileField("robot", "Robot (MJCF)", ".xml,.mjcf", 2_000_000, _robot)
+GOAL = FileField("goal", "Goal (goal.toml)", ".toml", 20_000, _goal)

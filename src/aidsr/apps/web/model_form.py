@@ -11,8 +11,8 @@ from nicegui import run as background
 from nicegui import ui
 from pydantic import ValidationError
 
-from aidsr.apps.web.parts import box, choice, text, tokens_in_words
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.widgets import box, choice, text, tokens_in_words
 from aidsr.core.config import BUILTIN, Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.loop.estimate import estimate
@@ -87,7 +87,7 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
 
         async def told() -> None:
             name, concepts = str(form["model"] or "").strip(), int(form["concepts"] or 1)
-            cost.text = await background.io_bound(cost_in_advance, site, name, concepts) or ""
+            cost.text = await background.io_bound(estimated_cost, site, name, concepts) or ""
 
         field.props["debounce"] = 400
         field.bind_value(form, "model").on_value_change(told)
@@ -133,7 +133,7 @@ def budget_from(form: dict[str, Any]) -> Budget:
         ) from None
 
 
-def cost_in_advance(site: Site, model: str, concepts: int) -> str:
+def estimated_cost(site: Site, model: str, concepts: int) -> str:
     """Say what a run will about cost, and on what that rests; empty while no model is named that is understood."""
     try:
         found = estimate(RunConfig(model=model, concepts=concepts), site.library.path)

@@ -11,12 +11,12 @@ from nicegui import app, ui
 
 from aidsr.apps.web.export_result import show_export
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.live import acting, live
-from aidsr.apps.web.parts import box, button, clock, notice, text
+from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.run_page import not_found
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.widgets import box, button, clock, notice, text
 from aidsr.core.errors import AidsrError
-from aidsr.core.extras import lack_of
+from aidsr.core.extras import missing_extra
 from aidsr.fabrication.materials import materials
 from aidsr.fabrication.printers import PRINTERS
 from aidsr.fabrication.schema import MARK, PartEntry, Verdict
@@ -78,7 +78,7 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
         UserError: An export is there and cannot be read.
     """
     name = site.export_name(run, design.number)
-    missing = lack_of("fabrication", "making parts")
+    missing = missing_extra("fabrication", "making parts")
     trained = any(one.result.path.exists() for one in trainings_of(design))
     approved, begun_s = design.final_robot.path.exists(), site.processes.begun_s(name)
     if site.processes.is_alive(name):
@@ -107,7 +107,7 @@ def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> Non
             with box("row"):
                 text("Parts are drawn, checked and driven in simulation once more; this takes about 20 seconds.")
                 clock(state.since)
-            button("Stop", acting(lambda: site.processes.stop(name)), "danger", "stop")
+            button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
         return
     if state.last_words:
         notice("The last export ended without parts. It said:", "bad")
@@ -150,9 +150,9 @@ def _start(site: Site, run: Run, design: DesignFolder, state: State) -> None:
             )
         with box("row"):
             if state.verdict:
-                button("Export again", acting(start), "quiet", "construction")
+                button("Export again", as_action(start), "quiet", "construction")
             else:
-                button("Export", acting(start), "primary", "construction")
+                button("Export", as_action(start), "primary", "construction")
 
 
 def _iso(time_s: float) -> str:

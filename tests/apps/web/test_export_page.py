@@ -10,8 +10,8 @@ from nicegui import ui
 from nicegui.testing import User
 from test_pages import press, shown, visiting, visitor
 
+from aidsr.apps.web.export_page import State, draw_export, read_export
 from aidsr.apps.web.export_result import letters
-from aidsr.apps.web.exporting_page import State, draw_export, read_export
 from aidsr.apps.web.site import Site
 from aidsr.fabrication.schema import PartEntry
 from aidsr.runs import DesignFolder, Run

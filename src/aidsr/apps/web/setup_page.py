@@ -8,13 +8,13 @@ from typing import Any
 from nicegui import app, ui
 from pydantic import ValidationError
 
-from aidsr.apps.web.choosing_a_model import LIMITS, budget_from, choose_model, model_name
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.launching import Order, launch
+from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
-from aidsr.apps.web.parts import box, button, choice, image, text
+from aidsr.apps.web.model_form import LIMITS, budget_from, choose_model, model_name
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.uploading import ENVIRONMENT, GOAL, ROBOT, upload
+from aidsr.apps.web.upload import ENVIRONMENT, GOAL, ROBOT, upload
+from aidsr.apps.web.widgets import box, button, choice, image, text
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
@@ -68,7 +68,7 @@ def add_setup(site: Site) -> None:
             _start(site, form)
 
 
-def order_from(site: Site, form: Form) -> Order:
+def request_from(site: Site, form: Form) -> RunRequest:
     """Return what a filled-in form asks for.
 
     Raises:
@@ -88,8 +88,8 @@ def order_from(site: Site, form: Form) -> Order:
         first = error.errors()[0]
         raise UserError(f"{first['loc'][0]}: {first['msg']}, found {first['input']}; change it") from None
     if form["source"] == "task":
-        return Order(config, task=form["task"], level=form["level"], robot=form["robot"])
-    return Order(
+        return RunRequest(config, task=form["task"], level=form["level"], robot=form["robot"])
+    return RunRequest(
         config,
         objective=form["objective"],
         environment=form["environment"],
@@ -180,11 +180,11 @@ def _number(form: Form, key: str, label: str, least: int, most: int) -> None:
 
 
 def _start(site: Site, form: Form) -> None:
-    def order() -> Run:
-        return launch(site, order_from(site, form))
+    def request() -> Run:
+        return launch(site, request_from(site, form))
 
     def opened(made: Run) -> None:
         ui.navigate.to(f"/run/{made.path.name}")
 
     with box("row"):
-        go = button("Start the run", lambda: working(go, order, opened), "primary", "play_arrow")
+        go = button("Start the run", lambda: working(go, request, opened), "primary", "play_arrow")

@@ -12,7 +12,7 @@ _STATIC = Path(__file__).parents[1] / "static" / "view3d"
 
 
 @dataclass(frozen=True)
-class Lying:
+class PlacedPart:
     """One kind of part."""
 
     name: str
@@ -33,7 +33,7 @@ class PartsView(Element, component=_STATIC / "parts_view.js", esm={"aidsr-view3d
         title: What it is, for those who cannot see it and for the names of pictures.
     """
 
-    def __init__(self, parts: Sequence[Lying], *, title: str) -> None:
+    def __init__(self, parts: Sequence[PlacedPart], *, title: str) -> None:
         super().__init__()
         self._props["parts"] = [asdict(part) for part in parts]
         self._props["title"] = title

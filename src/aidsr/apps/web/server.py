@@ -49,8 +49,8 @@ def serve(
     alone = host in {name.strip("[]") for name in LOOPBACK}
     if not alone and len(token) < _SHORTEST_TOKEN:
         raise UserError(
-            f"whoever reaches {host} could start programs here; give --token with at least {_SHORTEST_TOKEN} "
-            "characters, which the page then asks for, or leave out --host"
+            f"refusing to bind {host} without --token: any client could execute code; give a --token of at least "
+            f"{_SHORTEST_TOKEN} characters, which the web app then asks for, or leave out --host"
         )
     door = _listening(host, port)
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
@@ -85,8 +85,7 @@ def _listening(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     except OSError as error:
         raise UserError(
-            f"a free port on this machine was expected, and port {port} of {host} cannot be listened on: "
-            f"{error.strerror}; choose another with --port"
+            f"cannot listen on port {port} of {host}: {error.strerror}; choose another with --port"
         ) from None
 
 

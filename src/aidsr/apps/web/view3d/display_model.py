@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.controls import control_facts, group_facts
-from aidsr.apps.web.view3d.names import places_of_names
+from aidsr.apps.web.view3d.names import locate_elements
 from aidsr.apps.web.view3d.parts import Parts, list_parts
 from aidsr.apps.web.view3d.tendons import TendonLines, tendon_facts
 from aidsr.core.artifacts import ActuatorGroup
@@ -26,7 +26,7 @@ from aidsr.validation.validating import Mount
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class DisplayModel:
     """A robot as the validator would test it, or a scene, with what a viewer must know about it.
 
     Attributes:
@@ -82,7 +82,7 @@ class Shown:
             "tendons": tendon_facts(model, looks, drives),
             "controls": control_facts(model, drives, neutral),
             "groups": group_facts(model, structure, groups),
-            "places": places_of_names(model),
+            "places": locate_elements(model),
             "camera": _camera(looks, data),
             "notes": standing.notes,
         }

@@ -8,8 +8,8 @@ from typing import Any
 from nicegui import ui
 
 from aidsr.apps.web.live import live
-from aidsr.apps.web.parts import badge, box, file_address, image, text
 from aidsr.apps.web.site import DesignView, Site
+from aidsr.apps.web.widgets import badge, box, file_address, image, text
 from aidsr.core.artifacts import Evaluation
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
@@ -35,7 +35,7 @@ class _Column:
     motion: str
 
 
-def side_by_side(site: Site, run: Run) -> None:
+def comparison_table(site: Site, run: Run) -> None:
     """Show all designs of a run as columns of one table."""
     live(lambda: _read(site, run), lambda columns: _table(run, columns))
 

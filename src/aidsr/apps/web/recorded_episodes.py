@@ -41,7 +41,7 @@ def replay_name(training: int, path: Path) -> str:
     return f"{path.stem} of training {training}"
 
 
-def motions_of(design: DesignFolder) -> tuple[Motion, ...]:
+def list_motions(design: DesignFolder) -> tuple[Motion, ...]:
     """Return what can be replayed of a design's judged policies, the newest training first."""
     judged = [one for one in reversed(trainings_of(design)) if one.evaluation.path.exists()]
     return tuple(Motion(replay_name(one.number, motion.path), motion.path) for one in judged for motion in one.motions)

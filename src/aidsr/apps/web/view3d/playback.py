@@ -9,9 +9,9 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from aidsr.apps.web.view3d.frames import Moment
+from aidsr.apps.web.view3d.display_model import DisplayModel
+from aidsr.apps.web.view3d.frames import Snapshot
 from aidsr.apps.web.view3d.motions import Motion
-from aidsr.apps.web.view3d.shown import Shown
 from aidsr.apps.web.view3d.tendons import tensions_n
 from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
 from aidsr.validation.drive import set_act
@@ -21,7 +21,7 @@ SPEED_BOUNDS = (0.02, 4.0)
 _CHUNK_STEPS = 5
 
 
-class Playing:
+class Playback:
     """One model in motion.
 
     Attributes:
@@ -34,7 +34,7 @@ class Playing:
         trouble: Why the simulation stopped by itself, for the person; empty where it did not.
     """
 
-    def __init__(self, shown: Shown) -> None:
+    def __init__(self, shown: DisplayModel) -> None:
         self.shown = shown
         self.motion: Motion | None = None
         self.runs, self.speed, self.pace, self.time_s, self.trouble = True, 1.0, 0.0, 0.0, ""
@@ -112,7 +112,7 @@ class Playing:
         self.seek(self.time_s + wall_s * self.speed)
         self.runs = self.time_s < self.motion.duration_s
 
-    def moment(self) -> Moment:
+    def moment(self) -> Snapshot:
         """Return what there is to be seen now."""
         model, data, motion = self.shown.model, self._data, self.motion
         if motion is None:
@@ -122,7 +122,7 @@ class Playing:
             tension = np.zeros(model.ntendon) if motion.tension_n is None else motion.tension_n[row]
             ctrl = np.array(self.shown.neutral) if motion.ctrl is None else motion.ctrl[row]
         poses, segments = self.shown.parts.poses(data), self.shown.lines.segments(data)
-        return Moment(self.time_s, self.pace, poses, segments, tension, ctrl)
+        return Snapshot(self.time_s, self.pace, poses, segments, tension, ctrl)
 
     def _begin(self) -> None:
         mujoco.mj_resetData(self.shown.model, self._data)

@@ -14,7 +14,7 @@ from aidsr.runs import Run
 
 
 @dataclass(frozen=True)
-class Order:
+class RunRequest:
     """What is to be designed, and how."""
 
     config: RunConfig
@@ -29,11 +29,11 @@ class Order:
     """MJCF of a robot to start from."""
 
 
-DEMO = Order(RunConfig(seed=1), task="reaching/button_pushing")
+DEMO = RunRequest(RunConfig(seed=1), task="reaching/button_pushing")
 """Three robots that push a button, by the built-in rules: no key, nothing paid."""
 
 
-def launch(site: Site, order: Order) -> Run:
+def launch(site: Site, request: RunRequest) -> Run:
     """Make the folder of a run and start a process that works on it; may take seconds.
 
     Raises:
@@ -41,17 +41,17 @@ def launch(site: Site, order: Order) -> Run:
     """
     with TemporaryDirectory() as folder:
         file = Path(folder) / "goal.toml"
-        file.write_text(order.goal, encoding="utf-8")
-        goal = file if order.goal else ""
+        file.write_text(request.goal, encoding="utf-8")
+        goal = file if request.goal else ""
         brief = make_brief(
-            order.objective,
-            task=order.task,
-            level=order.level,
-            environment=order.environment,
-            robot=order.robot,
+            request.objective,
+            task=request.task,
+            level=request.level,
+            environment=request.environment,
+            robot=request.robot,
             goal=goal,
         )
-        level = order.level if order.task else ""
-        run = create_run(brief, order.config, level=level, runs=site.library.path, goal=goal)
+        level = request.level if request.task else ""
+        run = create_run(brief, request.config, level=level, runs=site.library.path, goal=goal)
     site.go_on(run)
     return run
