@@ -17,7 +17,7 @@ pytest.importorskip("mcp", reason="needs the extra mcp")
 from mcp.client import Client
 from mcp.client.stdio import StdioServerParameters
 
-from aidsr.apps.mcp.desk import Desk
+from aidsr.apps.mcp.scene_folder import SceneFolder
 from aidsr.core.artifacts import Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.tasks import load_task, task_names
@@ -80,7 +80,7 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
     assert alone["stable"]
     assert made["stable"], made["account"]
     assert Path(made["path"]).read_text().startswith("<mujoco")
-    assert Desk(tmp_path).task(made["scene"]) == load_task(TASK, "hard")
+    assert SceneFolder(tmp_path).task(made["scene"]) == load_task(TASK, "hard")
     assert drawn.content[0].mime_type == "image/png"
 
 
@@ -99,7 +99,7 @@ def test_mistakes_are_sentences_and_the_server_goes_on(tmp_path: Path) -> None:
     assert all(result.is_error for result in (unknown, nowhere, outside))
     assert "button_pushing" in unknown.content[0].text
     assert "nowhere" in nowhere.content[0].text
-    assert "number of a scene" in outside.content[0].text
+    assert "no scene" in outside.content[0].text
     assert not told(hostile)["stable"]
     assert list(tmp_path.iterdir()) == []
 
@@ -109,7 +109,7 @@ def test_a_scene_is_probed_at_its_level(tmp_path: Path) -> None:
     hard = load_task(TASK, "hard")
     still = hard.environment.replace("</worldbody>", f"{body}</worldbody>")  # quickly refused: nothing drives it
     scene = Scene(mjcf=still, placement=Placement(mount="mount", base="fixed"))
-    home = Desk(tmp_path).keep(Robot(mjcf="<mujoco/>", functional_part="tip"), scene, hard)
+    home = SceneFolder(tmp_path).add(Robot(mjcf="<mujoco/>", functional_part="tip"), scene, hard)
 
     async def talk(client: Client) -> list[Any]:
         found = await client.call_tool("probe", {"scene": home.name})
@@ -118,11 +118,11 @@ def test_a_scene_is_probed_at_its_level(tmp_path: Path) -> None:
 
     found, untold = (result.content[0].text for result in session(tmp_path, talk))
     assert "a robot with actuators was expected" in found, "the scene was taken for one of its level"
-    assert "found no level.txt; assemble the scene anew" in untold
+    assert "has no level.txt; assemble the scene again" in untold
 
 
-def test_a_desk_knows_its_scenes_by_number(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="there are: none yet"):
-        Desk(tmp_path).scene("0001")
-    with pytest.raises(UserError, match="number of a scene"):
-        Desk(tmp_path).scene("..")
+def test_a_folder_knows_its_scenes_by_number(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="scenes are: none yet"):
+        SceneFolder(tmp_path).scene("0001")
+    with pytest.raises(UserError, match='no scene "'):
+        SceneFolder(tmp_path).scene("..")

@@ -47,9 +47,9 @@ def test_no_two_robots_are_the_same() -> None:
 
 
 def test_a_task_of_ones_own_has_none() -> None:
-    with pytest.raises(UserError, match="exist for the tasks of the benchmark"):
+    with pytest.raises(UserError, match="no reference robot for"):
         read_reference("own/task")
-    with pytest.raises(UserError, match="ask for 1"):
+    with pytest.raises(UserError, match="set concepts to 1"):
         team().designer.propose(load_task("gap").brief(), 3)
 
 

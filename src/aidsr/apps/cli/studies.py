@@ -24,7 +24,7 @@ from aidsr.studies.outcomes import paid_usd, read_outcomes
 from aidsr.studies.runner import Progress
 from aidsr.studies.study import Study
 from aidsr.studies.tables import differences
-from aidsr.teams.baselines.generations import read_search, search_in_words
+from aidsr.teams.baselines.generations import format_search, read_search
 from aidsr.teams.providers.offline import SEARCH
 
 
@@ -173,7 +173,7 @@ class _AtWork:
 
     def __rich__(self) -> Text:
         run = self.study.run(self.job.cell) if self._searches else None
-        told = search_in_words(read_search(run)) if run else ""
+        told = format_search(read_search(run)) if run else ""
         return Text(f"  {self.job.name}" + (f": {told}" if told else ""), style="dim")
 
     @property

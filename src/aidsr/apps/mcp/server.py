@@ -1,4 +1,4 @@
-"""The tools an agent is given. All that they are handed is untrusted and goes through the safe paths of `sim`."""
+"""The tools of the MCP server. Their arguments are untrusted and go through the safe paths of `mjcf` and `sandbox`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mcp.server.mcpserver.exceptions import ToolError
 from pydantic import Field
 
 from aidsr import __version__
-from aidsr.apps.mcp.desk import Desk
+from aidsr.apps.mcp.scene_folder import SceneFolder
 from aidsr.core.artifacts import Artifact, EnvironmentSummary, Fault, Placement, Robot
 from aidsr.core.errors import AidsrError
 from aidsr.learn.openloop import probe
@@ -20,8 +20,6 @@ from aidsr.sim.assembly import assemble
 from aidsr.tasks import Level, load_task, task_names
 from aidsr.teams.llm.prompts import render
 from aidsr.validation import validate
-
-__all__ = ["TaskDescription", "Verdict", "build_server"]
 
 _INSTRUCTIONS = """\
 Design tendon-driven continuum robots with measured physics. A usual order: list_tasks, read_task, then write MJCF as
@@ -74,17 +72,17 @@ def build_server(folder: Path) -> MCPServer:
     """Return the server.
 
     Args:
-        folder: Where scenes are kept.
+        folder: Folder of the scenes.
     """
     server = MCPServer("aidsr", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
-    _add_reading(server)
-    desk = Desk(folder)
-    _add_physics(server, desk)
-    _add_drawing(server, desk)
+    _add_task_tools(server)
+    scenes = SceneFolder(folder)
+    _add_validation_tools(server, scenes)
+    _add_scene_tools(server, scenes)
     return server
 
 
-def _add_reading(server: MCPServer) -> None:
+def _add_task_tools(server: MCPServer) -> None:
     @server.tool()
     def list_tasks() -> list[TaskLine]:
         """List the benchmark tasks with their objectives."""
@@ -116,7 +114,7 @@ def _add_reading(server: MCPServer) -> None:
         return render("mjcf_guide")
 
 
-def _add_physics(server: MCPServer, desk: Desk) -> None:
+def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
     @server.tool(name="validate")
     def validate_robot(
         mjcf: Mjcf,
@@ -144,18 +142,18 @@ def _add_physics(server: MCPServer, desk: Desk) -> None:
             report = validate(scene.mjcf, needs_contact=found.needs_contact)
         except AidsrError as error:
             raise ToolError(str(error)) from None
-        home = desk.keep(robot, scene, found)
+        directory = scenes.add(robot, scene, found)
         account = "\n".join([report.account(), *scene.notes])
-        path = str(home / "scene.xml")
-        return Verdict(stable=report.stable, account=account, faults=report.faults, scene=home.name, path=path)
+        path = str(directory / "scene.xml")
+        return Verdict(stable=report.stable, account=account, faults=report.faults, scene=directory.name, path=path)
 
 
-def _add_drawing(server: MCPServer, desk: Desk) -> None:
+def _add_scene_tools(server: MCPServer, scenes: SceneFolder) -> None:
     @server.tool(name="probe")
     def probe_scene(scene: SceneNumber) -> str:
         """Search, without learning, how far the body of a scene gets on its task at its level; some tens of seconds."""
         try:
-            report = probe(desk.scene(scene), desk.task(scene))
+            report = probe(scenes.scene(scene), scenes.task(scene))
         except AidsrError as error:
             raise ToolError(str(error)) from None
         return (
@@ -172,7 +170,7 @@ def _add_drawing(server: MCPServer, desk: Desk) -> None:
     ) -> Image:
         """Draw a scene as it stands at the start."""
         try:
-            mjcf = desk.scene(scene).read_text(encoding="utf-8")
+            mjcf = scenes.scene(scene).read_text(encoding="utf-8")
             return Image(
                 data=picture(mjcf, view=View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)), format="png"
             )

@@ -1,8 +1,8 @@
-"""What designs by agents are measured against: robots designed by hand, and search without any insight.
+"""Baselines: reference robots designed by hand, and a search without insight.
 
-reference  one robot a benchmark task, designed by hand; robots/ holds them and says where they are mounted
-generations  how a search went
-searching  CMA-ES over the numbers of a built-in family, with the probe as its objective
+reference    one robot for each benchmark task, designed by hand; robots/ holds them and their placements
+search       CMA-ES over the parameters of a built-in family, with the probe as its objective
+generations  the record of a search
 
 Both are teams like any other, so that they go through the same validation, training and evaluation.
 """

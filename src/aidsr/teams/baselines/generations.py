@@ -1,4 +1,4 @@
-"""How a search went, generation by generation: kept in the run's folder, so that it can be watched and goes on."""
+"""The record of a search, generation by generation, in the run's folder; an interrupted search resumes from it."""
 
 from __future__ import annotations
 
@@ -8,22 +8,21 @@ from aidsr.core.artifacts import Artifact
 from aidsr.runs import Run
 from aidsr.runs.files import JsonFile, replace_file
 
-__all__ = ["Generation", "read_search", "search_in_words", "write_search"]
-
 _FILE = "search.json"
 """Rewritten with each generation."""
 
 
 class Generation(Artifact):
-    """Robots that a search tried at once, and what they were worth."""
+    """Robots that a search tried at once, and their values of the objective."""
 
     concept: int
-    """Number of the concept that is searched for."""
+    """Number of the concept."""
     generation: int
     """0 is the rules' own robot, alone."""
     of: int
-    """The last one."""
+    """Number of the last generation."""
     worths: tuple[float, ...]
+    """Values of the objective, one for each robot."""
 
 
 class _Search(Artifact):
@@ -31,22 +30,22 @@ class _Search(Artifact):
 
 
 def read_search(run: Run) -> tuple[Generation, ...]:
-    """Return the generations of a run's search so far, none where nothing was searched."""
+    """Return the generations of a run's search so far, empty without a search."""
     found = JsonFile(run.path / _FILE, _Search).read()
     return found.generations if found else ()
 
 
 def write_search(run: Run, generations: Sequence[Generation]) -> None:
-    """Keep the generations of a run's search."""
+    """Write the generations of a run's search."""
     content = _Search(generations=tuple(generations)).model_dump_json(indent=2)
     replace_file(run.path / _FILE, content.encode() + b"\n")
 
 
-def search_in_words(generations: Sequence[Generation]) -> str:
-    """Return how far the search for the newest concept is, nothing before its first robot is measured."""
+def format_search(generations: Sequence[Generation]) -> str:
+    """Return the progress of the search for the newest concept, empty before its first robot is measured."""
     if not generations:
         return ""
     last = generations[-1]
-    mine = [each for each in generations if each.concept == last.concept]
-    best, first = max(max(each.worths) for each in mine), mine[0].worths[0]
+    own = [each for each in generations if each.concept == last.concept]
+    best, first = max(max(each.worths) for each in own), own[0].worths[0]
     return f"generation {last.generation} of {last.of}, worth {best:.2f} ({first:.2f} at first)"

@@ -1,7 +1,7 @@
 """The human baseline: one robot for each benchmark task, designed by hand, with where it is mounted and why.
 
-The robots began as output of the built-in families; their numbers, and what their shapes alone do not say, were then
-chosen by hand for the one task. Nothing of them is sampled, repaired or searched.
+The robots started as output of the built-in families; their parameters were then chosen by hand for the one task.
+Nothing of them is sampled, repaired or searched.
 """
 
 from __future__ import annotations
@@ -16,13 +16,11 @@ from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Placem
 from aidsr.core.errors import UserError
 from aidsr.core.roles import Feedback, Team
 
-__all__ = ["Reference", "read_reference", "team"]
-
 _ROBOTS = files("aidsr.teams.baselines") / "robots"
 
 
 class Reference(Artifact):
-    """What a robot's MJCF does not say: the line of robots.toml that goes with it."""
+    """What a robot's MJCF does not contain: its entry in robots.toml."""
 
     name: str
     family: str
@@ -39,37 +37,36 @@ def read_reference(task: str) -> tuple[Reference, Robot]:
     """Return the robot designed by hand for a benchmark task.
 
     Raises:
-        UserError: There is none, because it is not a task of the benchmark.
+        UserError: It is not a task of the benchmark.
     """
-    short = task.rpartition("/")[2]
+    name = task.rpartition("/")[2]
     table = tomllib.loads((_ROBOTS / "robots.toml").read_text(encoding="utf-8"))
-    if short not in table:
+    if name not in table:
         raise UserError(
-            f'robots designed by hand exist for the tasks of the benchmark, and "{task or "an objective in words"}" is '
-            "none of them; name one of `aidsr tasks`"
+            f'there is no reference robot for "{task or "an objective in words"}"; name one of `aidsr tasks`'
         )
-    found = Reference.model_validate(table[short])
+    found = Reference.model_validate(table[name])
     groups = tuple(ActuatorGroup(name=name, actuators=actuators) for name, actuators in found.groups.items())
-    mjcf = (_ROBOTS / f"{short}.xml").read_text(encoding="utf-8")
+    mjcf = (_ROBOTS / f"{name}.xml").read_text(encoding="utf-8")
     notes = "Designed by hand."
     return found, Robot(mjcf=mjcf, functional_part=found.functional_part, actuator_groups=groups, notes=notes)
 
 
 def team() -> Team:
-    """Return the team that hands out the robots designed by hand; the Judge is that of the built-in rules."""
+    """Return the team of the reference robots; its Judge is that of the built-in rules."""
     from aidsr.teams.rules.judge import RuleJudge
 
-    hand = _ByHand()
-    return Team(hand, hand, hand, RuleJudge())
+    roles = _ReferenceRoles()
+    return Team(roles, roles, roles, RuleJudge())
 
 
 @dataclass(frozen=True)
-class _ByHand:
-    """Designer, Coder and Scene Integrator in one; feedback changes nothing, since the robot is what is measured."""
+class _ReferenceRoles:
+    """Designer, Coder and Scene Integrator in one; feedback changes nothing, since the robot itself is evaluated."""
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         if count != 1:
-            raise UserError(f"there is one robot designed by hand for each task, {count} were asked for; ask for 1")
+            raise UserError(f"there is one reference robot for each task, not {count}; set concepts to 1")
         found, robot = read_reference(brief.task)
         concept = Concept(
             name=found.name,

@@ -40,7 +40,7 @@ def _search_team(run: Run, config: RunConfig) -> Team:
         write_search(run, known)
 
     level = run.asked().level or "standard"
-    return team(config.seed, level, config.search_robots, known=tuple(known), listen=record)
+    return team(config.seed, level, config.search_robots, known=tuple(known), on_generation=record)
 
 
 RULES = Provider(
