@@ -15,7 +15,7 @@ from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.forbidden import FORBIDDEN_ELEMENTS
 from aidsr.mjcf.read import canonical, check_document, check_safety, open_mjcf, parse_document, read_mjcf
-from aidsr.mjcf.schema import Grammar, mjcf_grammar
+from aidsr.mjcf.schema import ElementSchema, mjcf_schema
 
 PROPERTY = settings(
     deadline=None,  # tests do not depend on time
@@ -42,17 +42,17 @@ VALUES = st.one_of(
 @st.composite
 def trees(draw: st.DrawFn, depth: int = 4) -> str:
     """Documents that are well-formed, of elements and attributes that MJCF knows, and some it does not."""
-    return _element(draw, "mujoco", mjcf_grammar(), depth)
+    return _element(draw, "mujoco", mjcf_schema(), depth)
 
 
-def _element(draw: st.DrawFn, tag: str, grammar: Grammar, depth: int) -> str:
-    known = [*sorted(grammar.attributes), "nonsense"]
+def _element(draw: st.DrawFn, tag: str, schema: ElementSchema, depth: int) -> str:
+    known = [*sorted(schema.attributes), "nonsense"]
     attributes = draw(st.dictionaries(st.sampled_from(known), VALUES, max_size=3))
-    children = sorted(grammar.children)
+    children = sorted(schema.children)
     inside = ""
     if children and depth:
         for child in draw(st.lists(st.sampled_from(children), max_size=3)):
-            inside += _element(draw, child, grammar.children[child], depth - 1)
+            inside += _element(draw, child, schema.children[child], depth - 1)
     written = "".join(f" {name}={quoteattr(value)}" for name, value in attributes.items())
     return f"<{tag}{written}>{inside}</{tag}>"
 

@@ -11,7 +11,7 @@ import pytest
 
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.read import canonical, open_mjcf, read_mjcf
-from aidsr.mjcf.schema import mjcf_grammar
+from aidsr.mjcf.schema import mjcf_schema
 from aidsr.mjcf.size_limits import SizeLimits
 
 GOOD = '<mujoco>\n<worldbody>\n<body name="a"><geom size="0.1"/></body>\n</worldbody>\n</mujoco>'
@@ -284,7 +284,7 @@ def test_a_file_that_is_no_text_is_the_users_to_change(tmp_path: Path) -> None:
 
 
 def test_the_grammar_is_that_of_the_installed_mujoco() -> None:
-    root = mjcf_grammar()
+    root = mjcf_schema()
     assert {"worldbody", "tendon", "actuator", "sensor", "default"} <= set(root.children)
     body = root.children["worldbody"].children["body"]
     assert body.children["body"] is body

@@ -11,7 +11,7 @@ from lxml import etree
 from aidsr.core.errors import MjcfError
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.edit import effective_value, exclude_contact
-from aidsr.mjcf.location import Element, elements
+from aidsr.mjcf.elements import Element, elements
 from aidsr.mjcf.names import named
 
 if TYPE_CHECKING:

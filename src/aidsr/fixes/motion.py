@@ -8,7 +8,7 @@ from lxml import etree
 
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import damping_gain, effective_numbers, entries, get_numbers, joints, section, set_numbers
-from aidsr.mjcf.location import Element, elements
+from aidsr.mjcf.elements import Element, elements
 from aidsr.sim import beam
 
 _DAMPING_STEPS = 5.0

@@ -8,9 +8,9 @@ from collections.abc import Callable, Collection, Iterator
 from aidsr.core.suggestions import one_slip_away, only_close_name
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import default_classes
-from aidsr.mjcf.location import Element, attributes, elements
+from aidsr.mjcf.elements import Element, attributes, elements
 from aidsr.mjcf.names import known_names, named, references
-from aidsr.mjcf.schema import Grammar, mjcf_grammar
+from aidsr.mjcf.schema import ElementSchema, mjcf_schema
 
 _SURE = 0.8
 """Likeness from which a name is taken for a misspelt one. Our choice: one wrong letter in six."""
@@ -25,11 +25,11 @@ def misspelt_attributes(root: Element, _: Request) -> Iterator[str]:
     A slip is a letter too many, too few, wrong or swapped with its neighbour; letter case, "_" and "-" do not count.
     """
     everywhere = _all_attributes()
-    for element, grammar in _with_grammar(root, mjcf_grammar()):
+    for element, schema in _with_schema(root, mjcf_schema()):
         for attribute in [str(name) for name in element.attrib]:
-            if attribute in grammar.attributes or attribute in everywhere:
+            if attribute in schema.attributes or attribute in everywhere:
                 continue
-            meant = one_slip_away(attribute, grammar.attributes)
+            meant = one_slip_away(attribute, schema.attributes)
             if meant and meant not in element.attrib:
                 _rename(element, attribute, meant)
                 yield note(element, f"wrote {meant} for {attribute}")
@@ -41,10 +41,10 @@ def unknown_attributes(root: Element, _: Request) -> Iterator[str]:
     One that belongs to another element was not misspelt, and is dropped.
     """
     everywhere = _all_attributes()
-    for element, grammar in _with_grammar(root, mjcf_grammar()):
-        for attribute in [str(name) for name in element.attrib if name not in grammar.attributes]:
+    for element, schema in _with_schema(root, mjcf_schema()):
+        for attribute in [str(name) for name in element.attrib if name not in schema.attributes]:
             plain = attribute.lower().replace("_", "")
-            near = "" if attribute in everywhere else only_close_name(plain, grammar.attributes, cutoff=_SURE)
+            near = "" if attribute in everywhere else only_close_name(plain, schema.attributes, cutoff=_SURE)
             if near and near not in element.attrib:
                 _rename(element, attribute, near)
                 yield note(element, f"wrote {near} for {attribute}")
@@ -132,16 +132,16 @@ def _is_replicated(element: Element) -> bool:
 
 
 def _all_attributes() -> Collection[str]:
-    return {name for grammar in mjcf_grammar().walk() for name in grammar.attributes}
+    return {name for schema in mjcf_schema().walk() for name in schema.attributes}
 
 
-def _with_grammar(element: Element, grammar: Grammar) -> Iterator[tuple[Element, Grammar]]:
+def _with_schema(element: Element, schema: ElementSchema) -> Iterator[tuple[Element, ElementSchema]]:
     """Yield each element that MJCF knows where it stands, with what it may hold."""
-    yield element, grammar
+    yield element, schema
     for child in element:
-        inside = grammar.children.get(child.tag) if isinstance(child.tag, str) else None
+        inside = schema.children.get(child.tag) if isinstance(child.tag, str) else None
         if inside is not None:
-            yield from _with_grammar(child, inside)
+            yield from _with_schema(child, inside)
 
 
 def _rename(element: Element, attribute: str, right: str) -> None:

@@ -9,7 +9,7 @@ from lxml import etree
 from aidsr.fixes.ranges import TENSION_N
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import entries, get_numbers, section, set_numbers
-from aidsr.mjcf.location import Element, elements
+from aidsr.mjcf.elements import Element, elements
 
 _LEAST_MASS_KG = 0.002
 

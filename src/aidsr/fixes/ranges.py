@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import Setting, default_classes, is_placed, setting
 from aidsr.mjcf.edit import effective_numbers, entries, gain_sign, get_numbers, joints, set_numbers
-from aidsr.mjcf.location import Element, elements, numbers
+from aidsr.mjcf.elements import Element, elements, numbers
 from aidsr.mjcf.schema import actuator_elements, range_flags
 
 _FULL_TURN_RAD = 2.0 * math.pi

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 
 from aidsr.core.artifacts import Fault, Repairs
 from aidsr.mjcf.edit import without_prefix
-from aidsr.mjcf.location import Element, line_of, words
+from aidsr.mjcf.elements import Element, describe, line_of
 
 
 @dataclass(frozen=True)
@@ -81,4 +81,4 @@ class FixResult(Repairs):
 def note(element: Element, done: str) -> str:
     """Return a sentence on what was done to an element: which, in which line, what."""
     line = line_of(element)
-    return f"{words(element)}{f' in line {line}' if line else ''}: {done}."
+    return f"{describe(element)}{f' in line {line}' if line else ''}: {done}."

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 from aidsr.fixes.record import EditDocument, Fix, Request, note
 from aidsr.mjcf.defaults import default_classes, is_placed, setting
-from aidsr.mjcf.location import Element, elements, numbers
+from aidsr.mjcf.elements import Element, elements, numbers
 
 _LENGTHS = {"capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 """Shapes that fromto can span, and the numbers in size without it. Source: MuJoCo XML reference, body/geom."""

@@ -14,7 +14,7 @@ from aidsr.mjcf.edit import (
     scale_springs,
     set_numbers,
 )
-from aidsr.mjcf.location import Element, elements
+from aidsr.mjcf.elements import Element, elements
 from aidsr.mjcf.schema import actuator_elements
 
 _STRONGER = 1.5

@@ -14,7 +14,7 @@ import mujoco
 
 from aidsr.core.artifacts import Fault
 from aidsr.mjcf.compiler_messages import CompilerMessage, parse_message
-from aidsr.mjcf.location import Element, attributes, elements, load_fault
+from aidsr.mjcf.elements import Element, attributes, elements, load_fault
 from aidsr.mjcf.read import canonical
 
 _MAX_CHARACTERS = 4_000_000  # our choice: of all rounds together, about 1 s; 100 rounds for a robot of 40 KB

@@ -15,7 +15,7 @@ import numpy as np
 from lxml import etree
 
 from aidsr.core.errors import MjcfError
-from aidsr.mjcf.location import Element, attributes
+from aidsr.mjcf.elements import Element, attributes
 from aidsr.mjcf.read import parse_document
 
 _LEAST_LEFT_OUT = 2

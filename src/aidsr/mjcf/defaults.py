@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from aidsr.mjcf.location import Element, elements
-from aidsr.mjcf.schema import mjcf_grammar
+from aidsr.mjcf.elements import Element, elements
+from aidsr.mjcf.schema import mjcf_schema
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def _kinds(tag: str) -> Iterable[str]:
 
     Source: MuJoCo XML reference, default; of several tags for one description the last holds.
     """
-    sections = mjcf_grammar().children
+    sections = mjcf_schema().children
     if tag in sections["actuator"].children:
         return sections["actuator"].children
     return ("tendon",) if tag in sections["tendon"].children else (tag,)

@@ -7,8 +7,8 @@ from collections.abc import Collection, Sequence
 from lxml import etree
 
 from aidsr.mjcf.defaults import default_classes, setting
-from aidsr.mjcf.location import Element, elements
-from aidsr.mjcf.location import numbers as parse_numbers
+from aidsr.mjcf.elements import Element, elements
+from aidsr.mjcf.elements import numbers as parse_numbers
 from aidsr.mjcf.read import parse_document
 
 Value = str | float | bool | Sequence[float]

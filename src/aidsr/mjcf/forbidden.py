@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
-from aidsr.mjcf.location import Element, attributes, elements, load_fault
+from aidsr.mjcf.elements import Element, attributes, elements, load_fault
 
 FORBIDDEN_ELEMENTS = {
     "include": ("opens another file", "put its content here"),
@@ -17,7 +17,7 @@ FORBIDDEN_ELEMENTS = {
 }
 """Element: what it does, and what to write instead."""
 _ATTRIBUTE = re.compile(r"file\w*|(asset|mesh|texture)dir|content_type")
-"""Every attribute of the grammar that names a file, a folder or how to decode one."""
+"""Every attribute of the schema that names a file, a folder or how to decode one."""
 
 
 def check_forbidden(root: Element) -> Iterator[Fault]:

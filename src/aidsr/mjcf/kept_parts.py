@@ -7,14 +7,14 @@ from itertools import zip_longest
 
 from aidsr.core.artifacts import Keep
 from aidsr.mjcf.defaults import default_classes, described
-from aidsr.mjcf.location import Element, attributes, elements, numbers, words
+from aidsr.mjcf.elements import Element, attributes, describe, elements, numbers
 from aidsr.mjcf.read import parse_document
 
 _NAMES = {"name", "class", "childclass"}
 """Which class an attribute comes from does not matter, only its value does."""
 
 
-def changes_to(before: str, after: str, keep: Sequence[Keep]) -> list[str]:
+def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list[str]:
     """Return what was changed of parts that should be kept, one sentence each; empty when nothing was.
 
     A part is compared with everything inside it, attribute by attribute as MuJoCo sees them, with those of its default
@@ -44,14 +44,14 @@ def _changes_to(keep: Keep, old: Element, new: Element) -> Iterator[str]:
     inside = zip_longest(elements(was), elements(now))
     for before, after in inside:
         if before is None or after is None or before.tag != after.tag or before.get("name") != after.get("name"):
-            named = [words(each) if each is not None else "nothing" for each in (before, after)]
+            named = [describe(each) if each is not None else "nothing" for each in (before, after)]
             yield f'Of "{keep.name}", which is to be kept, {named[0]} became {named[1]}.'
             return
         one, other = _values(before, classes[0]), _values(after, classes[1])
         for key in sorted((one.keys() | other.keys()) - set(keep.but)):
             if not _same(one.get(key), other.get(key)):
                 said = f"{key} was {one.get(key, 'not set')} and is {other.get(key, 'not set')}"
-                yield f'Of "{keep.name}", which is to be kept, {words(before)} changed: {said}.'
+                yield f'Of "{keep.name}", which is to be kept, {describe(before)} changed: {said}.'
 
 
 def _find(root: Element, name: str) -> Element | None:

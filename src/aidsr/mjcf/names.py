@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
 
 from aidsr.core.artifacts import Fault
-from aidsr.mjcf.location import Element, attributes, elements, join, line_of, load_fault
+from aidsr.mjcf.elements import Element, attributes, elements, join, line_of, load_fault
 
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
 """Whatever stands in one of these bears a name of that kind, whether it is a <motor> or a <position>."""

@@ -16,11 +16,11 @@ from lxml import etree
 
 from aidsr.core.artifacts import Fault, Robot, Scene
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.mjcf.attribute_types import check_finite, check_fromto
+from aidsr.mjcf.attribute_checks import check_finite, check_fromto
+from aidsr.mjcf.elements import Element, attributes, line_of
 from aidsr.mjcf.forbidden import check_forbidden
-from aidsr.mjcf.grammar import check_grammar
-from aidsr.mjcf.location import Element, attributes, line_of
 from aidsr.mjcf.names import duplicate_names, undefined_references
+from aidsr.mjcf.schema import check_schema
 from aidsr.mjcf.size_limits import SizeLimits, check_requested_sizes, check_tree_size
 
 SIZE_LIMITS = SizeLimits()
@@ -140,8 +140,8 @@ def check_safety(document: Document, limits: SizeLimits = SIZE_LIMITS) -> list[F
 
 
 def check_document(document: Document) -> list[Fault]:
-    """Return the faults of grammar, names and fit, in the order of their lines."""
-    checks = (check_grammar, duplicate_names, undefined_references, check_fromto, check_finite)
+    """Return the faults of elements, attributes and names, in the order of their lines."""
+    checks = (check_schema, duplicate_names, undefined_references, check_fromto, check_finite)
     return sorted(chain.from_iterable(check(document.root) for check in checks), key=lambda fault: fault.line or 0)
 
 

@@ -1,11 +1,16 @@
-"""The grammar of MJCF, as the installed MuJoCo prints it: which element may stand where, with which attributes."""
+"""The schema of MJCF as the installed MuJoCo prints it, and the check of a document against it."""
 
 from __future__ import annotations
 
+import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
+
+from aidsr.core.artifacts import Fault
+from aidsr.mjcf.elements import Element, join, load_fault
+from aidsr.mjcf.forbidden import FORBIDDEN_ELEMENTS
 
 _ROW = re.compile(
     r'padding-left:(?P<indent>\d+)"[^>]*class="el">(?P<name>[^<]*)</td>\s*'
@@ -21,70 +26,137 @@ _LIKE_BODY = {
     "replicate": frozenset({"count", "offset", "euler", "sep", "childclass"}),
 }
 """MuJoCo lets these stand wherever a body may and ignores attributes of theirs that it does not know, so they are the
-one part of the grammar that has to be written down. Source: MuJoCo XML reference, "frame", "replicate", version 3.17.
+one part of the schema that has to be written down. Source: MuJoCo XML reference, "frame", "replicate", version 3.17.
 """
 
 
 @dataclass(frozen=True, eq=False)
-class Grammar:
+class ElementSchema:
     """What one element may hold."""
 
     name: str
     once: bool
     """Whether it may stand at most once in its parent."""
     attributes: frozenset[str]
-    children: dict[str, Grammar] = field(default_factory=dict)
+    children: dict[str, ElementSchema] = field(default_factory=dict)
 
-    def walk(self) -> Iterator[Grammar]:
-        """Yield this grammar and that of everything that can stand inside, each once."""
-        seen: set[Grammar] = set()
+    def walk(self) -> Iterator[ElementSchema]:
+        """Yield this schema and that of everything that can stand inside, each once."""
+        seen: set[ElementSchema] = set()
         waiting = [self]
         while waiting:
-            grammar = waiting.pop()
-            if grammar not in seen:
-                seen.add(grammar)
-                waiting.extend(grammar.children.values())
-                yield grammar
+            schema = waiting.pop()
+            if schema not in seen:
+                seen.add(schema)
+                waiting.extend(schema.children.values())
+                yield schema
 
 
 @cache
-def mjcf_grammar() -> Grammar:
-    """Return the grammar of a whole document, from its root <mujoco>.
+def mjcf_schema() -> ElementSchema:
+    """Return the schema of a whole document, from its root <mujoco>.
 
     Source: `mujoco.mj_printSchema` of the installed version.
     """
     import mujoco
 
-    path: list[Grammar] = []
+    path: list[ElementSchema] = []
     for row in _ROW.finditer(mujoco.mj_printSchema(True, True)):
         del path[(int(row["indent"]) - _FIRST_INDENT) // _INDENT :]
         attributes = frozenset(_NO_ATTRIBUTES.sub("", row["attributes"]).split())
-        grammar = Grammar(row["name"].replace("(world)", ""), row["times"] in "!?", attributes)
+        schema = ElementSchema(row["name"].replace("(world)", ""), row["times"] in "!?", attributes)
         if path:
-            path[-1].children[grammar.name] = grammar
+            path[-1].children[schema.name] = schema
         if row["times"] == "R":
-            grammar.children[grammar.name] = grammar
-        path.append(grammar)
+            schema.children[schema.name] = schema
+        path.append(schema)
     root = path[0]
     body = root.children.pop("body")
     for name, attributes in _LIKE_BODY.items():
-        body.children[name] = Grammar(name, once=False, attributes=attributes, children=body.children)
-    root.children["worldbody"] = Grammar("worldbody", once=False, attributes=body.attributes, children=body.children)
+        body.children[name] = ElementSchema(name, once=False, attributes=attributes, children=body.children)
+    root.children["worldbody"] = ElementSchema(
+        "worldbody", once=False, attributes=body.attributes, children=body.children
+    )
     return root
 
 
 @cache
 def actuator_elements() -> tuple[str, ...]:
     """Return the elements that describe an actuator, sorted, without those of plugins."""
-    return tuple(sorted(mjcf_grammar().children["actuator"].children.keys() - {"plugin"}))
+    return tuple(sorted(mjcf_schema().children["actuator"].children.keys() - {"plugin"}))
 
 
 @cache
 def range_flags() -> dict[tuple[str, str], str]:
     """Return which attribute says whether a range holds, by element and range: limited for the range of a joint."""
     return {
-        (grammar.name, name): flag
-        for grammar in mjcf_grammar().walk()
-        for name in grammar.attributes
-        if name.endswith("range") and (flag := name.removesuffix("range") + "limited") in grammar.attributes
+        (schema.name, name): flag
+        for schema in mjcf_schema().walk()
+        for name in schema.attributes
+        if name.endswith("range") and (flag := name.removesuffix("range") + "limited") in schema.attributes
     }
+
+
+# --- the check -------------------------------------------------------------------------------------------------------
+
+
+def check_schema(root: Element) -> Iterator[Fault]:
+    """Yield a fault for each element, attribute and repetition that the schema of MJCF does not allow."""
+    yield from _check(root, mjcf_schema())
+
+
+def _check(element: Element, schema: ElementSchema) -> Iterator[Fault]:
+    for attribute in element.attrib:
+        if attribute not in schema.attributes:
+            yield _unknown_attribute(element, str(attribute), schema)
+    seen: set[str] = set()
+    for child in element:
+        if not isinstance(child.tag, str) or child.tag in FORBIDDEN_ELEMENTS:
+            continue
+        inside = schema.children.get(child.tag)
+        if inside is None:
+            yield _unknown_element(child, schema)
+            continue
+        if inside.once and child.tag in seen:
+            yield load_fault("bad_value", child, f"stands more than once in <{element.tag}>", cure="keep one of them")
+        seen.add(child.tag)
+        yield from _check(child, inside)
+
+
+def _unknown_attribute(element: Element, attribute: str, schema: ElementSchema) -> Fault:
+    everywhere = {name for other in mjcf_schema().walk() for name in other.attributes}
+    near = _nearest(attribute, schema.attributes)
+    elsewhere = _nearest(attribute, everywhere)
+    if near and attribute not in everywhere:
+        cure = f"did you mean '{near}'?"
+    elif elsewhere:
+        homes = sorted({other.name for other in mjcf_schema().walk() if elsewhere in other.attributes})
+        cure = f"'{elsewhere}' belongs to {_tags(homes)}"
+    else:
+        cure = "remove it; no element of MJCF has such an attribute"
+    return load_fault("unknown_attribute", element, f"has no attribute '{attribute}'", cure=cure)
+
+
+def _unknown_element(element: Element, schema: ElementSchema) -> Fault:
+    tag = str(element.tag)
+    homes = sorted({other.name for other in mjcf_schema().walk() if tag in other.children})
+    if homes:
+        return load_fault(
+            "unknown_element", element, f"cannot stand in <{schema.name}>", cure=f"it belongs in {_tags(homes)}"
+        )
+    near = _nearest(tag, schema.children) or _nearest(tag, {other.name for other in mjcf_schema().walk()})
+    cure = f"did you mean <{near}>?" if near else f"<{schema.name}> may hold {_tags(sorted(schema.children))}"
+    return load_fault("unknown_element", element, "is not an element of MJCF", cure=cure)
+
+
+def _nearest(name: str, right: Iterable[str]) -> str:
+    """Return the right name that a misspelt one most likely stands for, or nothing.
+
+    Our choice of 0.75: it joins ctrl_range to ctrlrange and stifness to stiffness, and keeps mass and class apart.
+    """
+    found = difflib.get_close_matches(name.lower().replace("_", ""), sorted(right), n=1, cutoff=0.75)
+    return found[0] if found else ""
+
+
+def _tags(names: list[str]) -> str:
+    return join(f"<{name}>" for name in names)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import Fault
-from aidsr.mjcf.location import Element, attributes, elements, load_fault, numbers
+from aidsr.mjcf.elements import Element, attributes, elements, load_fault, numbers
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from lxml import etree
 from aidsr.core.artifacts import Fault, Placement, Robot, Scene
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf, warnings_as_notes
-from aidsr.mjcf.location import Element
+from aidsr.mjcf.elements import Element
 from aidsr.sandbox.isolated import isolated
 from aidsr.sim.beam import solref
 from aidsr.sim.functional_part import FUNCTIONAL_SITE, FunctionalPart, find_functional_part, part_names

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import Fault, Placement
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import Loaded
-from aidsr.mjcf.location import elements, join
+from aidsr.mjcf.elements import elements, join
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.strip_scenery import delete_dangling_references, is_free
 

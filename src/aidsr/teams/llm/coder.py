@@ -9,7 +9,7 @@ from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critiq
 from aidsr.core.errors import MjcfError, ReplyError
 from aidsr.core.roles import Feedback
 from aidsr.mjcf.condense import condense
-from aidsr.mjcf.kept_parts import changes_to
+from aidsr.mjcf.kept_parts import changes_to_kept_parts
 from aidsr.mjcf.schema import actuator_elements
 from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
@@ -128,7 +128,7 @@ def _check_kept(brief: Brief, mjcf: str) -> None:
         ReplyError: A part changed. A document that cannot be parsed passes: its faults come first.
     """
     try:
-        changes = changes_to(brief.starting_robot, mjcf, brief.keep) if brief.keep else []
+        changes = changes_to_kept_parts(brief.starting_robot, mjcf, brief.keep) if brief.keep else []
     except MjcfError:
         return
     if changes:

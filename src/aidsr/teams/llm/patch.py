@@ -20,7 +20,7 @@ from difflib import get_close_matches
 from lxml import etree
 
 from aidsr.core.errors import MjcfError, ReplyError
-from aidsr.mjcf.location import Element, attributes, elements
+from aidsr.mjcf.elements import Element, attributes, elements
 from aidsr.mjcf.read import parse_document
 from aidsr.teams.llm.replies import fenced_blocks, find_documents
 

@@ -10,7 +10,7 @@ from aidsr.core.artifacts import Brief, Concept, CritiqueIssue, Fault, Robot, Va
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.roles import Feedback
 from aidsr.fixes import FixResult, fix
-from aidsr.mjcf.kept_parts import changes_to
+from aidsr.mjcf.kept_parts import changes_to_kept_parts
 from aidsr.teams.rules import user_robot as own_robot
 from aidsr.teams.rules.families import Families, Family, load_families
 
@@ -81,7 +81,7 @@ def _with_kept(brief: Brief, robot: Robot) -> Robot:
     Raises:
         ReplyError: It is not: the rules write robots from parameters and cannot hold on to a part of one.
     """
-    changes = changes_to(brief.starting_robot, robot.mjcf, brief.keep) if brief.keep else []
+    changes = changes_to_kept_parts(brief.starting_robot, robot.mjcf, brief.keep) if brief.keep else []
     if changes:
         raise ReplyError(
             f"The built-in rules write robots from parameters and cannot keep a part of one. {changes[0]} Refine "

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Robot, Scene, ValidationReport
 from aidsr.mjcf.edit import effective_value, entries, get_numbers, parse, without_prefix
-from aidsr.mjcf.location import Element
+from aidsr.mjcf.elements import Element
 from aidsr.teams.rules.job import Job, read_job
 
 _LEAST_REACH = 0.97

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from aidsr.core.artifacts import Brief, Concept, Robot
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.edit import parse, scale_forces, scale_springs, to_text
-from aidsr.mjcf.location import Element
+from aidsr.mjcf.elements import Element
 from aidsr.teams.rules.job import read_job
 
 FAMILY = "own robot"

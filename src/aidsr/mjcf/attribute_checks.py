@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.mjcf.defaults import default_classes, is_placed, setting
-from aidsr.mjcf.location import Element, attributes, elements, load_fault, numbers
+from aidsr.mjcf.elements import Element, attributes, elements, load_fault, numbers
 from aidsr.mjcf.names import REFERENCES
 
 _STRETCHED = frozenset({"capsule", "cylinder", "box", "ellipsoid"})

@@ -1,4 +1,4 @@
-"""Where in a document: names, lines and words for an element."""
+"""Elements of a document: iteration, attributes, lines, and faults located at an element."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def numbers(text: str) -> list[float]:
         return []
 
 
-def words(element: Element) -> str:
-    """Return how a reader finds the element: its name, or the nearest name around it."""
+def describe(element: Element) -> str:
+    """Return words by which a reader finds the element: its name, or the nearest name around it."""
     name = element.get("name") or element.get("class")
     if name:
         return f"<{element.tag}> '{name}'"
@@ -68,7 +68,7 @@ def load_fault(code: str, element: Element, problem: str, *, names: Iterable[str
         layer="load",
         severity="error",
         names=named,
-        message=f"{words(element)}: {problem}",
+        message=f"{describe(element)}: {problem}",
         cure=cure,
         line=line_of(element),
     )
