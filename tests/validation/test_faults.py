@@ -6,7 +6,7 @@ import faulty
 import pytest
 
 from aidsr.validation import validate
-from aidsr.validation.page import traced
+from aidsr.validation.page import trace_report
 from aidsr.validation.registry import builtin_rules, find_rule
 
 CROSSING = {"actuator_overforce", "actuator_power", "actuator_speed", "chatter", "limit_overrun"}
@@ -18,7 +18,7 @@ RELATIVE = {"m g L", "g", "times the median segment"}
 
 @pytest.mark.parametrize("bad", faulty.BAD, ids=[f"{bad.code}-{index}" for index, bad in enumerate(faulty.BAD)])
 def test_a_bad_robot_reports_exactly_its_fault_and_the_signal_of_it(bad: faulty.Bad) -> None:
-    found = traced(bad.mjcf(), **bad.arguments)
+    found = trace_report(bad.mjcf(), **bad.arguments)
     report = found.report
     beside = [*((code, "error") for code in bad.beside), *((code, "warning") for code in bad.warned)]
     expected = [(bad.code, bad.severity), *beside]

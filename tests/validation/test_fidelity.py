@@ -15,13 +15,13 @@ from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.elastica import Rod, first_frequency, loaded_tip
 from aidsr.sim.structure import read_structure
-from aidsr.validation.fidelity import FidelityReport, fidelity
+from aidsr.validation.fidelity import FidelityReport, check_fidelity
 from aidsr.validation.fidelity.cables import Cable, cables_along, guides_of
-from aidsr.validation.fidelity.comparing import arc_of, bend_by_cable, bend_by_load, frequency_of
+from aidsr.validation.fidelity.compare import arc_of, bend_by_cable, bend_by_load, frequency_of
 from aidsr.validation.fidelity.limb import Limb, read_limb
 from aidsr.validation.fidelity.material import rod_of
-from aidsr.validation.fidelity.refining import half_step_percent, twice_the_segments_percent
-from aidsr.validation.fidelity.rewriting import rewrite
+from aidsr.validation.fidelity.refine import half_step_percent, twice_the_segments_percent
+from aidsr.validation.fidelity.rewrite import rewrite
 
 SCHEMES = {"starts": ("starts", False), "doubled": ("starts", True), "middles": ("middles", False)}
 
@@ -207,14 +207,14 @@ def test_a_winch_without_a_range_is_driven_too() -> None:
 
 
 def test_a_limb_that_diverges_says_nothing_about_its_time_step() -> None:
-    report = fidelity(RodChain(10, mass_kg=0.001, damping_s=0.0).mjcf())
+    report = check_fidelity(RodChain(10, mass_kg=0.001, damping_s=0.0).mjcf())
     assert report.half_step_percent is None
     assert "nothing can be said, a simulation diverged" in report.account()
 
 
 def test_a_limb_that_nothing_drives_says_nothing_about_its_time_step() -> None:
     text = re.sub("<actuator>.*</actuator>", "", RodChain(6).mjcf())
-    assert "nothing can be said, no tendon is driven" in fidelity(text).account()
+    assert "nothing can be said, no tendon is driven" in check_fidelity(text).account()
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,7 @@ def test_a_limb_that_nothing_drives_says_nothing_about_its_time_step() -> None:
     ],
 )
 def test_what_is_no_straight_elastic_rod_is_said(change, why: str) -> None:
-    report = fidelity(change(RodChain(10).mjcf()))
+    report = check_fidelity(change(RodChain(10).mjcf()))
     assert report.limbs == ()
     assert report.trust_percent is None
     assert why in report.left_out[0]
@@ -240,7 +240,7 @@ def test_a_twisting_limb_is_compared_but_not_cut() -> None:
     text = re.sub(
         r'(<joint name="j3" [^>]*>)', r'\1<joint name="twist" axis="0 0 1" stiffness="1"/>', RodChain(8).mjcf()
     )
-    (limb,) = fidelity(text).limbs
+    (limb,) = check_fidelity(text).limbs
     assert limb.twice_the_segments_percent is None
     assert "twist" in limb.not_cut
     assert limb.load_error_percent is not None
@@ -248,7 +248,7 @@ def test_a_twisting_limb_is_compared_but_not_cut() -> None:
 
 @pytest.fixture(scope="module")
 def arm() -> FidelityReport:
-    return fidelity(robots.arm())
+    return check_fidelity(robots.arm())
 
 
 def test_the_whole_check_of_an_arm(arm: FidelityReport) -> None:
@@ -265,7 +265,7 @@ def test_the_whole_check_of_an_arm(arm: FidelityReport) -> None:
     assert limb.cable_error_percent is not None
     assert arm.trust_percent is not None
     assert arm.trust_percent >= max(limb.load_error_percent, limb.cable_error_percent)
-    assert fidelity(robots.arm()) == arm
+    assert check_fidelity(robots.arm()) == arm
 
 
 def test_the_account_says_what_to_trust_and_what_was_not_modelled(arm: FidelityReport) -> None:
@@ -279,17 +279,17 @@ def test_the_account_says_what_to_trust_and_what_was_not_modelled(arm: FidelityR
 
 
 def test_limbs_of_one_build_are_looked_at_once() -> None:
-    (limb,) = fidelity(robots.gripper()).limbs
+    (limb,) = check_fidelity(robots.gripper()).limbs
     assert len(limb.alike) == 2
     assert "and 2 like it" in limb.account()
 
 
 def test_a_free_robot_is_held_by_its_root() -> None:
-    report = fidelity(robots.crawler())
+    report = check_fidelity(robots.crawler())
     assert len(report.limbs[0].alike) == 3
     assert "fixed root" in report.notes[0]
 
 
 def test_no_model_no_verdict() -> None:
     with pytest.raises(MjcfError):
-        fidelity("<mujoco><worldbody><geom/></worldbody></mujoco>")
+        check_fidelity("<mujoco><worldbody><geom/></worldbody></mujoco>")

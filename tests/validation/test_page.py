@@ -11,22 +11,22 @@ import robots
 from lxml import etree
 
 from aidsr.validation import validate
-from aidsr.validation.page import Traced, page_html, traced
+from aidsr.validation.page import TracedReport, page_html, trace_report
 
 
 @functools.cache
-def strong_arm() -> tuple[str, Traced]:
+def strong_arm() -> tuple[str, TracedReport]:
     text = faulty.arm(bend_rad=3)
-    return text, traced(text)
+    return text, trace_report(text)
 
 
-def page(text: str, found: Traced, **options: object) -> str:
+def page(text: str, found: TracedReport, **options: object) -> str:
     return page_html(text, found, file="robot.xml", **options)  # type: ignore[arg-type]
 
 
 @functools.cache
 def good_page() -> str:
-    return page(robots.arm(), traced(robots.arm()))
+    return page(robots.arm(), trace_report(robots.arm()))
 
 
 def words(html: str) -> str:
@@ -59,7 +59,7 @@ def test_a_good_robot_has_a_page_with_its_motors() -> None:
 
 def test_load_errors_show_their_lines() -> None:
     text = robots.arm().replace("><", ">\n<").replace("stiffness=", "stifness=", 3)
-    html = page(text, traced(text))
+    html = page(text, trace_report(text))
     assert "Cannot be loaded" in words(html)
     assert "3 times" in words(html)
     assert '<div class="at">' in html
@@ -76,7 +76,7 @@ def test_names_cannot_become_markup() -> None:
     """A name may hold anything; on the page and in the plots it is text."""
     evil = "&lt;script&gt;$x_{"
     text = faulty.arm(bend_rad=3).replace('"m0"', f'"{evil}"')
-    html = page(text, traced(text))
+    html = page(text, trace_report(text))
     assert "<script" not in html
     assert "&lt;script&gt;$x_{" in html
     drawn = re.findall(r"<figure>(<svg.*?</svg>)", html, re.DOTALL)
@@ -94,13 +94,13 @@ def test_plots_take_the_colours_of_the_page() -> None:
 
 def test_the_same_robot_has_the_same_page() -> None:
     text, found = strong_arm()
-    assert page(text, traced(text)) == page(text, found)
+    assert page(text, trace_report(text)) == page(text, found)
 
 
 def test_the_fall_of_a_root_without_a_name_is_its_own() -> None:
     floor = '<worldbody><geom type="plane" size="1 1 1"/>'
     text = robots.crawler().replace("<worldbody>", floor).replace('name="trunk" pos="0 0 0.03"', 'pos="0 0 0.3"')
-    found = traced(text.replace('objname="trunk"', 'objname="l0_mount"'))
+    found = trace_report(text.replace('objname="trunk"', 'objname="l0_mount"'))
     ((fault,), (signal,)) = found.report.faults, found.signals
     assert signal is not None
     assert (fault.code, fault.names) == ("base_not_attached", ("body 1",))
@@ -110,5 +110,5 @@ def test_the_fall_of_a_root_without_a_name_is_its_own() -> None:
 @pytest.mark.parametrize("character", ["\u2028", "\x85", "\u2029"])
 def test_lines_are_counted_as_xml_counts_them(character: str) -> None:
     text = f"<mujoco>\n<!-- a{character}b -->\r\n<worldbody>\n<geom sise='1'/>\n</worldbody></mujoco>"
-    html = page(text, traced(text))
+    html = page(text, trace_report(text))
     assert any("sise" in marked for marked in re.findall(r'<div class="at">(.*?)</div>', html, re.DOTALL))

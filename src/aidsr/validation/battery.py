@@ -1,4 +1,4 @@
-"""The tests of the battery: who is told what, and who hangs slack."""
+"""The tests of the battery: the commands of each actuator, and which tendons are slack."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class BatteryTest:
             actuator to one end, the other tendons slack; "released" one actuator pulling, the others let go by command;
             "all" everything to its pulling end; "sweep" random ends.
         drive: Index of the actuator in `Evidence.drives`, -1 where none is singled out.
-        command: What that actuator is told at the end of the ramp.
+        command: Its command at the end of the ramp.
     """
 
     kind: Literal["reference", "rest", "single", "released", "all", "sweep"]

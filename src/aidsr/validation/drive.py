@@ -84,7 +84,7 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
 def neutral_ctrl(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
     """Return the command of every actuator that gives no force in the state of `data`, within its range, (nu,).
 
-    A position servo is told to stay where it is; zero would tell a tendon servo to pull to zero length.
+    The neutral command of a position servo holds it where it is; zero would pull a tendon servo to zero length.
 
     Source: MuJoCo documentation, Computation, "Actuation model": force = gain * input + bias, affine in the length.
     """

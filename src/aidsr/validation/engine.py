@@ -69,22 +69,22 @@ def examine_text(
         return Examination(make_report(error.faults, {}, notes, realizable))
     model = mounted.model
     robot = RobotUnderTest(model=model, structure=read_structure(model), needs_contact=needs_contact)
-    robot.found.extend(without_numbers(robot))
+    robot.found.extend(find_overflow(robot))
     if robot.found:
         return Examination(make_report(tuple(robot.found), {}, notes + mounted.notes, realizable), mounted, robot)
-    apply(_of_layer(rules, "structure"), robot)
-    measurements = describe(robot)
-    robot.found.extend(too_long(robot))
+    apply_rules(_of_layer(rules, "structure"), robot)
+    measurements = measure_model(robot)
+    robot.found.extend(find_long_tests(robot))
     drive = drive and bool(_of_layer(rules, "simulate", "realizability"))
     if drive and robot.structure.moving and not any(fault.code == "load_error" for fault in robot.found):
         robot = replace(robot, evidence=gather_evidence(model, robot.structure))
-        apply(_of_layer(rules, "simulate"), robot)
-        measurements |= measure(robot)
+        apply_rules(_of_layer(rules, "simulate"), robot)
+        measurements |= measure_tests(robot)
         works = all(fault.severity != "error" for fault in robot.found)
-        apply(_of_stage(rules, Stage.DRAWING), robot)
+        apply_rules(_of_stage(rules, Stage.DRAWING), robot)
         # forces and speeds of a robot that does not work say nothing about its motors
         if works:
-            apply(_of_stage(rules, Stage.BUILDING), robot)
+            apply_rules(_of_stage(rules, Stage.BUILDING), robot)
             measurements["motors"] = motor_measurements(robot)
     report = make_report(_explained(robot, measurements), measurements, notes + mounted.notes, realizable)
     return Examination(report, mounted, robot)
@@ -106,7 +106,7 @@ def _of_stage(rules: Sequence[Rule], stage: Stage) -> list[Rule]:
 
 
 def _explained(robot: RobotUnderTest, measurements: dict[str, Any]) -> tuple[Fault, ...]:
-    """The faults that are causes. Whether an overlap is why a robot diverges is tried, and told in `measurements`."""
+    """The faults that are causes; `measurements` gets whether an overlap explains a divergence, which is tested."""
     explains = overlap_explains_divergence(robot)
     if explains is None:
         return without_consequences(robot.found)
@@ -123,8 +123,8 @@ def _open_environment(text: str) -> mujoco.MjModel:
         raise MjcfError(theirs) from error
 
 
-def without_numbers(robot: RobotUnderTest) -> Iterator[Fault]:
-    """The drawn robot has a size, every tendon a length and levers, and time goes on."""
+def find_overflow(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find a robot without a size, a tendon without a length or levers, and a time step that is none."""
     drawn, timestep_s = robot.drawn, float(robot.model.opt.timestep)
     broken = [robot.tendon(tendon) for tendon in np.flatnonzero(~np.isfinite(drawn.ten_length)).tolist()]
     if not (np.isfinite(drawn.ten_J).all() and np.isfinite(drawn.actuator_moment).all()):
@@ -137,8 +137,8 @@ def without_numbers(robot: RobotUnderTest) -> Iterator[Fault]:
         )
 
 
-def too_long(robot: RobotUnderTest) -> Iterator[Fault]:
-    """The time step lets the tests end; the bound is on steps, so that it is the same on every machine."""
+def find_long_tests(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find a time step with which the tests take too long; the bound is on steps, the same on every machine."""
     protocol, timestep_s = Protocol(), float(robot.model.opt.timestep)
     steps = protocol.steps(robot.model, robot.structure)
     if steps > protocol.most_steps:
@@ -151,7 +151,7 @@ def too_long(robot: RobotUnderTest) -> Iterator[Fault]:
         )
 
 
-def apply(rules: Sequence[Rule], robot: RobotUnderTest) -> None:
+def apply_rules(rules: Sequence[Rule], robot: RobotUnderTest) -> None:
     """Collect what some rules find, in their order; a check that several share runs once."""
     codes = {rule.code for rule in rules}
     for check in dict.fromkeys(rule.check for rule in rules if rule.check is not None):
@@ -176,7 +176,7 @@ def make_report(
     )
 
 
-def describe(robot: RobotUnderTest) -> dict[str, Any]:
+def measure_model(robot: RobotUnderTest) -> dict[str, Any]:
     """Return what the model is made of, as numbers; of a scene also where the functional part is in the world."""
     structure, site = robot.structure, mujoco.mj_name2id(robot.model, mujoco.mjtObj.mjOBJ_SITE, FUNCTIONAL_SITE)
     found = {
@@ -192,7 +192,7 @@ def describe(robot: RobotUnderTest) -> dict[str, Any]:
     return found if site < 0 else {**found, "functional_part_m": np.round(robot.drawn.site_xpos[site], 6).tolist()}
 
 
-def measure(robot: RobotUnderTest) -> dict[str, Any]:
+def measure_tests(robot: RobotUnderTest) -> dict[str, Any]:
     """Return what the tests measured, as numbers."""
     evidence = robot.driven
     if evidence.battery is None:

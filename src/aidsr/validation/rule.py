@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Severity = Literal["error", "warning"]
 Check = Callable[["RobotUnderTest"], Iterable[Fault]]
-"""Looks for one kind of fault, or for several that are told apart by one measurement."""
+"""Looks for one kind of fault, or for several that one measurement distinguishes."""
 
 
 class Stage(Enum):

@@ -1,4 +1,4 @@
-"""`validate`: the validator as users call it. Loads no simulator: the work is done in an isolated worker."""
+"""`validate`: the validator as users call it. Loads no simulator: a child process does the work."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def validate(
         UserError: The file cannot be read, `mount` is none of the three, or there is no rule of a code.
     """
     if mount not in get_args(Mount):
-        raise UserError(f"Expected mount to be one of {', '.join(get_args(Mount))}, found {mount!r}.")
+        raise UserError(f"mount must be one of {', '.join(get_args(Mount))}: {mount!r}")
     try:
         text = text_of(mjcf)
         return examine(text, mount, needs_contact, environment, realizable, tuple(select), tuple(ignore))
     except (IsolationError, MjcfError) as error:
-        return unexamined(error)
+        return failed_report(error)
 
 
 @isolated
@@ -80,8 +80,8 @@ def examine(
     return examine_text(text, mount, needs_contact, environment, realizable, select=select, ignore=ignore).report
 
 
-def unexamined(error: IsolationError | MjcfError) -> ValidationReport:
-    """Return the report on a document that no worker could look at."""
+def failed_report(error: IsolationError | MjcfError) -> ValidationReport:
+    """Return the report on a document that could not be tested."""
     if isinstance(error, MjcfError):
         faults = error.faults
     else:

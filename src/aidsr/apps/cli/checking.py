@@ -12,9 +12,9 @@ from aidsr.core.errors import UserError
 from aidsr.fixes import fix
 from aidsr.mjcf.read import decode_mjcf, open_mjcf
 from aidsr.validation import validate
-from aidsr.validation.fidelity import fidelity
+from aidsr.validation.fidelity import check_fidelity
 from aidsr.validation.json_report import FileReport
-from aidsr.validation.page import GENERATOR, Traced, page_html, traced
+from aidsr.validation.page import GENERATOR, TracedReport, page_html, trace_report
 
 STANDARD_INPUT = "-"
 _HEAD_BYTES = 400
@@ -51,10 +51,10 @@ class Check:
             answer = fix(_opened(text))
             text, repairs = answer.mjcf, answer.repairs
             _write(self.repair, text)
-        shown = self._traced(_opened(text)) if self.page is not None else None
+        shown = self._trace(_opened(text)) if self.page is not None else None
         report = shown.report if shown is not None else self._validated(text)
         loads = not any(fault.layer == "load" for fault in report.errors)
-        trust = fidelity(text) if self.fidelity and loads else None
+        trust = check_fidelity(text) if self.fidelity and loads else None
         if shown is not None and self.page is not None:
             name = "standard input" if file == STANDARD_INPUT else Path(file).name
             _write(self.page, page_html(_opened(text), shown, file=name, repairs=repairs, fidelity=trust))
@@ -63,8 +63,8 @@ class Check:
     def _validated(self, text: str | Path) -> ValidationReport:
         return validate(text, **self._options)
 
-    def _traced(self, mjcf: str) -> Traced:
-        return traced(mjcf, **self._options)
+    def _trace(self, mjcf: str) -> TracedReport:
+        return trace_report(mjcf, **self._options)
 
     @property
     def _options(self) -> dict[str, Any]:
@@ -88,7 +88,7 @@ def refuse_to_overwrite(path: Path, *, option: str) -> None:
         UserError: Something does.
     """
     if path.exists() and not _is_our_page(path):
-        raise UserError(f"{option} writes a new file, and {path} exists; name another, or add --force to replace it")
+        raise UserError(f"{option}: {path} exists; name another file, or add --force to replace it")
 
 
 def _is_our_page(path: Path) -> bool:
@@ -103,4 +103,4 @@ def _write(path: Path, text: str) -> None:
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise UserError(f"Expected a place to write to, could not write {path}: {error.strerror}.") from error
+        raise UserError(f"cannot write {path}: {error.strerror}") from error

@@ -32,10 +32,10 @@ def validate(
     force: _Flag = False,
     schema: _Flag = False,
 ) -> int:
-    """Say what is physically wrong with robots or scenes.
+    """Find what is physically wrong with robots or scenes.
 
-    The model is loaded by strict rules, every actuator is driven in simulation, and all faults are told at once. Exit
-    code 0 means stable, 1 means faults, 2 a mistake in the command; of several files the worst.
+    The model is loaded by strict rules, every actuator is driven in simulation, and all faults are reported together.
+    Exit code 0 means stable, 1 means faults, 2 a mistake in the command; of several files the worst.
 
         aidsr validate robot.xml
 
@@ -88,24 +88,24 @@ def validate(
 
     unknown = next((file for file in files if file.startswith("--")), None)
     if unknown or not files:
-        said = f"{unknown} is no option of this command" if unknown else "none was named"
-        raise UserError(f"a file was expected, and {said}; see aidsr validate --help")
+        fault = f"unknown option: {unknown}" if unknown else "no file named"
+        raise UserError(f"{fault}; see aidsr validate --help")
     for option, path in (("--repair", repair), ("--report", report)):
         if path is not None and len(files) > 1:
-            raise UserError(f"{option} writes one file, and {len(files)} were named; name one at a time")
+            raise UserError(f"{option} writes one file, but {len(files)} are named; name one at a time")
         if path is not None and not force:
             refuse_to_overwrite(path, option=option)
     if repair is not None and report is not None and repair.resolve() == report.resolve():
-        raise UserError(f"--repair and --report write a file each, and both name {repair}; name two")
+        raise UserError(f"--repair and --report name the same file: {repair}; name two")
     check = Check(mount, needs_contact, realizable, fidelity, repair, report, _codes(select), _codes(ignore))
-    return _said(check, files, as_json=json)
+    return _print_reports(check, files, as_json=json)
 
 
 def _codes(text: str) -> tuple[str, ...]:
     return tuple(code.strip() for code in text.split(",") if code.strip())
 
 
-def _said(check: Check, files: tuple[str, ...], *, as_json: bool) -> int:
+def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool) -> int:
     """Check files, print what was found, and return the exit code."""
     from aidsr.apps.cli.verdicts import told
 

@@ -32,7 +32,7 @@ FORBIDDEN = _rule(
 UNKNOWN_ELEMENT = _rule(
     "unknown_element",
     "An element is not MJCF, or not where it stands.",
-    "MuJoCo would refuse the document at the first of them; here all are told at once, with the nearest right name.",
+    "MuJoCo stops at the first of them; here all are reported at once, with the nearest right name.",
     "the elements of MJCF, as the installed MuJoCo knows them",
     "Use the element that the fault names, or move it to where it belongs.",
     ('<joint name="j3"/>', '<hinge name="j3"/>'),
@@ -40,7 +40,7 @@ UNKNOWN_ELEMENT = _rule(
 UNKNOWN_ATTRIBUTE = _rule(
     "unknown_attribute",
     "An attribute is not one of its element.",
-    "MuJoCo would refuse the document at the first of them; here all are told at once, with the nearest right name.",
+    "MuJoCo stops at the first of them; here all are reported at once, with the nearest right name.",
     "the attributes of MJCF, as the installed MuJoCo knows them",
     "Use the attribute that the fault names.",
     ("stiffness=", "stifness="),

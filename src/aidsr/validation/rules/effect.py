@@ -29,7 +29,7 @@ from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import MAX_MASS_RATIO
 
 MIN_EFFECT = 0.05
-"""Largest displacement / L that an actuator causes; less cannot be told from doing nothing by a task. Our choice."""
+"""Largest displacement / L that an actuator causes; a task cannot distinguish less from doing nothing. Our choice."""
 MIN_SINGLE_EFFECT = 0.02
 """The same for one actuator among others that do move the robot: a leg that presses on the ground moves little. Our
 choice."""

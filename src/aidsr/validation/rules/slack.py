@@ -52,7 +52,7 @@ def _find_slack_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _paid_out_m(robot: RobotUnderTest, drive: Drive) -> tuple[float, float] | None:
-    """Shortest and longest cable that a tendon servo can be told [m]; None for any other actuator."""
+    """Shortest and longest cable that a tendon servo can be commanded to [m]; None for any other actuator."""
     model, actuator = robot.model, drive.actuator
     stiffness = -float(model.actuator_biasprm[actuator, 1]) * float(model.actuator_gear[actuator, 0])
     servo = int(model.actuator_biastype[actuator]) == _AFFINE and int(model.actuator_dyntype[actuator]) != _INTEGRATOR

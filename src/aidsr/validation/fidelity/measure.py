@@ -1,4 +1,4 @@
-"""The fidelity check inside the worker: text in, report out."""
+"""The fidelity of each limb of a robot, measured; runs in the isolated process."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sim.structure import Chain, Structure, name_of, read_structure
 from aidsr.validation.fidelity.cables import Cable, cables_along
-from aidsr.validation.fidelity.comparing import compare
+from aidsr.validation.fidelity.compare import compare
 from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
 from aidsr.validation.fidelity.material import rod_of
-from aidsr.validation.fidelity.refining import half_step_percent, twice_the_segments_percent
+from aidsr.validation.fidelity.refine import half_step_percent, twice_the_segments_percent
 from aidsr.validation.fidelity.report import Comparison, FidelityReport, LimbFidelity
 from aidsr.validation.mount import mount_model
 
 _CUT_CABLES = 2
-"""Cables with which a limb is looked at with twice the segments: those that fitted their arcs worst."""
+"""Cables with which a limb is compared with twice the segments: those that fitted their arcs worst."""
 
 
 def examine(text: str) -> FidelityReport:
@@ -25,8 +25,8 @@ def examine(text: str) -> FidelityReport:
     Raises:
         MjcfError: The text is no model.
     """
-    standing = mount_model(load_mjcf(text), "fixed", None)
-    model, notes = standing.model, standing.notes
+    mounted = mount_model(load_mjcf(text), "fixed", None)
+    model, notes = mounted.model, mounted.notes
     structure = read_structure(model)
     builds: list[tuple[Limb, list[str], Chain]] = []
     left_out = []

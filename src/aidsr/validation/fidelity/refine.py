@@ -14,7 +14,7 @@ from aidsr.sim.rollout import Simulation, integration_state, simulate
 from aidsr.sim.structure import Chain, Structure, read_structure
 from aidsr.validation.drive import neutral_ctrl, read_drives, set_act
 from aidsr.validation.fidelity.cables import Cable, Guide, guides_of
-from aidsr.validation.fidelity.comparing import (
+from aidsr.validation.fidelity.compare import (
     arc_of,
     bend_by_cable,
     bend_by_load,
@@ -23,7 +23,7 @@ from aidsr.validation.fidelity.comparing import (
     tip_distance_percent,
 )
 from aidsr.validation.fidelity.limb import Limb, LimbError, read_limb
-from aidsr.validation.fidelity.rewriting import rewrite
+from aidsr.validation.fidelity.rewrite import rewrite
 
 Array = NDArray[np.float64]
 

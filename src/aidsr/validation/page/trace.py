@@ -1,4 +1,4 @@
-"""`traced`: what a report was read off. Loads no simulator; the work is done in an isolated worker."""
+"""`trace_report`: a report with the signals that show its faults. Loads no simulator: a child process does the work."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from aidsr.core.artifacts import Artifact, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.sandbox.isolated import isolated
 from aidsr.validation.signals import ActuatorTrace, Signal
-from aidsr.validation.validating import Mount, unexamined
+from aidsr.validation.validating import Mount, failed_report
 
 
-class Traced(Artifact):
+class TracedReport(Artifact):
     """A report and what it was read off."""
 
     report: ValidationReport
@@ -20,7 +20,7 @@ class Traced(Artifact):
     actuators: tuple[ActuatorTrace, ...] = ()
 
 
-def traced(
+def trace_report(
     mjcf: str,
     *,
     mount: Mount = "auto",
@@ -28,29 +28,29 @@ def traced(
     realizable: bool = False,
     select: Collection[str] = (),
     ignore: Collection[str] = (),
-) -> Traced:
+) -> TracedReport:
     """Validate a text as `aidsr.validate` does, and keep what the page shows; see there for the arguments."""
     try:
-        return trace(mjcf, mount, needs_contact, realizable, tuple(select), tuple(ignore))
+        return trace_isolated(mjcf, mount, needs_contact, realizable, tuple(select), tuple(ignore))
     except (IsolationError, MjcfError) as error:
-        return Traced(report=unexamined(error))
+        return TracedReport(report=failed_report(error))
 
 
 @isolated
-def trace(
+def trace_isolated(
     text: str, mount: Mount, needs_contact: bool, realizable: bool, select: tuple[str, ...], ignore: tuple[str, ...]
-) -> Traced:
-    """Do the work of `traced` in an isolated process."""
+) -> TracedReport:
+    """Return a report with its signals, made in an isolated process; the arguments are those of `trace_report`."""
     from aidsr.validation.engine import examine_text
-    from aidsr.validation.page.acting import actuator_traces
+    from aidsr.validation.page.actuators import actuator_traces
     from aidsr.validation.registry import find_rule
 
     examined = examine_text(text, mount, needs_contact, realizable=realizable, select=select, ignore=ignore)
     robot, faults = examined.robot, examined.report.faults
     if robot is None or robot.evidence is None:
-        return Traced(report=examined.report, signals=(None,) * len(faults))
+        return TracedReport(report=examined.report, signals=(None,) * len(faults))
     rules = [find_rule(fault.code) for fault in faults]
-    return Traced(
+    return TracedReport(
         report=examined.report,
         signals=tuple(
             rule.signal(robot, fault) if rule is not None and rule.signal is not None else None

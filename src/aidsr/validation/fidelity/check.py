@@ -1,4 +1,4 @@
-"""`fidelity`: what others call. Loads no simulator; the work is done in an isolated worker."""
+"""`check_fidelity`: how far a simulation can be trusted. Loads no simulator: a child process does the work."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from aidsr.sandbox.isolated import isolated
 from aidsr.validation.fidelity.report import FidelityReport
 
 
-def fidelity(mjcf: str | Path) -> FidelityReport:
-    """Say how far the simulation of a robot can be trusted.
+def check_fidelity(mjcf: str | Path) -> FidelityReport:
+    """Compare the simulation of a robot with exact elastic rods, finer segments and a finer time step.
 
     Each limb that is a straight elastic chain is held against the exact rod it stands for, against itself with twice
     the segments, and against half the time step, with the robot's root held. Takes a few seconds.
@@ -30,7 +30,7 @@ def fidelity(mjcf: str | Path) -> FidelityReport:
 
 @isolated
 def examine_fidelity(text: str) -> FidelityReport:
-    """Do the work of `fidelity` in an isolated process."""
-    from aidsr.validation.fidelity.examining import examine
+    """Return the report, made in an isolated process."""
+    from aidsr.validation.fidelity.measure import examine
 
     return examine(text)

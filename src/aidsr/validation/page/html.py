@@ -13,9 +13,9 @@ from aidsr.core.artifacts import Fault, Repairs
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.formatting import absolute, allowed
 from aidsr.validation.fidelity import FidelityReport
-from aidsr.validation.page.asking import Traced
 from aidsr.validation.page.cards import cards, number
 from aidsr.validation.page.plots import spark
+from aidsr.validation.page.trace import TracedReport
 from aidsr.validation.signals import ActuatorTrace
 
 if TYPE_CHECKING:
@@ -37,7 +37,12 @@ _FACTS = {
 
 
 def page_html(
-    mjcf: str, traced: Traced, *, file: str, repairs: Repairs | None = None, fidelity: FidelityReport | None = None
+    mjcf: str,
+    traced: TracedReport,
+    *,
+    file: str,
+    repairs: Repairs | None = None,
+    fidelity: FidelityReport | None = None,
 ) -> str:
     """Return the page on a text that was validated.
 
