@@ -94,7 +94,7 @@ class RunConfig(Artifact):
         Field(
             ge=1,
             le=20,
-            title="Concepts, designed side by side",
+            title="Concepts, side by side",
             description="Number of concepts, designed side by side.",
         ),
     ] = 3

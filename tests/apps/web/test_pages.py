@@ -154,7 +154,7 @@ async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_oth
     replace_file(run.larger_budget, Budget(tokens=9000).model_dump_json().encode())
     with EventLog(run.events):  # the other design is at work
         await user.open(f"/run/{run.path.name}")
-        (field,) = user.find("Most tokens of the run, in and out").elements
+        (field,) = user.find("Maximum tokens of the run, in and out").elements
         assert field.value == 9000
         field.set_value(20000)
         press(user, "Go on with this budget")
@@ -374,8 +374,8 @@ def test_a_form_becomes_an_order_or_a_sentence(tmp_path: Path) -> None:
     order = request_from(site, FRESH | {"concepts": 2.0, "human": False})
     assert (order.task, order.config) == ("reaching/button_pushing", RunConfig(concepts=2))
     for change, sentence in (
-        ({"concepts": None}, "whole numbers were expected"),
-        ({"concepts": 99}, "concepts: Input should be less than or equal to 20, found 99"),
+        ({"concepts": None}, "invalid concepts: None; it must be a valid integer"),
+        ({"concepts": 99}, "invalid concepts: 99.*less than or equal to 20"),
         ({"kind": "language", "model": " "}, "no language model is named"),
     ):
         with pytest.raises(UserError, match=sentence):
@@ -504,7 +504,7 @@ def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> 
 
 def test_limits_become_a_budget() -> None:
     assert budget_from(FRESH | {"cost_usd": 2.5, "tokens": 5000.0}) == Budget(cost_usd=2.5, tokens=5000)
-    with pytest.raises(UserError, match="Most the run may cost, in dollars"):
+    with pytest.raises(UserError, match=r"invalid budget\.cost_usd: 0; it must be greater than 0"):
         budget_from(FRESH | {"cost_usd": 0})
 
 

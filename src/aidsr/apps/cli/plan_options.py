@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.apps.cli.options import setting
+from aidsr.core.config import RunConfig
+
 if TYPE_CHECKING:
     from aidsr.studies.study import StudyPlan
 
@@ -73,18 +76,12 @@ class PlanOptions:
             'CMA-ES over the numbers of a built-in family, one design a run (extra "search"); each is an arm.',
         ),
     ] = None
-    search_robots: Annotated[
-        int,
-        Parameter(
-            validator=Number(gte=8, lte=8000),
-            help='Robots that "search" tries for each design, in generations of eight; each takes seconds of one core.',
-        ),
-    ] = 32  # as in RunConfig, which would load what a command line without a command does not need
+    search_robots: Annotated[int, setting("search_robots")] = RunConfig.model_fields["search_robots"].default
     designs: Annotated[
         int,
         Parameter(validator=Number(gte=1), help="Designs of each task and model, in runs of --concepts."),
     ] = 15
-    concepts: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Concepts of each run.")] = 3
+    concepts: Annotated[int, setting("concepts")] = RunConfig.model_fields["concepts"].default
     seeds: Annotated[
         int,
         Parameter(validator=Number(gte=0, lte=100), help="Policies trained for each approved design; 0 trains none."),
@@ -149,10 +146,4 @@ class PlanOptions:
             )
         empty = [name for name in ("tasks", "model", "method", "baseline") if getattr(self, name) == []]
         if empty:
-            raise UserError(f"a name was expected after --{empty[0]}, found none; leave it out for the usual")
-        if self.search_robots % 8:
-            whole = self.search_robots // 8 * 8
-            raise UserError(
-                f"--search-robots must be whole generations of 8, found {self.search_robots}; {whole} or {whole + 8} "
-                "would do"
-            )
+            raise UserError(f"--{empty[0]} requires a name; leave it out for the default")

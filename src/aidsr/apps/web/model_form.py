@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import box, choice, text, tokens_in_words
-from aidsr.core.config import BUILTIN, Budget, RunConfig
+from aidsr.core.config import BUILTIN, Budget, RunConfig, checked_config
 from aidsr.core.errors import UserError
 from aidsr.loop.estimate import estimate
 from aidsr.runs.summary import cost_in_words
@@ -22,13 +22,8 @@ from aidsr.teams.providers.manual import MANUAL
 from aidsr.teams.providers.offline import RULES
 from aidsr.teams.providers.openai import OPENAI
 
-LIMITS = {
-    "cost_usd": ("Most the run may cost, in dollars", 0.1),
-    "tokens": ("Most tokens of the run, in and out", 1000),
-    "cost_per_design_usd": ("Most one design may cost, in dollars", 0.1),
-    "tokens_per_design": ("Most tokens of one design", 1000),
-}
-"""The fields of a budget, what they mean, and steps of their numbers."""
+_STEPS = {"cost_usd": 0.1, "cost_per_design_usd": 0.1}
+"""Steps of the limits in dollars; those of tokens are 1,000."""
 
 _KINDS = {
     "builtin": (RULES.title, RULES.doc),
@@ -91,7 +86,7 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
 
         field.props["debounce"] = 400
         field.bind_value(form, "model").on_value_change(told)
-        _limits(form)
+        limit_fields(form)
         with box("scroll"), box("list plain", "table"), box(tag="tbody"):
             for provider in offered:
                 with box(tag="tr"):
@@ -109,12 +104,13 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
         ui.timer(0.05, told, once=True)
 
 
-def _limits(form: dict[str, Any]) -> None:
-    """Ask what may be spent; a call that could exceed it is not made."""
+def limit_fields(form: dict[str, Any]) -> None:
+    """Show a number field for each limit of a budget; what is left empty has no limit."""
     with box("form"):
-        for key, (said, step) in LIMITS.items():
-            field = ui.number(said, min=step, step=step).props("outlined dense clearable").bind_value(form, key)
-            field.props["placeholder"] = "no limit"
+        for name, limit in Budget.model_fields.items():
+            step = _STEPS.get(name, 1000)
+            field = ui.number(limit.title, min=step, step=step).props("outlined dense clearable")
+            field.bind_value(form, name).props["placeholder"] = "no limit"
 
 
 def budget_from(form: dict[str, Any]) -> Budget:
@@ -123,14 +119,8 @@ def budget_from(form: dict[str, Any]) -> Budget:
     Raises:
         UserError: A limit is not above zero.
     """
-    given = {key: form.get(key) for key in LIMITS if form.get(key) is not None}
-    try:
-        return Budget.model_validate(given)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise UserError(
-            f"{LIMITS[str(first['loc'][0])][0]}: {first['msg']}, found {first['input']}; change it"
-        ) from None
+    given = {name: form.get(name) for name in Budget.model_fields if form.get(name) is not None}
+    return checked_config({"budget": given}).budget
 
 
 def estimated_cost(site: Site, model: str, concepts: int) -> str:

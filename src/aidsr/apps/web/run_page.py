@@ -12,7 +12,7 @@ from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.manual_panel import manual_panel
-from aidsr.apps.web.model_form import LIMITS, budget_from
+from aidsr.apps.web.model_form import budget_from, limit_fields
 from aidsr.apps.web.site import DesignView, RunView, Site
 from aidsr.apps.web.widgets import (
     badge,
@@ -151,9 +151,7 @@ def _larger_budget(site: Site, run: Run) -> None:
 
     with box("notice wait stack", role="status"):
         text("The budget of this run is used up. Give a larger one, what was spent before included, and go on.")
-        with box("form"):
-            for key, (said, step) in LIMITS.items():
-                ui.number(said, min=step, step=step).props("outlined dense clearable").bind_value(form, key)
+        limit_fields(form)
         with box("row"):
             button("Go on with this budget", as_action(go_on), "primary", "play_arrow")
 

@@ -1,24 +1,28 @@
-"""Set up a run: what is to be done, who designs, how much."""
+"""The form for a new run: task or objective, model, settings."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from nicegui import app, ui
-from pydantic import ValidationError
 
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
-from aidsr.apps.web.model_form import LIMITS, budget_from, choose_model, model_name
+from aidsr.apps.web.model_form import budget_from, choose_model, model_name
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.upload import ENVIRONMENT, GOAL, ROBOT, upload
 from aidsr.apps.web.widgets import box, button, choice, image, text
-from aidsr.core.config import Budget, RunConfig
-from aidsr.core.errors import UserError
+from aidsr.core.config import Budget, bounds, checked_config, run_settings
 from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
+
+SETTINGS = {name: field for name, field in run_settings().items() if name not in ("model", "budget")}
+"""Fields of the form that come from `RunConfig`."""
+_AT_FIRST_SIGHT = ("concepts", "iterations", "human", "task_feedback")
+"""The others are behind "More"."""
 
 FRESH: dict[str, Any] = {
     "source": "task",
@@ -33,14 +37,9 @@ FRESH: dict[str, Any] = {
     "robot_name": "",
     "kind": "builtin",
     "model": "",
-    "concepts": RunConfig().concepts,
-    "iterations": RunConfig().iterations,
-    "max_output_tokens": RunConfig().max_output_tokens,
-    "seed": RunConfig().seed,
+    **{name: field.default for name, field in SETTINGS.items()},
     "human": True,
-    "repairs": True,
-    "task_feedback": False,
-    **dict.fromkeys(LIMITS),
+    **dict.fromkeys(Budget.model_fields),
 }
 """The form as a new visitor finds it; what somebody filled in is kept for the next time."""
 Form = dict[str, Any]
@@ -74,19 +73,10 @@ def request_from(site: Site, form: Form) -> RunRequest:
     Raises:
         UserError: Something is missing or out of bounds.
     """
-    whole = ("concepts", "iterations", "max_output_tokens", "seed")
-    try:
-        numbers = {key: int(form[key]) for key in whole}
-    except (TypeError, ValueError):
-        raise UserError("whole numbers were expected for concepts, iterations, tokens and seed; fill them in") from None
-    name = model_name(site, form)
     budget = budget_from(form) if form["kind"] == "language" else Budget()
-    switches = {key: form[key] for key in ("human", "repairs", "task_feedback")}
-    try:
-        config = RunConfig(model=name, budget=budget, **switches, **numbers)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise UserError(f"{first['loc'][0]}: {first['msg']}, found {first['input']}; change it") from None
+    config = checked_config(
+        {"model": model_name(site, form), "budget": budget, **{name: form[name] for name in SETTINGS}}
+    )
     if form["source"] == "task":
         return RunRequest(config, task=form["task"], level=form["level"], robot=form["robot"])
     return RunRequest(
@@ -159,24 +149,26 @@ def _how_much(form: Form) -> None:
     with box("stack"):
         text("How much", tag="h2")
         with box("sheet stack"):
-            with box("form"):
-                _number(form, "concepts", "Concepts, side by side", 1, 20)
-                _number(form, "iterations", "Repairs allowed for each", 0, 100)
-            ui.switch("Ask me about each design that the Judge passed").bind_value(form, "human")
-            tried = ui.switch("Try each design that the Judge passed on its task, and send back what falls short")
-            tried.bind_value(form, "task_feedback")
+            _settings(form, _AT_FIRST_SIGHT)
             with ui.expansion("More").props("dense dense-toggle").classes("full"), box("stack"):
-                with box("form"):
-                    _number(form, "max_output_tokens", "Output tokens of one call, at most", 256, 200_000)
-                    _number(form, "seed", "Seed of the built-in rules", 0, 2**31)
-                ui.switch("Put plain slips of a robot right by code").bind_value(form, "repairs")
+                _settings(form, [name for name in SETTINGS if name not in _AT_FIRST_SIGHT])
                 text("A robot to start from, if you have one", "label")
                 upload(form, ROBOT)
 
 
-def _number(form: Form, key: str, label: str, least: int, most: int) -> None:
-    field = ui.number(label, min=least, max=most, step=1, precision=0, format="%d").props("outlined dense")
-    field.bind_value(form, key)
+def _settings(form: Form, names: Sequence[str]) -> None:
+    """Show a number or a switch for each setting, with its label and bounds."""
+    with box("form"):
+        for name in names:
+            if SETTINGS[name].annotation is int:
+                within = bounds(SETTINGS[name])
+                field = ui.number(
+                    SETTINGS[name].title, min=within["ge"], max=within.get("le"), step=1, precision=0, format="%d"
+                )
+                field.props("outlined dense").bind_value(form, name)
+    for name in names:
+        if SETTINGS[name].annotation is bool:
+            ui.switch(SETTINGS[name].title or name).bind_value(form, name)
 
 
 def _start(site: Site, form: Form) -> None:
