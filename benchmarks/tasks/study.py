@@ -22,9 +22,9 @@ import numpy as np
 from aidsr import probe
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.playing import play
+from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoop
+from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
 from aidsr.teams import rules as builtin
@@ -101,7 +101,7 @@ def by_design(task: Task, number: int, options: argparse.Namespace) -> Fact:
         "concept": concept,
         "mujoco": mujoco.__version__,
         "idle_episodes": options.idle,
-        "idle_successes": int(idle.succeeded.sum()),
+        "idle_successes": int(idle.success.sum()),
         "idle_progress": round(float(idle.best_progress.max()), 3),
         "diverged_idle": int(idle.diverged.sum()),
         "probe": found.model_dump(mode="json"),
@@ -126,7 +126,7 @@ def idling(scene: TaskScene, count: int, threads: int) -> Any:
     still = Motion(begin_s=0.0, ramp_s=1.0, frequency_hz=1.0, groups=rest)
     drawn = [scene.task.variation("held_out", index) for index in range(count)]
     episodes = Episodes(scene.model, scene.task, scene.actions, drawn, threads=threads)
-    return play(episodes, OpenLoop(Motions.of([still] * count), scene.task.control_dt_s))
+    return rollout(episodes, OpenLoopPolicy(Motions.of([still] * count), scene.task.control_dt_s))
 
 
 def table() -> str:

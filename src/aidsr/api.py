@@ -168,11 +168,11 @@ def train_policy(
     The arguments are those of `train`.
 
     Raises:
-        TakenError: Another process works on this very training.
+        FolderInUseError: Another process works on this very training.
     """
     from aidsr.learn.rl.training import folder_for
     from aidsr.learn.rl.training import train as train_in
-    from aidsr.learn.rl.training_folder import TakenError
+    from aidsr.learn.rl.training_folder import FolderInUseError
 
     next_folder = partial(folder_for, home, scene, steps=steps, seed=seed, recipe=recipe, again=again)
     folder = next_folder()
@@ -188,7 +188,7 @@ def train_policy(
                 tensorboard=tensorboard,
                 listen=listen,
             )
-        except TakenError:
+        except FolderInUseError:
             taken, folder = folder, next_folder()
             if folder == taken:
                 raise

@@ -128,6 +128,6 @@ def test_only_a_sensor_has_the_name_of_a_sensor():
 
 def test_an_environment_whose_sensor_has_a_name_that_is_needed_is_refused_before_anything_is_designed():
     taken = '</worldbody><sensor><subtreecom name="com_position" body="cart"/></sensor>'
-    with pytest.raises(UserError, match=r'sensor "com_position" is added.* rename it there'):
+    with pytest.raises(UserError, match=r'already has a sensor "com_position".* rename it'):
         goal_task(parse_goal(GOALS["walk"]), TABLE.replace("</worldbody>", taken))
     assert goal_task(parse_goal(GOALS["lift"]), TABLE.replace("</worldbody>", taken)).name == "goal/move"

@@ -140,7 +140,7 @@ def test_bodies_without_a_name_that_carry_the_target_are_no_riddle(tmp_path):
         '<body name="lid"><geom size="0.01"/></body></body></body><body name="post"',
     )
     assert made(tmp_path, 'kind = "lift"\ntarget = "lid"', mjcf).goal.target == "lid"
-    with pytest.raises(UserError, match="on a body that has a name"):
+    with pytest.raises(UserError, match="vary_m requires a target on a named body"):
         made(tmp_path, 'kind = "lift"\ntarget = "lid"\nvary_m = [0.1, 0, 0]', mjcf)
 
 
@@ -149,7 +149,7 @@ def test_a_scene_made_for_no_goal_is_measured_for_it(tmp_path):
     without = scene(made(tmp_path, GOALS["walk"][0]), "fixed")
     assert "goal_position" not in without
     sensors = [one.name for one in task.sensors]
-    with pytest.raises(UserError, match="a robot with actuators"):  # a stick has none, and everything before is right
+    with pytest.raises(UserError, match="the robot has no actuators"):  # as a stick has; all before is right
         TaskScene.of(without, task)
     from aidsr.sim.assembly import add_sensors
 
@@ -160,22 +160,22 @@ def test_a_scene_made_for_no_goal_is_measured_for_it(tmp_path):
 MISTAKES = {
     "": "no kind",
     'kind = "lifting"\ntarget = "ball"': 'did you mean "lift"',
-    "kind = 3": "found 3",
-    "kind =": "cannot be read as TOML",
-    'kind = "lift"': '"target" is missing',
-    'kind = "lift"\ntarget = "ball"\nby = 3': 'no key "by" for this kind (did you mean "by_m"?)',
+    "kind = 3": "unknown kind 3",
+    "kind =": "goal.toml as TOML",
+    'kind = "lift"': 'missing key "target"',
+    'kind = "lift"\ntarget = "ball"\nby = 3': 'unknown key "by" (did you mean "by_m"?)',
     'kind = "lift"\ntarget = "ball"\nby_m = "high"': "by_m: input should be a valid number",
     'kind = "lift"\ntarget = "ball"\nby_m = -1': "by_m: input should be greater than 0; found -1",
     'kind = "lift"\ntarget = "bal"': 'did you mean "ball"',
     'kind = "lift"\ntarget = "post"': "no joint carries it",
-    'kind = "lift"\ntarget = "hook"': 'which has no "hook"',
+    'kind = "lift"\ntarget = "hook"': 'unknown target "hook"',
     'kind = "reach"\ntarget = "ceiling"': "it has mount, hook, cart, flag, ball, post",
-    'kind = "travel"\ndistance_m = 1\ndirection = [0, 0, 0]': "a direction other than zero",
-    'kind = "travel"\ndistance_m = 1\ndirection = [1, 0]': "direction: three numbers were expected",
-    'kind = "travel"\ndistance_m = 1\ndirection = [1, 0, 0, 0]': "one for each of x, y and z; found 4",
-    'kind = "travel"\ndistance_m = 1\ndirection = [1, nan, 0]': "a direction other than zero",
-    'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0, 0]': "vary_m puts the target elsewhere and needs one",
-    'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0]': "three numbers were expected",
+    'kind = "travel"\ndistance_m = 1\ndirection = [0, 0, 0]': "use a finite one other than zero",
+    'kind = "travel"\ndistance_m = 1\ndirection = [1, 0]': "direction: 2 numbers instead of three",
+    'kind = "travel"\ndistance_m = 1\ndirection = [1, 0, 0, 0]': "4 numbers instead of three, for x, y and z",
+    'kind = "travel"\ndistance_m = 1\ndirection = [1, nan, 0]': "use a finite one other than zero",
+    'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0, 0]': "vary_m requires a target",
+    'kind = "travel"\ndistance_m = 1\nvary_m = [1, 0]': "2 numbers instead of three",
     'kind = "touch"\ntarget = "post"\nforce_n = 2\nat_most_n = 1': "at_most_n (1 N) must be more than force_n (2 N)",
     'kind = "reach"\ntarget = "hook"\nhold_s = 11': "hold_s (11 s) must be shorter than time_limit_s (10 s)",
 }
@@ -190,9 +190,9 @@ def test_a_mistake_is_one_sentence(tmp_path, text, sentence):
 
 
 def test_a_file_that_is_not_there_and_an_environment_that_is_none(tmp_path):
-    with pytest.raises(UserError, match="does not exist"):
+    with pytest.raises(UserError, match="goal not found"):
         read_goal(tmp_path / "nowhere.toml")
-    with pytest.raises(UserError, match="cannot be loaded"):
+    with pytest.raises(UserError, match="cannot load the environment"):
         made(tmp_path, GOALS["lift"][0], "<mujoco")
 
 

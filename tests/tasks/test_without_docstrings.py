@@ -28,8 +28,8 @@ for name in TASKS:
     scene = TaskScene.of(placed.mjcf, task, groups=robot.actuator_groups)
     episodes = Episodes(scene.model, task, scene.actions, [task.variation("development", 0)], threads=1)
     for _ in range(3):
-        moment = episodes.step(rng.uniform(-1.0, 1.0, (1, scene.actions.size)))
-    if not (np.isfinite(moment.observation).all() and np.isfinite(moment.reward).all()):
+        result = episodes.step(rng.uniform(-1.0, 1.0, (1, scene.actions.size)))
+    if not (np.isfinite(result.observation).all() and np.isfinite(result.reward).all()):
         raise SystemExit(f"{name}: observation or reward is not finite")
     print(name)
 """

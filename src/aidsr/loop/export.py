@@ -160,7 +160,7 @@ def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: 
     as_it_is = placement.model_copy(update={"scale": 1.0})
     scene = assemble(changed, environment, as_it_is, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
-    there = there.driven_as(trained.config.groups, trained.config.groups_from)
+    there = there.with_actions(trained.config.groups, trained.config.groups_from)
     with one_torch_thread():
         verdict, _ = evaluate(there, trained.policy, threads=1, smoothing=trained.config.recipe.smoothing)
     before = learnt.evaluation.read()

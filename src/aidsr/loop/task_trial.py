@@ -34,11 +34,11 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
 
 def trial_of(run: Run) -> TryOut:
     """Return what tries scenes on the task of a run, or by its goal."""
-    from aidsr.learn.openloop.task_trial import try_out
+    from aidsr.learn.openloop.task_trial import try_task
 
     record = run.asked()
     level, goal = record.level or "standard", None if record.task else run.goal.path
-    probe = partial(try_out, task=record.task, level=level, goal=goal)
+    probe = partial(try_task, task=record.task, level=level, goal=goal)
     steps = record.config.task_training
     if not steps:
         return probe

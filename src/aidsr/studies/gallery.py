@@ -88,8 +88,8 @@ def _moments(film: Path) -> bytes:
     chosen = [frames[round(k * (len(frames) - 1) / (_MOMENTS - 1))] for k in range(_MOMENTS)]
     height = round(_MOMENT_PX * chosen[0].height / chosen[0].width)
     strip = Image.new("RGB", (_MOMENTS * _MOMENT_PX, height))
-    for k, moment in enumerate(chosen):
-        strip.paste(moment.resize((_MOMENT_PX, height)), (k * _MOMENT_PX, 0))
+    for k, result in enumerate(chosen):
+        strip.paste(result.resize((_MOMENT_PX, height)), (k * _MOMENT_PX, 0))
     out = io.BytesIO()
     strip.save(out, "JPEG", quality=82)
     return out.getvalue()

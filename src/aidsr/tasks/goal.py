@@ -27,10 +27,10 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Goal(Artifact):
-    """What every kind of goal may say."""
+    """Fields of every kind of goal."""
 
     target: str = ""
-    """Site or body of the environment that it is about."""
+    """Site or body of the environment."""
 
     hold_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.5
     """How long success must last before it counts [s]."""
@@ -45,7 +45,7 @@ class Goal(Artifact):
     @classmethod
     def _three(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if len(value) != 3:
-            raise ValueError(f"three numbers were expected, one for each of x, y and z; found {len(value)}")
+            raise ValueError(f"{len(value)} numbers instead of three, for x, y and z")
         return value
 
     @model_validator(mode="after")
@@ -90,12 +90,12 @@ class Travel(Goal):
     @classmethod
     def _somewhere(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if not 1e-6 < math.hypot(*value) < math.inf:
-            raise ValueError(f"a direction other than zero was expected; found {list(value)}")
+            raise ValueError(f"no direction: {list(value)}; use a finite one other than zero")
         return value
 
 
 class Touch(Goal):
-    """A body is touched, as hard as wanted and no harder."""
+    """A body is touched with a force between two limits."""
 
     kind: Literal["touch"]
     target: str
@@ -123,39 +123,40 @@ def read_goal(path: str | Path) -> AnyGoal:
     """Return the goal in a file.
 
     Raises:
-        UserError: There is no such file, or it does not say a goal.
+        UserError: There is no such file, or it is no goal.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise UserError(f"the goal {path} does not exist; give a TOML file as docs/environments.md shows") from None
+        raise UserError(f"goal not found: {path}; give a TOML file as docs/environments.md shows") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path} cannot be read as TOML: {error}") from None
+        raise UserError(f"cannot read {path} as TOML: {error}") from None
     return parse_goal(text, str(path))
 
 
 def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
-    """Return the goal that a TOML text says.
+    """Return the goal in a TOML text.
 
     Args:
         text: The TOML.
-        name: What messages call it.
+        name: Of the goal, for messages.
 
     Raises:
-        UserError: It does not say a goal.
+        UserError: It is no goal.
     """
     try:
-        said = tomllib.loads(text)
+        values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{name} cannot be read as TOML: {error}") from None
-    kind = said.get("kind")
+        raise UserError(f"cannot read {name} as TOML: {error}") from None
+    kind = values.get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
         raise UserError(
-            f'{name} must say one of kind = "reach", "lift", "travel" or "touch"; found '
-            + ("no kind" if kind is None else f"{kind!r}{_near(str(kind), _KINDS)}")
+            f"{name} has {'no kind' if kind is None else f'an unknown kind {kind!r}'}"
+            + (_near(str(kind), _KINDS) if kind is not None else "")
+            + '; use "reach", "lift", "travel" or "touch"'
         )
     try:
-        goal: AnyGoal = TypeAdapter(AnyGoal).validate_python(said)
+        goal: AnyGoal = TypeAdapter(AnyGoal).validate_python(values)
     except ValidationError as error:
         raise UserError(f"{name}: {_sentence(error, _KINDS[kind])}") from None
     return goal
@@ -168,9 +169,9 @@ def _sentence(error: ValidationError, kind: type[Goal]) -> str:
     keys = [key for key in kind.model_fields if key != "kind"]
     match first["type"]:
         case "extra_forbidden":
-            return f'there is no key "{place}" for this kind{_near(place, keys)}; it knows {", ".join(keys)}'
+            return f'unknown key "{place}"{_near(place, keys)}; this kind has {", ".join(keys)}'
         case "missing":
-            return f'the key "{place}" is missing; it is needed for this kind of goal'
+            return f'missing key "{place}"; this kind of goal needs it'
         case "value_error":
             return (f"{place}: " if place else "") + str(first["ctx"]["error"])
         case _:

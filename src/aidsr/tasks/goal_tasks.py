@@ -1,6 +1,6 @@
 """The tasks that goals make of an environment; observed, rewarded and scored like any other.
 
-`goal_task` makes one of a goal and an environment, with everything the goal names looked up.
+`goal_task` makes one of a goal and an environment, with everything that the goal names resolved.
 """
 
 from __future__ import annotations
@@ -297,7 +297,7 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     try:
         summary = summarize_environment(mjcf, may_hold_robot=True)
     except MjcfError as error:
-        raise UserError(f"the environment of the goal cannot be loaded: {error}") from None
+        raise UserError(f"cannot load the environment of the goal: {error}") from None
     if goal.target:
         _check_target(goal, summary)
     task = _kind(goal)(goal=goal, mjcf=mjcf, place=_place(goal, summary) if any(goal.vary_m) else None)
@@ -318,24 +318,23 @@ def _kind(goal: AnyGoal) -> type[GoalTask]:
 
 
 def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
-    """Refuse an environment that has a sensor of a name the goal needs: without a robot it cannot be the goal's.
+    """Check that the environment has no sensor of a name that the goal needs.
 
     Raises:
-        UserError: It has.
+        UserError: It has one, and no robot that the sensor could be for.
     """
     taken = [sensor.name for sensor in task.sensors if sensor.name in summary.sensors]
     if taken and not any(body.name.startswith(ROBOT_PREFIX) for body in summary.bodies):
         raise UserError(
-            f'a sensor "{taken[0]}" is added to measure the goal, and the environment has one of this name already; '
-            "rename it there"
+            f'the environment already has a sensor "{taken[0]}", which measures the goal; rename it in the environment'
         )
 
 
 def _check_target(goal: AnyGoal, summary: EnvironmentSummary) -> None:
-    """Refuse a target that is not there, or that nothing can be done to.
+    """Check that the target exists and can move where it has to.
 
     Raises:
-        UserError: As said.
+        UserError: It does not.
     """
     bodies = [body.name for body in summary.bodies if _is_environment(body.name)]
     sites = [site.name for site in summary.sites if _is_environment(site.name)]
@@ -344,9 +343,7 @@ def _check_target(goal: AnyGoal, summary: EnvironmentSummary) -> None:
         what = "a site or a body" if goal.kind == "reach" else "a body"
         near = difflib.get_close_matches(goal.target, known, n=1)
         hint = f'; did you mean "{near[0]}"?' if near else f"; it has {', '.join(known) or 'none'}"
-        raise UserError(
-            f'the target of a {goal.kind} goal is {what} of the environment, which has no "{goal.target}"{hint}'
-        )
+        raise UserError(f'unknown target "{goal.target}": a {goal.kind} goal needs {what} of the environment{hint}')
     if goal.kind in ("lift", "travel") and not any(body.movable for body in summary.bodies if body.name == goal.target):
         raise UserError(
             f'the body "{goal.target}" cannot move: no joint carries it, or it turns about its own centre of mass, the '
@@ -366,7 +363,7 @@ def _place(goal: AnyGoal, summary: EnvironmentSummary) -> Change:
     """
     target, carriers = goal.target, _carriers(goal, summary)
     if not target or (carriers and not carriers[-1].name):
-        raise UserError("vary_m puts the target elsewhere and needs one, on a body that has a name; leave it out")
+        raise UserError("vary_m requires a target on a named body")
     if not carriers:
         (site,) = (site for site in summary.sites if site.name == target)
         return Change("site_pos", target, site.position_m)
@@ -384,7 +381,7 @@ def _carriers(goal: AnyGoal, summary: EnvironmentSummary) -> Sequence[BodySummar
     found = []
     while name in bodies and name != "world":
         found.append(bodies[name])
-        # several bodies without a name cannot be told apart: what carries them is not looked for
+        # several bodies without a name cannot be told apart: what carries them is left out
         name = bodies[name].parent if name else "world"
     return found
 

@@ -78,7 +78,7 @@ class Readings:
     sample_dt_s: float
     """Time between two samples [s]."""
     parameters: Mapping[str, FloatArray] = field(default_factory=dict)
-    """What `Variation.parameters` says of each episode, (n, k)."""
+    """`Variation.parameters` of each episode, (n, k)."""
     outline: Outline | None = None
     """The robot's own surface, for tasks that set `needs_outline`."""
 
@@ -130,7 +130,7 @@ class Readings:
         Args:
             name: A sensor of contacts.
             mean_over_s: See `peak_force_n`.
-            together: Add all contacts of a moment up instead of looking at the strongest.
+            together: Add all contacts of a moment up instead of taking the strongest.
         """
         slots = self.samples(name).reshape(
             self.n, -1, self.samples(name).shape[2] // CONTACT_SLOT_WIDTH, CONTACT_SLOT_WIDTH
@@ -167,7 +167,7 @@ class Reader:
     length_m: float
     timestep_s: float
     geoms: tuple[int, ...]
-    """The robot's geoms that are solid; empty where the task does not look at them."""
+    """The robot's geoms that are solid; empty where the task does not need them."""
     offset_m: FloatArray
     """Centres of the outline's spheres in the frames of their geoms, (g, s, 3) [m]."""
     radius_m: FloatArray
@@ -213,7 +213,7 @@ class Reader:
                 are views of it, so pass a copy of what a simulation will write into again.
             time_s: Time since each episode began, (n,) [s].
             variations: What each episode was started with, n of them.
-            geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only looked at where the task needs the outline.
+            geom_xpos: MuJoCo's field, (n, ngeom, 3) [m]; only read where the task needs the outline.
             geom_xmat: MuJoCo's field, (n, ngeom, 9) or (n, ngeom, 3, 3).
 
         Raises:

@@ -67,13 +67,13 @@ class Feature:
 class Criteria:
     """How a task is judged, in sentences formatted from its own numbers.
 
-    Designers are told them beside the objective, so they must hold at the task's level.
+    Designers read them beside the objective, so they must hold at the task's level.
     """
 
     variation: str
     """What differs between episodes."""
     progress: str
-    """What progress is made of; for people, designers are not told."""
+    """What progress is made of; for the docs, designers do not read it."""
     success: str
     violation: str
     failure: str = ""
@@ -118,7 +118,7 @@ class Task(ABC):
         """Return the task at a level."""
         return cls(level=level, **(cls.hard if level == "hard" else {}))
 
-    # --- what a designer is told ---
+    # --- what a designer reads ---
 
     @property
     @abstractmethod

@@ -404,7 +404,7 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
     await give("Environment (MJCF)", "bell.xml", BELL)
     await user.should_see("bell.xml", retries=100)
     for said, sentence in (
-        ("kind = ", "hit.toml cannot be used: the goal cannot be read as TOML"),
+        ("kind = ", "hit.toml cannot be used: cannot read the goal as TOML"),
         ('kind = "hit"', 'must say one of kind = "reach"'),
         ('kind = "touch"\ntarget = "gong"', "gong"),
         ('kind = "touch"\ntarget = "bell"\nforce = 1', "force"),

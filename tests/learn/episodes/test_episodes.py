@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.playing import play
+from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.divergence import max_body_speeds
 from aidsr.tasks import load_task
@@ -30,11 +30,11 @@ def test_a_batch_goes_as_each_simulation_would_alone():
     together = played(begun(3))
     for index in range(3):
         alone = begun(1, first=index)
-        for step, moment in enumerate(together):
+        for step, result in enumerate(together):
             action = np.random.default_rng([0, step, index]).uniform(-1, 1, 2)
             mine = alone.step(action[None])
-            assert np.array_equal(mine.observation[0], moment.observation[index])
-            assert mine.reward[0] == moment.reward[index]
+            assert np.array_equal(mine.observation[0], result.observation[index])
+            assert mine.reward[0] == result.reward[index]
 
 
 def test_threads_change_nothing():
@@ -84,28 +84,28 @@ def test_variations_differ_between_simulations():
 
 def test_idle_episodes_end_by_the_time_limit_alone():
     episodes = begun(2)
-    course = play(episodes, Always(-1.0, -1.0))
+    course = rollout(episodes, Always(-1.0, -1.0))
     assert np.allclose(course.time_s, 1.0)
-    assert not (course.succeeded | course.failed | course.diverged).any()
+    assert not (course.success | course.failure | course.diverged).any()
     assert not episodes.running.any()
 
 
 def test_success_must_be_held_and_ends_the_episode_with_a_bonus():
     moments = []
-    course = play(begun(2), Always(1.0, -1.0), moments.append)
-    assert course.succeeded.all()
+    course = rollout(begun(2), Always(1.0, -1.0), moments.append)
+    assert course.success.all()
     assert (course.time_s < 0.5).all()
     assert moments[-1].reward.min() > 4.0
     assert moments[-1].terminated.all()
-    assert not moments[-1].out_of_time.any()
+    assert not moments[-1].truncated.any()
 
 
 def test_success_in_the_last_moment_is_not_out_of_time():
-    won_at_s = play(begun(1), Always(1.0, -1.0)).time_s
+    won_at_s = rollout(begun(1), Always(1.0, -1.0)).time_s
     episodes, moments = begun(1), []
     episodes.time_limit_s[:] = won_at_s
-    assert play(episodes, Always(1.0, -1.0), moments.append).time_s == won_at_s
-    assert (moments[-1].succeeded[0], moments[-1].out_of_time[0]) == (True, False)
+    assert rollout(episodes, Always(1.0, -1.0), moments.append).time_s == won_at_s
+    assert (moments[-1].success[0], moments[-1].truncated[0]) == (True, False)
 
 
 def test_an_ended_episode_stands_still_until_it_is_begun_anew():
@@ -114,11 +114,11 @@ def test_an_ended_episode_stands_still_until_it_is_begun_anew():
     played(episodes, steps=2)
     assert episodes.running.tolist() == [False, True]
     stood = episodes.batch.bind("qpos")[0].copy()
-    moment = played(episodes, steps=1)[0]
+    result = played(episodes, steps=1)[0]
     assert np.array_equal(episodes.batch.bind("qpos")[0], stood)
-    assert (moment.reward[0], moment.progress[0], moment.ended[0]) == (0.0, 0.0, False)
+    assert (result.reward[0], result.progress[0], result.done[0]) == (0.0, 0.0, False)
     went_on = episodes.observation[1].copy()
-    seen = episodes.begin(np.array([0]), [episodes.task.variation("development", 9)])
+    seen = episodes.reset(np.array([0]), [episodes.task.variation("development", 9)])
     assert np.array_equal(seen[1], went_on)
     assert np.array_equal(seen[0], begun(1, first=9).observation[0])
     assert episodes.time_limit_s[0] == 1.0
@@ -129,13 +129,13 @@ def test_a_simulation_that_breaks_down_ends_alone():
     played(episodes, steps=2)
     seen = episodes.observation[1].copy()
     episodes.batch.bind("qvel")[1] = 1e9
-    moment = episodes.step(np.zeros((3, 2)))
-    assert moment.diverged.tolist() == [False, True, False]
-    assert moment.ended.tolist() == [False, True, False]
-    assert moment.reward[1] == 0.0
-    assert np.array_equal(moment.observation[1], seen)
-    assert np.isfinite(moment.observation).all()
-    episodes.begin(np.array([1]), [episodes.task.variation("development", 1)])
+    result = episodes.step(np.zeros((3, 2)))
+    assert result.diverged.tolist() == [False, True, False]
+    assert result.done.tolist() == [False, True, False]
+    assert result.reward[1] == 0.0
+    assert np.array_equal(result.observation[1], seen)
+    assert np.isfinite(result.observation).all()
+    episodes.reset(np.array([1]), [episodes.task.variation("development", 1)])
     assert episodes.running.all()
     assert not played(episodes, steps=2)[-1].diverged.any()
 

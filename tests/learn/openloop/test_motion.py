@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoop
-from aidsr.learn.openloop.motion_search import FAMILIES, Space
+from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
+from aidsr.learn.openloop.motion_search import MOTION_KINDS, MotionSpace
 
 RAMP = Motion(begin_s=1.0, ramp_s=2.0, frequency_hz=0.5, groups=(GroupMotion(group="a", first=-1.0, last=0.5),) * 2)
 SWING = Motion(
@@ -33,14 +33,14 @@ def test_actions_stay_in_their_range():
 
 
 def test_words_say_how_many_groups_move():
-    assert RAMP.in_words == "ramp from 1 s for 2 s (2 of 2 groups)"
-    assert SWING.in_words == "swing at 0.5 Hz (1 of 2 groups)"
+    assert RAMP.summary == "ramp from 1 s for 2 s (2 of 2 groups)"
+    assert SWING.summary == "swing at 0.5 Hz (1 of 2 groups)"
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", MOTION_KINDS)
 def test_families_are_what_they_are_called(family):
-    space = Space(np.array([-1.0, 0.0]), 8.0)
-    motions = space.motions(space.random(family, 40, np.random.default_rng(0)))
+    space = MotionSpace(np.array([-1.0, 0.0]), 8.0)
+    motions = space.motions(space.sample(family, 40, np.random.default_rng(0)))
     assert bool(motions.change.any()) == (family != "swing")
     assert bool(motions.amplitude.any()) == (family != "pull")
     assert motions.frequency_hz.min() >= 0.3
@@ -48,14 +48,14 @@ def test_families_are_what_they_are_called(family):
     assert motions.begin_s.max() <= 4.0
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", MOTION_KINDS)
 def test_the_search_stays_in_its_family_and_closes_in_on_the_best(family):
-    space, rng = Space(np.array([-1.0, 0.0]), 8.0), np.random.default_rng(0)
-    rows = space.random(family, 40, rng)
+    space, rng = MotionSpace(np.array([-1.0, 0.0]), 8.0), np.random.default_rng(0)
+    rows = space.sample(family, 40, rng)
     goal = rows[17].copy()
     for _ in range(12):
         fitness = -np.abs(rows - goal).sum(axis=1)
-        rows = np.concatenate([rows, space.around(rows, fitness, 16, rng)])
+        rows = np.concatenate([rows, space.refine(rows, fitness, 16, rng)])
     found = space.motions(rows[-16:])
     assert bool(found.change.any()) == (family != "swing")
     assert bool(found.amplitude.any()) == (family != "pull")
@@ -63,13 +63,13 @@ def test_the_search_stays_in_its_family_and_closes_in_on_the_best(family):
 
 
 def test_a_rounded_motion_is_nearly_the_same():
-    space = Space(np.array([-1.0, 0.0]), 8.0)
-    motions = space.motions(space.random("both", 5, np.random.default_rng(0)))
+    space = MotionSpace(np.array([-1.0, 0.0]), 8.0)
+    motions = space.motions(space.sample("both", 5, np.random.default_rng(0)))
     again = Motions.of([motions.motion(index, ["a", "b"]) for index in range(5)])
     assert np.allclose(again.at(1.7), motions.at(1.7), atol=5e-3)
 
 
 def test_an_open_loop_begins_at_its_beginning():
-    actor = OpenLoop(Motions.of([RAMP]), 1.0)
+    actor = OpenLoopPolicy(Motions.of([RAMP]), 1.0)
     acted = [actor.act(np.zeros((1, 3)))[0, 0] for _ in range(4)]
     assert np.allclose(acted, [-1.0, -1.0, -0.25, 0.5])

@@ -9,9 +9,9 @@ from aidsr import probe
 from aidsr.core.artifacts import ActuatorGroup, EpisodeResult
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.playing import Course, play
+from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.openloop import ProbeReport
-from aidsr.learn.openloop.motion import Motions, OpenLoop
+from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.probe_scene import _fitness
 from scenes import QuickPushing, small_learning, small_scene
 
@@ -75,7 +75,9 @@ def test_a_motion_is_worth_its_progress_and_success_half_after_a_failure_and_not
     yes, no, zeros = np.array([True]), np.array([False]), np.zeros(1)
 
     def worth(succeeded=no, failed=no, diverged=no):
-        return _fitness(Course(succeeded, failed, diverged, np.array([0.2]), np.array([0.6]), zeros, zeros)).tolist()
+        return _fitness(
+            EpisodeOutcomes(succeeded, failed, diverged, np.array([0.2]), np.array([0.6]), zeros, zeros)
+        ).tolist()
 
     assert worth() == pytest.approx([0.4])
     assert worth(succeeded=yes) == pytest.approx([1.4])
@@ -96,7 +98,9 @@ def test_a_motion_that_was_read_back_plays_as_it_was_told(report):
     scene = small_learning()
     variations = [scene.task.variation("development", one.episode.variation) for one in read.variations]
     episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
-    course = play(episodes, OpenLoop(Motions.of([one.motion for one in read.variations]), scene.task.control_dt_s))
+    course = rollout(
+        episodes, OpenLoopPolicy(Motions.of([one.motion for one in read.variations]), scene.task.control_dt_s)
+    )
     for row, one in enumerate(read.variations):
         assert course.result(row, one.episode.variation) == one.episode
 
@@ -153,12 +157,12 @@ def test_every_generation_is_told():
 
 
 def test_numbers_out_of_range_are_one_sentence():
-    with pytest.raises(UserError, match="at least 16 candidates, 1 variation and 1 physics step"):
+    with pytest.raises(UserError, match="use at least 16, 1 and 1"):
         probe(small_scene(), QuickPushing(), candidates=5)
 
 
 def test_a_scene_of_another_task_is_refused():
-    with pytest.raises(UserError, match="lacks ground, lane"):
+    with pytest.raises(UserError, match="ground, lane missing"):
         probe(small_scene(), "flat_ground")
 
 

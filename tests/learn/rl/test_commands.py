@@ -22,7 +22,7 @@ from aidsr.core.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.core.config import RunConfig
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import trained, training
-from aidsr.learn.rl.training_folder import TakenError, TrainingConfig, TrainingFolder
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
 from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
 from aidsr.tasks import load_task
@@ -204,7 +204,7 @@ def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatc
 
     monkeypatch.setattr(training, "train", just_after_another)
     trainer = Trainer(Console(quiet=True), 64, range(1, 3), SMALL, threads=1, evaluate=False)
-    with others, pytest.raises(TakenError, match=r"004 is being trained already"):
+    with others, pytest.raises(FolderInUseError, match=r"004 is locked by another training"):
         trainer.train(scene, tmp_path)
     assert tries == [("001", 1), ("002", 1), ("003", 1), ("004", 2)]
     seeds = {path.parent.name: json.loads(path.read_text())["seed"] for path in tmp_path.glob("*/config.json")}
@@ -246,7 +246,7 @@ def test_a_run_is_trained_with_success_where_one_of_its_designs_is(design, capsy
     [
         (["train", "scene.xml"], "--task"),
         (["train", "nowhere.xml", "--task", "button_pushing"], "nowhere.xml"),
-        (["train", "scene.xml", "--task", "flat_ground"], "lacks ground, lane"),
+        (["train", "scene.xml", "--task", "flat_ground"], "ground, lane missing"),
         (["train", "."], "final.xml"),
         (["evaluate", "."], "config.json"),
     ],

@@ -203,10 +203,10 @@ def test_one_environment_goes_as_the_batch_does():
     assert np.array_equal(observation, episodes.observation[0])
     action = np.array([0.5, -1.0], dtype=np.float32)
     observation, reward, terminated, truncated, info = env.step(action)
-    moment = episodes.step(action[None])
-    assert np.array_equal(observation, moment.observation[0])
-    assert (reward, terminated, truncated) == (moment.reward[0], False, False)
-    assert info["progress"] == moment.progress[0]
+    result = episodes.step(action[None])
+    assert np.array_equal(observation, result.observation[0])
+    assert (reward, terminated, truncated) == (result.reward[0], False, False)
+    assert info["progress"] == result.progress[0]
 
 
 @pytest.mark.parametrize(("action", "ends"), [((-1.0, -1.0), (False, True)), ((1.0, -1.0), (True, False))])

@@ -17,11 +17,11 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import evaluation
-from aidsr.learn.rl.episode_stats import RECORDED, Evidence, Witness
-from aidsr.learn.rl.evaluation import evaluate, watch
+from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
+from aidsr.learn.rl.evaluation import evaluate, rollout_with_stats
 from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
 from aidsr.learn.rl.plausibility import (
-    behaviour_checks,
+    behavior_checks,
     exploit_check,
     penetration_check,
     structure_check,
@@ -51,15 +51,13 @@ def named(evaluation: Evaluation) -> dict[str, object]:
     return {check.name: check for check in evaluation.checks}
 
 
-def behaviour(watched, scene) -> dict[str, object]:
-    return {
-        check.name: check for check in behaviour_checks(watched.course, watched.evidence, read_structure(scene.model))
-    }
+def behaviour(rolled, scene) -> dict[str, object]:
+    return {check.name: check for check in behavior_checks(rolled.outcomes, rolled.stats, read_structure(scene.model))}
 
 
 def test_a_policy_that_does_the_job_is_valid_and_successful():
     result = TrainingResult(steps=1, wall_s=1.0, episodes=200, diverged_episodes=2, success_share=1.0, stopped="budget")
-    evaluation, watched = evaluate(small_learning(), BENDING, threads=1, training=result)
+    evaluation, rolled = evaluate(small_learning(), BENDING, threads=1, training=result)
     assert [check.name for check in evaluation.checks if not check.passed] == []
     assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (1.0, True, True)
     assert [episode.variation for episode in evaluation.episodes] == list(range(20))
@@ -67,17 +65,17 @@ def test_a_policy_that_does_the_job_is_valid_and_successful():
     assert named(evaluation)["survives_half_time_step"].measured == 1.0
     assert named(evaluation)["survives_other_integrator"].measured == 1.0
     steps = round(evaluation.episodes[0].time_s / 0.04)
-    assert watched.evidence.qpos[0].shape == (steps + 1, watched.models[0].nq)
+    assert rolled.stats.qpos[0].shape == (steps + 1, rolled.models[0].nq)
     assert Evaluation.model_validate_json(evaluation.model_dump_json()) == evaluation
 
 
 def test_in_other_physics_lost_variations_are_played_again_too(monkeypatch):
     def unlucky(*args, **options):
-        watched = watch(*args, **options)
-        watched.course.succeeded[5:] = False
-        return watched
+        rolled = rollout_with_stats(*args, **options)
+        rolled.outcomes.success[5:] = False
+        return rolled
 
-    monkeypatch.setattr(evaluation, "watch", unlucky)
+    monkeypatch.setattr(evaluation, "rollout_with_stats", unlucky)
     verdict, _ = evaluate(small_learning(), BENDING, threads=1)
     assert named(verdict)["survives_half_time_step"].measured == 20 / 5
     assert named(verdict)["survives_other_integrator"].measured == 20 / 5
@@ -125,11 +123,11 @@ def test_fewer_than_twenty_episodes_are_no_evaluation():
         evaluate(small_learning(), STILL, episodes=5)
 
 
-def test_held_out_variations_are_watched():
-    watched = watch(small_learning(), STILL, range(3), threads=1)
-    assert watched.variations == tuple(QuickPushing().variation("held_out", index) for index in range(3))
-    button = watched.models[1].body("button").id
-    assert watched.models[1].body_pos[button] == pytest.approx(watched.variations[1].changes[0].value)
+def test_held_out_variations_are_rolled():
+    rolled = rollout_with_stats(small_learning(), STILL, range(3), threads=1)
+    assert rolled.variations == tuple(QuickPushing().variation("held_out", index) for index in range(3))
+    button = rolled.models[1].body("button").id
+    assert rolled.models[1].body_pos[button] == pytest.approx(rolled.variations[1].changes[0].value)
 
 
 # --- each check fails for what it is there for ---
@@ -137,18 +135,18 @@ def test_held_out_variations_are_watched():
 
 def test_ordinary_motion_pays_for_its_energy_and_keeps_its_ranges():
     scene = small_learning()
-    checks = behaviour(watch(scene, Restless(), range(4), threads=1), scene)
+    checks = behaviour(rollout_with_stats(scene, Restless(), range(4), threads=1), scene)
     assert all(check.passed for check in checks.values())
     assert checks["energy_paid_for"].measured < 0.2
 
 
 def test_energy_from_nothing_is_noticed():
     pushing = TaskScene.of(small_scene(damping=-1e-4), QuickPushing())
-    watched = watch(pushing, Restless(), range(2), threads=1)
-    assert not watched.course.diverged.any()
-    checks = behaviour(watched, pushing)
+    rolled = rollout_with_stats(pushing, Restless(), range(2), threads=1)
+    assert not rolled.outcomes.diverged.any()
+    checks = behaviour(rolled, pushing)
     assert not checks["energy_paid_for"].passed
-    assert watched.evidence.energy_gain_j.max() > 0.0
+    assert rolled.stats.energy_gain_j.max() > 0.0
 
 
 class Carried:
@@ -167,10 +165,10 @@ class Carried:
 
 def test_only_the_robots_own_work_allows_for_what_contacts_give_back():
     scene = TaskScene.of(small_scene("force_controlled_brushing"), "force_controlled_brushing")
-    evidence = watch(scene, Carried(scene), range(2), threads=1).evidence
+    stats = rollout_with_stats(scene, Carried(scene), range(2), threads=1).stats
     column = scene.model.joint("base_x").qposadr[0]
-    assert np.ptp(evidence.qpos[0][:, column]) > 0.02
-    assert evidence.work_j == pytest.approx(0.0)
+    assert np.ptp(stats.qpos[0][:, column]) > 0.02
+    assert stats.work_j == pytest.approx(0.0)
 
 
 def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
@@ -179,15 +177,15 @@ def test_a_body_held_up_by_compensation_gets_no_energy_from_it():
     assert floating.count('gravcomp="1" name="robot/seg') == 4
     scene = TaskScene.of(floating, QuickPushing())
     # what lifts the arm while it bends is a sixth of what is allowed
-    assert behaviour(watch(scene, BENDING, range(2), threads=1), scene)["energy_paid_for"].measured < 0.01
+    assert behaviour(rollout_with_stats(scene, BENDING, range(2), threads=1), scene)["energy_paid_for"].measured < 0.01
 
 
 def test_a_joint_pulled_far_beyond_its_range_is_noticed():
     scene = TaskScene.of(small_scene().replace('range="-0.698132 0.698132"', 'range="-0.01 0.01"'), QuickPushing())
     assert scene.model.jnt_range[scene.model.joint("robot/bend1").id, 1] == 0.01
     strong = TaskScene.of(small_scene(tension=800.0).replace("0.698132", "0.01"), QuickPushing())
-    mild = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
-    wild = behaviour(watch(strong, BENDING, range(2), threads=1), strong)["within_limits"]
+    mild = behaviour(rollout_with_stats(scene, BENDING, range(2), threads=1), scene)["within_limits"]
+    wild = behaviour(rollout_with_stats(strong, BENDING, range(2), threads=1), strong)["within_limits"]
     assert mild.passed
     assert wild.measured > mild.measured
     assert not wild.passed
@@ -205,7 +203,7 @@ def test_a_ball_joint_pulled_far_beyond_its_range_is_noticed():
         joint = scene.model.joint("robot/bend1")
         assert joint.type[0] == int(mujoco.mjtJoint.mjJNT_BALL)
         assert scene.model.actuator_ctrlrange[0, 1] == tension
-        within = behaviour(watch(scene, BENDING, range(2), threads=1), scene)["within_limits"]
+        within = behaviour(rollout_with_stats(scene, BENDING, range(2), threads=1), scene)["within_limits"]
         assert within.measured > 0.0
         assert within.passed is passes
 
@@ -213,52 +211,52 @@ def test_a_ball_joint_pulled_far_beyond_its_range_is_noticed():
 @pytest.mark.parametrize(("episodes", "bad", "passes"), [(20, 1, True), (20, 2, False), (10, 1, False), (40, 2, True)])
 def test_one_episode_in_twenty_may_be_a_freak(episodes, bad, passes):
     scene = small_learning()
-    watched = watch(scene, BENDING, range(2), threads=1)
+    rolled = rollout_with_stats(scene, BENDING, range(2), threads=1)
     over = np.where(np.arange(episodes) < bad, 9.0, 0.1)
-    evidence = replace(watched.evidence, over_limit=over, energy_gain_j=over * 1e6, work_j=np.full(episodes, 1e7))
-    checks = behaviour(replace(watched, evidence=evidence), scene)
+    stats = replace(rolled.stats, over_limit=over, energy_gain_j=over * 1e6, work_j=np.full(episodes, 1e7))
+    checks = behaviour(replace(rolled, stats=stats), scene)
     assert checks["within_limits"].passed is passes
     assert checks["energy_paid_for"].passed is passes
 
 
 def test_a_simulation_that_breaks_down_is_not_valid():
     scene = small_learning()
-    watched = watch(scene, STILL, range(2), threads=1)
-    watched.course.diverged[1] = True
-    assert not behaviour(watched, scene)["evaluation_stable"].passed
+    rolled = rollout_with_stats(scene, STILL, range(2), threads=1)
+    rolled.outcomes.diverged[1] = True
+    assert not behaviour(rolled, scene)["evaluation_stable"].passed
 
 
 def test_only_the_simulation_that_breaks_down_ends_by_it(monkeypatch):
     monkeypatch.setattr(evaluation, "Episodes", Breaking)
-    watched = watch(small_learning(), STILL, range(3), threads=1)
-    assert watched.course.diverged.tolist() == [False, True, False]
-    ends = [watched.course.result(row, row).ended for row in range(3)]
+    rolled = rollout_with_stats(small_learning(), STILL, range(3), threads=1)
+    assert rolled.outcomes.diverged.tolist() == [False, True, False]
+    ends = [rolled.outcomes.result(row, row).ended for row in range(3)]
     assert ends == ["out_of_time", "diverged", "out_of_time"]
     # what it did in its last control step is no evidence
-    assert [len(qpos) for qpos in watched.evidence.qpos] == [26, 3, 26]
-    assert watched.evidence.energy_gain_j.max() < 1.0
-    assert watched.evidence.moved.max() < 0.02
+    assert [len(qpos) for qpos in rolled.stats.qpos] == [26, 3, 26]
+    assert rolled.stats.energy_gain_j.max() < 1.0
+    assert rolled.stats.moved.max() < 0.02
 
 
 def test_deep_overlap_is_noticed():
     scene = small_learning()
     data = mujoco.MjData(scene.model)
     place = scene.task.variation("held_out", 0)
-    watched = watch(scene, STILL, range(1), threads=1)
+    rolled = rollout_with_stats(scene, STILL, range(1), threads=1)
     structure = read_structure(scene.model)
-    assert penetration_check(watched.models, watched.evidence, structure).passed
+    assert penetration_check(rolled.models, rolled.stats, structure).passed
     # the button is put where the arm is
     mujoco.mj_forward(scene.model, data)
     inside = Variation((Change("body_pos", "button", tuple(data.body("robot/seg3").xipos)), *place.changes[1:]))
-    apply_to_simulation(inside, model := watched.models[0], mujoco.MjData(model))
-    check = penetration_check([model], watched.evidence, structure)
+    apply_to_simulation(inside, model := rolled.models[0], mujoco.MjData(model))
+    check = penetration_check([model], rolled.stats, structure)
     assert not check.passed
     assert check.measured > 1.0
     # one episode of twenty is left aside, two are not
-    fine, positions = watch(scene, STILL, range(1), threads=1).models[0], watched.evidence.qpos[0]
+    fine, positions = rollout_with_stats(scene, STILL, range(1), threads=1).models[0], rolled.stats.qpos[0]
     for deep, passes in ((1, True), (2, False)):
         models = [model] * deep + [fine] * (20 - deep)
-        many = replace(watched.evidence, qpos=(positions,) * 20)
+        many = replace(rolled.stats, qpos=(positions,) * 20)
         assert penetration_check(models, many, structure).passed is passes
 
 
@@ -363,7 +361,7 @@ def test_a_policy_of_another_version_of_the_benchmark_is_not_judged(barely_train
     shutil.copytree(barely_trained, tmp_path / "old")
     config = json.loads((tmp_path / "old" / "config.json").read_text())
     (tmp_path / "old" / "config.json").write_text(json.dumps(config | {"benchmark_version": 1}))
-    with pytest.raises(UserError, match="holds one of version 1, whose tasks differ; train it again"):
+    with pytest.raises(UserError, match="is of version 1 of the benchmark, not 3; train it again"):
         FinishedTraining.load(tmp_path / "old")
 
 
@@ -371,7 +369,7 @@ def test_a_policy_is_not_judged_in_a_scene_that_was_changed(barely_trained, tmp_
     shutil.copytree(barely_trained, tmp_path / "changed")
     scene = tmp_path / "changed" / "scene.xml"
     scene.write_text(scene.read_text().replace("</mujoco>", "<!-- --></mujoco>"))
-    with pytest.raises(UserError, match="that file has changed since"):
+    with pytest.raises(UserError, match="has changed since the training"):
         FinishedTraining.load(tmp_path / "changed")
 
 
@@ -393,16 +391,16 @@ def test_a_picture_of_an_episode_shows_what_was_varied(name):
     assert shown.geom_size[~one_number, 0] == pytest.approx(varied.geom_size[~one_number, 0])
 
 
-def displaced(scene: TaskScene, joint: int, by: float) -> Evidence:
+def displaced(scene: TaskScene, joint: int, by: float) -> EpisodeStats:
     """Return what is seen where the first coordinate of a joint is put somewhere else after one control step."""
     variations = [scene.task.variation("held_out", 0)]
     episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1, record=RECORDED)
-    witness = Witness(episodes)
-    moment = episodes.step(scene.actions.rest[None])
+    recorder = StatsRecorder(episodes)
+    result = episodes.step(scene.actions.rest[None])
     episodes.batch.bind("qpos")[0, scene.model.jnt_qposadr[joint]] += by
     episodes.batch.forward()
-    witness.look(moment)
-    return witness.evidence()
+    recorder.update(result)
+    return recorder.stats()
 
 
 def test_motion_is_that_of_the_parts_against_what_holds_them_and_of_a_free_robot_as_a_whole():
@@ -437,8 +435,8 @@ def test_a_picture_of_an_episode_shows_a_target_in_the_world_where_it_was_put():
     assert shown.site("spot").pos == pytest.approx(variation.changes[0].value, abs=1e-6)
 
 
-def test_evidence_is_taken_from_the_root_of_a_held_robot():
-    watched = watch(small_learning(), STILL, range(1), threads=1)
-    assert isinstance(watched.evidence, Evidence)
-    assert watched.evidence.moved[0] < 0.02
-    assert watch(small_learning(), BENDING, range(1), threads=1).evidence.moved[0] > 0.1
+def test_motion_is_measured_from_the_root_of_a_held_robot():
+    rolled = rollout_with_stats(small_learning(), STILL, range(1), threads=1)
+    assert isinstance(rolled.stats, EpisodeStats)
+    assert rolled.stats.moved[0] < 0.02
+    assert rollout_with_stats(small_learning(), BENDING, range(1), threads=1).stats.moved[0] > 0.1

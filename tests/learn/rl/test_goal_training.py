@@ -67,7 +67,7 @@ def test_what_was_trained_for_a_goal_of_an_earlier_meaning_is_refused_and_traine
     written = json.loads(config.read_text())
     assert written.pop("goal_version") == GOAL_VERSION
     config.write_text(json.dumps(written))
-    with pytest.raises(UserError, match="goals as they are measured today"):
+    with pytest.raises(UserError, match="trained for goals as an earlier version measured them"):
         FinishedTraining.load(config.parent)
     assert train(design, *words) == 0
     assert FinishedTraining.load(design.path / "training" / "002").config.goal_version == GOAL_VERSION

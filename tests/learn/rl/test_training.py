@@ -24,7 +24,7 @@ from aidsr.learn.rl.policy import Normalisation, TrainedPolicy
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.learn.rl.training import DEVELOPMENT, folder_for, train
-from aidsr.learn.rl.training_folder import TakenError, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
 from scenes import Breaking, QuickPushing, small_learning
 
 SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16))
@@ -50,7 +50,7 @@ def finished(tmp_path_factory):
 class Given(QuickPushing):
     """Won by being there."""
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return readings.time_s > 0.0
 
 
@@ -59,7 +59,7 @@ class GivenTogether(Given):
 
     drawn: ClassVar[list[tuple[str, int]]] = []
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return np.full(readings.n, readings.n == SMALL.simulations)
 
     def variation(self, split, index):
@@ -70,7 +70,7 @@ class GivenTogether(Given):
 class NeverWon(QuickPushing):
     """Nothing succeeds."""
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return np.zeros(readings.n, dtype=bool)
 
 
@@ -164,7 +164,7 @@ def test_a_folder_is_trained_in_by_one_process_at_a_time(tmp_path):
     refused = []
 
     def second(point):
-        with pytest.raises(TakenError, match="is being trained already; wait for that process or end it"):
+        with pytest.raises(FolderInUseError, match="is locked by another training; wait for that process or end it"):
             trained(tmp_path)
         refused.append(point.steps)
         if point.steps >= STEPS // 2:
@@ -390,5 +390,5 @@ def test_only_numbers_are_read_from_a_policy_file(finished, tmp_path):
 def test_the_policy_of_another_robot_is_refused(finished, tmp_path):
     with pytest.raises(UserError, match="other actuators"):
         TrainedPolicy.load(finished, SMALL, 3)
-    with pytest.raises(UserError, match="expected"):
+    with pytest.raises(UserError, match="no trained policy in"):
         TrainedPolicy.load(tmp_path, SMALL, 2)

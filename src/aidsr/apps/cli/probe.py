@@ -138,7 +138,7 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
         episode = one.episode
         ended = f"[green]{episode.ended}[/]" if episode.ended == "succeeded" else episode.ended.replace("_", " ")
         row = (str(episode.variation), ended, f"{episode.best_progress:.2f}", f"{episode.time_s:.1f} s")
-        table.add_row(*row, escape(one.motion.in_words))
+        table.add_row(*row, escape(one.motion.summary))
     console.print(table)
     console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
     if kept is not None:

@@ -2,7 +2,7 @@
 
 scene           a scene and its task, ready to be simulated
 actions         what one action drives: single actuators or groups that act together
-proprioception  what is known of the body, the same for every design
+proprioception  what is observed of the robot's own body, the same for every design
 batch           the running episodes
-playing         whole episodes from beginning to end
+rollout         whole episodes from reset to end
 """

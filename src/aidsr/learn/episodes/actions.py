@@ -16,13 +16,11 @@ from aidsr.sim.structure import Structure, name_of, names_of, read_structure
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.task import Task
 
-__all__ = ["ActionMap", "Grouping", "GroupsFrom", "map_actions", "recorded_actions"]
-
 Grouping = Literal["auto", "off"]
 """Whether actuators that belong together share one action."""
 
 GroupsFrom = Literal["design", "symmetry", "none"]
-"""Who says which actuators belong together."""
+"""Where the groups of actuators come from."""
 
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 
@@ -79,14 +77,14 @@ def map_actions(
     """
     structure = read_structure(model)
     if not structure.actuators:
-        raise UserError("a robot with actuators was expected, and this scene has none; nothing could be learned")
+        raise UserError("the robot has no actuators: there is nothing to learn")
     groups, groups_from = _robot_groups(model, structure, declared, grouping)
     groups += [(name, (int(model.actuator(name).id),)) for name in task.policy_actuators]
     return _action_map(model, groups, groups_from)
 
 
 def recorded_actions(model: mujoco.MjModel, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> ActionMap:
-    """Return how an action drove a scene before, as an `ActionMap` of it has recorded.
+    """Return the map of actions that a training has recorded.
 
     Args:
         model: The compiled scene, the same or one with the same actuators.
@@ -100,7 +98,8 @@ def recorded_actions(model: mujoco.MjModel, groups: Sequence[ActuatorGroup], gro
     lacking = [name for group in groups for name in group.actuators if name not in ids]
     if lacking:
         raise UserError(
-            f"the policy drives {', '.join(lacking)}, and this scene has only {', '.join(ids)}; train a policy for it"
+            f"the scene has no actuator {', '.join(lacking)}, which the policy drives; it has {', '.join(ids)}. "
+            "Train a policy for this scene"
         )
     found = [(group.name, tuple(ids[name] for name in group.actuators)) for group in groups]
     return _action_map(model, found, groups_from)
@@ -114,7 +113,7 @@ def _action_map(model: mujoco.MjModel, groups: _Groups, groups_from: GroupsFrom)
     unlimited = [i for i in actuators if not model.actuator_ctrllimited[i]]
     if unlimited:
         names = ", ".join(names_of(model, _ACTUATOR, tuple(unlimited)))
-        raise UserError(f"every actuator needs a ctrlrange to be driven by a policy; these have none: {names}")
+        raise UserError(f"actuators without ctrlrange: {names}; give each a range for the policy to drive")
     return ActionMap(
         groups=tuple(ActuatorGroup(name=name, actuators=names_of(model, _ACTUATOR, m)) for name, m in groups),
         groups_from=groups_from,
@@ -155,10 +154,10 @@ def _declared_groups(model: mujoco.MjModel, structure: Structure, declared: Sequ
         for name in group.actuators:
             index = ids.get(name, ids.get(ROBOT_PREFIX + name))
             if index is None or index in taken:
-                problem = "stands in a group already" if index is not None else f"is none of {', '.join(ids)}"
+                problem = "it is in another group" if index is not None else f"the robot has {', '.join(ids)}"
                 raise UserError(
-                    f'actuator group "{group.name}" must name actuators of the robot, each in one group only; '
-                    f'"{name}" {problem}. Correct the group, or train without groups'
+                    f'actuator group "{group.name}" cannot have "{name}": {problem}. '
+                    "Correct the group, or train without groups"
                 )
             taken.add(index)
             members.append(index)

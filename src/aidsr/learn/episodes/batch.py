@@ -20,55 +20,53 @@ from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.scoring import merge, reset, score
 
-__all__ = ["OBSERVED_LIMIT", "Episodes", "Moment"]
-
-OBSERVED_LIMIT = 1e6
-"""Observations are cut off here, so that the last moment before a breakdown fits into single precision. Our choice:
-far above any length, speed or force that means something."""
+OBSERVATION_LIMIT = 1e6
+"""Observations are clipped here, so that the last one before a divergence fits into single precision. Our choice: far
+above any length, speed or force that means something."""
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What one control step brought to n episodes, each (n,) unless it says otherwise.
+class StepResult:
+    """Result of one control step of n episodes, each (n,) unless it says otherwise.
 
     Rows of episodes that had ended before are zero and False.
     """
 
     observation: NDArray[np.float32]
-    """What the policy sees now, (n, n_observations)."""
+    """(n, n_observations)."""
     reward: FloatArray
     progress: FloatArray
     violation: FloatArray
-    succeeded: BoolArray
+    success: BoolArray
     """The goal has been held; the episode ends."""
-    failed: BoolArray
+    failure: BoolArray
     """The task's own rule ends the episode."""
     diverged: BoolArray
-    """The simulation broke down; the episode ends."""
-    out_of_time: BoolArray
+    """The simulation diverged; the episode ends."""
+    truncated: BoolArray
     """The time limit ends the episode, and nothing else does."""
     time_s: FloatArray
     """Since the episode began [s]."""
 
     @property
     def terminated(self) -> BoolArray:
-        """Where the episode came to an end of its own."""
-        return self.succeeded | self.failed | self.diverged
+        """Where success, failure or divergence ended the episode."""
+        return self.success | self.failure | self.diverged
 
     @property
-    def ended(self) -> BoolArray:
-        """Where the episode came to any end."""
-        return self.terminated | self.out_of_time
+    def done(self) -> BoolArray:
+        """Where the episode ended in any way."""
+        return self.terminated | self.truncated
 
 
 class Episodes:
-    """Episodes of a task in one scene. One that has ended stands still until it is begun anew.
+    """Episodes of a task in one scene. One that has ended stands still until it is reset.
 
     Args:
         model: The compiled scene; it is copied.
-        task: What is observed and scored.
+        task: Defines observation and score.
         actions: What an action drives.
-        variations: What each episode is started with; as many episodes are run side by side.
+        variations: Of each episode; as many episodes are run side by side.
         threads: Native threads, this one included; 0 takes all processors. The results do not depend on it.
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
         record: Fields of MjData to keep from every physics step, see `recorded`.
@@ -86,16 +84,16 @@ class Episodes:
         record: Sequence[str] = (),
     ) -> None:
         if not 0.0 <= smoothing < 1.0:
-            raise ValueError(f"smoothing keeps a share of 0 to below 1 of the previous action, found {smoothing}")
+            raise ValueError(f"smoothing out of range: {smoothing}; use 0 to below 1")
         self.model = copy.copy(model)
-        # after an automatic reset a simulation that broke down would look like a fresh one
+        # after an automatic reset a simulation that diverged would look like a fresh one
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.task, self.actions, self.n, self.smoothing = task, actions, len(variations), smoothing
         self.batch = Batch(self.model, nsim=self.n, nthread=threads)
         self.structure = read_structure(self.model)
         self.physics_steps = max(1, round(task.control_dt_s / self.model.opt.timestep))
         self.time_limit_s = np.full(self.n, task.time_limit_s)
-        """When each episode ends at the latest; beginning it anew sets it back to the task's limit."""
+        """When each episode is truncated; a reset restores the task's limit."""
         self.running = np.zeros(self.n, dtype=np.bool_)
         self.variations = list(variations)
         self.recorded: dict[str, FloatArray] = {}
@@ -112,23 +110,21 @@ class Episodes:
         readings = self._read(self._sensordata[:, None])
         self._state = reset(task, readings)
         self.observation = self._observe(readings)
-        """What the policy sees now, (n, n_observations)."""
+        """(n, n_observations)."""
 
     def _bind_outputs(self) -> None:
-        """Name the derived fields that are looked at, so that MuJoCo copies them out."""
+        """Name the derived fields that are read, so that MuJoCo copies them out."""
         fields = ["sensordata", "ten_length", "ten_velocity", "actuator_force", "cvel", "xipos", "subtree_com"]
         for field in [*fields, *(["geom_xpos", "geom_xmat"] if self.task.needs_outline else [])]:
             self.batch.bind(field)
         self._sensordata = np.zeros((self.n, self.model.nsensordata))
 
-    # --- beginning ---
-
-    def begin(self, ids: NDArray[np.intp], variations: Sequence[Variation]) -> NDArray[np.float32]:
-        """Begin some episodes anew and return what all policies see now, (n, n_observations).
+    def reset(self, ids: NDArray[np.intp], variations: Sequence[Variation]) -> NDArray[np.float32]:
+        """Reset some episodes and return the observations of all, (n, n_observations).
 
         Args:
             ids: Which, in rising order.
-            variations: What each of them is started with.
+            variations: One for each of them.
         """
         for index, variation in zip(ids.tolist(), variations, strict=True):
             self.variations[index] = variation
@@ -147,43 +143,41 @@ class Episodes:
         self._last_action[ids] = self.actions.rest
         self._sensordata[ids] = self.batch.bind("sensordata")[ids]
 
-    # --- going on ---
-
-    def step(self, action: NDArray[np.floating]) -> Moment:
+    def step(self, action: NDArray[np.floating]) -> StepResult:
         """Advance every running episode by one control step.
 
         Args:
-            action: What each policy asks for, (n, n_actions), -1 to 1.
+            action: The policy's, (n, n_actions), -1 to 1.
         """
-        asked = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        requested = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         running = self.running.copy()
-        applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * asked
+        applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested
         self._last_action = np.where(running[:, None], applied, self._last_action)
         samples, diverged = self._simulate(running)
         readings = self._read(samples)
-        after, worth = score(self.task, self._state, readings, asked)
+        after, scored = score(self.task, self._state, readings, requested)
         good = running & ~diverged
         self._state = merge(self._state, after, good)
-        # what a broken simulation shows means nothing: the policy keeps its last sight of it
+        # the readings of a diverged simulation mean nothing: its last observation is kept
         self.observation = np.where(good[:, None], self._observe(readings), self.observation)
-        succeeded, failed = good & worth.success, good & worth.failure & ~worth.success
+        success, failure = good & scored.success, good & scored.failure & ~scored.success
         over = readings.time_s > self.time_limit_s - self.task.control_dt_s / 2
-        moment = Moment(
+        result = StepResult(
             observation=self.observation,
-            reward=np.where(good, worth.reward, 0.0),
+            reward=np.where(good, scored.reward, 0.0),
             progress=np.where(running, self._state.progress, 0.0),
-            violation=np.where(good, worth.violation, 0.0),
-            succeeded=succeeded,
-            failed=failed,
+            violation=np.where(good, scored.violation, 0.0),
+            success=success,
+            failure=failure,
             diverged=diverged,
-            out_of_time=good & over & ~succeeded & ~failed,
+            truncated=good & over & ~success & ~failure,
             time_s=np.where(running, readings.time_s, 0.0),
         )
-        self.running = running & ~moment.ended
-        return moment
+        self.running = running & ~result.done
+        return result
 
     def _simulate(self, running: BoolArray) -> tuple[FloatArray, BoolArray]:
-        """Run the physics of one control step; return samples, (n, steps, nsensordata), and what diverged."""
+        """Run the physics of one control step; return samples, (n, steps, nsensordata), and which diverged, (n,)."""
         self.stepped = ids = np.flatnonzero(running)
         ctrl = self.batch.bind("ctrl")
         for name, value in self.task.script(self._read(self._sensordata[:, None])).items():
@@ -201,12 +195,10 @@ class Episodes:
     def _rollout(self, ids: NDArray[np.intp]) -> dict[str, FloatArray]:
         shapes = {name: getattr(self._template, name).shape for name in self._record}
         out = {name: np.zeros((ids.size, self.physics_steps, *shape)) for name, shape in shapes.items()}
-        # what went wrong in single simulations stands in batch.status
+        # errors of single simulations are in batch.status
         with warnings_ignored(), contextlib.suppress(SimulationError):
             self.batch.rollout(self.physics_steps, record=self._record, ids=ids, out=out)
         return out
-
-    # --- looking ---
 
     def _read(self, samples: FloatArray) -> Readings:
         outline = self.task.needs_outline
@@ -222,4 +214,4 @@ class Episodes:
         """Return proprioception, last action and the task's features, (n, n_observations)."""
         features = self.task.observe(readings, self._state.task_state)
         seen = np.concatenate([self._body.read(self.batch), self._last_action, features], axis=1)
-        return np.asarray(np.clip(np.nan_to_num(seen), -OBSERVED_LIMIT, OBSERVED_LIMIT), dtype=np.float32)
+        return np.asarray(np.clip(np.nan_to_num(seen), -OBSERVATION_LIMIT, OBSERVATION_LIMIT), dtype=np.float32)

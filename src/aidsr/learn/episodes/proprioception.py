@@ -1,4 +1,4 @@
-"""What every policy knows of its own body, the same for all designs and tasks."""
+"""What every policy observes of its own body, the same for all designs and tasks."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from mujoco.batch import Batch
 
 from aidsr.sim.structure import Structure
 from aidsr.tasks.readings import FloatArray
-
-__all__ = ["Proprioception"]
 
 _QPOS = {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4}
 _DOF = {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3}
@@ -33,7 +31,7 @@ class Proprioception:
 
     @classmethod
     def of(cls, model: mujoco.MjModel, structure: Structure) -> Self:
-        """Return what a robot in a compiled scene knows of itself."""
+        """Return the robot's own numbers in a compiled scene."""
         joints = [*_carrying_joints(model, structure), *structure.joints]
         return cls(
             qpos=tuple(_columns(model, joints, model.jnt_qposadr, _QPOS)),

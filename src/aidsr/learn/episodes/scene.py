@@ -22,15 +22,13 @@ from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["TaskScene", "read_mjcf_text"]
-
 
 @dataclass(frozen=True, eq=False)
 class TaskScene:
     """A robot in the environment of a task, ready to be learned with.
 
-    Scenes come from our own assembly, out of a robot that was validated in isolation; here they are checked by the safe
-    loader once more and then stepped in this process, where a policy can be trained at full speed.
+    Scenes come from our own assembly, of a robot that was validated in isolation; the safe loader checks them once
+    more, then they are stepped in this process, where a policy can be trained at full speed.
     """
 
     mjcf: str
@@ -54,7 +52,7 @@ class TaskScene:
             scene: MJCF of the scene, or the path of a file that holds it.
             task: A task or its name.
             level: Level of a task given by name.
-            groups: Actuators that act together, as the robot's author says.
+            groups: Actuators that act together, as the robot's author declares.
             grouping: See `map_actions`.
 
         Raises:
@@ -63,13 +61,13 @@ class TaskScene:
                 something else.
         """
         task = load_task(task, level) if isinstance(task, str) else task
-        mjcf = _measured(read_mjcf_text(scene), task)
+        mjcf = _with_sensors(read_mjcf_text(scene), task)
         model = compile_mjcf(mjcf)
         check_task_sensors(model, task.sensors)
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
 
-    def driven_as(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
-        """Return the scene with actions as a training has recorded them, however they would be found today.
+    def with_actions(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
+        """Return the scene with actions as a training has recorded them.
 
         Raises:
             UserError: The scene lacks an actuator.
@@ -93,10 +91,10 @@ def read_mjcf_text(scene: str | Path) -> str:
     try:
         return Path(scene).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"the MJCF of a scene was expected, and {scene} cannot be read ({error})") from None
+        raise UserError(f"cannot read the scene {scene}: {error}") from None
 
 
-def _measured(mjcf: str, task: Task) -> str:
+def _with_sensors(mjcf: str, task: Task) -> str:
     """Return the MJCF of a scene, with those sensors of a task that it does not have yet.
 
     Raises:
@@ -111,18 +109,18 @@ def _measured(mjcf: str, task: Task) -> str:
     missing = [name for name in task.required_names if name not in names]
     if missing:
         raise UserError(
-            f"a scene of the task {task.name} was expected, and this one lacks {', '.join(missing)}; "
-            "use the final.xml of a design for this task, or assemble the robot into the task's environment"
+            f"not a scene of {task.name}: {', '.join(missing)} missing. Use the final.xml of a design for this task, "
+            "or assemble the robot into the task's environment"
         )
-    _check_measures(root, task)
+    _check_edits(root, task)
     sensors = {
         element.get("name") for section in root.iter("sensor") for element in section.iterchildren(etree.Element)
     }
     return mjcf if all(sensor.name in sensors for sensor in task.sensors) else add_sensors(mjcf, task.sensors)
 
 
-def _check_measures(root: etree._Element, task: Task) -> None:
-    """Refuse a scene whose environment has other measures than the task at its level: it would be another job.
+def _check_edits(root: etree._Element, task: Task) -> None:
+    """Refuse a scene whose environment has other numbers than the task at its level: it would be another job.
 
     Raises:
         UserError: It has.
@@ -131,15 +129,15 @@ def _check_measures(root: etree._Element, task: Task) -> None:
         element, _, name = place.partition("/")
         for node in (node for node in root.iter(element) if node.get("name") == name):
             for attribute, value in attributes.items():
-                written = node.get(attribute)  # MuJoCo leaves out what is as by default
-                if written is not None and not _alike(written, np.atleast_1d(value)):
+                written = node.get(attribute)  # MuJoCo leaves out defaults
+                if written is not None and not _same_numbers(written, np.atleast_1d(value)):
+                    numbers = " ".join(f"{number:g}" for number in np.atleast_1d(value))
                     raise UserError(
-                        f"a scene of {task.name} at level {task.level} has {attribute} "
-                        f"{' '.join(f'{number:g}' for number in np.atleast_1d(value))} in its {element} {name}, and "
-                        f"this one has {written}; name the level it was made for with --level, or design for this one"
+                        f"not a scene of {task.name} at level {task.level}: {element} {name} has {attribute} "
+                        f"{written}, not {numbers}. Name the level it was made for with --level, or design for this one"
                     )
 
 
-def _alike(written: str, wanted: FloatArray) -> bool:
+def _same_numbers(written: str, wanted: FloatArray) -> bool:
     present = np.array([float(number) for number in written.split()])
     return present.shape == wanted.shape and np.allclose(present, wanted, rtol=1e-4, atol=1e-6)

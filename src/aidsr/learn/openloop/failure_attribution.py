@@ -1,7 +1,7 @@
-"""Where a body stops on its way through a task, and whose work that is.
+"""In which phase of a task a body fails, and which role can change that.
 
-What a probe found is told in phases, each with bodies, times and numbers, as a critique: so every team that understands
-its Judge understands the task. Components are named as the Judge names them.
+The report of a trial is a critique with bodies, times and numbers: every team that understands its Judge understands
+it. Components are named as the Judge names them.
 """
 
 from __future__ import annotations
@@ -15,18 +15,16 @@ from aidsr.tasks import GoalTask, Task
 from aidsr.tasks.goal_tasks import ReachTask, TouchTask, TravelTask
 from aidsr.tasks.readings import TOUCH_N
 
-__all__ = ["judge_trace", "targets_of"]
-
-_Stop = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
+_Phase = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
 _ENOUGH = 0.5
-"""Progress at which a task without stages counts as begun well. Our choice."""
+"""Progress at which a task without stages counts as a good beginning. Our choice."""
 _LOST = 0.1
 """Progress that is lost again after a slip. Our choice: more than an episode wavers by."""
 _FIRM_N = 0.5
-"""Force, kept up, from which a body is not called weak whatever its target takes. Our choice: more than a limb lays on
-something by its own weight."""
+"""Sustained force from which a body is not called weak whatever its target needs. Our choice: more than a limb's weight
+presses."""
 _SELDOM = 0.01
-"""Share of the time in which a violation is not told. Our choice: one impact."""
+"""Share of the time in which a violation is not reported. Our choice: one impact."""
 _MOVED_M = 0.002
 """What a target may give by contacts and play alone. Our choice: a quarter of the shortest way of a task."""
 _ONWARD = 0.02
@@ -43,29 +41,29 @@ def targets_of(task: Task) -> tuple[str, ...]:
     return tuple(dict.fromkeys(touched)) if task.base != "free" else ()
 
 
-def judge_trace(task: Task, trace: Trace, tried: int) -> TaskReport:
-    """Return the phase in which the best motion ends, and who should change what.
+def attribute_failure(task: Task, trace: Trace, tried: int) -> TaskReport:
+    """Return the phase in which the best motion ends, and which role should change what.
 
     Args:
-        task: What was tried.
-        trace: The best motion, watched.
-        tried: How many motions were tried to find it.
+        task: The task.
+        trace: The best motion, recorded.
+        tried: Number of motions of the search.
     """
-    won = bool(trace.course.succeeded[0])
-    progress = float(trace.course.best_progress[0])
+    success = bool(trace.outcomes.success[0])
+    progress = float(trace.outcomes.best_progress[0])
     reached = (
-        f"{task.stage_reached(progress, success=won)} (progress {progress:.2f}, best of {tried} open-loop motions)"
+        f"{task.stage_reached(progress, success=success)} (progress {progress:.2f}, best of {tried} open-loop motions)"
     )
-    if trace.course.failed[0]:
-        reached += f", given up by the task's own rule after {_s(float(trace.course.time_s[0]))}"
-    if (forbidden := sum(look.violation > 0 for look in trace.looks) / len(trace.looks)) > _SELDOM:
+    if trace.outcomes.failure[0]:
+        reached += f", given up by the task's own rule after {_s(float(trace.outcomes.time_s[0]))}"
+    if (forbidden := sum(step.violation > 0 for step in trace.steps) / len(trace.steps)) > _SELDOM:
         reached += f", doing what the task forbids for {forbidden:.0%} of the time"
-    if won or progress >= _good_enough(task, trace):
+    if success or progress >= _good_enough(task, trace):
         summary = f"Without learning the body comes so far: {reached}."
         return TaskReport(
-            phase="solved" if won else "partial", progress=progress, critique=Critique(passed=True, summary=summary)
+            phase="solved" if success else "partial", progress=progress, critique=Critique(passed=True, summary=summary)
         )
-    phase, issue = _stopped(task, trace)
+    phase, issue = _diagnose(task, trace)
     critique = Critique(passed=False, summary=f"Tried on its task it comes so far: {reached}.", issues=(issue,))
     return TaskReport(phase=phase, progress=progress, critique=critique)
 
@@ -78,9 +76,9 @@ def _good_enough(task: Task, trace: Trace) -> float:
     return starts[0] if trace.free and not trace.nearest.nearest else starts[min(1, len(starts) - 1)]
 
 
-def _stopped(task: Task, trace: Trace) -> tuple[_Stop, CritiqueIssue]:
-    end = trace.looks[-1]
-    if trace.course.diverged[0]:
+def _diagnose(task: Task, trace: Trace) -> tuple[_Phase, CritiqueIssue]:
+    end = trace.steps[-1]
+    if trace.outcomes.diverged[0]:
         return "unstable", CritiqueIssue(
             blame="coder",
             component=end.fastest,
@@ -93,22 +91,22 @@ def _stopped(task: Task, trace: Trace) -> tuple[_Stop, CritiqueIssue]:
         return "never_reached", _never_reached(task, trace)
     if trace.best.progress - end.progress > _LOST and end.force_n < TOUCH_N:
         return "slipped", _slipped(trace)
-    wanted_n = task.goal.force_n if isinstance(task, TouchTask) else max(trace.takes_n, _FIRM_N)
-    if trace.kept_n < wanted_n:
+    wanted_n = task.goal.force_n if isinstance(task, TouchTask) else max(trace.required_n, _FIRM_N)
+    if trace.sustained_n < wanted_n:
         return "no_force", _no_force(task, trace)
     return "wrong_way", _wrong_way(task, trace)
 
 
 def _touch(trace: Trace) -> str:
-    """Say what touches what first, and when."""
-    first = next(look for look in trace.looks if look.force_n >= TOUCH_N)
+    """Return what touches what first, and when."""
+    first = next(step for step in trace.steps if step.force_n >= TOUCH_N)
     return f"{', '.join(first.touching)} touches {', '.join(first.touched)} first at {_s(first.time_s)}"
 
 
 def _slipped(trace: Trace) -> CritiqueIssue:
     hardest = trace.hardest
     held = trace.best if trace.best.touching else hardest
-    last = max(look.time_s for look in trace.looks if look.force_n >= TOUCH_N)
+    last = max(step.time_s for step in trace.steps if step.force_n >= TOUCH_N)
     return CritiqueIssue(
         blame="coder",
         component=", ".join(held.touching),
@@ -119,35 +117,36 @@ def _slipped(trace: Trace) -> CritiqueIssue:
 
 
 def _no_force(task: Task, trace: Trace) -> CritiqueIssue:
-    enough = f", where {_n(trace.takes_n)} would move it" if trace.takes_n else ""
+    enough = f", where {_n(trace.required_n)} would move it" if trace.required_n else ""
     if isinstance(task, TouchTask):
         enough = f", where {_n(task.goal.force_n)} is wanted"
     return CritiqueIssue(
         blame="coder",
         component="actuator_too_weak",
-        problem=f"{_touch(trace)}, and presses with no more than {_n(trace.kept_n)} for longer than an impact{enough}",
+        problem=f"{_touch(trace)}, and presses with no more than {_n(trace.sustained_n)} for longer than an impact"
+        f"{enough}",
         suggestion="more pull or a larger cable offset, so that the limb presses harder where it touches",
     )
 
 
 def _wrong_way(task: Task, trace: Trace) -> CritiqueIssue:
-    """Firm enough, and yet to no effect: what it works on does not move, or not as the job has it."""
+    """Firm enough, but to no effect: the target does not move, or not as the job asks."""
     stands = f"nothing is gained after {_s(trace.best.time_s)}"
     if isinstance(task, TouchTask):
         by = "by its functional part" if task.goal.part == "functional_part" else "in one direction"
         return CritiqueIssue(
             blame="designer",
             component="grip",
-            problem=f"{_touch(trace)}; it presses with {_n(trace.kept_n)}, but too little of that {by}: {stands}",
+            problem=f"{_touch(trace)}; it presses with {_n(trace.sustained_n)}, but too little of that {by}: {stands}",
             suggestion="let the part that is to touch come first, and press from one side",
         )
-    enough = f", where {_n(trace.takes_n)} would be enough to move it" if trace.takes_n else ""
-    moved_m = max(look.moved_m for look in trace.looks)
+    enough = f", where {_n(trace.required_n)} would be enough to move it" if trace.required_n else ""
+    moved_m = max(step.moved_m for step in trace.steps)
     effect = f"moves it by no more than {_mm(moved_m)}" if moved_m > _MOVED_M else "does not move it"
     return CritiqueIssue(
         blame="designer",
         component="grip",
-        problem=f"{_touch(trace)}; it presses with {_n(trace.kept_n)}{enough}, and {effect}: {stands}",
+        problem=f"{_touch(trace)}; it presses with {_n(trace.sustained_n)}{enough}, and {effect}: {stands}",
         suggestion="let the part that works reach farther round or behind what it touches, so that its force acts as "
         "the job asks, and all the way, not against what cannot give way",
     )
@@ -155,7 +154,7 @@ def _wrong_way(task: Task, trace: Trace) -> CritiqueIssue:
 
 def _never_reached(task: Task, trace: Trace) -> CritiqueIssue:
     nearest = trace.nearest
-    reach_m = max(look.reach_m for look in trace.looks)
+    reach_m = max(step.reach_m for step in trace.steps)
     came, near_m = f"comes no nearer to {nearest.nearest} than {_mm(nearest.gap_m)}, at {_s(nearest.time_s)}", 0.0
     if isinstance(task, ReachTask):
         near_m = task.goal.within_m
@@ -175,14 +174,14 @@ def _never_reached(task: Task, trace: Trace) -> CritiqueIssue:
 
 
 def _held(task: Task, trace: Trace) -> CritiqueIssue:
-    """Nothing to touch, and a root that is held: only bending, or being let go, brings such a body on."""
-    travelled_m = max(look.travelled_m for look in trace.looks)
+    """Nothing to touch, and a root that is held: such a body gains only by bending, or by being freed."""
+    travelled_m = max(step.travelled_m for step in trace.steps)
     moved = f"its root is held, and its centre of mass moves by no more than {_mm(travelled_m)}"
     if isinstance(task, TravelTask) and task.base in ("any", "free"):
         return CritiqueIssue(
             blame="integrator",
             component="placement",
-            problem=f"{moved} in {_s(trace.looks[-1].time_s)}",
+            problem=f"{moved} in {_s(trace.steps[-1].time_s)}",
             suggestion='place it with base "free", so that it can travel',
         )
     return CritiqueIssue(
@@ -194,9 +193,9 @@ def _held(task: Task, trace: Trace) -> CritiqueIssue:
 
 
 def _not_forward(trace: Trace) -> CritiqueIssue:
-    travelled_m = max(look.travelled_m for look in trace.looks)
+    travelled_m = max(step.travelled_m for step in trace.steps)
     if travelled_m < _HARDLY_M:
-        problem = f"it moves its body by no more than {_mm(travelled_m)} in {_s(trace.looks[-1].time_s)}"
+        problem = f"it moves its body by no more than {_mm(travelled_m)} in {_s(trace.steps[-1].time_s)}"
         return CritiqueIssue(
             blame="coder", component="actuator_too_weak", problem=problem, suggestion="more pull, or lighter"
         )
@@ -204,13 +203,13 @@ def _not_forward(trace: Trace) -> CritiqueIssue:
         return CritiqueIssue(
             blame="designer",
             component="gait",
-            problem=f"it moves forward, but by no more than {_mm(travelled_m)} in {_s(trace.looks[-1].time_s)}",
+            problem=f"it moves forward, but by no more than {_mm(travelled_m)} in {_s(trace.steps[-1].time_s)}",
             suggestion="longer strokes, or less slip on their way back: feet that lift, or that grip one way",
         )
     return CritiqueIssue(
         blame="designer",
         component="gait",
-        problem=f"it moves by up to {_mm(travelled_m)} in {_s(trace.looks[-1].time_s)}, but not forward",
+        problem=f"it moves by up to {_mm(travelled_m)} in {_s(trace.steps[-1].time_s)}, but not forward",
         suggestion="let its strokes push back along its way more than they pull forward: limbs that lift, or a body "
         "that grips at one end while the other moves",
     )

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import Artifact
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["GroupMotion", "Motion", "Motions", "OpenLoop"]
-
 _DIGITS = 4
 """Of the numbers of a motion. Our choice: finer than any winch, and still readable."""
 
@@ -46,7 +44,7 @@ class Motion(Artifact):
     groups: tuple[GroupMotion, ...]
 
     @property
-    def in_words(self) -> str:
+    def summary(self) -> str:
         """The motion as one line, and how many of the groups it moves."""
         moving = [group for group in self.groups if group.first != group.last or group.amplitude]
         ramps = any(group.first != group.last for group in self.groups)
@@ -93,7 +91,7 @@ class Motions:
         )
 
     def at(self, time_s: float | FloatArray) -> FloatArray:
-        """Return the actions at a moment, the same for all or one for each (n,); (n, k), -1 to 1."""
+        """Return the actions at a result, the same for all or one for each (n,); (n, k), -1 to 1."""
         ramp = np.clip((time_s - self.begin_s) / self.ramp_s, 0.0, 1.0)[:, None]
         swing = self.amplitude * np.sin(2 * np.pi * (self.frequency_hz * time_s)[:, None] + self.phase_rad)
         return np.clip(self.first + self.change * ramp + swing, -1.0, 1.0)
@@ -121,8 +119,8 @@ class Motions:
         )
 
 
-class OpenLoop:
-    """Plays motions from the beginning, one for each episode, without looking.
+class OpenLoopPolicy:
+    """Plays motions from the beginning, one for each episode, whatever it observes.
 
     Args:
         motions: As many as there are episodes.

@@ -1,4 +1,4 @@
-"""Which motions are tried: random ones of three families, then the cross-entropy method around the best."""
+"""Which motions are tried: random ones of three kinds, then the cross-entropy method around the best."""
 
 from __future__ import annotations
 
@@ -10,15 +10,13 @@ import numpy as np
 from aidsr.learn.openloop.motion import Motions
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["FAMILIES", "Family", "Space"]
-
-Family = Literal["pull", "swing", "both"]
+MotionKind = Literal["pull", "swing", "both"]
 """Ramps from one value to another; sinusoids about a value; sinusoids on ramps."""
 
-FAMILIES: tuple[Family, ...] = get_args(Family)
+MOTION_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
 
 _ELITE = 0.25
-"""Share of the motions of a family around which the search goes on.
+"""Share of the motions of a kind around which the search goes on.
 
 Source: de Boer et al. 2005, "A tutorial on the cross-entropy method", where 1 to 10 % of much larger samples are kept.
 """
@@ -35,7 +33,7 @@ _FIRST_RAMP_S = 0.1
 
 
 @dataclass(frozen=True)
-class Space:
+class MotionSpace:
     """Motions as rows of numbers, among which the search moves.
 
     Columns: first, change, sine and cosine of each group, then the logarithms of frequency [Hz], begin and ramp [s].
@@ -47,29 +45,29 @@ class Space:
     longest_s: float
     """How long a motion is played."""
 
-    def random(self, family: Family, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return random motions of a family, (count, 4 k + 3)."""
+    def sample(self, kind: MotionKind, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return random motions of a kind, (count, 4 k + 3)."""
         k = self.rest.size
         first, change, sine, cosine = np.zeros((4, count, k))
         first += self.rest
-        if family in ("swing", "both"):
+        if kind in ("swing", "both"):
             amplitude, phase = rng.uniform(0.2, 2.0, (count, k)), rng.uniform(0.0, 2 * np.pi, (count, k))
             sine, cosine = amplitude * np.cos(phase), amplitude * np.sin(phase)
             first = self.rest + rng.uniform(-1.0, 1.0, (count, k))
-        if family in ("pull", "both"):
+        if kind in ("pull", "both"):
             ends = np.where(rng.random((2, count, k)) < _AT_REST, self.rest, rng.uniform(-1.0, 1.0, (2, count, k)))
-            first = ends[0] if family == "pull" else first
+            first = ends[0] if kind == "pull" else first
             change = ends[1] - ends[0]
         times = [_log_uniform(rng, _FREQUENCY_HZ, count)]
         times += [_log_uniform(rng, (_FIRST_RAMP_S, part * self.longest_s), count) for part in (0.5, 0.3)]
         return np.concatenate([first, change, sine, cosine, np.stack(times, axis=1)], axis=1)
 
-    def around(self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return new motions around the best of one family: half about their mean, half close about the very best.
+    def refine(self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return new motions around the best of one kind: half about their mean, half close about the very best.
 
         Args:
-            rows: Motions tried so far, (n, 4 k + 3).
-            fitness: What they were worth, (n,).
+            rows: Motions so far, (n, 4 k + 3).
+            fitness: Their fitness, (n,).
             count: How many new ones.
             rng: Draws them.
         """
@@ -79,7 +77,7 @@ class Space:
         half = np.arange(count)[:, None] % 2 == 0
         about, scale = np.where(half, elite.mean(axis=0), elite[0]), np.where(half, 1.0, _CLOSE)
         drawn = about + scale * spread * rng.standard_normal((count, rows.shape[1]))
-        # a number in which no motion of the family differs is none of the family's
+        # a number in which no motion of the kind differs is none of the kind's
         return np.asarray(np.where(np.ptp(rows, axis=0) > 0.0, drawn, rows[0]))
 
     def motions(self, rows: FloatArray) -> Motions:

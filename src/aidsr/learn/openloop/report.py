@@ -1,4 +1,4 @@
-"""What a probe found: how far a body got without learning, and by which motion."""
+"""The report of a probe: how far a body got without learning, and by which motion."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ from pydantic import ConfigDict, Field, computed_field
 
 from aidsr.core.artifacts import Artifact, EpisodeResult
 from aidsr.learn.openloop.motion import Motion
-from aidsr.learn.openloop.motion_search import Family
-
-__all__ = ["EndedBy", "ProbeReport", "ProbedVariation"]
+from aidsr.learn.openloop.motion_search import MotionKind
 
 EndedBy = Literal["solved", "candidates", "budget"]
 """What ended a search: it solved all variations, all motions were tried, or its physics steps are used up."""
@@ -20,7 +18,7 @@ class ProbedVariation(Artifact):
     """The best motion found for one variation of the task, and how its whole episode went."""
 
     episode: EpisodeResult
-    family: Family
+    family: MotionKind
     motion: Motion
 
 

@@ -1,4 +1,4 @@
-"""A judged scene is tried on its task in an isolated process, and where it stops is told."""
+"""Try a scene on its task by open-loop motions, in an isolated process, and attribute its failure to a role."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LIMITS = Limits(wall_s=1800.0, cpu_s=600.0)
 
 
 @isolated(limits=_LIMITS)
-def try_out(
+def try_task(
     robot: Robot,
     scene: Scene,
     *,
@@ -27,7 +27,7 @@ def try_out(
     goal: Path | None = None,
     candidates: int = CANDIDATES,
 ) -> TaskReport:
-    """Say in which phase of a task a scene stops, and whose work that is.
+    """Return the phase of a task in which a scene fails, and the role that can change that.
 
     Args:
         robot: The robot in the scene.
@@ -35,27 +35,23 @@ def try_out(
         task: Name of the task.
         level: Its level.
         goal: File of a goal, instead of a task.
-        candidates: Motions to try.
+        candidates: Number of motions to try.
 
     Raises:
         UserError: There is no such task, or the scene is not one of it.
         MjcfError: The scene cannot be loaded.
-        IsolationError: Trying ran past its limits.
+        IsolationError: The trial exceeded its limits.
     """
     from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.openloop.failure_attribution import judge_trace, targets_of
-    from aidsr.learn.openloop.probe_scene import probe
-    from aidsr.learn.openloop.trace import trace
+    from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
+    from aidsr.learn.openloop.probe_scene import probe_scene
+    from aidsr.learn.openloop.trace import trace_motion
     from aidsr.tasks import goal_task, load_task, read_goal
 
-    about = goal_task(read_goal(goal), scene.mjcf) if goal else load_task(task, level)
-    groups = robot.actuator_groups
-    found = probe(scene.mjcf, about, groups=groups, candidates=candidates, variations=1, max_steps=MAX_STEPS, threads=1)
+    goal_or_task = goal_task(read_goal(goal), scene.mjcf) if goal else load_task(task, level)
+    placed = TaskScene.of(scene.mjcf, goal_or_task, groups=robot.actuator_groups)
+    found = probe_scene(placed, candidates=candidates, variations=1, max_steps=MAX_STEPS, threads=1)
     best = found.best
-    watched = trace(
-        TaskScene.of(scene.mjcf, about, groups=groups),
-        about.variation("development", best.episode.variation),
-        best.motion,
-        targets_of(about),
-    )
-    return judge_trace(about, watched, found.motions)
+    variation = goal_or_task.variation("development", best.episode.variation)
+    traced = trace_motion(placed, variation, best.motion, targets_of(goal_or_task))
+    return attribute_failure(goal_or_task, traced, found.motions)

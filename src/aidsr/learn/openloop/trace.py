@@ -1,4 +1,4 @@
-"""One motion, watched step by step: how near the robot comes, what it touches and how hard, how fast its parts move."""
+"""One motion, recorded step by step: gaps to the targets, contact forces, speeds of the robot's bodies."""
 
 from __future__ import annotations
 
@@ -10,30 +10,28 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from aidsr.learn.episodes.batch import Episodes, Moment
-from aidsr.learn.episodes.playing import Course, play
+from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.motion import Motion, Motions, OpenLoop
+from aidsr.learn.openloop.motion import Motion, Motions, OpenLoopPolicy
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Variation, apply_to_simulation
 from aidsr.tasks.goal_tasks import MoveTask, ReachTask
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["Look", "Trace", "trace"]
-
 _ROBOT = "robot/"
 _FAR_M = 2.0
-"""Gaps are looked for no further than this. Our choice: beyond any environment of ours."""
-_KEPT_S = 0.2
-"""A force that is kept up so long is the robot's; what is over sooner is an impact. Our choice: as long as the shortest
-hold of a task."""
+"""Largest gap that is measured. Our choice: beyond any environment of ours."""
+_SUSTAINED_S = 0.2
+"""A force that lasts so long is the robot's; a shorter one is an impact. Our choice: as long as the shortest hold of a
+task."""
 _JOINT = mujoco.mjtJoint
 
 
 @dataclass(frozen=True)
-class Look:
-    """What a control step came to."""
+class TraceStep:
+    """State of an episode after a control step."""
 
     time_s: float
     progress: float
@@ -64,77 +62,79 @@ class Look:
 
 @dataclass(frozen=True)
 class Trace:
-    """How one episode went."""
+    """One episode, step by step."""
 
-    looks: tuple[Look, ...]
-    course: Course
-    gives_way_at_n: Mapping[str, float]
+    steps: tuple[TraceStep, ...]
+    outcomes: EpisodeOutcomes
+    yield_force_n: Mapping[str, float]
     """Force that moves each target all its way: its friction and spring, or its weight. Those that are fixed, or turn,
     are not listed."""
     free: bool
     """Whether nothing holds the robot's root."""
 
     @property
-    def takes_n(self) -> float:
+    def required_n(self) -> float:
         """Least force that moves a target which the robot touches; 0 where none gives way in one direction."""
-        touched = {name for look in self.looks for name in look.touched}
-        return min((force_n for name, force_n in self.gives_way_at_n.items() if name in touched), default=0.0)
+        touched = {name for step in self.steps for name in step.touched}
+        return min((force_n for name, force_n in self.yield_force_n.items() if name in touched), default=0.0)
 
     @property
     def needed_m(self) -> float:
         """From the robot's root to the nearest target when that was nearest, 0 without a target."""
-        return min(look.apart_m for look in self.looks)
+        return min(step.apart_m for step in self.steps)
 
     @property
-    def best(self) -> Look:
+    def best(self) -> TraceStep:
         """When progress was largest, for the first time."""
-        return max(self.looks, key=lambda look: look.progress)
+        return max(self.steps, key=lambda step: step.progress)
 
     @property
-    def nearest(self) -> Look:
+    def nearest(self) -> TraceStep:
         """When the functional part was nearest to a target."""
-        return min(self.looks, key=lambda look: look.gap_m)
+        return min(self.steps, key=lambda step: step.gap_m)
 
     @property
-    def hardest(self) -> Look:
+    def hardest(self) -> TraceStep:
         """When the robot pushed hardest on its targets."""
-        return max(self.looks, key=lambda look: look.force_n)
+        return max(self.steps, key=lambda step: step.force_n)
 
     @property
-    def kept_n(self) -> float:
-        """Largest force on the targets that was kept up; impacts do not count."""
-        span_s = self.looks[-1].time_s / len(self.looks)
-        many = min(len(self.looks), math.ceil(_KEPT_S / span_s) if span_s else 1)
-        return max(min(look.force_n for look in self.looks[i : i + many]) for i in range(len(self.looks) - many + 1))
+    def sustained_n(self) -> float:
+        """Largest force on the targets that lasted; impacts do not count."""
+        span_s = self.steps[-1].time_s / len(self.steps)
+        window = min(len(self.steps), math.ceil(_SUSTAINED_S / span_s) if span_s else 1)
+        return max(
+            min(step.force_n for step in self.steps[i : i + window]) for i in range(len(self.steps) - window + 1)
+        )
 
 
-def trace(place: TaskScene, variation: Variation, motion: Motion, targets: Sequence[str]) -> Trace:
-    """Play a motion once more and watch it.
+def trace_motion(scene: TaskScene, variation: Variation, motion: Motion, targets: Sequence[str]) -> Trace:
+    """Play a motion once more and record it.
 
     Args:
-        place: The scene.
-        variation: In which it is played.
+        scene: The robot in its environment.
+        variation: Of the episode.
         motion: What the actuators do.
         targets: Bodies of the environment that the robot is to touch, or the site or body that it is to reach.
     """
-    watch = _Watch(place, variation, targets)
-    episodes = Episodes(place.model, place.task, place.actions, [variation], threads=1)
-    looks: list[Look] = []
+    recorder = _Recorder(scene, variation, targets)
+    episodes = Episodes(scene.model, scene.task, scene.actions, [variation], threads=1)
+    steps: list[TraceStep] = []
 
-    def look(moment: Moment) -> None:
-        if not moment.diverged[0]:
-            looks.append(watch.look(episodes, moment))
+    def record(result: StepResult) -> None:
+        if not result.diverged[0]:
+            steps.append(recorder.record(episodes, result))
 
-    course = play(episodes, OpenLoop(Motions.of([motion]), place.task.control_dt_s), look)
+    outcomes = rollout(episodes, OpenLoopPolicy(Motions.of([motion]), scene.task.control_dt_s), record)
     free = bool(episodes.structure.free_roots)
-    return Trace(tuple(looks) or (watch.first(),), course, watch.gives_way_at_n(), free)
+    return Trace(tuple(steps) or (recorder.initial(),), outcomes, recorder.yield_force_n(), free)
 
 
-class _Watch:
-    """Looks at the state of an episode through a simulation of its own."""
+class _Recorder:
+    """Measures the state of an episode in a simulation of its own."""
 
-    def __init__(self, place: TaskScene, variation: Variation, targets: Sequence[str]) -> None:
-        self._model = model = copy.copy(place.model)
+    def __init__(self, scene: TaskScene, variation: Variation, targets: Sequence[str]) -> None:
+        self._model = model = copy.copy(scene.model)
         self._data = mujoco.MjData(model)
         apply_to_simulation(variation, model, self._data)
         self._names = [model.body(body).name for body in range(model.nbody)]
@@ -146,9 +146,9 @@ class _Watch:
             part = int(model.body_parentid[part])
         self._parts = [part] if model.body_geomnum[part] else np.flatnonzero(self._robot).tolist()
         # a goal of reaching is about a point, all others are about bodies
-        self._points = {name: self._point(name) for name in targets if isinstance(place.task, ReachTask)}
+        self._points = {name: self._point(name) for name in targets if isinstance(scene.task, ReachTask)}
         bodies = {name: model.body(name).id for name in targets if name not in self._points}
-        if isinstance(place.task, MoveTask):  # a body is moved by whatever it is fixed to
+        if isinstance(scene.task, MoveTask):  # a body is moved by whatever it is fixed to
             bodies = {name: int(model.body_weldid[body]) or body for name, body in bodies.items()}
         self._targets = {body: name for name, first in bodies.items() for body in self._carried_by(first)}
         self._start = self._data.subtree_com[self._root].copy()
@@ -168,12 +168,12 @@ class _Watch:
                 found.add(other)
         return [each for each in found if not self._robot[each]]
 
-    def gives_way_at_n(self) -> dict[str, float]:
-        """Return what `Trace.gives_way_at_n` says."""
-        found = {name: self._gives_way_at_n(body) for body, name in self._targets.items()}
+    def yield_force_n(self) -> dict[str, float]:
+        """Return `Trace.yield_force_n`."""
+        found = {name: self._yield_force_n(body) for body, name in self._targets.items()}
         return {name: force_n for name, force_n in found.items() if force_n}
 
-    def _gives_way_at_n(self, body: int) -> float:
+    def _yield_force_n(self, body: int) -> float:
         """Return the force that moves a body with whatever carries it; 0 where it is fixed, or turns."""
         model = self._model
         while body and not model.body_jntnum[body]:
@@ -188,24 +188,24 @@ class _Watch:
         farthest_m = np.abs(model.jnt_range[joint] - model.qpos_spring[model.jnt_qposadr[joint]]).max()
         return float(model.dof_frictionloss[model.jnt_dofadr[joint]] + model.jnt_stiffness[joint] * farthest_m)
 
-    def first(self) -> Look:
-        """Return what is seen before anything happens."""
-        return self._seen(0.0, 0.0, 0.0)
+    def initial(self) -> TraceStep:
+        """Return the state before the first step."""
+        return self._measure(0.0, 0.0, 0.0)
 
-    def look(self, episodes: Episodes, moment: Moment) -> Look:
-        """Return what is seen now."""
+    def record(self, episodes: Episodes, result: StepResult) -> TraceStep:
+        """Return the present state."""
         for field in ("qpos", "qvel", "ctrl"):
             getattr(self._data, field)[:] = episodes.batch.bind(field)[0]
         mujoco.mj_forward(self._model, self._data)
-        return self._seen(float(moment.time_s[0]), float(moment.progress[0]), float(moment.violation[0]))
+        return self._measure(float(result.time_s[0]), float(result.progress[0]), float(result.violation[0]))
 
-    def _seen(self, time_s: float, progress: float, violation: float) -> Look:
+    def _measure(self, time_s: float, progress: float, violation: float) -> TraceStep:
         data = self._data
         gap_m, nearest = self._gap()
         force_n, touching, touched = self._touch()
         speeds = body_speeds(self._model.body_rootid, data.cvel, data.xipos, data.subtree_com)
         moved = data.subtree_com[self._root] - self._start
-        return Look(
+        return TraceStep(
             time_s=time_s,
             progress=progress,
             gap_m=gap_m,

@@ -1,4 +1,4 @@
-"""What is noticed while a policy learns: its curve, checkpoints, and when there is nothing left to learn."""
+"""The callback of a training: learning curve, checkpoints, and the test for saturation."""
 
 from __future__ import annotations
 
@@ -14,27 +14,25 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from aidsr.learn.rl.training_folder import TrainingFolder
 
-__all__ = ["CurvePoint", "History", "Watch"]
-
 _RECENT = 100
-"""Episodes over which success is told. Our choice: its standard error is then at most 0.05."""
+"""Episodes over which success is averaged. Our choice: its standard error is then at most 0.05."""
 _POINTS = 100
 """Points of a curve."""
 _CHECKPOINTS = 20
 """Over the whole budget."""
 _SEEMS_SATURATED = 0.9
-"""Share of recent episodes that must succeed, noise and all, before a test without noise is worth its time."""
+"""Share of recent episodes that must succeed, noise included, before a test without noise is worth its time."""
 
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """How training stood after some steps."""
+    """State of a training after some steps."""
 
     steps: int
     wall_s: float
     episodes: int
     """Ended so far. The first ones of all simulations are cut short at different times, see `BatchedVecEnv`, so that
-    success is told too low rather than too high before the task's time limit has passed once."""
+    success is reported too low rather than too high before the task's time limit has passed once."""
     success_share: float
     """Of the last 100 episodes, with noise; nan before the first. Lost episodes end last, at the time limit, and so are
     missing at first."""
@@ -43,26 +41,26 @@ class CurvePoint:
     reward: float
     """Mean of their sums."""
     diverged: int
-    """Episodes in which the simulation broke down, so far."""
+    """Episodes in which the simulation diverged, so far."""
     steps_per_s: float
     """Since the point before."""
 
 
 @dataclass
 class History:
-    """What has been counted since training began, over all its sittings."""
+    """Counts since training began, over all its processes."""
 
     steps: int = 0
     wall_s: float = 0.0
     episodes: int = 0
     diverged: int = 0
     resumed: int = 0
-    """Sittings after the first; one that was killed before its first checkpoint left nothing and is none."""
+    """Processes after the first; one that was killed before its first checkpoint left nothing and does not count."""
     recent: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
     """Success, progress and return of the last episodes."""
 
     def count(self, info: dict[str, Any]) -> None:
-        """Take an episode in that has ended."""
+        """Count an episode that has ended."""
         self.episodes += 1
         self.diverged += info["diverged"]
         self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
@@ -73,7 +71,7 @@ class History:
         return float(np.mean([one[0] for one in self.recent])) if self.recent else float("nan")
 
     def point(self, steps_per_s: float) -> CurvePoint:
-        """Return where training stands."""
+        """Return the present point of the curve."""
         means = np.mean(self.recent, axis=0) if self.recent else np.full(3, np.nan)
         success, progress, reward = (round(float(mean), 4) for mean in means)
         wall_s, speed = round(self.wall_s, 2), round(steps_per_s, 1)
@@ -89,17 +87,17 @@ class History:
         return cls(**plain | {"recent": deque(map(tuple, plain["recent"]), maxlen=_RECENT)})
 
 
-class Watch(BaseCallback):
-    """Follows a training.
+class TrainingCallback(BaseCallback):
+    """Writes the curve, saves checkpoints and ends a saturated training.
 
     Args:
-        history: Counted on.
+        history: To be continued.
         steps: The budget.
         folder: Where the curve goes.
-        checkpoint: Saves what there is.
-        saturated: Whether the policy, played without noise, does all it is asked.
+        checkpoint: Saves a checkpoint.
+        saturated: Whether the policy without noise succeeds.
         listen: Called with every point of the curve.
-        begin: Called when the first episodes have begun.
+        begin: Called when the first episodes have been reset.
     """
 
     def __init__(
@@ -120,7 +118,7 @@ class Watch(BaseCallback):
         self._next_point = self._next_test = history.steps
         self._next_checkpoint = history.steps + steps // _CHECKPOINTS
         self._clock = 0.0
-        self._told = (history.steps, history.wall_s)
+        self._last_point = (history.steps, history.wall_s)
 
     def _on_training_start(self) -> None:
         self._begin()
@@ -128,13 +126,13 @@ class Watch(BaseCallback):
         self._clock = time.perf_counter()
 
     def _on_rollout_start(self) -> None:
-        """Look at the policy here, after an update; what is tested or saved before one is not what goes on."""
+        """Test and save the policy here, after an update: before one it is not what training continues with."""
         if self.num_timesteps == self.history.steps:
             return  # no update yet
         self._count(self.num_timesteps)
         if self.history.steps >= self._next_point:
             self._next_point = self.history.steps + self._budget // _POINTS
-            self._tell()
+            self._write_point()
         if self.history.steps >= self._next_checkpoint:
             self._next_checkpoint = self.history.steps + self._budget // _CHECKPOINTS
             self._checkpoint()
@@ -145,7 +143,7 @@ class Watch(BaseCallback):
 
     def _on_step(self) -> bool:
         if self.is_saturated:
-            return False  # PPO can be ended only after a step, from which nothing is learned; so it does not count
+            return False  # PPO can stop only after a step, from which nothing is learned; so it does not count
         for info in self.locals["infos"]:
             if "episode" in info:
                 self.history.count(info)
@@ -153,8 +151,8 @@ class Watch(BaseCallback):
 
     def _on_training_end(self) -> None:
         self._count(self.history.steps if self.is_saturated else self.num_timesteps)
-        if self._told[0] != self.history.steps:
-            self._tell()
+        if self._last_point[0] != self.history.steps:
+            self._write_point()
 
     def _count(self, steps: int) -> None:
         """Count the steps that were learned from, and the time until now."""
@@ -164,17 +162,17 @@ class Watch(BaseCallback):
         self.history.steps = steps
 
     def _cut_curve(self) -> None:
-        """Take out what a killed sitting told after its last checkpoint; those steps are learned and told again."""
+        """Remove the points that a killed process wrote after its last checkpoint; those steps are trained again."""
         path = self._folder / "curve.csv"
         if path.exists():
             whole = [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
             kept = [line for line in whole[1:] if int(line.partition(b",")[0]) <= self.history.steps]
             self._folder.write("curve.csv", b"".join([*whole[:1], *kept]))
 
-    def _tell(self) -> None:
-        steps, wall_s = self._told
+    def _write_point(self) -> None:
+        steps, wall_s = self._last_point
         speed = (self.history.steps - steps) / max(self.history.wall_s - wall_s, 1e-9)
-        self._told = (self.history.steps, self.history.wall_s)
+        self._last_point = (self.history.steps, self.history.wall_s)
         point = self.history.point(speed)
         path = self._folder / "curve.csv"
         with path.open("a", newline="", encoding="utf-8") as file:

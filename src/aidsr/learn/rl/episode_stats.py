@@ -1,4 +1,4 @@
-"""What is measured of a robot while a policy plays: motion, energy, limits. Judged in `plausibility`."""
+"""Statistics of episodes: motion, energy, joint limits. Judged in `plausibility`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.learn.episodes.batch import Episodes, Moment
+from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["RECORDED", "Evidence", "Witness"]
-
 RECORDED = ("energy", "actuator_force", "actuator_length", "qfrc_gravcomp", "qvel")
-"""Fields of MjData that a `Witness` needs from every physics step; the model must have energy enabled."""
+"""Fields of MjData that a `StatsRecorder` needs from every physics step; the model must have energy enabled."""
 
 Ids = NDArray[np.intp]
 
@@ -26,14 +24,14 @@ turns by 3 degrees."""
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """What was seen of n episodes, each (n,) unless it says otherwise."""
+class EpisodeStats:
+    """Statistics of n episodes, each (n,) unless it says otherwise."""
 
     moved: FloatArray
     """Farthest that any part of the robot came from where it began, seen from its base, or for a free robot in the
     world / characteristic length."""
     energy_gain_j: FloatArray
-    """Largest rise of mechanical energy that no actuator paid for [J]."""
+    """Largest rise of mechanical energy that no actuator supplied [J]."""
     work_j: FloatArray
     """Work that went through the robot's own actuators, both ways added up [J]."""
     over_limit: FloatArray
@@ -42,11 +40,11 @@ class Evidence:
     """Positions at the beginning and after each control step, one (n_frames, nq) for each episode."""
 
 
-class Witness:
-    """Looks on while `play` plays episodes, from their beginning.
+class StatsRecorder:
+    """Records statistics during a `rollout`; its `update` is the callback.
 
     Args:
-        episodes: Just begun; they record `RECORDED`.
+        episodes: Just reset; they record `RECORDED`.
     """
 
     def __init__(self, episodes: Episodes) -> None:
@@ -56,20 +54,20 @@ class Witness:
         self._limits = _Limits(episodes)
         self._frames: list[list[FloatArray]] = [[row.copy()] for row in episodes.batch.bind("qpos")]
 
-    def look(self, moment: Moment) -> None:
-        """Take one control step in. Episodes that diverged in it are left out: their numbers mean nothing."""
+    def update(self, result: StepResult) -> None:
+        """Add one control step. Episodes that diverged in it are left out: their numbers mean nothing."""
         episodes = self._episodes
-        good = episodes.stepped[~moment.diverged[episodes.stepped]]
+        good = episodes.stepped[~result.diverged[episodes.stepped]]
         rows = np.isin(episodes.stepped, good)
-        self._motion.look(good)
-        self._limits.look(good)
-        self._energy.look(good, {name: values[rows] for name, values in episodes.recorded.items()})
+        self._motion.update(good)
+        self._limits.update(good)
+        self._energy.update(good, {name: values[rows] for name, values in episodes.recorded.items()})
         for index in good.tolist():
             self._frames[index].append(episodes.batch.bind("qpos")[index].copy())
 
-    def evidence(self) -> Evidence:
-        """Return what was seen."""
-        return Evidence(
+    def stats(self) -> EpisodeStats:
+        """Return the statistics so far."""
+        return EpisodeStats(
             moved=self._motion.farthest_m / self._episodes.structure.characteristic_length_m,
             energy_gain_j=self._energy.gain_j,
             work_j=self._energy.work_j,
@@ -90,15 +88,15 @@ class _Motion:
         for field in ("xpos", "xmat"):
             episodes.batch.bind(field)
         episodes.batch.forward()
-        self._start = self._seen(np.arange(episodes.n))
+        self._start = self._centers_m(np.arange(episodes.n))
         self.farthest_m = np.zeros(episodes.n)
 
-    def look(self, ids: Ids) -> None:
-        way = np.linalg.norm(self._seen(ids) - self._start[ids], axis=2)
+    def update(self, ids: Ids) -> None:
+        way = np.linalg.norm(self._centers_m(ids) - self._start[ids], axis=2)
         self.farthest_m[ids] = np.maximum(self.farthest_m[ids], way.max(axis=1))
 
-    def _seen(self, ids: Ids) -> FloatArray:
-        """Centres of mass of the robot's bodies, (n, bodies, 3) [m]."""
+    def _centers_m(self, ids: Ids) -> FloatArray:
+        """Return the centres of mass of the robot's bodies, (n, bodies, 3) [m]."""
         batch = self._episodes.batch
         centres = batch.bind("xipos")[ids][:, self._bodies]
         if self._free:
@@ -127,7 +125,7 @@ class _Energy:
         self._paid_j, self._lowest_j = np.zeros(n), np.full(n, np.inf)
         self._force, self._length = np.zeros((n, model.nactuator)), np.full((n, model.nactuator), np.nan)
 
-    def look(self, ids: Ids, recorded: dict[str, FloatArray]) -> None:
+    def update(self, ids: Ids, recorded: dict[str, FloatArray]) -> None:
         force, length = recorded["actuator_force"], recorded["actuator_length"]
         before = np.where(np.isnan(self._length[ids]), length[:, 0], self._length[ids])
         stretched = np.diff(length, axis=1, prepend=before[:, None])
@@ -164,7 +162,7 @@ class _Limits:
         self._widest = model.jnt_range[balls].reshape(-1, 2)[:, 1]
         self.over = np.zeros(episodes.n)
 
-    def look(self, ids: Ids) -> None:
+    def update(self, ids: Ids) -> None:
         where = self._qpos[ids][:, self._columns]
         beyond = np.maximum(self._range[:, 0] - where, where - self._range[:, 1]) / self._allowed
         quats = self._qpos[ids][:, self._quats]

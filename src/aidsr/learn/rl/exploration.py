@@ -13,8 +13,6 @@ from aidsr.learn.rl.recipe import Recipe
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
 
-__all__ = ["Exploration"]
-
 
 class Exploration(BaseCallback):
     """Lets a policy explore freely with a bonus for entropy, and takes both from it in the last part of the budget.

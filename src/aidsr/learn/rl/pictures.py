@@ -1,4 +1,4 @@
-"""What a person looks at after training: the curve, and two of the held-out episodes, as films and as motions."""
+"""Pictures of a training: the curve, and two of the held-out episodes, as films and as motions."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from aidsr.learn.rl.evaluation import Watched
+from aidsr.learn.rl.evaluation import EvaluationRollout
 from aidsr.mjcf.read import parse_document
 from aidsr.render.pictures import video
 from aidsr.tasks import Change, Variation
-
-__all__ = ["curve_picture", "episode_recordings", "episode_videos", "varied_mjcf"]
 
 _MOST_FRAMES = 400
 """Of one video; longer episodes show every second or third control step. Our choice: some 15 s of drawing."""
@@ -56,33 +54,33 @@ def curve_picture(curve: Path) -> bytes:
     return picture.getvalue()
 
 
-def episode_recordings(mjcf: str, watched: Watched, control_dt_s: float) -> dict[str, bytes]:
+def episode_recordings(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) -> dict[str, bytes]:
     """Return the best and the median episode by return as motions to be seen from any side, by name.
 
     Each is an .npz archive without pickled objects: `qpos` (n_frames, nq), `frame_s` between two of its rows [s],
     `variation`, the index of the held-out variation, and `mjcf`, the scene with what that variation moved or resized.
     """
     recorded = {}
-    for name, index in _chosen(watched).items():
+    for name, index in _chosen(rolled).items():
         archive = io.BytesIO()
         np.savez_compressed(
             archive,
-            qpos=watched.evidence.qpos[index].astype(np.float32),  # for the eye: half a double's room
+            qpos=rolled.stats.qpos[index].astype(np.float32),  # for the eye: half a double's room
             frame_s=np.float64(control_dt_s),
             variation=np.int64(index),
-            mjcf=np.array(varied_mjcf(mjcf, watched.variations[index])),
+            mjcf=np.array(varied_mjcf(mjcf, rolled.variations[index])),
         )
         recorded[name] = archive.getvalue()
     return recorded
 
 
-def episode_videos(mjcf: str, watched: Watched, control_dt_s: float) -> dict[str, bytes]:
+def episode_videos(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) -> dict[str, bytes]:
     """Return the best and the median episode by return as MP4, by name; nothing where there is no OpenGL."""
     drawn = {}
-    for name, index in _chosen(watched).items():
-        qpos = watched.evidence.qpos[index]
+    for name, index in _chosen(rolled).items():
+        qpos = rolled.stats.qpos[index]
         every = max(1, -(-len(qpos) // _MOST_FRAMES))
-        scene = varied_mjcf(mjcf, watched.variations[index])
+        scene = varied_mjcf(mjcf, rolled.variations[index])
         film = video(scene, qpos=qpos[::every].tolist(), frames_per_s=1.0 / (control_dt_s * every))
         if film is not None:
             drawn[name] = film
@@ -102,9 +100,9 @@ def varied_mjcf(mjcf: str, variation: Variation) -> str:
     return str(etree.tostring(root, encoding="unicode"))
 
 
-def _chosen(watched: Watched) -> dict[str, int]:
+def _chosen(rolled: EvaluationRollout) -> dict[str, int]:
     """Return which episodes a person is shown, by what they are among the others."""
-    order = np.argsort(watched.course.reward)
+    order = np.argsort(rolled.outcomes.reward)
     return {"best": int(order[-1]), "median": int(order[(len(order) - 1) // 2])}
 
 

@@ -1,4 +1,4 @@
-"""Whether what a policy did is to be believed: the paper's "valid", made checkable."""
+"""Whether the motion of a policy is plausible: the paper's "valid", as checks."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import PlausibilityCheck
-from aidsr.learn.episodes.playing import Course
-from aidsr.learn.rl.episode_stats import Evidence
+from aidsr.learn.episodes.rollout import EpisodeOutcomes
+from aidsr.learn.rl.episode_stats import EpisodeStats
 from aidsr.sim.structure import Structure
 from aidsr.tasks.readings import FloatArray
-
-__all__ = ["behaviour_checks", "exploit_check", "penetration_check", "structure_check", "training_check"]
 
 MOVED_LENGTHS = 0.02
 """A robot that moves less than this share of its length stays still. Source: docs/tasks.md, after the paper's word."""
@@ -23,14 +21,14 @@ TRAINING_DIVERGED = 0.01
 
 ENERGY_OF_WEIGHT = 0.05
 ENERGY_OF_WORK = 0.1
-"""Rise of energy that nobody paid for, of weight x length and of the robot's work, that is allowed together.
+"""Rise of energy that no actuator supplied, of weight x length and of the robot's work, that is allowed together.
 
 Source: the first is the validator's energy_growth; the second is our choice. Soft contacts store energy that the
 balance does not see: five fingers that squeeze a body and let it pop out gave back 0.07 of their work at most, robots
 that squeeze nothing below 0.002."""
 
-FREAKS = 0.05
-"""Of energy, joints and overlap each check leaves its own worst episodes aside, this share of them, won or lost. Our
+OUTLIERS = 0.05
+"""Share of episodes, the worst ones, that the checks of energy, joints and overlap each ignore, won or lost. Our
 choice: a gripper that won 17 of 20 with a balance off by 0.2 % of the work had been called an exploit for 11 % in an
 episode it lost."""
 
@@ -49,9 +47,9 @@ while one that brushed none was not. Luck remains: who wins a fifth of twenty ep
 fails here about one time in ten; who wins half of them hardly ever."""
 
 
-def _all_but_freaks(values: FloatArray) -> float:
-    """Return the largest of the episodes' values when the worst ones, a share of `FREAKS`, are left aside."""
-    return float(np.sort(values)[len(values) - 1 - int(FREAKS * len(values) + 1e-9)])
+def _max_without_outliers(values: FloatArray) -> float:
+    """Return the largest of the episodes' values without the worst ones, a share of `OUTLIERS`."""
+    return float(np.sort(values)[len(values) - 1 - int(OUTLIERS * len(values) + 1e-9)])
 
 
 def _at_most(limit: float, name: str, measured: float, message: str, unit: str = "") -> PlausibilityCheck:
@@ -61,22 +59,24 @@ def _at_most(limit: float, name: str, measured: float, message: str, unit: str =
 
 def training_check(episodes: int, diverged: int) -> PlausibilityCheck:
     """Whether the simulation held while the policy learned."""
-    told = f"the simulation broke down in {diverged} of {episodes} training episodes"
-    return _at_most(TRAINING_DIVERGED, "training_stable", diverged / max(episodes, 1), told)
+    message = f"the simulation broke down in {diverged} of {episodes} training episodes"
+    return _at_most(TRAINING_DIVERGED, "training_stable", diverged / max(episodes, 1), message)
 
 
-def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -> tuple[PlausibilityCheck, ...]:
+def behavior_checks(
+    outcomes: EpisodeOutcomes, stats: EpisodeStats, structure: Structure
+) -> tuple[PlausibilityCheck, ...]:
     """Whether the simulation held, the robot moved, gained no energy from nothing and kept to its joints' ranges."""
-    moved = float(np.median(evidence.moved))
+    moved = float(np.median(stats.moved))
     weight_j = structure.mass_kg * 9.81 * structure.characteristic_length_m
-    allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * evidence.work_j
-    gain = _all_but_freaks(evidence.energy_gain_j / allowed_j)
-    over = _all_but_freaks(evidence.over_limit)
-    broken = f"the simulation broke down in {int(course.diverged.sum())} of {course.diverged.size} episodes"
+    allowed_j = ENERGY_OF_WEIGHT * weight_j + ENERGY_OF_WORK * stats.work_j
+    gain = _max_without_outliers(stats.energy_gain_j / allowed_j)
+    over = _max_without_outliers(stats.over_limit)
+    broken = f"the simulation broke down in {int(outcomes.diverged.sum())} of {outcomes.diverged.size} episodes"
     gained = f"largest rise of mechanical energy that no actuator paid for, {_ASIDE}"
     turned = f"farthest that a joint went beyond its range, {_ASIDE}; 30 degrees are allowed"
     return (
-        _at_most(0.0, "evaluation_stable", float(course.diverged.mean()), broken),
+        _at_most(0.0, "evaluation_stable", float(outcomes.diverged.mean()), broken),
         PlausibilityCheck(
             name="moves",
             passed=moved > MOVED_LENGTHS,
@@ -92,20 +92,20 @@ def behaviour_checks(course: Course, evidence: Evidence, structure: Structure) -
 
 
 def penetration_check(
-    models: Sequence[mujoco.MjModel], evidence: Evidence, structure: Structure, *, frames: int = 100
+    models: Sequence[mujoco.MjModel], stats: EpisodeStats, structure: Structure, *, frames: int = 100
 ) -> PlausibilityCheck:
     """Whether bodies stayed out of each other.
 
     Args:
         models: The scene as varied for each episode.
-        evidence: What was seen of them.
+        stats: Of these episodes.
         structure: The robot.
-        frames: Moments looked at in each episode, evenly spread. More of them would find the deep overlap of a single
+        frames: Checked in each episode, evenly spread. More of them would find the deep overlap of a single
             control step, and be another benchmark: `BENCHMARK_VERSION` has to change with this number.
     """
     ours = set(structure.geoms)
     depths = []
-    for model, qpos in zip(models, evidence.qpos, strict=True):
+    for model, qpos in zip(models, stats.qpos, strict=True):
         data = mujoco.MjData(model)
         thin_m = model.geom_aabb[:, 3:].min(axis=1)
         half_m = np.where(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE), np.inf, thin_m)
@@ -116,9 +116,9 @@ def penetration_check(
             mujoco.mj_collision(model, data)
             depth = max(depth, _deepest(data, half_m, ours))
         depths.append(depth)
-    depth = _all_but_freaks(np.array(depths))
-    told = f"deepest overlap of the robot with itself or with anything else, {_ASIDE}"
-    return _at_most(DEEP, "no_deep_overlap", depth, told, "of half the thinner body")
+    depth = _max_without_outliers(np.array(depths))
+    message = f"deepest overlap of the robot with itself or with anything else, {_ASIDE}"
+    return _at_most(DEEP, "no_deep_overlap", depth, message, "of half the thinner body")
 
 
 def _deepest(data: mujoco.MjData, half_m: FloatArray, ours: set[int]) -> float:
@@ -157,7 +157,7 @@ def exploit_check(name: str, how: str, survived: int, successes: int) -> Plausib
         name: Of the check.
         how: What was changed, in words.
         survived: Episodes that succeed then, of the same variations.
-        successes: Episodes that had succeeded; few are no evidence.
+        successes: Episodes that had succeeded; few are no stats.
     """
     share = survived / successes if successes >= FEWEST_SUCCESSES else None
     too_few = "; too few to tell luck from an exploit" if share is None else ""

@@ -1,4 +1,4 @@
-"""A trained policy: the network, and the normalisation of what it sees."""
+"""A trained policy: the network, and the normalisation of its observations."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ from aidsr.tasks.readings import FloatArray
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.vec_env import VecNormalize
-
-__all__ = ["Normalisation", "TrainedPolicy", "network_options", "one_torch_thread"]
 
 
 @dataclass(frozen=True)
@@ -57,14 +55,14 @@ class Normalisation:
         )
 
     def restore(self, env: VecNormalize) -> None:
-        """Go on with these statistics in a training."""
+        """Set these statistics in a training."""
         assert not isinstance(env.obs_rms, dict)  # as above
         env.obs_rms.mean, env.obs_rms.var, env.obs_rms.count = self.mean.copy(), self.var.copy(), self.count
         env.ret_rms.mean, env.ret_rms.var = np.array(self.return_mean), np.array(self.return_var)
         env.ret_rms.count = self.return_count
 
     def apply(self, observation: NDArray[np.floating]) -> FloatArray:
-        """Return observations as the network sees them."""
+        """Return normalised observations, as the network takes them."""
         return np.clip((observation - self.mean) / np.sqrt(self.var + self.epsilon), -self.clip, self.clip)
 
     def to_json(self) -> str:
@@ -105,7 +103,7 @@ class TrainedPolicy:
     normalisation: Normalisation
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        """See `Actor`."""
+        """See `Policy`."""
         action, _ = self.network.predict(self.normalisation.apply(observation).astype(np.float32), deterministic=True)
         return np.asarray(action, dtype=np.float64)
 
@@ -131,7 +129,7 @@ class TrainedPolicy:
             with zipfile.ZipFile(folder / "policy.zip") as archive:
                 weights = torch.load(BytesIO(archive.read("policy.pth")), map_location="cpu", weights_only=True)
         except (OSError, KeyError, zipfile.BadZipFile) as error:
-            raise UserError(f"a trained policy was expected in {folder}, and there is none ({error})") from None
+            raise UserError(f"no trained policy in {folder}: {error}") from None
         seen = spaces.Box(-np.inf, np.inf, normalisation.mean.shape, np.float32)
         done = spaces.Box(-1.0, 1.0, (n_actions,), np.float32)
         network = ActorCriticPolicy(seen, done, lambda _: recipe.learning_rate, **network_options(recipe))

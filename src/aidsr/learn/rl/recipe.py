@@ -1,4 +1,4 @@
-"""How a policy is trained: one set of numbers for all tasks and bodies."""
+"""Hyperparameters of a training: one set of numbers for all tasks and bodies."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import Annotated
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
-
-__all__ = ["Recipe"]
 
 Share = Annotated[float, Field(ge=0, le=1)]
 

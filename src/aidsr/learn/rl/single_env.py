@@ -17,8 +17,6 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.spaces import action_space, observation_space
 from aidsr.tasks import TASKS, Level, Task, task_names
 
-__all__ = ["TaskEnv", "environment_id", "register_environments"]
-
 _Observation = NDArray[np.float32]
 _SEEDS = 2**31
 
@@ -39,7 +37,7 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
         scene: MJCF of a robot in the task's environment, or the path of a file that holds it.
         level: Level of a task given by name.
         split: Which variations episodes are drawn from; learning should see "development" only.
-        groups: Actuators that act together, as the robot's author says.
+        groups: Actuators that act together, as the robot's author declares.
         grouping: Whether they do, see `map_actions`.
         smoothing: Share of the previous action that is kept in the next.
         render_mode: Nothing is drawn; `aidsr.render.pictures.video` draws motions.
@@ -72,29 +70,29 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[_Observation, dict[str, Any]]:
-        """Begin an episode.
+        """Reset to a new episode.
 
         Args:
             seed: Of the variations drawn from now on.
             options: {"variation": index} asks for one variation.
         """
         super().reset(seed=seed)
-        drawn = int(self.np_random.integers(_SEEDS))
-        index = (options or {}).get("variation", drawn)
-        observation = self.episodes.begin(np.array([0]), [self.scene.task.variation(self.split, index)])
+        sampled = int(self.np_random.integers(_SEEDS))
+        index = (options or {}).get("variation", sampled)
+        observation = self.episodes.reset(np.array([0]), [self.scene.task.variation(self.split, index)])
         return observation[0], {"variation": index}
 
     def step(self, action: NDArray[np.float32]) -> tuple[_Observation, float, bool, bool, dict[str, Any]]:
         """Advance by one control step."""
-        moment = self.episodes.step(np.asarray(action)[None])
+        result = self.episodes.step(np.asarray(action)[None])
         info = {
-            "progress": float(moment.progress[0]),
-            "violation": float(moment.violation[0]),
-            "is_success": bool(moment.succeeded[0]),
-            "diverged": bool(moment.diverged[0]),
+            "progress": float(result.progress[0]),
+            "violation": float(result.violation[0]),
+            "is_success": bool(result.success[0]),
+            "diverged": bool(result.diverged[0]),
         }
-        ends = bool(moment.terminated[0]), bool(moment.out_of_time[0])
-        return moment.observation[0], float(moment.reward[0]), *ends, info
+        ends = bool(result.terminated[0]), bool(result.truncated[0])
+        return result.observation[0], float(result.reward[0]), *ends, info
 
 
 def environment_id(task: str) -> str:
@@ -114,7 +112,7 @@ def _environment_id(task: str, known: Sequence[str]) -> str:
 
 
 def register_environments() -> None:
-    """Make all tasks known to `gymnasium.make`, as importing `aidsr.learn.rl` does."""
+    """Register all tasks with `gymnasium.make`, as importing `aidsr.learn.rl` does."""
     known = task_names()
     for name in known:
         if (id := _environment_id(name, known)) not in gymnasium.registry:

@@ -1,4 +1,4 @@
-"""What Gymnasium is told of observations and actions."""
+"""Spaces of observations and actions for Gymnasium."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from aidsr.learn.episodes.batch import OBSERVED_LIMIT, Episodes
-
-__all__ = ["action_space", "observation_space"]
+from aidsr.learn.episodes.batch import OBSERVATION_LIMIT, Episodes
 
 
 def observation_space(episodes: Episodes) -> spaces.Box[Any]:
     """Return the space of one simulation's observations, (n_observations,)."""
-    return spaces.Box(-OBSERVED_LIMIT, OBSERVED_LIMIT, episodes.observation.shape[1:], np.float32)
+    return spaces.Box(-OBSERVATION_LIMIT, OBSERVATION_LIMIT, episodes.observation.shape[1:], np.float32)
 
 
 def action_space(episodes: Episodes) -> spaces.Box[Any]:

@@ -15,12 +15,10 @@ from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, Train
 from aidsr.tasks import BENCHMARK_VERSION, goal_task
 from aidsr.tasks.goal import GOAL_VERSION
 
-__all__ = ["FinishedTraining", "evaluate_training"]
-
 
 @dataclass(frozen=True)
 class FinishedTraining:
-    """What a training leaves behind."""
+    """A training that has ended, with its scene and policy."""
 
     folder: TrainingFolder
     config: TrainingConfig
@@ -43,8 +41,7 @@ class FinishedTraining:
         except FileNotFoundError as error:
             missing = Path(error.filename).name
             raise UserError(
-                f"the folder of a finished training was expected, and {folder} has no {missing}; train first, with "
-                "aidsr train"
+                f"{folder} is not a finished training: {missing} not found. Train first, with aidsr train"
             ) from None
         _check_version(folder, config)
         scene = TaskScene.of(
@@ -52,7 +49,7 @@ class FinishedTraining:
             goal_task(config.goal, read_mjcf_text(folder / "scene.xml")) if config.goal else config.task,
             level=config.level,
             grouping="off",
-        ).driven_as(config.groups, config.groups_from)
+        ).with_actions(config.groups, config.groups_from)
         _check_scene(folder, config, scene)
         policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
         return cls(home, config, result, scene, policy)
@@ -66,13 +63,13 @@ def _check_version(folder: Path, config: TrainingConfig) -> None:
     """
     if config.goal is not None and config.goal_version != GOAL_VERSION:
         raise UserError(
-            f"a policy for goals as they are measured today was expected, and {folder} holds one from before; train it "
-            "again, with aidsr train"
+            f"the policy in {folder} was trained for goals as an earlier version measured them; train it again, with "
+            "aidsr train"
         )
     if config.goal is None and config.benchmark_version != BENCHMARK_VERSION:
         raise UserError(
-            f"a policy of version {BENCHMARK_VERSION} of the benchmark was expected, and {folder} holds one of version "
-            f"{config.benchmark_version}, whose tasks differ; train it again"
+            f"the policy in {folder} is of version {config.benchmark_version} of the benchmark, not "
+            f"{BENCHMARK_VERSION}; train it again"
         )
 
 
@@ -83,16 +80,13 @@ def _check_scene(folder: Path, config: TrainingConfig, scene: TaskScene) -> None
         UserError: The file has changed since.
     """
     if scene.fingerprint != config.scene_sha256:
-        raise UserError(
-            f"the scene of the training was expected in {folder / 'scene.xml'}, and that file has changed since; put "
-            "it back, or train again"
-        )
+        raise UserError(f"{folder / 'scene.xml'} has changed since the training; restore it, or train again")
 
 
 def evaluate_training(
     folder: Path, *, episodes: int = LEAST_EPISODES, threads: int = 0, videos: bool = True
 ) -> Evaluation:
-    """Judge a finished training on held-out variations; verdict, curve, two motions and films go into its folder.
+    """Evaluate a finished training on held-out variations; verdict, curve, two motions and films go into its folder.
 
     Args:
         folder: Of the training.
@@ -107,7 +101,7 @@ def evaluate_training(
 
     training = FinishedTraining.load(folder)
     with one_torch_thread():
-        evaluation, watched = evaluate(
+        evaluation, rolled = evaluate(
             training.scene,
             training.policy,
             episodes=episodes,
@@ -116,15 +110,15 @@ def evaluate_training(
             training=training.result,
         )
     home = training.folder
-    if (home / "curve.csv").exists():  # a head start may have used up the budget
+    if (home / "curve.csv").exists():  # behavior cloning may have used up the budget
         home.write("curve.png", curve_picture(home / "curve.csv"))
     scene, frame_s = training.scene.mjcf, training.scene.task.control_dt_s
-    for name, motion in episode_recordings(scene, watched, frame_s).items():
+    for name, motion in episode_recordings(scene, rolled, frame_s).items():
         home.write(f"{name}.npz", motion)
     # a verdict means that all is there but films, which may take minutes and fail
     home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
-    home.note("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
+    home.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
     if videos:
-        for name, film in episode_videos(scene, watched, frame_s).items():
+        for name, film in episode_videos(scene, rolled, frame_s).items():
             home.write(f"{name}.mp4", film)
     return evaluation

@@ -1,4 +1,4 @@
-"""Training of one policy: PPO on batched simulations, kept in a folder, taken up again where it stopped."""
+"""Training of one policy: PPO on batched simulations, kept in a folder, resumed where it stopped."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import numpy as np
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.playing import play
+from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.behavior_cloning import start_from_probe
+from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
-from aidsr.learn.rl.training_folder import TakenError, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
 from aidsr.tasks.goal import GOAL_VERSION
 
@@ -28,16 +28,14 @@ if TYPE_CHECKING:
 
     from aidsr.learn.rl.callbacks import CurvePoint
 
-__all__ = ["BUDGET_STEPS", "DEVELOPMENT", "folder_for", "train"]
-
 BUDGET_STEPS = 300_000
 """Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
 
 DEVELOPMENT = 2**31
-"""Development variations to draw from: so many that a policy learns the task, not a few scenes. Those from this index
-on are never drawn."""
+"""Development variations to sample from: so many that a policy learns the task, not a few scenes. Those from this index
+on are never sampled."""
 
-_TESTED = 20
+_SATURATION_EPISODES = 20
 """Development episodes that say whether training is saturated."""
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
@@ -54,20 +52,20 @@ def train(
     tensorboard: bool = False,
     listen: Callable[[CurvePoint], None] = lambda _point: None,
 ) -> TrainingResult:
-    """Train a policy, or go on where an earlier call with the same folder stopped.
+    """Train a policy, or resume where an earlier call with the same folder stopped.
 
     Args:
-        scene: What to learn in.
+        scene: To train in.
         folder: Becomes the training's folder, see `TrainingFolder`.
         steps: Budget of control steps over all simulations; training ends earlier when success is saturated.
-        seed: Of the network, of exploration and of the variations drawn.
+        seed: Of the network, of exploration and of the variations.
         recipe: How to train; the same for every task unless given.
         threads: Native threads for physics; 0 takes all processors.
         tensorboard: Also write logs for TensorBoard into the folder.
         listen: Called with every point of the curve.
 
     Raises:
-        TakenError: The folder holds a training of something else, or another process is at work in it.
+        FolderInUseError: The folder holds another training, or another process trains in it.
         UserError: The folder holds a training of an earlier version.
     """
     home = TrainingFolder(folder)
@@ -78,11 +76,11 @@ def train(
         if (finished := _finished(home, config)) is not None:  # another process was faster by a moment
             return finished
         if (home / "config.json").exists():
-            home.note("resumed", versions=config.versions)
+            home.log_event("resumed", versions=config.versions)
         else:
             home.write("scene.xml", scene.mjcf)
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
-            home.note("started")
+            home.log_event("started")
         return _Training(scene, home, config, threads, tensorboard).run(listen)
 
 
@@ -97,7 +95,7 @@ def folder_for(
 ) -> Path:
     """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
 
-    It may be begun or finished; `again` asks for the next one in any case.
+    It may be unfinished; with `again` it is the next one in any case.
     """
     config = _config(scene, steps, seed, recipe or Recipe())
     numbered = sorted((path for path in home.glob("[0-9]*") if path.name.isdigit()), key=lambda path: int(path.name))
@@ -107,10 +105,10 @@ def folder_for(
 
 def _holds(path: Path, config: TrainingConfig) -> bool:
     try:
-        begun = TrainingFolder(path).read("config.json", TrainingConfig)
-    except (FileNotFoundError, UserError):  # nothing was begun, or by a version that asked for other things
+        existing = TrainingFolder(path).read("config.json", TrainingConfig)
+    except (FileNotFoundError, UserError):  # no training, or one of a version with other settings
         return False
-    return not _differences(begun, config)
+    return not _differences(existing, config)
 
 
 def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
@@ -132,26 +130,26 @@ def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> Training
 
 
 def _finished(home: TrainingFolder, config: TrainingConfig) -> TrainingResult | None:
-    """Return how the training in this folder ended; None where it was not begun or is to go on.
+    """Return how the training in this folder ended; None where it has not been started or is to be resumed.
 
     Raises:
-        TakenError: The folder holds another training.
+        FolderInUseError: The folder holds another training.
     """
     if not (home / "config.json").exists():
         return None
     differing = _differences(home.read("config.json", TrainingConfig), config)
     if differing:
-        raise TakenError(
-            f"{home.path} holds a training that differs in {', '.join(differing)}; name another folder, or ask for "
-            "the same training to go on with it"
+        raise FolderInUseError(
+            f"{home.path} holds a training that differs in {', '.join(differing)}; use another folder, or the same "
+            "settings to resume it"
         )
     return home.read("training.json", TrainingResult) if (home / "training.json").exists() else None
 
 
-def _differences(begun: TrainingConfig, asked: TrainingConfig) -> list[str]:
+def _differences(existing: TrainingConfig, requested: TrainingConfig) -> list[str]:
     """Return in which fields two trainings differ, versions of libraries aside."""
     names = TrainingConfig.model_fields.keys() - {"versions"}
-    return sorted(name for name in names if getattr(begun, name) != getattr(asked, name))
+    return sorted(name for name in names if getattr(existing, name) != getattr(requested, name))
 
 
 class _Training:
@@ -169,11 +167,11 @@ class _Training:
         saved = home / "checkpoint"
         resumed = home.recover_folder("checkpoint")
         self.history = History.from_json(home.read_json("checkpoint/history.json")) if resumed else History()
-        # a training taken up again must not draw the same episodes a second time
+        # a resumed training must not sample the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         recipe = config.recipe
-        first = [self._development() for _ in range(recipe.simulations)]
-        self.env = BatchedVecEnv(self._episodes(first), self._development, patience_s=recipe.patience_s)
+        first = [self._sample_variation() for _ in range(recipe.simulations)]
+        self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
         self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
         self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
         if resumed:
@@ -182,9 +180,9 @@ class _Training:
             self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
             self.model.num_timesteps = self.history.steps
         elif recipe.from_probe:
-            self._begin_with_the_probe()
+            self._imitate_probe()
 
-    def _development(self) -> Variation:
+    def _sample_variation(self) -> Variation:
         return self.scene.task.variation("development", int(self.rng.integers(DEVELOPMENT)))
 
     def _episodes(self, variations: list[Variation]) -> Episodes:
@@ -212,22 +210,22 @@ class _Training:
             device="cpu",
         )
 
-    def _begin_with_the_probe(self) -> None:
-        """Give the policy a head start, which is part of the budget."""
+    def _imitate_probe(self) -> None:
+        """Clone the best motion of a probe, as part of the budget."""
         began, seed = time.perf_counter(), int(self.rng.integers(2**31))
         asked = {"steps": self.config.steps, "seed": seed, "threads": self.threads}
-        report, steps = start_from_probe(self.scene, self.model, self.normalised, **asked)
+        report, steps = clone_probe_motion(self.scene, self.model, self.normalised, **asked)
         self.home.write("probe.json", report.model_dump_json(indent=2) + "\n")
         self.history.steps, self.history.wall_s = steps, time.perf_counter() - began
         self.model.num_timesteps = steps
-        self.home.note("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.in_words)
+        self.home.log_event("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.summary)
 
     def run(self, listen: Callable[[CurvePoint], None]) -> TrainingResult:
-        """Learn to the end of the budget or until there is nothing left to learn."""
-        from aidsr.learn.rl.callbacks import Watch
+        """Train to the end of the budget or until the policy is saturated."""
+        from aidsr.learn.rl.callbacks import TrainingCallback
         from aidsr.learn.rl.exploration import Exploration
 
-        watch = Watch(
+        callback = TrainingCallback(
             self.history,
             self.config.steps,
             self.home,
@@ -239,19 +237,19 @@ class _Training:
         left = self.config.steps - self.history.steps
         try:
             if left > 0:
-                self.model.learn(left, callback=[Exploration(self.config.recipe), watch], reset_num_timesteps=False)
+                self.model.learn(left, callback=[Exploration(self.config.recipe), callback], reset_num_timesteps=False)
         except KeyboardInterrupt:
             self._checkpoint()
             raise
-        return self._finish("saturated" if watch.is_saturated else "budget")
+        return self._finish("saturated" if callback.is_saturated else "budget")
 
     def _saturated(self) -> bool:
         """Whether the policy without noise succeeds at fresh development variations."""
         policy = TrainedPolicy(self.model.policy, Normalisation.of(self.normalised))
         self.model.policy.set_training_mode(False)
-        course = play(self._episodes([self._development() for _ in range(_TESTED)]), policy)
-        share = float(course.succeeded.mean())
-        self.home.note("tested", steps=self.history.steps, success_share=share)
+        course = rollout(self._episodes([self._sample_variation() for _ in range(_SATURATION_EPISODES)]), policy)
+        share = float(course.success.mean())
+        self.home.log_event("tested", steps=self.history.steps, success_share=share)
         is_saturated = share >= self.config.recipe.saturation
         # the one step that PPO still takes must not change what was tested
         self.normalised.training = not is_saturated
@@ -261,7 +259,7 @@ class _Training:
         with tempfile.TemporaryDirectory(dir=self.home.path, prefix=".checkpoint-") as made:
             self._save(Path(made) / "checkpoint")
             self.home.replace_folder("checkpoint", Path(made) / "checkpoint")
-        self.home.note("checkpoint", steps=self.history.steps)
+        self.home.log_event("checkpoint", steps=self.history.steps)
 
     def _save(self, folder: Path) -> None:
         saved = TrainingFolder(folder)
@@ -284,6 +282,6 @@ class _Training:
         for name in ("normalisation.json", "policy.zip"):
             self.home.write(name, (self.home / "checkpoint" / name).read_bytes())
         self.home.write("training.json", result.model_dump_json(indent=2) + "\n")
-        self.home.note("finished", **result.model_dump(mode="json"))
+        self.home.log_event("finished", **result.model_dump(mode="json"))
         self.home.remove_folder("checkpoint")
         return result

@@ -1,4 +1,4 @@
-"""The folder of one training, and what each of its files holds."""
+"""The folder of one training, and what each of its files contains."""
 
 from __future__ import annotations
 
@@ -22,17 +22,15 @@ from aidsr.learn.rl.recipe import Recipe
 from aidsr.tasks import Level
 from aidsr.tasks.goal import AnyGoal
 
-__all__ = ["TakenError", "TrainingConfig", "TrainingFolder", "TrainingResult"]
-
 Written = TypeVar("Written", bound=Artifact)
 
 
-class TakenError(UserError):
-    """A folder belongs to another training, or to another process that is at this one."""
+class FolderInUseError(UserError):
+    """A folder holds another training, or another process trains in it."""
 
 
 class TrainingConfig(Artifact):
-    """What was asked of a training, enough to repeat it."""
+    """Settings of a training, enough to repeat it."""
 
     task: str
     goal: AnyGoal | None = None
@@ -58,12 +56,12 @@ class TrainingResult(Artifact):
     wall_s: float
     episodes: int
     diverged_episodes: int
-    """Episodes in which the simulation broke down."""
+    """Episodes in which the simulation diverged."""
     success_share: float | None
     """Of the last 100 episodes, with the noise of learning; None without any."""
     stopped: Literal["budget", "saturated"]
     resumed: int = 0
-    """How often it went on from a checkpoint, with other episodes than it would have drawn in one sitting."""
+    """How often it resumed from a checkpoint, with other episodes than it would have sampled in one process."""
 
 
 @dataclass(frozen=True)
@@ -72,19 +70,19 @@ class TrainingFolder:
 
     | file               | content                                                                        |
     |--------------------|--------------------------------------------------------------------------------|
-    | config.json        | what was asked: task, recipe, seed, budget, groups, versions                   |
+    | config.json        | settings: task, recipe, seed, budget, groups, versions                         |
     | scene.xml          | the scene it was trained in                                                    |
-    | probe.json         | what the probe found, where the policy was to begin with it                    |
+    | probe.json         | report of the probe, where the policy was to imitate its motion                |
     | events.jsonl       | started, probed, resumed, tested, checkpoint, finished, evaluated, with times  |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, while training goes on                                      |
-    | .in_use            | empty; a process that trains here has it locked                                |
+    | .in_use            | empty; locked by the process that trains here                                  |
     | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |
-    | normalisation.json | mean and variance of the observations, without which the policy is blind       |
+    | normalisation.json | mean and variance of the observations                                          |
     | training.json      | how it ended: steps, time, episodes, divergences; written last                 |
     | evaluation.json    | the verdict on held-out variations                                             |
     | curve.png          | the curve as a picture                                                         |
-    | best.npz, median.npz | the best and the median held-out episode as motions, as `episode_recordings` says |
+    | best.npz, median.npz | the best and the median held-out episode as motions, see `episode_recordings` |
     | best.mp4, median.mp4 | the same as films                                                              |
     """
 
@@ -94,7 +92,7 @@ class TrainingFolder:
         return self.path / name
 
     def write(self, name: str, content: bytes | str) -> Path:
-        """Put a file in its place in one step, so that a reader sees it whole or not at all."""
+        """Write a file atomically: a reader sees all of it or nothing."""
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
@@ -116,7 +114,7 @@ class TrainingFolder:
 
         Raises:
             FileNotFoundError: There is no such file.
-            UserError: It does not hold such an artifact, as where an earlier version wrote it.
+            UserError: It is no such artifact: another version wrote it.
         """
         try:
             return kind.model_validate_json((self.path / name).read_bytes())
@@ -124,38 +122,38 @@ class TrainingFolder:
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"]) or "the whole file"
             raise UserError(
-                f"{self.path / name} was expected to be as this version of AID-SR writes it, and is not ({place}: "
-                f"{first['msg']}); remove {self.path} to train anew there, or train beside it with aidsr train --again"
+                f"{self.path / name} was written by another version of AID-SR ({place}: {first['msg']}); remove "
+                f"{self.path} to train there, or train beside it with aidsr train --again"
             ) from None
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep the folder, made if absent, from other processes while this one trains in it.
+        """Lock the folder, created if absent, while this process trains in it.
 
         Raises:
-            TakenError: Another one does.
+            FolderInUseError: Another process trains in it.
         """
         self.path.mkdir(parents=True, exist_ok=True)
         try:
             lock = DirectoryLock(self.path)
         except UserError:
-            raise TakenError(
-                f"a folder that nobody trains in was expected, and {self.path} is being trained already; wait for "
-                "that process or end it, then the same command goes on"
+            raise FolderInUseError(
+                f"{self.path} is locked by another training; wait for that process or end it, then run the same "
+                "command to resume"
             ) from None
         try:
             yield
         finally:
             lock.release()
 
-    def note(self, kind: str, **facts: Any) -> None:
+    def log_event(self, kind: str, **facts: Any) -> None:
         """Append an event with the present time."""
         event = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "kind": kind, **facts}
         with (self.path / "events.jsonl").open("a", encoding="utf-8") as file:
             file.write(json.dumps(event) + "\n")
 
     def replace_folder(self, name: str, made: Path) -> None:
-        """Put a folder made elsewhere in the place of one of this training's; see `recover_folder`."""
+        """Replace a folder of this training by one made elsewhere; see `recover_folder`."""
         target, old = self.path / name, self.path / f".{name}.old"
         shutil.rmtree(old, ignore_errors=True)
         if target.exists():

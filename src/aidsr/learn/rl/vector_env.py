@@ -1,4 +1,4 @@
-"""The episodes of a task as a vectorized environment of Stable-Baselines3, in which an episode follows the other."""
+"""The episodes of a task as a vectorized environment of Stable-Baselines3 that resets itself."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from aidsr.learn.episodes.batch import Episodes, Moment
+from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.rl.spaces import action_space, observation_space
 from aidsr.tasks import Variation
 from aidsr.tasks.readings import FloatArray
 
-__all__ = ["BatchedVecEnv"]
-
 _GAIN = 0.01
-"""Less progress than that is none."""
+"""Smaller gains of progress do not count."""
 
 
 class BatchedVecEnv(VecEnv):
@@ -29,8 +27,8 @@ class BatchedVecEnv(VecEnv):
 
     Args:
         episodes: The simulations.
-        next_variation: Returns what the next episode is started with.
-        patience_s: Cut an episode short, as at its time limit, when its progress has not grown for this long.
+        next_variation: Returns the variation of the next episode.
+        patience_s: Truncate an episode when its progress has not grown for this long.
     """
 
     def __init__(
@@ -39,8 +37,8 @@ class BatchedVecEnv(VecEnv):
         self.episodes = episodes
         self._next_variation = next_variation
         self._patience_s = max(patience_s, 2.0 * episodes.task.hold_s)
-        self._furthest = np.zeros(episodes.n)
-        self._gained_s = np.zeros(episodes.n)
+        self._best_progress = np.zeros(episodes.n)
+        self._last_gain_s = np.zeros(episodes.n)
         self._actions: FloatArray = np.zeros((episodes.n, episodes.actions.size))
         self._return = np.zeros(episodes.n)
         self._length = np.zeros(episodes.n, dtype=np.int64)
@@ -48,7 +46,7 @@ class BatchedVecEnv(VecEnv):
         super().__init__(episodes.n, observation_space(episodes), action_space(episodes))
 
     def desynchronize(self, rng: np.random.Generator) -> None:
-        """Cut the present episodes short at times spread over the task's time limit.
+        """Truncate the present episodes at times spread over the task's time limit.
 
         Otherwise all episodes of a task without early ends would run in step, and one update of a policy would see
         only their beginnings, the next one only their middles.
@@ -58,47 +56,47 @@ class BatchedVecEnv(VecEnv):
         episodes.time_limit_s = np.maximum(shares * episodes.task.time_limit_s, episodes.task.control_dt_s)
 
     def reset(self) -> VecEnvObs:
-        """Begin every episode anew and return what the policies see."""
-        return self._begin(np.arange(self.num_envs))
+        """Reset every episode and return the observations."""
+        return self._reset(np.arange(self.num_envs))
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the actions of the next step."""
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Advance all episodes by one control step and begin those anew that ended."""
-        moment = self.episodes.step(self._actions)
-        self._return += moment.reward
+        """Advance all episodes by one control step and reset those that ended."""
+        result = self.episodes.step(self._actions)
+        self._return += result.reward
         self._length += 1
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        ended = np.flatnonzero(moment.ended)
-        observation = moment.observation
+        ended = np.flatnonzero(result.done)
+        observation = result.observation
         for index in ended.tolist():
-            infos[index] = self._farewell(moment, index)
-        self._lose_patience(moment)
+            infos[index] = self._terminal_info(result, index)
+        self._truncate_stalled(result)
         if ended.size:
-            observation = self._begin(ended)
-        return observation, moment.reward.astype(np.float32), moment.ended, infos
+            observation = self._reset(ended)
+        return observation, result.reward.astype(np.float32), result.done, infos
 
-    def _lose_patience(self, moment: Moment) -> None:
-        gained = moment.progress >= self._furthest + _GAIN
-        self._furthest = np.where(gained, moment.progress, self._furthest)
-        self._gained_s = np.where(gained, moment.time_s, self._gained_s)
-        self.episodes.time_limit_s[moment.time_s - self._gained_s >= self._patience_s] = 0.0
+    def _truncate_stalled(self, result: StepResult) -> None:
+        gained = result.progress >= self._best_progress + _GAIN
+        self._best_progress = np.where(gained, result.progress, self._best_progress)
+        self._last_gain_s = np.where(gained, result.time_s, self._last_gain_s)
+        self.episodes.time_limit_s[result.time_s - self._last_gain_s >= self._patience_s] = 0.0
 
-    def _begin(self, ids: np.ndarray) -> np.ndarray:
+    def _reset(self, ids: np.ndarray) -> np.ndarray:
         self._return[ids], self._length[ids] = 0.0, 0
-        self._furthest[ids], self._gained_s[ids] = 0.0, 0.0
-        return self.episodes.begin(ids, [self._next_variation() for _ in ids])
+        self._best_progress[ids], self._last_gain_s[ids] = 0.0, 0.0
+        return self.episodes.reset(ids, [self._next_variation() for _ in ids])
 
-    def _farewell(self, moment: Moment, index: int) -> dict[str, Any]:
+    def _terminal_info(self, result: StepResult, index: int) -> dict[str, Any]:
         return {
-            "terminal_observation": moment.observation[index],
-            "TimeLimit.truncated": bool(moment.out_of_time[index]),
+            "terminal_observation": result.observation[index],
+            "TimeLimit.truncated": bool(result.truncated[index]),
             "episode": {"r": float(self._return[index]), "l": int(self._length[index])},
-            "is_success": bool(moment.succeeded[index]),
-            "progress": float(moment.progress[index]),
-            "diverged": bool(moment.diverged[index]),
+            "is_success": bool(result.success[index]),
+            "progress": float(result.progress[index]),
+            "diverged": bool(result.diverged[index]),
         }
 
     # --- what else Stable-Baselines3 asks of a VecEnv: all simulations share these objects ---
@@ -112,11 +110,11 @@ class BatchedVecEnv(VecEnv):
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
         """Refuse: the simulations share their attributes."""
-        raise NotImplementedError(f"simulations of a batch share their attributes; {attr_name} cannot differ")
+        raise NotImplementedError(f"cannot set {attr_name}: simulations of a batch share their attributes")
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
         """Refuse: there are no single environments to call."""
-        raise NotImplementedError(f"a batch has no single environments whose {method_name} could be called")
+        raise NotImplementedError(f"cannot call {method_name}: a batch has no single environments")
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
         """Return that nothing is wrapped."""

@@ -115,7 +115,7 @@ class DelicateGrasping(LiftTask):
 
 
 def _lumps(rng: np.random.Generator, scale: float, *, lumpy: bool) -> tuple[Change, ...]:
-    """Return the changes that let three balls look out of the ellipsoid by 3 to 7 mm, or hide them in it."""
+    """Return the changes that let three balls stick out of the ellipsoid by 3 to 7 mm, or hide them in it."""
     changes = []
     for number, lump in enumerate(LUMPS):
         out_m = HALF_AXES_M[0] - LUMP_M + rng.uniform(0.003, 0.007)

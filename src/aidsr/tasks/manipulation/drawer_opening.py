@@ -171,12 +171,12 @@ def staged(state: TaskState, near: FloatArray, opening_m: FloatArray, widest_m: 
         widest_m: Opening of the drawer that is farthest open, (n,).
     """
     stage, last = state["stage"], ALL_STAGES - 1
-    shares = (near, near, _begun(near, share(opening_m, OPEN_M)), _begun(near, _shut(opening_m)))
+    shares = (near, near, _moved(near, share(opening_m, OPEN_M)), _moved(near, _shut(opening_m)))
     present = np.choose((stage % STAGES).astype(np.intp), shares)
     return np.asarray(np.where(stage > last, last + _shut(widest_m), stage + present) / ALL_STAGES)
 
 
-def _begun(near: FloatArray, way: FloatArray) -> FloatArray:
+def _moved(near: FloatArray, way: FloatArray) -> FloatArray:
     """Return how far a drawer is moved; being near its handle is worth `NEAR_SHARE`, until as much is done."""
     return np.asarray(NEAR_SHARE * np.maximum(near, way) + (1.0 - NEAR_SHARE) * way)
 

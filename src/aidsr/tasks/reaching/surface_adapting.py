@@ -127,7 +127,7 @@ def half_cylinder(place_m: tuple[float, float, float], radius_m: float, *, waves
     """Return the changes that put the surface somewhere, of some radius.
 
     Args:
-        place_m: The cylinder's axis, level along y; it looks towards x = 0, downwards at 45 degrees [m].
+        place_m: The cylinder's axis, level along y; it faces x = 0, downwards at 45 degrees [m].
         radius_m: Radius to the tops of its waves [m].
         waves: Whether it has any.
     """

@@ -58,7 +58,7 @@ class RuleIntegrator:
     def adjust(
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
     ) -> Placement:
-        """Return the placement with overlaps and falls removed; what no rule covers is said in its reason."""
+        """Return the placement with overlaps and falls removed; its reason names what no rule covers."""
         del concept, robot
         job, done = read_job(brief), []
         update: dict[str, object] = {}
@@ -82,10 +82,10 @@ class RuleIntegrator:
             update["mount"] = job.mount_name
             done.append(f"attached it to {job.mount_name}")
         left = sorted((codes.keys() | blamed) - _COVERED)
-        said = f"Built-in rules: {'; '.join(done) or 'nothing to move'}." + (
+        reason = f"Built-in rules: {'; '.join(done) or 'nothing to move'}." + (
             f" No placement cures {', '.join(left)}." if left else ""
         )
-        return placement.model_copy(update={**update, "reason": said})
+        return placement.model_copy(update={**update, "reason": reason})
 
 
 _COVERED = {

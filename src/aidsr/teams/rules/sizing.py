@@ -14,7 +14,7 @@ _DAMPING_TIME_RANGE_S = (0.02, 0.1)
 """Recommended beta = c / k. Source: docs/physics.md, recommendation."""
 
 _DEFAULT_LENGTH_M = 0.35
-"""Length where nothing in the environment says how far to reach. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
+"""Length where the environment has no target. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
 
 _LENGTH_RANGE_M = (0.15, 0.7)
 _START_GAP_M = 0.018

@@ -15,7 +15,7 @@ from aidsr.teams.rules.job_kinds import JobKindName
 _HANDLE = re.compile(r"handle|bar|knob|grip|hook|ring", re.IGNORECASE)
 
 _SHORT_WORD = 3
-"""Names of bodies are looked for in the objective by their longer words. Our choice: "top" is in too many sentences."""
+"""Names of bodies are searched in the objective by their longer words. Our choice: "top" is in too many sentences."""
 
 
 @dataclass(frozen=True)
@@ -90,10 +90,10 @@ def _words(name: str) -> list[str]:
 
 
 def _meeting_point(objective: str, summary: EnvironmentSummary) -> tuple[float, float, float] | None:
-    """Return a place fixed in the world whose whole name the objective says, such as a capture point."""
+    """Return a place fixed in the world whose whole name is in the objective, such as a capture point."""
     fixed = [site for site in summary.sites if site.body in ("", "world") and len(_words(site.name)) > 1]
-    said = [site for site in fixed if all(word in objective.lower() for word in _words(site.name))]
-    return said[0].position_m if said else None
+    named = [site for site in fixed if all(word in objective.lower() for word in _words(site.name))]
+    return named[0].position_m if named else None
 
 
 def _moved(target: Target, position_m: tuple[float, float, float], mount: MountSummary | None) -> Target:

@@ -69,7 +69,7 @@ class Suits:
 
 @dataclass(frozen=True)
 class Description:
-    """What a concept says about itself."""
+    """The texts of a concept."""
 
     name: str
     morphology: str

@@ -1,4 +1,4 @@
-"""Whole episodes from their beginning to their end, without learning."""
+"""Whole episodes from reset to end, without learning."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import EpisodeResult
-from aidsr.learn.episodes.batch import Episodes, Moment
+from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.tasks.readings import BoolArray, FloatArray
 
-__all__ = ["Actor", "Course", "play"]
 
-
-class Actor(Protocol):
-    """Anything that acts on what it sees."""
+class Policy(Protocol):
+    """Anything that returns actions for observations."""
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
         """Return actions for observations, (n, n_observations) -> (n, n_actions), -1 to 1."""
@@ -25,11 +23,11 @@ class Actor(Protocol):
 
 
 @dataclass(frozen=True)
-class Course:
+class EpisodeOutcomes:
     """How n episodes went, each (n,)."""
 
-    succeeded: BoolArray
-    failed: BoolArray
+    success: BoolArray
+    failure: BoolArray
     diverged: BoolArray
     progress: FloatArray
     """At the end, 0 to 1."""
@@ -40,7 +38,7 @@ class Course:
     time_s: FloatArray
     """How long the episode lasted [s]."""
 
-    def part(self, rows: slice) -> Self:
+    def rows(self, rows: slice) -> Self:
         """Return some of the episodes."""
         return type(self)(*(getattr(self, one.name)[rows] for one in fields(self)))
 
@@ -49,9 +47,9 @@ class Course:
 
         Args:
             row: Which.
-            variation: Index of its variation, to be told with it.
+            variation: Index of its variation, to be kept with it.
         """
-        ends = (("diverged", self.diverged), ("succeeded", self.succeeded), ("failed", self.failed))
+        ends = (("diverged", self.diverged), ("succeeded", self.success), ("failed", self.failure))
         return EpisodeResult(
             variation=variation,
             ended=next((name for name, where in ends if where[row]), "out_of_time"),
@@ -62,25 +60,27 @@ class Course:
         )
 
 
-def play(episodes: Episodes, actor: Actor, look: Callable[[Moment], None] = lambda _moment: None) -> Course:
-    """Play the running episodes to their end.
+def rollout(
+    episodes: Episodes, policy: Policy, callback: Callable[[StepResult], None] = lambda _result: None
+) -> EpisodeOutcomes:
+    """Step the running episodes to their ends.
 
     Args:
-        episodes: Just begun.
-        actor: Decides on the actions.
-        look: Called after every control step.
+        episodes: Just reset.
+        policy: Decides on the actions.
+        callback: Called after every control step.
     """
     n = episodes.n
-    succeeded, failed, diverged = np.zeros((3, n), dtype=np.bool_)
+    success, failure, diverged = np.zeros((3, n), dtype=np.bool_)
     progress, best_progress, reward, time_s = np.zeros((4, n))
     while episodes.running.any():
         before = episodes.running
-        moment = episodes.step(actor.act(episodes.observation))
-        succeeded |= moment.succeeded
-        failed |= moment.failed
-        diverged |= moment.diverged
-        reward += moment.reward
-        progress, time_s = np.where(before, moment.progress, progress), np.where(before, moment.time_s, time_s)
-        best_progress = np.maximum(best_progress, moment.progress)
-        look(moment)
-    return Course(succeeded, failed, diverged, progress, best_progress, reward, time_s)
+        result = episodes.step(policy.act(episodes.observation))
+        success |= result.success
+        failure |= result.failure
+        diverged |= result.diverged
+        reward += result.reward
+        progress, time_s = np.where(before, result.progress, progress), np.where(before, result.time_s, time_s)
+        best_progress = np.maximum(best_progress, result.progress)
+        callback(result)
+    return EpisodeOutcomes(success, failure, diverged, progress, best_progress, reward, time_s)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from aidsr.core.artifacts import Placement, Robot, Scene
-from aidsr.learn.episodes.playing import Course
+from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.failure_attribution import judge_trace, targets_of
+from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
 from aidsr.learn.openloop.motion import GroupMotion, Motion
-from aidsr.learn.openloop.task_trial import try_out
-from aidsr.learn.openloop.trace import Look, Trace, trace
+from aidsr.learn.openloop.task_trial import try_task
+from aidsr.learn.openloop.trace import Trace, TraceStep, trace_motion
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Change, GoalTask, Variation, goal_task, load_task, parse_goal
 from scenes import QuickPushing, small_arm, small_scene
@@ -46,7 +46,7 @@ LIFT = 'kind = "lift"\ntarget = "ball"\ntime_limit_s = 1'
 PUSH = 'kind = "travel"\ntarget = "flag"\ndistance_m = 0.8\ntime_limit_s = 1'
 WALK = 'kind = "travel"\ndistance_m = 0.5\ntime_limit_s = 1'
 TOUCH = 'kind = "touch"\ntarget = "bell"\nforce_n = 9\ntime_limit_s = 1'
-AWAY = Look(
+AWAY = TraceStep(
     time_s=1.0,
     progress=0.1,
     gap_m=0.04,
@@ -68,11 +68,13 @@ FIRM = replace(TOUCHING, force_n=7.9)
 LOOSE = replace(AWAY, progress=0.0, gap_m=2.0, nearest="", apart_m=0.0)
 
 
-def watched(*looks: Look, takes_n: float = 0.0, free=False, succeeded=False, failed=False, diverged=False) -> Trace:
-    best = max(look.progress for look in looks)
+def watched(
+    *steps: TraceStep, required_n: float = 0.0, free=False, succeeded=False, failed=False, diverged=False
+) -> Trace:
+    best = max(step.progress for step in steps)
     zeros, ends = np.zeros(1), (np.array([end]) for end in (succeeded, failed, diverged))
-    course = Course(*ends, zeros, np.array([best]), zeros, np.array([looks[-1].time_s]))
-    return Trace(looks, course, {looks[0].nearest: takes_n}, free)
+    course = EpisodeOutcomes(*ends, zeros, np.array([best]), zeros, np.array([steps[-1].time_s]))
+    return Trace(steps, course, {steps[0].nearest: required_n}, free)
 
 
 def goal(text: str) -> GoalTask:
@@ -97,7 +99,7 @@ def crawled(**changes) -> Trace:
         (BUTTON, watched(AWAY), "never_reached", "integrator", "placement", "although it gets 200 mm"),
         (
             BUTTON,
-            watched(TOUCHING, takes_n=0.63),
+            watched(TOUCHING, required_n=0.63),
             "no_force",
             "coder",
             "actuator_too_weak",
@@ -106,7 +108,7 @@ def crawled(**changes) -> Trace:
         ),
         (
             BUTTON,
-            watched(FIRM, takes_n=0.63),
+            watched(FIRM, required_n=0.63),
             "wrong_way",
             "designer",
             "grip",
@@ -142,7 +144,7 @@ def crawled(**changes) -> Trace:
     ],
 )
 def test_each_phase_blames_a_role_with_bodies_times_and_numbers(task, seen, phase, blame, component, words) -> None:
-    report = judge_trace(task, seen, 64)
+    report = attribute_failure(task, seen, 64)
     assert report.phase == phase
     (issue,) = report.critique.issues
     assert (issue.blame, issue.component) == (blame, component)
@@ -160,27 +162,27 @@ def test_each_phase_blames_a_role_with_bodies_times_and_numbers(task, seen, phas
     ],
 )
 def test_what_is_left_to_training_passes(task, seen, phase) -> None:
-    report = judge_trace(task, seen, 64)
+    report = attribute_failure(task, seen, 64)
     assert (report.phase, report.critique.passed, report.critique.issues) == (phase, True, ())
 
 
 def test_an_impact_is_no_force() -> None:
-    looks = [replace(AWAY, time_s=0.04 * (i + 1)) for i in range(10)]
-    looks[4] = replace(FIRM, time_s=looks[4].time_s, force_n=381.0)
-    assert watched(*looks).kept_n == 0
-    assert judge_trace(BUTTON, watched(*looks, takes_n=0.63), 64).phase in ("no_force", "slipped")
-    pressed = [replace(FIRM, time_s=look.time_s) if i > 3 else look for i, look in enumerate(looks)]
-    assert watched(*pressed).kept_n == 7.9
+    steps = [replace(AWAY, time_s=0.04 * (i + 1)) for i in range(10)]
+    steps[4] = replace(FIRM, time_s=steps[4].time_s, force_n=381.0)
+    assert watched(*steps).sustained_n == 0
+    assert attribute_failure(BUTTON, watched(*steps, required_n=0.63), 64).phase in ("no_force", "slipped")
+    pressed = [replace(FIRM, time_s=step.time_s) if i > 3 else step for i, step in enumerate(steps)]
+    assert watched(*pressed).sustained_n == 7.9
 
 
 def test_an_episode_that_its_task_gives_up_is_told() -> None:
-    report = judge_trace(LANE, watched(replace(LOOSE, travelled_m=0.2), free=True, failed=True), 64)
+    report = attribute_failure(LANE, watched(replace(LOOSE, travelled_m=0.2), free=True, failed=True), 64)
     assert "given up by the task's own rule after 1 s" in report.critique.summary
     assert "forbids" not in report.critique.summary
 
 
 def test_what_the_task_forbids_is_told() -> None:
-    report = judge_trace(BUTTON, watched(FIRM, replace(FIRM, violation=0.4)), 64)
+    report = attribute_failure(BUTTON, watched(FIRM, replace(FIRM, violation=0.4)), 64)
     assert "doing what the task forbids for 50% of the time" in report.critique.summary
 
 
@@ -234,8 +236,8 @@ def roomy(base: str) -> str:
 def test_where_a_goal_of_each_kind_is_missed_is_told_with_its_target(text, base, way, phase, blame, words) -> None:
     task = goal_task(parse_goal(text), roomy(base))
     place = TaskScene.of(roomy(base), task)
-    seen = trace(place, Variation(), pulled(place, way), targets_of(task))
-    report = judge_trace(task, seen, 64)
+    seen = trace_motion(place, Variation(), pulled(place, way), targets_of(task))
+    report = attribute_failure(task, seen, 64)
     (issue,) = report.critique.issues
     assert (report.phase, issue.blame) == (phase, blame)
     assert words in issue.problem
@@ -250,18 +252,18 @@ RUNG = replace(FIRM, progress=0.3, nearest="bell", touched=("bell",))
     [
         (
             LIFT,
-            watched(ROLLED, takes_n=0.49),
+            watched(ROLLED, required_n=0.49),
             "wrong_way",
             "0.49 N would be enough to move it, and moves it by no",
         ),
-        (LIFT, watched(replace(ROLLED, force_n=0.3), takes_n=0.49), "no_force", "where 0.49 N would move it"),
+        (LIFT, watched(replace(ROLLED, force_n=0.3), required_n=0.49), "no_force", "where 0.49 N would move it"),
         (TOUCH, watched(replace(RUNG, force_n=12.0)), "wrong_way", "presses with 12 N, but too little of that by its"),
         (REACH, watched(replace(AWAY, nearest="hook", apart_m=0.21)), "never_reached", "although it gets 200 mm from"),
         (REACH, watched(replace(AWAY, nearest="hook", apart_m=0.23)), "never_reached", "230 mm away: too short"),
     ],
 )
 def test_what_was_touched_for_a_goal_is_not_called_out_of_reach(text, seen, phase, words) -> None:
-    report = judge_trace(goal(text), seen, 64)
+    report = attribute_failure(goal(text), seen, 64)
     assert report.phase == phase
     assert words in report.critique.issues[0].problem
 
@@ -269,8 +271,8 @@ def test_what_was_touched_for_a_goal_is_not_called_out_of_reach(text, seen, phas
 def test_the_body_that_moves_fastest_is_told_not_the_one_at_the_middle_of_its_tree() -> None:
     place = TaskScene.of(small_scene(), QuickPushing())
     whirling = Variation((Change("qvel", "robot/bend4", (30.0,)),))
-    seen = trace(place, whirling, pulled(place, "neither"), targets_of(BUTTON))
-    assert seen.looks[0].fastest == "robot/seg4", "the last segment alone turns, and about its own joint"
+    seen = trace_motion(place, whirling, pulled(place, "neither"), targets_of(BUTTON))
+    assert seen.steps[0].fastest == "robot/seg4", "the last segment alone turns, and about its own joint"
 
 
 @pytest.fixture(scope="module")
@@ -284,21 +286,21 @@ def test_a_body_that_rests_is_seen_to_rest(place: TaskScene) -> None:
         for group, rest in zip(place.actions.groups, place.actions.rest, strict=True)
     )
     motion = Motion(begin_s=0.1, ramp_s=0.1, frequency_hz=1.0, groups=still)
-    seen = trace(place, BUTTON.variation("development", 0), motion, targets_of(BUTTON))
-    assert len(seen.looks) == round(BUTTON.time_limit_s / BUTTON.control_dt_s)
-    assert [look.time_s for look in seen.looks[:2]] == pytest.approx([0.04, 0.08])
+    seen = trace_motion(place, BUTTON.variation("development", 0), motion, targets_of(BUTTON))
+    assert len(seen.steps) == round(BUTTON.time_limit_s / BUTTON.control_dt_s)
+    assert [step.time_s for step in seen.steps[:2]] == pytest.approx([0.04, 0.08])
     assert 0.02 < seen.nearest.gap_m < 0.3
     assert (seen.hardest.force_n, seen.hardest.touching) == (0.0, ())
     assert seen.needed_m > 0.2
-    assert seen.gives_way_at_n == {"button_cap": pytest.approx(0.15 + 60 * 0.008)}, "its preload, and its whole spring"
-    assert seen.takes_n == 0, "nothing is touched"
-    assert seen.looks[-1].fastest.startswith("robot/")
-    assert judge_trace(BUTTON, seen, 1).phase == "never_reached"
+    assert seen.yield_force_n == {"button_cap": pytest.approx(0.15 + 60 * 0.008)}, "its preload, and its whole spring"
+    assert seen.required_n == 0, "nothing is touched"
+    assert seen.steps[-1].fastest.startswith("robot/")
+    assert attribute_failure(BUTTON, seen, 1).phase == "never_reached"
 
 
 def test_a_scene_is_tried_as_it_is_in_a_worker() -> None:
     placement = Placement(mount="mount", base="fixed")
     robot, scene = Robot(mjcf="", functional_part="tip"), Scene(mjcf=small_scene(), placement=placement)
-    report = try_out(robot, scene, task="button_pushing", candidates=16)
+    report = try_task(robot, scene, task="button_pushing", candidates=16)
     assert report.phase in ("never_reached", "no_force", "wrong_way", "slipped", "solved")
     assert "16 open-loop motions" in report.critique.summary

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.playing import play
-from aidsr.learn.openloop.early_stop import Stop
-from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoop
+from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.openloop.early_stop import EarlyStop
+from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
 from scenes import QuickPushing, small_learning
 
 
@@ -33,8 +33,8 @@ def lasted(chosen: list[Motion], owners: list[int]) -> list[float]:
     motions = Motions.of(chosen)
     variations = [scene.task.variation("development", 0)] * len(chosen)
     episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
-    stop = Stop(episodes, motions, np.array(owners))
-    return play(episodes, OpenLoop(motions, scene.task.control_dt_s), stop).time_s.tolist()
+    stop = EarlyStop(episodes, motions, np.array(owners))
+    return rollout(episodes, OpenLoopPolicy(motions, scene.task.control_dt_s), stop).time_s.tolist()
 
 
 def test_a_solved_variation_needs_no_other_motion() -> None:

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.playing import play
+from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop import ProbeReport
 from aidsr.learn.rl.policy import TrainedPolicy
 from aidsr.learn.rl.recipe import Recipe
@@ -22,7 +22,7 @@ STEPS = 8_000
 class NeverWon(QuickPushing):
     """Nothing succeeds."""
 
-    def succeeded(self, readings, memory):
+    def is_success(self, readings, state):
         return np.zeros(readings.n, dtype=bool)
 
 
@@ -33,7 +33,9 @@ def probed(folder) -> dict:
 
 def won(scene, policy) -> float:
     variations = [scene.task.variation("held_out", index) for index in range(10)]
-    return float(play(Episodes(scene.model, scene.task, scene.actions, variations, threads=1), policy).succeeded.mean())
+    return float(
+        rollout(Episodes(scene.model, scene.task, scene.actions, variations, threads=1), policy).success.mean()
+    )
 
 
 def test_the_motion_is_known_before_anything_is_learned(tmp_path, monkeypatch):
