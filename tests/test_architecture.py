@@ -6,6 +6,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,13 @@ def test_readme_and_ci_share_their_commands() -> None:
     for command in ("make check", "make test"):
         assert command in ci
         assert command in readme
+
+
+def test_the_design_page_has_the_layers_of_the_contract() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    written = "\n".join("    " + re.sub(r"aidsr\.|[()]", "", layer) for layer in layers)
+    assert f"\n{written}\n" in (ROOT / "docs" / "design.md").read_text()
 
 
 def test_no_exception_is_swallowed() -> None:
