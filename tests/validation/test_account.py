@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 
 from aidsr.core.artifacts import Fault, PlausibilityCheck, ValidationReport
-from aidsr.core.formatting import compared, written
+from aidsr.core.formatting import format_check, format_number
 
 
 def fault(
@@ -90,7 +90,7 @@ def test_a_single_long_line_is_cut_whole_characters_only() -> None:
     ],
 )
 def test_numbers_are_written_as_engineers_do(value: float, text: str) -> None:
-    assert written(value) == text
+    assert format_number(value) == text
 
 
 @pytest.mark.parametrize(
@@ -107,4 +107,4 @@ def test_a_check_tells_on_which_side_its_limit_lies(measured, bound, told):
     check = PlausibilityCheck(
         name="x", passed=False, measured=measured, limit=0.5, bound=bound, unit="of it", message=""
     )
-    assert compared(check) == told
+    assert format_check(check) == told

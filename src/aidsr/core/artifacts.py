@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validator
 
 from aidsr.core.errors import Limit
-from aidsr.core.formatting import account_of
+from aidsr.core.formatting import format_faults
 
 Vec3 = tuple[float, float, float]
 Role = Literal["designer", "coder", "integrator", "judge"]
@@ -280,7 +280,7 @@ class ValidationReport(Artifact):
         Args:
             max_bytes: Bound on the text in UTF-8, at least 200.
         """
-        return account_of((*self.errors, *self.warnings), max_bytes)
+        return format_faults((*self.errors, *self.warnings), max_bytes)
 
 
 class CritiqueIssue(Artifact):

@@ -6,7 +6,6 @@ bounds hold everywhere, and its default is what files written before mean.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -15,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
 
 BUILTIN = "builtin"
 """Model name of the rules. They are no language model, need no key and cost nothing."""
@@ -224,8 +224,8 @@ def checked_config(settings: Mapping[str, Any]) -> RunConfig:
     """
     for name in settings:
         if name not in RunConfig.model_fields:
-            near = difflib.get_close_matches(name, RunConfig.model_fields, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"settings are {', '.join(RunConfig.model_fields)}"
+            near = closest_name(name, RunConfig.model_fields)
+            hint = f"did you mean {near}?" if near else f"settings are {', '.join(RunConfig.model_fields)}"
             raise UserError(f"unknown setting: {name}; {hint}")
     try:
         return RunConfig.model_validate(dict(settings))

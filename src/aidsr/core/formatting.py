@@ -1,16 +1,23 @@
-"""Numbers and faults in words, the same wherever a person or a model reads them."""
+"""Numbers, amounts and faults as text, the same wherever a person or a model reads them.
+
+`format_number` is the rule. The others exist because prompts and the notes of built-in designs are experiments' texts:
+a changed digit in them is a changed experiment.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from aidsr.core.artifacts import Fault, PlausibilityCheck
+    from aidsr.core.calls import Usage
+
+_NUMERALS = ("no", "one", "two", "three", "four", "five", "six")
 
 
-def written(value: float) -> str:
+def format_number(value: float) -> str:
     """Return a number as engineers write it: 10,000 and 12,345, 0.0032, 1.2e-5; three digits, whole numbers whole."""
     if float(value).is_integer() and abs(value) < 1e6:
         return f"{value:,.0f}"
@@ -23,44 +30,118 @@ def written(value: float) -> str:
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
 
 
-def finding(fault: Fault) -> str:
+def format_coordinate(value: float) -> str:
+    """Return a length or angle of an environment to four decimals, smaller ones to four digits; never "-0".
+
+    In prompts: places need the same number of decimals, however large they are, where `format_number` counts digits.
+    """
+    if abs(value) < 0.001:
+        return f"{value if abs(value) > 1e-9 else 0.0:.4g}"
+    return f"{round(value, 4):.6g}"
+
+
+def format_vector(values: Iterable[float]) -> str:
+    """Return coordinates with spaces between them, as MJCF writes them."""
+    return " ".join(format_coordinate(value) for value in values)
+
+
+def format_direction(axis: Iterable[float]) -> str:
+    """Return a unit vector to four decimals."""
+    return " ".join(f"{round(float(value), 4) + 0.0:g}" for value in axis)  # + 0.0 turns -0.0 into 0.0
+
+
+def mm(length_m: float) -> str:
+    """Return a length [m] of a built-in design as "376 mm", one below 20 mm with a decimal."""
+    length_mm = 1000.0 * length_m
+    return f"{length_mm:.0f} mm" if length_mm >= 20 else f"{length_mm:.1f} mm"
+
+
+def deg(angle_rad: float) -> str:
+    """Return an angle [rad] of a built-in design as "132 deg"."""
+    return f"{math.degrees(angle_rad):.0f} deg"
+
+
+def numeral(number: int) -> str:
+    """Return a number of parts of a built-in design as a word up to six."""
+    return _NUMERALS[number] if number < len(_NUMERALS) else str(number)
+
+
+def format_cost(usage: Usage) -> str:
+    """Return the money spent; "unknown" where a price is."""
+    if usage.calls == 0:
+        return "nothing"
+    return "unknown" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
+
+
+def format_tokens(usage: Usage) -> str:
+    """Return the tokens in and out, and whether they are estimated."""
+    if usage.calls == 0:
+        return "none"
+    counted = f"{usage.input_tokens:,} in, {usage.output_tokens:,} out"
+    return f"{counted}, estimated" if usage.tokens_estimated else counted
+
+
+def format_tokens_in_thousands(usage: Usage) -> str:
+    """Return the tokens in and out where there is little room: 12 k for many."""
+    counts = (usage.input_tokens, usage.output_tokens)
+    tokens_in, tokens_out = (str(count) if count < 10_000 else f"{count / 1000:.0f} k" for count in counts)
+    return f"{tokens_in} in, {tokens_out} out" if usage.calls else "none"
+
+
+def format_duration(seconds: float) -> str:
+    """Return a duration as "59.4 s", "1 min 0 s" or "1 h 2 min"."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
+
+
+def format_repairs(counts: Mapping[str, int]) -> str:
+    """Return how many mechanical repairs were made, and of which kinds."""
+    total = sum(counts.values())
+    return f"{total} mechanical {'repair' if total == 1 else 'repairs'}: {', '.join(counts)}"
+
+
+def format_fault(fault: Fault) -> str:
     """Return what was found and what is allowed: "sags: 0.41 of the robot's length, 123 mm (at most 0.35, 105 mm)"."""
     if fault.measured is None:
         return fault.message
-    amount = f"{written(fault.measured)} {fault.unit}".rstrip() + absolute(fault, fault.measured)
-    return f"{fault.message}: {amount}" + (f" ({allowed(fault)})" if fault.limit is not None else "")
+    amount = f"{format_number(fault.measured)} {fault.unit}".rstrip() + format_absolute(fault, fault.measured)
+    return f"{fault.message}: {amount}" + (f" ({format_limit(fault)})" if fault.limit is not None else "")
 
 
-def allowed(fault: Fault) -> str:
+def format_limit(fault: Fault) -> str:
     """Return what a measured fault violates, "at most 0.35, 105 mm"; "" where no limit is known."""
     if fault.measured is None or fault.limit is None:
         return ""
-    return f"{bound(fault.measured, fault.limit)} {written(fault.limit)}{absolute(fault, fault.limit)}"
+    bound = bound_in_words(fault.measured, fault.limit)
+    return f"{bound} {format_number(fault.limit)}{format_absolute(fault, fault.limit)}"
 
 
-def bound(measured: float, limit: float) -> str:
+def bound_in_words(measured: float, limit: float) -> str:
     """Return whether a limit that a value violates is the most or the least that is allowed."""
     return "at least" if measured < limit else "at most"
 
 
-def compared(check: PlausibilityCheck) -> str:
+def format_check(check: PlausibilityCheck) -> str:
     """Return what was measured and what is asked for: "0.82 (at least 0.5)"; "not measured" where nothing was."""
     if check.measured is None:
         return "not measured"
-    return f"{f'{written(check.measured)} {check.unit}'.rstrip()} ({check.bound} {written(check.limit)})"
+    return f"{f'{format_number(check.measured)} {check.unit}'.rstrip()} ({check.bound} {format_number(check.limit)})"
 
 
-def absolute(fault: Fault, relative: float) -> str:
+def format_absolute(fault: Fault, relative: float) -> str:
     """Return a value of a fault in SI units behind a comma where its unit is relative; short lengths in millimetres."""
     if fault.whole is None:
         return ""
     value, unit = relative * fault.whole, fault.whole_unit
     if unit == "m" and abs(value) < 1:
         value, unit = 1000 * value, "mm"
-    return f", {written(value)} {unit}"
+    return f", {format_number(value)} {unit}"
 
 
-def account_of(faults: Sequence[Fault], max_bytes: int) -> str:
+def format_faults(faults: Sequence[Fault], max_bytes: int) -> str:
     """Return faults as plain text, one line per code; see `aidsr.core.artifacts.ValidationReport.account`.
 
     Args:
@@ -89,7 +170,7 @@ def _account_line(faults: list[Fault]) -> str:
     names = list(dict.fromkeys(name for each in faults for name in each.names))
     shown = ", ".join(names) if len(names) <= 4 else f"{', '.join(names[:3])} … {names[-1]} ({len(names)} in all)"
     line = "warning " * (fault.severity == "warning") + fault.code + (f" at {shown}" if shown else "")
-    line += (f" (line {fault.line})" if fault.line is not None else "") + f": {finding(fault)}"
+    line += (f" (line {fault.line})" if fault.line is not None else "") + f": {format_fault(fault)}"
     if len(faults) > 1:
         line += f", and {len(faults) - 1} more like it"
     sentences = [line, f"Likely cause: {fault.likely_cause}" if fault.likely_cause else "", fault.cure]

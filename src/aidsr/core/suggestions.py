@@ -6,7 +6,12 @@ import difflib
 from collections.abc import Collection, Iterable
 
 
-def close_names(name: str, known: Iterable[str], *, most: int = 1, cutoff: float = 0.6) -> list[str]:
+def closest_name(name: str, known: Iterable[str], *, cutoff: float = 0.6) -> str:
+    """Return the known name that is most like a name, for a "did you mean"; "" where none is; see `close_names`."""
+    return next(iter(close_names(name, known, most=1, cutoff=cutoff)), "")
+
+
+def close_names(name: str, known: Iterable[str], *, most: int, cutoff: float = 0.6) -> list[str]:
     """Return the known names that are most like a name, the likest first.
 
     Args:
@@ -23,12 +28,6 @@ def only_close_name(name: str, known: Iterable[str], *, cutoff: float = 0.6) -> 
     found = close_names(name, known, most=2, cutoff=cutoff)
     likeness = [difflib.SequenceMatcher(None, name, other).ratio() for other in found]
     return found[0] if found and (len(found) == 1 or likeness[0] > likeness[1]) else ""
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the question 'did you mean "gap"?' for a name that is nearly a known one, else ""."""
-    found = close_names(name, known)
-    return f'did you mean "{found[0]}"?' if found else ""
 
 
 def one_slip_away(name: str, known: Collection[str]) -> str:

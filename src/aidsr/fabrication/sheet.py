@@ -6,7 +6,7 @@ from typing import Any
 
 import jinja2
 
-from aidsr.core.formatting import finding
+from aidsr.core.formatting import format_fault
 from aidsr.fabrication.bill_of_materials import Item
 from aidsr.fabrication.build import PrintedPart, RobotBuild
 from aidsr.fabrication.illustrations import exploded, routing, winch_picture
@@ -18,7 +18,7 @@ def sheet(build: RobotBuild, verdict: Verdict, items: tuple[Item, ...], control:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["finding"] = finding
+    environment.filters["finding"] = format_fault
     return environment.get_template("sheet.html.j2").render(
         title=title,
         build=build,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from aidsr.core.artifacts import Fault, ValidationReport
-from aidsr.core.formatting import finding
+from aidsr.core.formatting import format_fault
 from aidsr.fabrication.as_built import changes_of
 from aidsr.fabrication.build import RobotBuild
 from aidsr.fabrication.schema import REACH_TOLERANCE, Retest, Verdict
@@ -154,6 +154,6 @@ def _unstable(code: str, faults: list[Fault], message: str, cure: str) -> Fault:
         layer="realizability",
         severity="error",
         names=tuple(dict.fromkeys(fault.code for fault in faults)),
-        message=f"{message}: {'; '.join(map(finding, faults))}",
+        message=f"{message}: {'; '.join(map(format_fault, faults))}",
         cure=cure,
     )

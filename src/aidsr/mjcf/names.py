@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
 
 from aidsr.core.artifacts import Fault
+from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.elements import Element, attributes, elements, join, line_of, load_fault
 
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
@@ -155,9 +155,8 @@ def _cure(kind: str, names: list[str], known: set[str]) -> str:
         if series:
             first, last = (f"{numbered[1]}{number}{numbered[3]}" for number in (min(series), max(series)))
             return f"the series runs from {first} to {last}"
-    near = difflib.get_close_matches(names[0], sorted(known), n=1)
-    if near:
-        return f"did you mean '{near[0]}'?"
+    if near := closest_name(names[0], known):
+        return f"did you mean '{near}'?"
     return (
         f"the document has {_PLURALS.get(kind, kind + 's')}: {join(sorted(known))}"
         if known

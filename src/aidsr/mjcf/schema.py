@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 
 from aidsr.core.artifacts import Fault
+from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.elements import Element, join, load_fault
 from aidsr.mjcf.forbidden import FORBIDDEN_ELEMENTS
 
@@ -154,8 +154,7 @@ def _nearest(name: str, right: Iterable[str]) -> str:
 
     Our choice of 0.75: it joins ctrl_range to ctrlrange and stifness to stiffness, and keeps mass and class apart.
     """
-    found = difflib.get_close_matches(name.lower().replace("_", ""), sorted(right), n=1, cutoff=0.75)
-    return found[0] if found else ""
+    return closest_name(name.lower().replace("_", ""), right, cutoff=0.75)
 
 
 def _tags(names: list[str]) -> str:

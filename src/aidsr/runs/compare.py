@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Artifact, Concept, Fault, Placement, ValidationReport
-from aidsr.core.formatting import bound
+from aidsr.core.formatting import bound_in_words, format_coordinate, format_vector
 from aidsr.runs.folders import DesignFolder, IterationFolder
 from aidsr.runs.status import newest
 
@@ -102,7 +102,7 @@ def _in_placement(before: Placement | None, after: Placement | None) -> Iterator
     for field in ("mount", "base", "position_m", "rotation_deg", "scale", "functional_part"):
         old, new = getattr(before, field), getattr(after, field)
         if old != new:
-            yield f"{field}: {_written(old)} → {_written(new)}"
+            yield f"{field}: {_setting(old)} → {_setting(new)}"
 
 
 def _by_faults(before: ValidationReport | None, after: ValidationReport | None) -> tuple[list[str], list[str]]:
@@ -133,7 +133,7 @@ def _change(old: Fault | None, new: Fault | None) -> tuple[bool, str] | None:
     if any(value is None for value in values) or old.measured == new.measured:
         return None
     was, now, limit = (float(value or 0.0) for value in values)
-    said = f"{was:.3g} → {now:.3g} {new.unit}".rstrip() + f" ({bound(now, limit)} {limit:.3g})"
+    said = f"{was:.3g} → {now:.3g} {new.unit}".rstrip() + f" ({bound_in_words(now, limit)} {limit:.3g})"
     return abs(now - limit) < abs(was - limit), said
 
 
@@ -147,10 +147,10 @@ def _times(count: int) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4g}"
+    return "–" if value is None else format_coordinate(value)
 
 
-def _written(value: object) -> str:
+def _setting(value: object) -> str:
     if isinstance(value, tuple):
-        return " ".join(f"{number:.4g}" for number in value)
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+        return format_vector(value)
+    return format_coordinate(value) if isinstance(value, float) else str(value)

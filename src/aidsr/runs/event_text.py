@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from aidsr.core.formatting import format_repairs
 from aidsr.runs.events import (
     Decided,
     DecisionUnreadable,
@@ -13,7 +14,6 @@ from aidsr.runs.events import (
     Stopped,
     Waiting,
 )
-from aidsr.runs.summary import repairs_in_words
 
 DOING = {
     "concepts": "the Designer thinks of concepts",
@@ -46,7 +46,7 @@ def sentence(event: Event) -> str:
         case Done(step=step, summary=summary) if step in _FOUND:
             return f"{_FOUND[step]}: {summary}"
         case Repaired(counts=counts):
-            return repairs_in_words(counts)
+            return format_repairs(counts)
         case Waiting():
             return "waiting for your decision"
         case DecisionUnreadable(reason=reason):

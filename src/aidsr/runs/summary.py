@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import Concept, Fault, Placement
-from aidsr.core.calls import Usage
+from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.status import DesignStatus, newest, read_status
@@ -29,42 +29,12 @@ def write_summary(run: Run) -> Path:
         status=status,
         brief=brief,
         designs=[_card(run.design(design.number), design) for design in status.designs],
-        cost=cost_in_words(status.usage),
-        tokens=tokens_in_words(status.usage),
-        duration=duration_in_words(status.latency_s),
+        cost=format_cost(status.usage),
+        tokens=format_tokens(status.usage),
+        duration=format_duration(status.latency_s),
     )
     replace_file(run.summary, page.encode())
     return run.summary
-
-
-def cost_in_words(usage: Usage) -> str:
-    """Return the money spent; an unknown price is said to be unknown."""
-    if usage.calls == 0:
-        return "nothing"
-    return "unknown" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
-
-
-def tokens_in_words(usage: Usage) -> str:
-    """Return the tokens in and out; estimated ones are said to be."""
-    if usage.calls == 0:
-        return "none"
-    counted = f"{usage.input_tokens:,} in, {usage.output_tokens:,} out"
-    return f"{counted}, estimated" if usage.tokens_estimated else counted
-
-
-def duration_in_words(seconds: float) -> str:
-    """Return a duration as a person would say it."""
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
-
-
-def repairs_in_words(counts: dict[str, int]) -> str:
-    """Return how many mechanical repairs were made, and of which kinds."""
-    total = sum(counts.values())
-    return f"{total} mechanical {'repair' if total == 1 else 'repairs'}: {', '.join(counts)}"
 
 
 @dataclass(frozen=True)
@@ -126,9 +96,9 @@ def _card(folder: DesignFolder, status: DesignStatus) -> _Card:
         faults_found=sum(len(row.faults) for row in rows),
         files=tuple(_files(folder)),
         trainings=tuple(verdict_in_words(training) for training in trainings_of(folder)),
-        cost=cost_in_words(status.usage),
-        tokens=tokens_in_words(status.usage),
-        duration=duration_in_words(status.latency_s),
+        cost=format_cost(status.usage),
+        tokens=format_tokens(status.usage),
+        duration=format_duration(status.latency_s),
     )
 
 

@@ -11,11 +11,11 @@ A package adds its own tasks through the entry-point group "aidsr.tasks": the en
 
 from __future__ import annotations
 
-import difflib
 from importlib.metadata import entry_points
 from typing import get_args
 
 from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
 from aidsr.tasks.goal import Goal, parse_goal, read_goal
 from aidsr.tasks.goal_tasks import GoalTask, goal_task
 from aidsr.tasks.grasping.delicate_grasping import DelicateGrasping
@@ -118,8 +118,8 @@ def _unknown(name: str, found: list[str], names: tuple[str, ...]) -> str:
     if found:
         return f'"{name}" is ambiguous: {", ".join(found)}; use the full name'
     plain = {known.rpartition("/")[2]: known for known in names} | {known: known for known in names}
-    near = difflib.get_close_matches(name, plain, n=1)
-    hint = f' did you mean "{plain[near[0]]}"?' if near else ""
+    near = closest_name(name, plain)
+    hint = f' did you mean "{plain[near]}"?' if near else ""
     return f'unknown task "{name}";{hint} tasks: {", ".join(names)}'
 
 

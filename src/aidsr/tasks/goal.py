@@ -9,7 +9,6 @@ docs/environments.md has a worked example. `aidsr.tasks.goal_task` makes the tas
 
 from __future__ import annotations
 
-import difflib
 import math
 import tomllib
 from pathlib import Path
@@ -19,6 +18,7 @@ from pydantic import Field, TypeAdapter, ValidationError, field_validator, model
 
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
 
 GOAL_VERSION = 2
 """Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
@@ -180,5 +180,5 @@ def _sentence(error: ValidationError, kind: type[Goal]) -> str:
 
 
 def _near(name: str, known: dict[str, type[Goal]] | list[str]) -> str:
-    found = difflib.get_close_matches(name, list(known), n=1)
-    return f' (did you mean "{found[0]}"?)' if found else ""
+    near = closest_name(name, known)
+    return f' (did you mean "{near}"?)' if near else ""

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ import numpy as np
 
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.suggestions import closest_name
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
@@ -341,8 +341,8 @@ def _check_target(goal: AnyGoal, summary: EnvironmentSummary) -> None:
     known = [*sites, *bodies] if goal.kind == "reach" else bodies
     if goal.target not in known:
         what = "a site or a body" if goal.kind == "reach" else "a body"
-        near = difflib.get_close_matches(goal.target, known, n=1)
-        hint = f'; did you mean "{near[0]}"?' if near else f"; it has {', '.join(known) or 'none'}"
+        near = closest_name(goal.target, known)
+        hint = f'; did you mean "{near}"?' if near else f"; it has {', '.join(known) or 'none'}"
         raise UserError(f'unknown target "{goal.target}": a {goal.kind} goal needs {what} of the environment{hint}')
     if goal.kind in ("lift", "travel") and not any(body.movable for body in summary.bodies if body.name == goal.target):
         raise UserError(

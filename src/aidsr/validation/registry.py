@@ -5,7 +5,6 @@ A package adds rules through the entry-point group "aidsr.rules": the entry's na
 
 from __future__ import annotations
 
-import difflib
 import pkgutil
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
@@ -15,6 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
 from aidsr.validation import rules
 from aidsr.validation.rule import Rule, Stage
 
@@ -59,8 +59,8 @@ def require_rule(code: str) -> Rule:
     """
     rule = find_rule(code)
     if rule is None:
-        near = difflib.get_close_matches(code, _by_code(), n=1)
-        hint = f"did you mean {near[0]}?" if near else "aidsr rules lists all codes"
+        near = closest_name(code, _by_code())
+        hint = f"did you mean {near}?" if near else "aidsr rules lists all codes"
         raise UserError(f"no such rule: {code}; {hint}")
     return rule
 

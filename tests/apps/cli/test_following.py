@@ -12,11 +12,11 @@ from aidsr.apps.cli.following import Lines, Panel, follow
 from aidsr.core.artifacts import Decision
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError
+from aidsr.core.formatting import format_cost, format_duration
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
 from aidsr.runs.events import Begun, Done, Waiting
-from aidsr.runs.summary import cost_in_words, duration_in_words
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -165,7 +165,7 @@ def test_without_a_terminal_the_file_is_explained(tmp_path) -> None:
 
 
 def test_words_for_money_and_time() -> None:
-    assert cost_in_words(Usage()) == "nothing"
-    assert cost_in_words(Usage(calls=1, cost_usd=None)) == "unknown"
-    assert cost_in_words(Usage(calls=2, cost_usd=0.0123)) == "$0.0123"
-    assert [duration_in_words(s) for s in (0.04, 59.4, 60, 3723)] == ["0.0 s", "59.4 s", "1 min 0 s", "1 h 2 min"]
+    assert format_cost(Usage()) == "nothing"
+    assert format_cost(Usage(calls=1, cost_usd=None)) == "unknown"
+    assert format_cost(Usage(calls=2, cost_usd=0.0123)) == "$0.0123"
+    assert [format_duration(s) for s in (0.04, 59.4, 60, 3723)] == ["0.0 s", "59.4 s", "1 min 0 s", "1 h 2 min"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from aidsr.core.formatting import finding
+from aidsr.core.formatting import format_fault
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -70,7 +70,7 @@ def _say(console: Console, exported: Exported) -> None:
     line(verdict.verdict, "bold " + {"buildable": "green", "not buildable": "red"}.get(verdict.verdict, "yellow"))
     for fault in verdict.reasons:
         names = ", ".join(fault.names[:3]) + (" …" if len(fault.names) > 3 else "")
-        line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {finding(fault)}")
+        line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {format_fault(fault)}")
     printed = sum(len(part.used_for) for part in made.parts)
     line(f"  {printed} parts of {len(made.parts)} kinds, limbs of {made.material.label}")
     line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")

@@ -18,13 +18,13 @@ from rich.text import Text
 from aidsr.apps.cli.asking import Asker
 from aidsr.apps.cli.mailbox import Mailbox
 from aidsr.apps.cli.reporting import print_introduction, print_result
+from aidsr.core.formatting import format_cost
 from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
 from aidsr.runs.events import Begun, Done, Event
 from aidsr.runs.status import newest
-from aidsr.runs.summary import cost_in_words
 
 
 def follow(run: Run, parts: Parts) -> int:
@@ -135,7 +135,7 @@ class Panel:
         line.doing = DOING[event.step] if isinstance(event, Begun) else ""
         line.found = sentence(event) or line.found
         if self._paid and number and isinstance(event, Done):
-            line.cost = cost_in_words(read_status(self._run).design(number).usage)
+            line.cost = format_cost(read_status(self._run).design(number).usage)
 
     @contextlib.contextmanager
     def aside(self) -> Iterator[None]:

@@ -7,8 +7,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from aidsr.core.config import BUILTIN
+from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
-from aidsr.runs.summary import cost_in_words, duration_in_words, tokens_in_words
 from aidsr.runs.trainings import trainings_of, verdict_in_words
 from aidsr.teams.providers import is_offline
 from aidsr.teams.providers.manual import prompts_directory
@@ -50,9 +50,9 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
             f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
             str(design.iteration),
             str(design.mechanical_repairs),
-            tokens_in_words(design.usage),
-            cost_in_words(design.usage),
-            duration_in_words(design.latency_s),
+            format_tokens(design.usage),
+            format_cost(design.usage),
+            format_duration(design.latency_s),
         )
     console.print(table)
     for design in status.designs:

@@ -52,14 +52,14 @@ def print_estimate(config: RunConfig, runs: Path) -> None:
     """Print the estimated cost of a run."""
     from rich.console import Console
 
+    from aidsr.core.formatting import format_cost
     from aidsr.loop.estimate import estimate
-    from aidsr.runs.summary import cost_in_words
 
     found = estimate(config, runs)
     used = found.usage
     Console(highlight=False).print(
         f"Estimate: about {used.calls} calls, {used.input_tokens:,} tokens in, {used.output_tokens:,} out, cost "
-        f"{cost_in_words(used)} ({found.basis}; the real figures may differ several times over).",
+        f"{format_cost(used)} ({found.basis}; the real figures may differ several times over).",
         soft_wrap=True,
         markup=False,
     )

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aidsr.core.artifacts import Evaluation
-from aidsr.core.formatting import compared
+from aidsr.core.formatting import format_check
 
 if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
@@ -156,7 +156,7 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
     print_evaluations(console, {folder: evaluation})
     for check in evaluation.checks:
         if not check.passed:
-            console.print(f"[red]{check.name}[/]: {escape(check.message)}: {compared(check)}", soft_wrap=True)
+            console.print(f"[red]{check.name}[/]: {escape(check.message)}: {format_check(check)}", soft_wrap=True)
 
 
 def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:

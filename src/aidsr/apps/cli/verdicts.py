@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from aidsr.core.artifacts import Fault
-from aidsr.core.formatting import written
+from aidsr.core.formatting import format_number
 from aidsr.validation.json_report import FileReport
 
 _REALIZABILITY_BYTES = 1000
@@ -73,5 +73,7 @@ def _motors_told(report: FileReport) -> Iterator[str]:
         tension_n, speed_m_s, stroke_m = (
             max(asked[actuator][name] for actuator in actuators) for name in ("tension_n", "speed_m_s", "stroke_m")
         )
-        needs = f"{written(tension_n)} N, {written(speed_m_s)} m/s, stroke {written(1000 * stroke_m)} mm"
+        needs = (
+            f"{format_number(tension_n)} N, {format_number(speed_m_s)} m/s, stroke {format_number(1000 * stroke_m)} mm"
+        )
         yield f"- {', '.join(actuators)} ({needs}): {motor}"

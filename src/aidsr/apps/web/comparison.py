@@ -11,9 +11,9 @@ from aidsr.apps.web.live import live
 from aidsr.apps.web.site import DesignView, Site
 from aidsr.apps.web.widgets import badge, box, file_address, image, text
 from aidsr.core.artifacts import Evaluation
+from aidsr.core.formatting import format_cost, format_duration
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
-from aidsr.runs.summary import cost_in_words, duration_in_words
 from aidsr.runs.trainings import trainings_of
 
 _MEASURED = (
@@ -62,8 +62,8 @@ def _column(folder: DesignFolder, design: DesignView) -> _Column:
         *measured_in_words(report.measurements if report else {}),
         ("iterations", str(status.iteration)),
         ("sent back", f"{found} times" if found != 1 else "once"),
-        ("worked", duration_in_words(status.latency_s)),
-        ("paid", cost_in_words(status.usage)),
+        ("worked", format_duration(status.latency_s)),
+        ("paid", format_cost(status.usage)),
         *_trained(folder),
     ]
     return _Column(design, tuple((name, said) for name, said in rows if said), design.motion)

@@ -10,13 +10,13 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
-from aidsr.apps.web.widgets import box, text, tokens_in_words
+from aidsr.apps.web.widgets import box, text
 from aidsr.core.calls import CallRecord
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_cost, format_tokens_in_thousands
 from aidsr.runs import Run, read_events
 from aidsr.runs.event_text import sentence
 from aidsr.runs.files import JsonFile
-from aidsr.runs.summary import cost_in_words
 
 
 @dataclass(frozen=True)
@@ -142,11 +142,11 @@ def _call(said: str, call: CallRecord) -> None:
 
 
 def _summary(record: CallRecord) -> str:
-    cost = f", {cost_in_words(record.usage)}" if record.usage.cost_usd else ""
+    cost = f", {format_cost(record.usage)}" if record.usage.cost_usd else ""
     ended = "" if record.finish == "stop" else f", ended by {record.finish}"
     role = {"integrator": "Scene Integrator"}.get(record.question.role, record.question.role.capitalize())
     return (
-        f"{role} asked {record.model}: {tokens_in_words(record.usage)} tokens in "
+        f"{role} asked {record.model}: {format_tokens_in_thousands(record.usage)} tokens in "
         f"{record.usage.latency_s:.1f} s{cost}{ended}"
     )
 

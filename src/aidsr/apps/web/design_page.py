@@ -36,11 +36,11 @@ from aidsr.apps.web.widgets import (
 )
 from aidsr.core.artifacts import Critique
 from aidsr.core.errors import AidsrError
+from aidsr.core.formatting import format_duration
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import Comparison, attempted, compare
 from aidsr.runs.event_text import DOING
 from aidsr.runs.status import newest
-from aidsr.runs.summary import duration_in_words
 
 _TABS = {"found": "Findings", "concept": "Concept", "mjcf": "MJCF", "log": "Log", "training": "Training"}
 
@@ -119,7 +119,7 @@ def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
         with box("facts"):
             fact("family", status.family)
             fact("iterations", str(status.iteration))
-            fact("worked", duration_in_words(status.latency_s))
+            fact("worked", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
                 fact("mended by code", str(status.mechanical_repairs))

@@ -14,8 +14,8 @@ from aidsr.apps.web.site import RunView, Site
 from aidsr.apps.web.studies_panel import studies_panel
 from aidsr.apps.web.widgets import badge, box, button, file_address, image, text
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_cost
 from aidsr.runs import Run
-from aidsr.runs.summary import cost_in_words
 
 _COLUMNS = ("", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "begun", "")
 _NUMBERS = frozenset({"designs", "stable", "valid", "successful", "cost"})
@@ -124,7 +124,7 @@ def _cells(site: Site, row: _Row) -> None:
     trained = any(design.trained for design in view.designs)
     for count in (sum(one.valid for one in view.designs), sum(one.successful for one in view.designs)):
         text(str(count) if trained else "–", "num", "td")
-    text(cost_in_words(view.status.usage), "num", "td")
+    text(format_cost(view.status.usage), "num", "td")
     with box(tag="td"), box("stack tight small soft numbers"):
         text(record.started[:10], "line")
         text(record.started[11:16])

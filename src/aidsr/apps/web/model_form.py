@@ -12,11 +12,11 @@ from nicegui import ui
 from pydantic import ValidationError
 
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.widgets import box, choice, text, tokens_in_words
+from aidsr.apps.web.widgets import box, choice, text
 from aidsr.core.config import BUILTIN, Budget, RunConfig, checked_config
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_cost, format_tokens_in_thousands
 from aidsr.loop.estimate import estimate
-from aidsr.runs.summary import cost_in_words
 from aidsr.teams.providers import providers
 from aidsr.teams.providers.manual import MANUAL
 from aidsr.teams.providers.offline import RULES
@@ -130,7 +130,8 @@ def estimated_cost(site: Site, model: str, concepts: int) -> str:
     except (UserError, ValidationError):
         return ""
     used = found.usage
+    tokens = format_tokens_in_thousands(used)
     return (
-        f"About {used.calls} calls, {tokens_in_words(used)} tokens, cost {cost_in_words(used)}: {found.basis}. "
+        f"About {used.calls} calls, {tokens} tokens, cost {format_cost(used)}: {found.basis}. "
         "The real figures may differ several times over."
     )

@@ -29,10 +29,10 @@ from aidsr.apps.web.widgets import (
 )
 from aidsr.core.artifacts import Concept
 from aidsr.core.errors import AidsrError, UserError
+from aidsr.core.formatting import format_duration
 from aidsr.loop.run import replace_budget
 from aidsr.runs import Run
 from aidsr.runs.event_text import DOING
-from aidsr.runs.summary import duration_in_words
 
 _TABS = {"watch": "Designs", "compare": "Side by side", "log": "Log"}
 
@@ -90,7 +90,7 @@ def _head(site: Site, run: Run, view: RunView) -> None:
             if status.record.level:
                 fact("level", status.record.level)
             fact("approved", f"{status.approved} of {len(view.designs) or config.concepts}")
-            fact("worked", duration_in_words(status.latency_s))
+            fact("worked", format_duration(status.latency_s))
             usage_facts(status.usage)
             if config.model == "builtin":
                 fact("seed", str(config.seed))
@@ -194,7 +194,7 @@ def _column(view: RunView, design: DesignView) -> None:
                     for code in status.faults[:6]:
                         text(code, "chip")
             with box("facts small"):
-                fact("worked", duration_in_words(status.latency_s))
+                fact("worked", format_duration(status.latency_s))
                 usage_facts(status.usage)
                 if status.mechanical_repairs:
                     fact("mended by code", str(status.mechanical_repairs))

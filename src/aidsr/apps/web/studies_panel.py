@@ -8,7 +8,7 @@ from aidsr.apps.web.live import live
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import StudyView
 from aidsr.apps.web.widgets import box, text
-from aidsr.runs.summary import cost_in_words
+from aidsr.core.formatting import format_cost
 
 _COLUMNS = ("study", "runs done", "begun", "policies judged", "given up", "jobs left", "core hours left", "paid", "")
 
@@ -43,7 +43,7 @@ def _cells(view: StudyView) -> None:
     for count, look in ((view.begun, ""), (view.policies, ""), (view.failed, "bad"), (view.jobs_left, "")):
         text(str(count), f"num {look if count else ''}", "td")
     text(f"{view.core_hours_left:.1f}" if view.jobs_left else "–", "num", "td")
-    paid = cost_in_words(view.usage)
+    paid = format_cost(view.usage)
     with box("num", "td"):
         text(f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid)
         for left in view.left:

@@ -16,9 +16,8 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.errors import UserError
-from aidsr.core.formatting import compared
+from aidsr.core.formatting import format_check, format_duration
 from aidsr.runs import DesignFolder, Run
-from aidsr.runs.summary import duration_in_words
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
 
@@ -179,7 +178,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             fact("success so far", "–" if success is None else f"{success:.0%}")
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
-            fact("learned for", duration_in_words(last.wall_s) if last else "–")
+            fact("learned for", format_duration(last.wall_s) if last else "–")
             fact("seed", str(shown.seed))
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):
@@ -211,7 +210,7 @@ def _verdict(verdict: Evaluation) -> None:
                 text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
-                    text(f"{check.name.replace('_', ' ')}: {compared(check)}", "small soft numbers")
+                    text(f"{check.name.replace('_', ' ')}: {format_check(check)}", "small soft numbers")
     with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
         _episodes(episodes)
 

@@ -12,9 +12,8 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.calls import Usage
-from aidsr.core.formatting import finding
+from aidsr.core.formatting import format_cost, format_fault, format_tokens_in_thousands
 from aidsr.runs.stages import Attempt
-from aidsr.runs.summary import cost_in_words
 
 Look = Literal["primary", "quiet", "bare", "danger"]
 _SHORT = {"robot": "robot", "robot stable": "stable?", "scene": "scene", "scene stable": "stable?", "judged": "judged"}
@@ -65,7 +64,7 @@ def fault_found(fault: Fault) -> None:
                 text(name, "chip")
             if len(fault.names) > 6:
                 text(f"and {len(fault.names) - 6} more", "small soft")
-        text(finding(fault) + (f", line {fault.line}" if fault.line else ""), "", "p")
+        text(format_fault(fault) + (f", line {fault.line}" if fault.line else ""), "", "p")
         if fault.likely_cause or fault.cure:
             said = (said.rstrip(".") for said in (fault.likely_cause, fault.cure) if said)
             text(" ".join(f"{one[0].upper()}{one[1:]}." for one in said), "small soft", "p")
@@ -114,21 +113,12 @@ def choice(act: Callable[[], Any], *, chosen: bool) -> ui.element:
     return element
 
 
-def tokens_in_words(usage: Usage) -> str:
-    """Return tokens in and out, in thousands where there are many."""
-
-    def short(count: int) -> str:
-        return str(count) if count < 10_000 else f"{count / 1000:.0f} k"
-
-    return f"{short(usage.input_tokens)} in, {short(usage.output_tokens)} out" if usage.calls else "none"
-
-
 def usage_facts(usage: Usage) -> None:
     """Show what a run or a design cost."""
-    fact("paid", cost_in_words(usage))
+    fact("paid", format_cost(usage))
     if usage.calls:
         fact("calls", str(usage.calls))
-        fact("tokens", tokens_in_words(usage))
+        fact("tokens", format_tokens_in_thousands(usage))
 
 
 def strip(attempts: Iterable[Attempt], open_at: Callable[[int], str]) -> None:

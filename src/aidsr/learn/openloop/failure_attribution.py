@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 from aidsr.core.artifacts import Critique, CritiqueIssue, TaskReport
-from aidsr.core.formatting import written
+from aidsr.core.formatting import format_number
 from aidsr.learn.openloop.trace import Trace
 from aidsr.tasks import GoalTask, Task
 from aidsr.tasks.goal_tasks import ReachTask, TouchTask, TravelTask
@@ -216,12 +216,12 @@ def _not_forward(trace: Trace) -> CritiqueIssue:
 
 
 def _mm(length_m: float) -> str:
-    return f"{written(1000 * length_m)} mm"
+    return f"{format_number(1000 * length_m)} mm"
 
 
 def _s(time_s: float) -> str:
-    return f"{written(time_s)} s"
+    return f"{format_number(time_s)} s"
 
 
 def _n(force_n: float) -> str:
-    return f"{written(force_n)} N"
+    return f"{format_number(force_n)} N"

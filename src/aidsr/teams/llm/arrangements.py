@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.core.formatting import format_vector
+
 Array = NDArray[np.float64]
 
 _TOLERANCE_M = 5e-5
 """Half of the last digit that a prompt has of a position: a smaller distance from a pattern is not visible."""
+_MAX_POSITIONS = 60
+"""Of more positions without a pattern only the bounds are given. Our choice: nobody needs each stone of gravel."""
 _MIN_IN_ROW = 3
 _MIN_ON_CIRCLE = 6
 """Our choice: four or five positions are easier to read as a list; any three are on some circle."""
@@ -102,3 +106,11 @@ def _fit_circle(points: Array) -> Circle | None:
     if step * len(points) > 2 * np.pi * 1.001 or np.abs(spokes - even).max() > _TOLERANCE_M:
         return None
     return Circle(len(points), centre, axis, radius, step)
+
+
+def format_positions(positions: Sequence[Iterable[float]]) -> str:
+    """Return positions without a pattern."""
+    if len(positions) <= _MAX_POSITIONS:
+        return "at " + ", ".join(format_vector(position) for position in positions)
+    columns = list(zip(*positions, strict=True))
+    return f"in no order within {format_vector(map(min, columns))} to {format_vector(map(max, columns))}"

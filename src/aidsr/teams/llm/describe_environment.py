@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from aidsr.core.artifacts import BodySummary, EnvironmentSummary, MountSummary, Vec3
-from aidsr.teams.llm.arrangements import row_length
+from aidsr.core.formatting import format_coordinate, format_vector
+from aidsr.teams.llm.arrangements import format_positions, row_length
 from aidsr.teams.llm.describe_shapes import MUJOCO_FRICTION, Friction, describe_shapes, format_friction
-from aidsr.teams.llm.numbers import format_number, format_positions, format_vector
 from aidsr.teams.llm.repeated_bodies import RepeatedBody, group_repeated_bodies
 
 
@@ -24,7 +24,7 @@ def describe_environment(summary: EnvironmentSummary) -> str:
     sites = [f"- {s.name} on {s.body}, at {format_vector(s.position_m)}" for s in summary.sites if s.name not in mounts]
     usual = _usual_friction(summary)
     sections = [
-        f"Gravity {format_vector(summary.gravity_m_s2)} m/s2, time step {format_number(summary.timestep_s)} s. "
+        f"Gravity {format_vector(summary.gravity_m_s2)} m/s2, time step {format_coordinate(summary.timestep_s)} s. "
         "Lengths in metres; positions in world coordinates at the start. "
         f"Friction {format_friction(usual)} unless said otherwise; this counts where the robot touches, not its own.",
         _section("Mounts, where a robot's root can be attached", [_describe_mount(mount) for mount in summary.mounts]),
@@ -79,7 +79,9 @@ def _describe_body(body: BodySummary, usual: Friction) -> list[str]:
     if body.name == "world":
         facts = ["world (does not move)"]
     else:
-        facts = [f"{body.name} on {body.parent}, at {format_vector(body.position_m)}, {format_number(body.mass_kg)} kg"]
+        facts = [
+            f"{body.name} on {body.parent}, at {format_vector(body.position_m)}, {format_coordinate(body.mass_kg)} kg"
+        ]
         facts += body.joints or ("no joint",)
     geoms = [geom for geom in body.geoms if geom.solid or geom.name]
     return [f"- {'; '.join(facts)}", *(f"  {line}" for line in describe_shapes(geoms, usual))]

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from aidsr.core.artifacts import GeomSummary, Vec3
-from aidsr.teams.llm.arrangements import Array, Circle
-from aidsr.teams.llm.numbers import format_direction, format_number, format_positions, format_vector
+from aidsr.core.formatting import format_coordinate, format_direction, format_vector
+from aidsr.teams.llm.arrangements import Array, Circle, format_positions
 from aidsr.teams.llm.shape_groups import ShapeGroup, group_shapes, orientation_axes
 
 _SIZES = {
@@ -69,8 +69,8 @@ def format_friction(friction: Friction) -> str:
     """Return friction and priority in words; torsional and rolling friction only where they are not the defaults."""
     (sliding, torsional, rolling), priority = friction
     usual = (torsional, rolling) == MUJOCO_FRICTION[0][1:]
-    shown = format_number(sliding) + (
-        "" if usual else f" (torsional {format_number(torsional)} m, rolling {format_number(rolling)} m)"
+    shown = format_coordinate(sliding) + (
+        "" if usual else f" (torsional {format_coordinate(torsional)} m, rolling {format_coordinate(rolling)} m)"
     )
     return shown + (f" at priority {priority}" if priority else "")
 
@@ -87,7 +87,7 @@ def _describe_group(group: ShapeGroup, usual: Friction) -> _Description:
     ends = f"from {format_vector(first.position_m)} to {format_vector(last.position_m)}"
     if circle:
         what += " evenly in a ring" if circle.closed else " evenly on an arc"
-        what += f", centres {format_number(circle.radius_m)} from its axis"
+        what += f", centres {format_coordinate(circle.radius_m)} from its axis"
         what += _describe_rotation(group, circle) if group.rotates else _describe_orientation(first)
         what += _free_radius(group, circle)
         centre = format_vector(round(float(value), 4) for value in circle.centre_m)
@@ -113,7 +113,7 @@ def _format_sizes(geoms: Sequence[GeomSummary]) -> str:
     """Return the sizes of shapes of one kind, with ranges in brackets where they are not the same."""
     columns = [(min(column), max(column)) for column in zip(*(geom.size_m for geom in geoms), strict=True)]
     values = [
-        format_number(low) if low == high else f"({format_number(low)} to {format_number(high)})"
+        format_coordinate(low) if low == high else f"({format_coordinate(low)} to {format_coordinate(high)})"
         for low, high in columns
     ]
     meanings = _SIZES.get(geoms[0].shape, ())
@@ -164,4 +164,6 @@ def _free_radius(group: ShapeGroup, circle: Circle) -> str:
     else:
         upright = first.shape in ("capsule", "cylinder") and abs(z @ circle.axis) > 1 - _TOLERANCE
         outward = [half[0]] if upright or first.shape == "sphere" else []
-    return f", free radius inside {format_number(circle.radius_m - outward[0])}" if circle.closed and outward else ""
+    return (
+        f", free radius inside {format_coordinate(circle.radius_m - outward[0])}" if circle.closed and outward else ""
+    )

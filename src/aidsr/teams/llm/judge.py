@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from aidsr.core.artifacts import Brief, Concept, Critique, Robot, Scene, ValidationReport
-from aidsr.core.formatting import written
+from aidsr.core.formatting import format_number
 from aidsr.mjcf.condense import condense
 from aidsr.teams.llm.conversation import Conversation
 from aidsr.teams.llm.describe_environment import describe_environment
@@ -52,7 +52,7 @@ class JudgeAgent:
             concept=as_json(concept, "interpretation", "rationale"),
             robot=robot,
             mjcf=((self.condensed and condense(robot.mjcf)) or robot.mjcf).strip(),
-            scaled="" if scene.placement.scale == 1 else written(scene.placement.scale),
+            scaled="" if scene.placement.scale == 1 else format_number(scene.placement.scale),
             placement=as_json(scene.placement, defaults=True),
             notes=scene.notes,
             report=report.account(),
@@ -68,7 +68,9 @@ def _measurement_lines(report: ValidationReport) -> list[str]:
     length_mm = 1000 * found.get("characteristic_length_m", 0.0)
     if length_mm:
         mass_g = 1000 * found["moving_mass_kg"]
-        lines.append(f"the robot is {written(length_mm)} mm long, and what moves of it weighs {written(mass_g)} g")
+        lines.append(
+            f"the robot is {format_number(length_mm)} mm long, and what moves of it weighs {format_number(mass_g)} g"
+        )
     if found.get("chains"):
         segments = ", ".join(map(str, found["chains"]))
         lines.append(f"segments of each soft chain: {segments}; tendons: {found['tendons']}")
@@ -88,8 +90,8 @@ def _measurement_lines(report: ValidationReport) -> list[str]:
 
 def _format_effect(moved_mm: float, motor: Mapping[str, Any] | None) -> str:
     """Return the effect of an actuator; its pull is not measured in a robot with errors."""
-    pull = f", {written(motor['tension_n'])} N, {written(1000 * motor['stroke_m'])} mm" if motor else ""
-    return f"{written(moved_mm)} mm{pull}"
+    pull = f", {format_number(motor['tension_n'])} N, {format_number(1000 * motor['stroke_m'])} mm" if motor else ""
+    return f"{format_number(moved_mm)} mm{pull}"
 
 
 def _read(reply: str) -> Critique:

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import copy
 import re
-from difflib import get_close_matches
 
 from lxml import etree
 
 from aidsr.core.errors import MjcfError, ReplyError
+from aidsr.core.suggestions import close_names
 from aidsr.mjcf.elements import Element, attributes, elements
 from aidsr.mjcf.read import parse_document
 from aidsr.teams.llm.replies import fenced_blocks, find_documents
@@ -140,7 +140,7 @@ def _nearest(root: Element, selection: str) -> str:
     known = sorted(
         {value for element in elements(root) for key, value in attributes(element) if key in ("name", "class")}
     )
-    near = [each for name in _NAMED.findall(selection) for each in get_close_matches(name, known, 4, 0.5)]
+    near = [each for name in _NAMED.findall(selection) for each in close_names(name, known, most=4, cutoff=0.5)]
     return f" Names that come near: {', '.join(near)}." if near else ""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
@@ -12,6 +11,7 @@ from pydantic import SecretStr
 
 from aidsr.core.errors import UserError
 from aidsr.core.model import Model
+from aidsr.core.suggestions import closest_name
 from aidsr.teams.providers.anthropic import ANTHROPIC
 from aidsr.teams.providers.google import GOOGLE
 from aidsr.teams.providers.manual import MANUAL
@@ -198,10 +198,10 @@ def _secrets(provider: Provider, environ: Mapping[str, str]) -> tuple[SecretStr,
 def _unknown(name: str) -> UserError:
     prefix, colon, argument = name.partition(":")
     known = {provider.prefix: provider for provider in providers() if provider.prefix}
-    near = difflib.get_close_matches(prefix, known, n=1)
+    near = closest_name(prefix, known)
     if near and colon:
-        meant = known[near[0]].name_of(argument)
+        meant = known[near].name_of(argument)
         return UserError(f'unknown provider: "{prefix}"; did you mean "{meant}"?')
     forms = ", ".join(provider.form for provider in providers())
-    hint = f'did you mean "{known[near[0]].example_name}"? ' if near else ""
+    hint = f'did you mean "{known[near].example_name}"? ' if near else ""
     return UserError(f'"{name}" is not a model name; {hint}write one of {forms}')

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aidsr.core.artifacts import Brief, Concept, Robot
+from aidsr.core.formatting import mm
 from aidsr.teams.rules import user_robot
 from aidsr.teams.rules.apply_feedback import apply_feedback, other_family
 from aidsr.teams.rules.families import Families, Parameters, load_families, preferred_family, variants_for
 from aidsr.teams.rules.job import Job, read_job
 from aidsr.teams.rules.job_kinds import JOB_KINDS
-from aidsr.teams.rules.number_text import mm
 
 _ON_AXIS_M = 0.001
 

@@ -13,6 +13,9 @@ from aidsr.teams.rules.orientation import stands_in_front
 _DAMPING_TIME_RANGE_S = (0.02, 0.1)
 """Recommended beta = c / k. Source: docs/physics.md, recommendation."""
 
+_SPRING_STEEL_PA = 200e9
+"""Young's modulus of spring steel. Source: EN 10270-1 wire, 206 GPa; rounded down for the effect of fittings."""
+
 _DEFAULT_LENGTH_M = 0.35
 """Length where the environment has no target. Our choice: middle of the benchmark's 0.1 to 0.6 m."""
 
@@ -57,3 +60,8 @@ def damping_time(
     mass_per_length = density_kg_m3 * math.pi * radius_m**2
     frequency = beam.first_bending_frequency(bending_stiffness_n_m2, mass_per_length, length_m)
     return float(np.clip(beam.stiffness_damping_time(damping_ratio, frequency), *_DAMPING_TIME_RANGE_S))
+
+
+def rod(bending_stiffness_n_m2: float) -> str:
+    """Return the spring-steel rod of this bending stiffness as "a spring-steel rod of 1.2 mm"."""
+    return f"a spring-steel rod of {1000.0 * beam.rod_diameter(bending_stiffness_n_m2, _SPRING_STEEL_PA):.1f} mm"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from aidsr.core.artifacts import Fault
+from aidsr.core.formatting import format_number
 from aidsr.validation.page.plots import plotted
 from aidsr.validation.signals import Signal
 
@@ -56,16 +57,14 @@ class Card:
 def _times(ratio: float) -> str:
     """Return how far a value is from its limit, as a person would say it."""
     if ratio >= 1:
-        return f"{100 * (ratio - 1):.2g} % above the limit" if ratio < 2 else f"{number(ratio, 2)} times the limit"
+        return f"{100 * (ratio - 1):.2g} % above the limit" if ratio < 2 else f"{_two_digits(ratio)} times the limit"
     if ratio > 0.5:
         return f"{100 * (1 - ratio):.2g} % below the limit"
-    return f"the limit is {number(1 / ratio, 2)} times as much"
+    return f"the limit is {_two_digits(1 / ratio)} times as much"
 
 
-def number(value: float, digits: int = 3) -> str:
-    """Return a number with few digits; a large one in full, as 2,110,000."""
-    rounded = f"{value:.{digits}g}"
-    return f"{float(rounded):,.0f}" if 1e3 <= abs(value) < 1e9 else rounded
+def _two_digits(value: float) -> str:
+    return format_number(float(f"{value:.2g}"))
 
 
 def _excerpt(mjcf: str, line: int) -> list[tuple[int, str, bool]]:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from aidsr.core.artifacts import Fault, Repairs
 from aidsr.core.errors import IsolationError, MjcfError
-from aidsr.core.formatting import absolute, allowed
+from aidsr.core.formatting import format_absolute, format_limit, format_number
 from aidsr.validation.fidelity import FidelityReport
-from aidsr.validation.page.cards import cards, number
+from aidsr.validation.page.cards import cards
 from aidsr.validation.page.plots import spark
 from aidsr.validation.page.trace import TracedReport
 from aidsr.validation.signals import ActuatorTrace
@@ -140,7 +140,7 @@ def _rows(actuators: tuple[ActuatorTrace, ...], measurements: dict[str, Any]) ->
 
 def _in_words(value: object) -> str:
     if isinstance(value, float):
-        return number(value)
+        return format_number(value)
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
@@ -155,7 +155,7 @@ def _template() -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["number"] = number
-    environment.filters["absolute"] = lambda fault: absolute(fault, fault.measured)
-    environment.filters["allowed"] = allowed
+    environment.filters["number"] = format_number
+    environment.filters["absolute"] = lambda fault: format_absolute(fault, fault.measured)
+    environment.filters["allowed"] = format_limit
     return environment.get_template("page.html.j2")

@@ -6,7 +6,7 @@ import io
 import re
 from typing import TYPE_CHECKING, Any
 
-from aidsr.core.formatting import written
+from aidsr.core.formatting import format_number
 from aidsr.validation.signals import Signal
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _draw(axes: Axes, signal: Signal) -> None:
 def _draw_limit(axes: Axes, limit: float) -> None:
     axes.axhline(limit, color=_BAD, lw=1.1, ls=(0, (5, 3)))
     axes.annotate(
-        f"limit {written(limit)}",
+        f"limit {format_number(limit)}",
         xy=(1.0, limit),
         xycoords=("axes fraction", "data"),
         xytext=(-3, 3),
@@ -108,7 +108,7 @@ def _draw_first_bad(axes: Axes, time_s: float, end_s: float) -> None:
     """A line at the time, named above the axes, where no curve is."""
     axes.axvline(time_s, color=_BAD, lw=1.1)
     axes.annotate(
-        f"first bad at {written(time_s)} s",
+        f"first bad at {format_number(time_s)} s",
         xy=(time_s, 1.0),
         xycoords=("data", "axes fraction"),
         xytext=(0, 3),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from aidsr.core.artifacts import Fault
-from aidsr.core.formatting import written
+from aidsr.core.formatting import format_number
 from aidsr.validation.counterfactuals import (
     mass_ratio,
     softer,
@@ -85,6 +85,7 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
 def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: bool) -> Fault:
     heaviest = max(robot.structure.moving, key=lambda body: float(robot.model.body_mass[body]))
     heaviest_kg = float(robot.model.body_mass[heaviest])
+    moved_mm = 1000 * robot.largest_effect(drives) * robot.length_m
     return MASS_RATIO.fault(
         severity="error" if whole else "warning",
         names=(robot.body(heaviest),),
@@ -92,8 +93,8 @@ def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: b
         limit=MAX_MASS_RATIO,
         whole=heaviest_kg / ratio,
         whole_unit="kg",
-        message="too heavy to be moved: the actuators move the robot by "
-        f"{written(1000 * robot.largest_effect(drives) * robot.length_m)} mm, and far more with the median's mass",
+        message=f"too heavy to be moved: the actuators move the robot by {format_number(moved_mm)} mm, "
+        "and far more with the median's mass",
         likely_cause="its mass or density is far above that of the others",
     )
 
@@ -168,7 +169,7 @@ def effect_fault(
 ) -> Fault:
     """Return a fault of some actuators that do too little, with what they would do in a changed model."""
     evidence = robot.driven
-    freed_mm = written(1000 * largest_effect_if(robot, drives, effects) * robot.length_m)
+    freed_mm = format_number(1000 * largest_effect_if(robot, drives, effects) * robot.length_m)
     return rule.fault(
         severity="error" if whole else "warning",
         names=tuple(robot.actuator(evidence.drives[index].actuator) for index in drives),

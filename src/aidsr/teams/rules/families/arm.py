@@ -10,15 +10,15 @@ import numpy as np
 from pydantic import Field
 
 from aidsr.core.artifacts import Robot
+from aidsr.core.formatting import deg, mm, numeral
 from aidsr.sim import beam
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet
-from aidsr.teams.rules.number_text import deg, mm, numeral, rod
 from aidsr.teams.rules.orientation import Orientation, lean_aside
 from aidsr.teams.rules.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, add_tip_sensors
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time, reach_length
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, reach_length, rod
 
 _SECTION_NAMES = {1: ("arm",), 2: ("proximal", "distal"), 3: ("proximal", "middle", "distal")}
 

@@ -10,13 +10,13 @@ from lxml import etree
 from pydantic import Field
 
 from aidsr.core.artifacts import ActuatorGroup, Robot
+from aidsr.core.formatting import deg, mm, numeral
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet, add
-from aidsr.teams.rules.number_text import deg, mm, numeral, rod
 from aidsr.teams.rules.parts import add_pad, add_touch_sensor
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
 class CrawlerParameters(Parameters):

@@ -9,13 +9,13 @@ import numpy as np
 from pydantic import Field
 
 from aidsr.core.artifacts import Robot
+from aidsr.core.formatting import mm, numeral
 from aidsr.sim import beam
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import TIMESTEP_S, Sheet, add
-from aidsr.teams.rules.number_text import mm, numeral, rod
-from aidsr.teams.rules.sizing import bending_stiffness, damping_time
+from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
 class RingParameters(Parameters):

@@ -11,15 +11,15 @@ from lxml import etree
 from pydantic import Field
 
 from aidsr.core.artifacts import Robot
+from aidsr.core.formatting import deg, mm, numeral
 from aidsr.sim import beam
 from aidsr.teams.rules.chain import Cable, Chain, Segment, cable_offset_m, route_cable, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
 from aidsr.teams.rules.mjcf_builder import Sheet, add
-from aidsr.teams.rules.number_text import deg, mm, numeral, rod
 from aidsr.teams.rules.orientation import Orientation, angle_to_down_deg, lean_aside, looks_sideways
 from aidsr.teams.rules.parts import add_base, add_pad, add_tip_sensors
-from aidsr.teams.rules.sizing import damping_time, reach_length
+from aidsr.teams.rules.sizing import damping_time, reach_length, rod
 
 
 class TentacleParameters(Parameters):
