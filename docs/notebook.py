@@ -11,7 +11,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 _NOTEBOOK = "tutorial.ipynb"
-_WIDTH = 84
+_WIDTH = 78
 """Columns of an output that fit beside the navigation. Our choice."""
 
 
