@@ -55,6 +55,19 @@ def test_the_rule_is_applied_like_any_other(installed: Path) -> None:
     assert report["versions"]["lab-rules"] == "1.0"
 
 
+def test_the_cause_of_its_fault_may_be_another_rules(installed: Path) -> None:
+    path = installed / "lab_rules" / f"{CODE}.py"
+    path.write_text(
+        FILES[f"lab_rules/{CODE}.py"].replace('unit="servos",', 'unit="servos",\n    explained_by=("no_sensors",),')
+    )
+    servo = EXAMPLE_ARM.replace(
+        '<motor name="pull_back" tendon="back" gear="-1"', '<position name="pull_back" tendon="back"'
+    )
+    (installed / "arm.xml").write_text(re.sub("<sensor>.*</sensor>", "", servo, flags=re.DOTALL))
+    ended = run(installed, "aidsr", "validate", "arm.xml", "--json", "--select", f"{CODE},no_sensors")
+    assert [fault["code"] for fault in json.loads(ended.stdout)["faults"]] == ["no_sensors"]
+
+
 def test_its_own_test_passes(installed: Path) -> None:
     ended = run(installed, "pytest", "-q", "-p", "no:cacheprovider", "tests")
     assert ended.returncode == 0, ended.stdout

@@ -25,7 +25,7 @@ from aidsr.sim.resize import resize
 from aidsr.validation import validate
 
 if TYPE_CHECKING:
-    from aidsr.validation.validating import Mount
+    from aidsr.validation.validator import Mount
 
 
 @dataclass(frozen=True)

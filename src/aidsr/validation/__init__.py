@@ -1,5 +1,5 @@
 """Load check, actuator tests and rules: what is physically wrong with a robot or a scene."""
 
-from aidsr.validation.validating import validate
+from aidsr.validation.validator import validate
 
 __all__ = ["validate"]

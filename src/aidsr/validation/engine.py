@@ -24,7 +24,7 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Rule, Stage
 from aidsr.validation.rules.document import LOAD_ERROR
 from aidsr.validation.rules.winches import motor_measurements
-from aidsr.validation.validating import Mount
+from aidsr.validation.validator import Mount
 
 _LAYERS = ("load", "structure", "simulate", "realizability")
 

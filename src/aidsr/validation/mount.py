@@ -15,7 +15,7 @@ from aidsr.sim.placement import unused_name
 from aidsr.sim.strip_scenery import delete_dangling_references
 from aidsr.validation.rules.document import INVALID_JOINT_PLACEMENT
 from aidsr.validation.rules.topology import DISCONNECTED
-from aidsr.validation.validating import Mount
+from aidsr.validation.validator import Mount
 
 _FREE = mujoco.mjtJoint.mjJNT_FREE
 _GROUNDS = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))

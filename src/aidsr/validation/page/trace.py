@@ -8,7 +8,7 @@ from aidsr.core.artifacts import Artifact, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.sandbox.isolated import isolated
 from aidsr.validation.signals import ActuatorTrace, Signal
-from aidsr.validation.validating import Mount, failed_report
+from aidsr.validation.validator import Mount, failed_report
 
 
 class TracedReport(Artifact):

@@ -22,7 +22,7 @@ from aidsr.render.view import View
 from aidsr.sim.structure import Structure, read_structure
 from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
 from aidsr.validation.mount import mount_model
-from aidsr.validation.validating import Mount
+from aidsr.validation.validator import Mount
 
 
 @dataclass(frozen=True, eq=False)

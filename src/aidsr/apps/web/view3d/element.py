@@ -14,7 +14,7 @@ from nicegui.events import GenericEventArguments
 from aidsr.apps.web.view3d.endpoint import ADDRESS, Views, serve_views
 from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
 from aidsr.core.artifacts import ActuatorGroup, Fault
-from aidsr.validation.validating import Mount
+from aidsr.validation.validator import Mount
 
 _STATIC = Path(__file__).parents[1] / "static" / "view3d"
 

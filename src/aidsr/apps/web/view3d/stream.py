@@ -26,7 +26,7 @@ from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import open_mjcf
 from aidsr.sandbox.environment import child_environment
-from aidsr.validation.validating import Mount
+from aidsr.validation.validator import Mount
 
 _LENGTH = struct.Struct(">Q")
 _MAX_MESSAGE = 128 * 2**20
