@@ -117,7 +117,7 @@ def test_a_scene_is_probed_at_its_level(tmp_path: Path) -> None:
         return [found, await client.call_tool("probe", {"scene": home.name})]
 
     found, untold = (result.content[0].text for result in session(tmp_path, talk))
-    assert "a robot with actuators was expected" in found, "the scene was taken for one of its level"
+    assert "the robot has no actuators" in found, "the scene was taken for one of its level"
     assert "has no level.txt; assemble the scene again" in untold
 
 
