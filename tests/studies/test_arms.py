@@ -101,7 +101,7 @@ def test_the_command_shows_the_arms(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert ended.value.code == 0
     said = capsys.readouterr().out
     assert "builtin.human       builtin  a person's feedback, the designs of builtin" in said
-    assert "robots not mended by code" in said
+    assert "robots not fixed by code" in said
 
 
 def test_the_command_line_and_runs_search_over_as_many_robots() -> None:

@@ -299,7 +299,7 @@ def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> 
     assert "1/1 (21–100 %)" in page
     assert "its tasks are not public" in page
     table = (finished.path / "report.md").read_text()
-    assert "| bare | robots not mended by code | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
+    assert "| bare | robots not fixed by code | 1/1 (21–100 %) | 1/1 (21–100 %) | – | – | – | 1.0 |" in table
     assert "2 of 2 designs ended." in table
     assert "| reaching/button_pushing | 1 | 1/1 (21–100 %) | – | – | – |" in table
     assert (finished.path / "report.csv").read_text().count("\n") == 3

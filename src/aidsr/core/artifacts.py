@@ -3,7 +3,7 @@
     Brief -> Concept -> Robot -> ValidationReport -> Placement -> Scene -> ValidationReport -> Critique -> Decision
 
 Every artifact is an immutable value that can be written to a run folder as JSON and read back equal. Nothing in this
-file computes anything about robots: rooms above it make these values and pass them on.
+file computes anything about robots: packages above it make these values and pass them on.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class GeomSummary(Artifact):
     z_axis: Vec3 = (0.0, 0.0, 1.0)
     """Direction of its own z axis in world coordinates: along a cylinder or capsule, out of a plane."""
     x_axis: Vec3 = (1.0, 0.0, 0.0)
-    """Direction of its own x axis in world coordinates; says how a box or an ellipsoid is turned about its z axis."""
+    """Direction of its own x axis in world coordinates; gives how a box or an ellipsoid is turned about its z axis."""
     solid: bool = True
     """Whether it can be touched; what cannot is only drawn."""
     friction: Vec3 = (1.0, 0.005, 0.0001)
@@ -159,7 +159,7 @@ class Concept(Artifact):
 
 
 class Robot(Artifact):
-    """The MJCF of a robot alone, and what its author says about it."""
+    """The MJCF of a robot alone, and its author's notes."""
 
     mjcf: str
     functional_part: str
@@ -343,7 +343,7 @@ class PlausibilityCheck(Artifact):
     measured: float | None
     limit: float
     bound: Literal["at most", "at least", "limit"] = "limit"
-    """On which side of the limit to be; older results do not say."""
+    """On which side of the limit to be; older results have none."""
     unit: str = ""
     message: str
 
@@ -351,7 +351,7 @@ class PlausibilityCheck(Artifact):
 class Evaluation(Artifact):
     """What a trained policy did at variations of its task it had never seen, and whether to believe it.
 
-    The verdict stands in the file as well; when the file is read, it is computed anew from episodes and checks.
+    The verdict stands in the file as well; when the file is read, it is computed again from episodes and checks.
     """
 
     model_config = ConfigDict(extra="ignore")

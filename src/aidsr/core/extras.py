@@ -1,4 +1,4 @@
-"""Libraries that come with an extra of the installation, and the one sentence where they are missing."""
+"""Libraries that come with an extra of the installation, and the message where they are missing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "fabrication": ("manifold3d",),
     "cad": ("OCP",),
 }
-"""Modules that our code imports from each extra; pyproject.toml says which packages bring them."""
+"""Modules that our code imports from each extra; pyproject.toml lists the packages that bring them."""
 
 
 def missing_extra(extra: str, what: str) -> str:
-    """Return a sentence that says what is missing and how to install it, nothing where all is there.
+    """Return what is missing and how to install it as a sentence; empty where nothing is missing.
 
     Args:
         extra: Name of the extra.

@@ -127,7 +127,7 @@ def cheapest_motor(
 
 
 def fastest_motor(force_n: float, stroke_m: float = 0.0, *, cable_m: float = 0.0, load: Load = "held") -> Fit | None:
-    """Return the motor that reels in fastest against a force, to say by how much a speed is out of reach."""
+    """Return the motor that reels in fastest against a force, to show by how much a speed is out of reach."""
     fits = [found for motor in catalogue() for found in _spools(motor, force_n, stroke_m, cable_m, load)]
     return max(fits, key=lambda found: found.speed_m_s, default=None)
 

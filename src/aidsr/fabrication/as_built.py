@@ -262,7 +262,7 @@ def _bend(joint: Any, new: dict[str, float], *, degree: bool) -> None:
 
 
 def _slacken(spec: mujoco.MjSpec) -> None:
-    """Take the forces of tendons that nothing drives: no cable is cut for them. Sensors on them go on measuring."""
+    """Take the forces of tendons that nothing drives: no cable is cut for them. Sensors on them keep measuring."""
     driven = {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     for tendon in spec.tendons:
         if tendon.name not in driven:

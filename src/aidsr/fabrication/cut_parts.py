@@ -32,7 +32,7 @@ class Piece:
         name: Of its first part, with a number where it is one slice of it.
         parts: The rigid parts in it, a part that is cut in two belongs to both halves.
         solid: Where it sits in the robot at rest.
-        up: Direction of its limb there, which says how it could stand on the bed (3,).
+        up: Direction of its limb there, which decides how it could stand on the bed (3,).
         material: What it is printed of.
         necks: What bends in it and is printed full; None where nothing bends.
         cut: Whether it was cut off another for the bed.

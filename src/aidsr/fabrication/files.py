@@ -1,4 +1,4 @@
-"""Parts as files: STL and 3MF, both in millimetres. 3MF says so itself; STL knows no units."""
+"""Parts as files: STL and 3MF, both in millimetres. 3MF states its unit; STL has none."""
 
 from __future__ import annotations
 

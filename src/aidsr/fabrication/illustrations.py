@@ -52,7 +52,7 @@ def exploded(build: RobotBuild) -> Markup:
 
 
 def winch_picture(build: RobotBuild) -> Markup:
-    """Return one winch: its station, and the spool before the shaft it goes on."""
+    """Return one winch: its station, and the spool before its shaft."""
     first = next((winch for winch in build.winches if winch.fit is not None), None)
     if first is None or first.fit is None:
         return Markup("")

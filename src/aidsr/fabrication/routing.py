@@ -223,7 +223,7 @@ def _entry(body: Manifold, guide: Vector, backward: Vector) -> tuple[Vector, Vec
     entered = 0.0 if inside else hits[0]
     crossings = hits if inside else hits[1:]
     exits = crossings[0]
-    if exits - entered < SOCKET_MM + _SHORT_DUCT_MM:  # a thin plate holds no sheath by itself
+    if exits - entered < SOCKET_MM + _SHORT_DUCT_MM:  # a thin plate alone holds no sheath
         exits = max(exits, SOCKET_MM + _SHORT_DUCT_MM)
         return guide + exits * backward, guide + exits * backward
     return guide + (entered + 1.0) * backward, guide + exits * backward

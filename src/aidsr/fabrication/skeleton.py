@@ -176,7 +176,7 @@ class Skeleton:
         return after, after
 
     def _along(self, part: int, anchor: Vector, joint: Joint) -> Vector:
-        """Direction in which a limb's last part goes on from its joint."""
+        """Direction in which a limb's last part continues from its joint."""
         guides = [np.array(other.position_mm) for _, other in self.crossings(self.anatomy.joints.index(joint))]
         middles = [np.array(shape.position_mm) for shape in self.anatomy.parts[part].shapes]
         ends = [middle for middle in middles if np.linalg.norm(middle - anchor) > _LEAST_HALF_GAP_MM]

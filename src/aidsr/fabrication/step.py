@@ -1,4 +1,4 @@
-"""Parts as STEP, for who wants to go on in a CAD program: solids with flat faces, as their triangles are.
+"""Parts as STEP, for further work in a CAD program: solids with flat faces, as their triangles are.
 
 Needs the extra "cad", which nothing else does. Curved faces stay facets; neighbours in one plane become one face.
 """
@@ -30,7 +30,7 @@ def step(surface: Triangles) -> bytes:
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    Message.DefaultMessenger_s().ChangePrinters().Clear()  # it would tell its progress on the command's own output
+    Message.DefaultMessenger_s().ChangePrinters().Clear()  # it would print its progress into the command's output
     merged = ShapeUpgrade_UnifySameDomain(_solid(_simplified(surface)), True, True, False)
     merged.Build()
     writer, data = STEPControl_Writer(), io.BytesIO()
@@ -41,7 +41,7 @@ def step(surface: Triangles) -> bytes:
 
 
 def _simplified(surface: Triangles) -> Triangles:
-    """The surface without edges that are too short for a CAD program to tell their ends apart."""
+    """The surface without edges that are too short for a CAD program to keep their ends apart."""
     points = np.round(surface.points, 5).astype(np.float32).astype(np.float64)  # as they stand in the 3MF
     return triangles(Manifold(Mesh64(points, surface.faces.astype(np.uint64))).simplify(_SHORT_MM))
 

@@ -20,7 +20,7 @@ or with errors of its own where it finds none. Reported as warnings."""
 
 
 def retest_of(designed: ValidationReport, built: ValidationReport) -> Retest:
-    """Return what two reports of the validator say of a robot as built."""
+    """Return the retest of a robot as built from two reports of the validator."""
 
     def reach(report: ValidationReport) -> float:
         share = report.measurements.get("largest_effect_over_length", 0.0)
@@ -91,12 +91,12 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
 
 
 def _unsound(faults: tuple[Fault, ...]) -> list[Fault]:
-    """Errors in how a robot moves, which say nothing of whether it could be built."""
+    """Errors in how a robot moves, which do not bear on whether it can be built."""
     return [fault for fault in faults if fault.severity == "error" and fault.layer != "realizability"]
 
 
 def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
-    """What the validator says of the robot as designed: that it does not work, and what of it cannot be built.
+    """Faults of the robot as designed: that it does not work, and what of it cannot be built.
 
     Args:
         retest: With the faults of the design.

@@ -48,12 +48,12 @@ class _Account:
 
     limit: float
     published: float
-    """What a design takes, before a run of its arm says more."""
+    """What a design takes, before a run of its arm was measured."""
     amount: Callable[[Usage, Arm], float]
     used: dict[Cell, float] = field(default_factory=dict)
-    """By all calls of a run, those of the run that it goes on with included."""
+    """By all calls of a run, those of the run that it continues included."""
     before: dict[Cell, float] = field(default_factory=dict)
-    """The part of that which the run that it goes on with has paid."""
+    """The part of that which the run that it continues has paid."""
     aside: dict[Cell, float] = field(default_factory=dict)
     """What runs at work may use beside that."""
     too_little: dict[str, float] = field(default_factory=dict)
@@ -80,8 +80,8 @@ class _Account:
 class StudyBudget:
     """What is left of a study's limit.
 
-    A run that asks a language model is begun with a share of what is left, and its calls keep to that as those of any
-    run keep to its budget. What it did not use goes back when its job ends; where its share was too small, it goes on
+    A run that asks a language model is started with a share of what is left, and its calls keep to that as those of any
+    run keep to its budget. What it did not use goes back when its job ends; where its share was too small, it resumes
     with a new one. So the limit is never passed, and a little of it may stay unspent.
 
     Args:
@@ -93,7 +93,7 @@ class StudyBudget:
         self._study = study
         self._accounts: dict[Limit, _Account] = {}
         self.refusing: set[Limit] = set()
-        """Of which limits too little was left for a job; whoever begins jobs clears it."""
+        """Of which limits too little was left for a job; whoever starts jobs clears it."""
         if budget.cost_usd is not None:
             self._accounts["cost_usd"] = _Account(budget.cost_usd, PAPER.cost_usd, _dollars)
         if budget.tokens is not None:
@@ -115,11 +115,11 @@ class StudyBudget:
         """Return a job with what it may use, None while too little is left for it.
 
         Args:
-            job: To be begun.
-            free: How many jobs could be begun now.
+            job: To be started.
+            free: How many jobs could be started now.
         """
         arm = self._study.arm(job.cell.arm)
-        # an arm that goes on with the designs of another one asks nobody, unless a person speaks
+        # an arm that continues the designs of another arm asks nobody, unless it has a person's feedback
         if job.stage != "design" or is_offline(arm.config.model) or (arm.after and not arm.feedback):
             return job
         shares = {name: each.share(job.cell, arm.config.concepts, free) for name, each in self._accounts.items()}
@@ -148,7 +148,7 @@ class StudyBudget:
                 each.too_little[job.cell.arm] = max(share, each.too_little.get(job.cell.arm, 0.0))
 
     def _look_at(self, cell: Cell) -> None:
-        """Read what a run has used; one that is not begun takes over what the run before it has."""
+        """Read what a run has used; one that has not started takes over what the run before it has."""
         earlier = self._study.before(cell)
         for each in self._accounts.values():
             each.before[cell] = self._used(earlier, each) if earlier else 0.0

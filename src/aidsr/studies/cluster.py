@@ -20,7 +20,7 @@ from aidsr.studies.study import open_study
 def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, tuple[Limit, ...]]:
     """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.
 
-    Runs on a worker. What was done before a failure comes back as well, so that a retry goes on from there. Nothing
+    Runs on a worker. What was done before a failure comes back as well, so that a retry resumes from there. Nothing
     else does: jobs beside this one have gone on meanwhile.
     """
     from aidsr.core.errors import AidsrError, BudgetError
@@ -91,7 +91,7 @@ class RayPool:
         self._study = study
         self._began: dict[Any, tuple[Job, float]] = {}
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-        # 15 unless said; a job's limits are in wall time, and one that only gets what others leave runs out of it
+        # the default is 15; a job's limits are in wall time, and one that only gets what others leave runs out of it
         os.environ.setdefault("RAY_worker_niceness", "0")
         import ray
 
@@ -105,11 +105,11 @@ class RayPool:
                 logging_level=logging.WARNING,
             )
         except Exception as error:  # Ray raises that itself where a node does not start in time
-            said = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
             raise UserError(
-                f"Ray does not start on this machine: {said}"
+                f"Ray does not start on this machine: {reason}"
                 if address == "local"
-                else f"no Ray cluster answers at {address}: {said}; start one with: ray start --head"
+                else f"no Ray cluster answers at {address}: {reason}; start one with: ray start --head"
             ) from None
         self._size = max(1, int(ray.cluster_resources().get("CPU", 1)))
         # lost workers are retried by the driver of the study, which also counts the attempts
@@ -117,7 +117,7 @@ class RayPool:
 
     @property
     def free(self) -> int:
-        """How many more jobs can be begun now."""
+        """How many more jobs can be started now."""
         return self._size - len(self._began)
 
     def begin(self, job: Job) -> None:

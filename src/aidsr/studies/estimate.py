@@ -1,4 +1,4 @@
-"""What a study will take, before it is begun: jobs, hours, money and disk."""
+"""What a study will take, before it starts: jobs, hours, money and disk."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def estimate_study(study: Study) -> StudyEstimate:
             left["design"] = 1
             coming += concepts
             own = [row for row in rows if row.arm == cell.arm and row.outcome not in ("unfinished", "failed")]
-            # an arm that goes on with the designs of another one makes none, unless a person speaks
+            # an arm that continues the designs of another arm makes none, unless it has a person's feedback
             if not arm.after or arm.feedback:
                 hours += concepts * _seconds(own, arm.config) / 3600
                 dollars += concepts * _dollars(own, arm.config.model)

@@ -48,7 +48,7 @@ class Job:
 
     @property
     def name(self) -> str:
-        """How it is told from others, in words a person can read."""
+        """A unique name that a person can read."""
         detail = f" design {self.design}" if self.design else ""
         return f"{self.stage} {self.cell.name}{detail}" + (f" seed {self.seed}" if self.stage == "train" else "")
 
@@ -76,7 +76,7 @@ def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
         if before is None or is_finished(study.run(before)):
             yield Job(cell, "design")
         return
-    assert run is not None, "only what was begun is finished"
+    assert run is not None, "a finished run was started"
     for design in run.designs:
         outcome = design.outcome.read()
         if outcome is None or outcome.outcome != "approved":
@@ -101,7 +101,7 @@ def format_limits(limits: Iterable[Limit]) -> str:
 
 
 def exhausted_limits(run: Run) -> tuple[Limit, ...]:
-    """Return of which limits of the study a run's share was used up when a design of it ended; it can go on."""
+    """Return the limits of the study whose share a run used up; such a run can resume."""
     if not run.larger_budget.exists():
         return ()
     outcomes = [outcome for design in run.designs if (outcome := design.outcome.read()) is not None]
@@ -112,7 +112,7 @@ def exhausted_limits(run: Run) -> tuple[Limit, ...]:
 
 
 VERIFIED = "verified.json"
-"""The validator's report on a final scene, anew and by itself: the method without validation has no other."""
+"""The report of a separate validation of the final scene: the method without validation has no other."""
 
 
 def training_folder_of(design: DesignFolder, seed: int) -> Path:
@@ -121,7 +121,7 @@ def training_folder_of(design: DesignFolder, seed: int) -> Path:
 
 
 def output_of_job(study: Study, job: Job) -> Path:
-    """Return the file or folder that a job writes; jobs beside it leave that alone, and it theirs."""
+    """Return the file or folder that a job writes; no two jobs share one."""
     if job.stage == "design":
         return study.home(job.cell)
     design = _design_of(study, job)
@@ -134,7 +134,7 @@ def run_job(study: Path, job: Job) -> None:
     """Do one job, or what is left of it.
 
     Raises:
-        BudgetError: The job's share of the study's limit was too little to do it whole; with more it goes on.
+        BudgetError: The job's share of the study's limit was too small; with a larger one it can resume.
         AidsrError: It cannot be done; the message says why.
     """
     found = open_study(study)
@@ -160,7 +160,7 @@ def _design(study: Study, job: Job) -> None:
         config = config.model_copy(update={"feedback": study.arm(cell.arm).feedback.get(cell.task, "")})
         before = study.before(cell)
         if before is not None:
-            run = _go_on_with(study, before, home, config)
+            run = _continue_run(study, before, home, config)
         else:
             run = create_run(
                 make_brief(task=cell.task, level=study.plan.level), config, level=study.plan.level, runs=home
@@ -192,11 +192,11 @@ _NOT_DESIGNING = (
     "probe.json",
     "*.part",
 )
-"""What a run that goes on leaves behind: the endings, and everything that came after them."""
+"""What a run that is continued leaves behind: the endings, and everything that came after them."""
 
 
-def _go_on_with(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
-    """Return a copy of another arm's run that can go on in another way; its calls were answered, and stay paid."""
+def _continue_run(study: Study, before: Cell, home: Path, config: RunConfig) -> Run:
+    """Return a copy of another arm's run to continue with another configuration; its calls stay answered and paid."""
     origin = study.run(before)
     if origin is None:
         raise AidsrError(f"{before.name} must be designed before {home}")

@@ -29,9 +29,9 @@ class DesignRow(Artifact):
     """Whether nothing of it is missing: it has an outcome and, where that is "approved", its scene is
     verified and every policy judged."""
     verified: bool = False
-    """Whether its final scene was validated by itself."""
+    """Whether its final scene was validated separately."""
     stable: bool = False
-    """Whether it was approved and its final scene passes the validator by itself."""
+    """Whether it was approved and its final scene passes the validator when it is validated separately."""
     seeds: int = 0
     """Policies that the plan asks for; those that are not judged count as failed. `read_submission` fills it in
     where an earlier version left it out and one policy or none was asked for."""
@@ -97,7 +97,7 @@ def read_outcomes(study: Study) -> tuple[DesignRow, ...]:
 def paid_usd(study: Study, rows: Sequence[DesignRow]) -> float | None:
     """Return what a study has paid so far [USD], None where a price is unknown.
 
-    An arm that goes on with the designs of another one counts their calls as its own; they were paid once.
+    An arm that continues the designs of another arm counts their calls as its own; they were paid once.
     """
     costs = {(row.arm, row.task, row.key): row.usage.cost_usd for row in rows}
     if None in costs.values():
@@ -121,7 +121,7 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             continue
         folder = run.design(number)
         outcome = state.outcome.outcome if state.outcome else "unfinished"
-        if outcome == "out_of_budget" and exhausted_limits(run):  # of the study's limit: it can go on
+        if outcome == "out_of_budget" and exhausted_limits(run):  # the study's limit, so it can resume
             outcome = "unfinished"
         verified = JsonFile(folder.path / VERIFIED, ValidationReport).read()
         evaluations = tuple(_evaluations(folder, study.plan.seeds))
@@ -178,7 +178,7 @@ def count_repairs(study: Study) -> Counter[str]:
 
 
 def _designs(study: Study) -> Iterator[tuple[DesignFolder, int]]:
-    """Yield every design, and how many of its iterations it took over from the arm that it goes on with."""
+    """Yield every design, and how many of its iterations it took over from the arm that it continues."""
     for cell in study.cells:
         run, before = study.run(cell), study.before(cell)
         origin = study.run(before) if before else None

@@ -40,7 +40,7 @@ class Pool(Protocol):
 
     @property
     def free(self) -> int:
-        """How many more jobs can be begun now."""
+        """How many more jobs can be started now."""
         ...
 
     def begin(self, job: Job) -> None:
@@ -71,7 +71,7 @@ class LocalPool:
 
     @property
     def free(self) -> int:
-        """How many more jobs can be begun now."""
+        """How many more jobs can be started now."""
         return self.size - len(self._children)
 
     def begin(self, job: Job) -> None:
@@ -79,28 +79,28 @@ class LocalPool:
         command = [sys.executable, "-m", "aidsr.studies.run_job", str(self.study), json.dumps(job.as_dict())]
         # one thread each: side by side, single-threaded jobs do more in total (docs/studies.md)
         alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        # a pipe that nobody reads meanwhile would block whoever says much
-        said = tempfile.TemporaryFile()  # noqa: SIM115 - closed where the child ends
+        # a pipe that nobody reads meanwhile would block a child that writes much
+        output = tempfile.TemporaryFile()  # noqa: SIM115 - closed where the child ends
         child = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,  # closes with this process, however it ends, and so ends the job
             stdout=subprocess.DEVNULL,
-            stderr=said,
+            stderr=output,
             env=os.environ | alone,
             start_new_session=True,
         )
-        self._children[child.pid] = (job, child, time.monotonic(), said)
+        self._children[child.pid] = (job, child, time.monotonic(), output)
 
     def wait(self) -> EndedJob:
         """Return the next job that ends."""
         while True:
-            for pid, (job, child, began, said) in self._children.items():
+            for pid, (job, child, began, output) in self._children.items():
                 if child.poll() is not None:
                     del self._children[pid]
                     child.communicate()
-                    with said:
-                        said.seek(0)
-                        last = said.read().decode(errors="replace").strip()[-_LAST_WORDS:]
+                    with output:
+                        output.seek(0)
+                        last = output.read().decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
                     return EndedJob(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
             time.sleep(_LOOK_S)
@@ -110,11 +110,11 @@ class LocalPool:
         for _, child, _, _ in self._children.values():
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(child.pid, signal.SIGTERM)
-        for _, child, _, said in self._children.values():
+        for _, child, _, output in self._children.values():
             try:
                 child.wait(timeout=10)
             except subprocess.TimeoutExpired:
                 os.killpg(child.pid, signal.SIGKILL)
             child.communicate()
-            said.close()
+            output.close()
         self._children.clear()

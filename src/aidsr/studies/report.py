@@ -141,12 +141,12 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
 
 def _reached(study: Study, whole: Line) -> str:
     """Say how far a study is."""
-    said = f"{whole.ended} of {whole.attempted} designs ended."
+    summary = f"{whole.ended} of {whole.attempted} designs ended."
     if study.plan.seeds and whole.complete < whole.ended:
-        said = f"{said[:-1]}, {whole.complete} of them with every policy judged."
+        summary = f"{summary[:-1]}, {whole.complete} of them with every policy judged."
     if whole.complete < whole.attempted:
-        said += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
-    return said
+        summary += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
+    return summary
 
 
 def counted(number: int, of: str) -> str:
@@ -211,7 +211,7 @@ def _page(
         differences=differences(rows, first),
         faults=[(code, count, {how: cures[code, how] for how in _HOWS}) for code, count in seen.most_common()],
         hows=_HOWS,
-        mended=count_repairs(study).most_common(),
+        fixed=count_repairs(study).most_common(),
         policies=_policies(rows),
         unmet=_unmet(rows),
         failures=read_failures(study),

@@ -13,7 +13,7 @@ from aidsr.core.errors import AidsrError, BudgetError, Limit
 from aidsr.studies.jobs import Job, run_job
 
 SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("cost_usd", "tokens")}
-"""Exit codes of a job whose share of these limits of the study was too small; with more it goes on."""
+"""Exit codes of a job whose share of these limits of the study was too small; with a larger share it can resume."""
 
 
 def _end_with_the_driver() -> None:
@@ -27,7 +27,7 @@ def _limits(error: AidsrError) -> tuple[Limit, ...]:
 
 
 def main(arguments: list[str]) -> int:
-    """Do a job; on failure its reason is the last thing said on standard error.
+    """Do a job; on failure its reason is the last line on standard error.
 
     Args:
         arguments: Folder of the study; the job as JSON. Standard input stays open as long as the result is wanted.

@@ -62,7 +62,7 @@ class _StudyRun:
                 _check_version(self.study)
             while self.waiting or self.running:
                 self.purse.refusing.clear()
-                self._begin_what_can_be()
+                self._start_jobs()
                 if not self.running:
                     break
                 self.listen(self._progress(last))
@@ -75,7 +75,7 @@ class _StudyRun:
         self.listen(end)
         return end
 
-    def _begin_what_can_be(self) -> None:
+    def _start_jobs(self) -> None:
         for job in sorted(self.waiting, key=self._turn):
             if self.pool.free <= 0:
                 return
@@ -144,7 +144,7 @@ def run_study(
     Args:
         study: The study.
         pool: Does the jobs; closed at the end.
-        listen: Told whenever a job begins or ends.
+        listen: Called whenever a job starts or ends.
         without: Runs to leave as they are, such as those whose results are kept elsewhere.
 
     Raises:
@@ -164,7 +164,7 @@ def _note_failure(study: Study, ended: EndedJob, attempt: int) -> None:
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "job": ended.job.name,
         "attempt": attempt,
-        "error": ended.error or "it ended without leaving what it should",
+        "error": ended.error or "it ended without writing its output",
     }
     with (study.path / "failures.jsonl").open("a", encoding="utf-8") as file:
         file.write(json.dumps(note) + "\n")

@@ -68,7 +68,7 @@ def wilson(hits: int, of: int) -> Interval:
 def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Sequence[float]]]], seed: int = 0) -> Interval:
     """Return the mean over tasks of the mean over designs, with an interval that respects how the values came about.
 
-    Episodes of one policy are alike, and so are policies of one design: tasks are kept, designs are drawn anew within
+    Episodes of one policy are alike, and so are policies of one design: tasks are kept, designs are redrawn within
     each task, policies within each design, and then episodes within each policy.
 
     Args:
@@ -114,7 +114,7 @@ def paired_difference(
         one: Values by task and by what pairs them, such as run and number of the design.
         other: The same of the other.
 
-    The interval is a paired bootstrap: differences are drawn anew within each task.
+    The interval is a paired bootstrap: differences are redrawn within each task.
 
     Source: of the test by signs, R. A. Fisher, The Design of Experiments (1935), section 21; of adding one to both
     counts, B. Phipson and G. K. Smyth, Statistical Applications in Genetics and Molecular Biology 9 (2010) 39.
@@ -137,7 +137,7 @@ def paired_difference(
 
 
 def _redrawn(designs: Sequence[Shares], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return means of designs drawn anew, their policies drawn anew within, and episodes within those, (draws,)."""
+    """Return means of redrawn designs, their policies redrawn within, and episodes within those, (draws,)."""
     policies = np.array([shares.size for shares, _ in designs])
     most = int(policies.max())
     shares, counts = (np.zeros((len(designs), most)) for _ in range(2))

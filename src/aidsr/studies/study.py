@@ -40,9 +40,9 @@ class Arm(Artifact):
 
     name: Annotated[str, Field(pattern=_NAME)]
     after: str = ""
-    """Arm whose finished runs this one goes on with: the same designs, with their calls and what they cost."""
+    """Arm whose finished runs this one continues: the same designs, with their calls and what they cost."""
     feedback: dict[str, str] = Field(default_factory=dict)
-    """What a person says to each design, by task; it then goes one round further."""
+    """A person's feedback on each design, by task; it then gets one more round."""
     grouping: Literal["auto", "off"] = "auto"
     """"auto" lets actuators act together when a policy is trained; "off" gives each an action of its own."""
     from_probe: bool = False
@@ -56,17 +56,17 @@ class Arm(Artifact):
         """Everything that is not as usual, in a line; empty for the full method."""
         config, usual = self.config, {"model", "concepts", "early_stop", "seed", "method", "repairs", "task_feedback"}
         changed = config.model_dump(mode="json", exclude=usual, exclude_defaults=True)
-        said = [_BASELINES[config.model]] if config.model in _BASELINES else []
+        changes = [_BASELINES[config.model]] if config.model in _BASELINES else []
         if config.model == SEARCH.prefix:
-            said[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
-        said += [_METHODS[config.method]] if config.method != "full" else []
-        said += ["robots not mended by code"] * (not config.repairs)
-        said += ["tried on its task"] * config.task_feedback
-        said += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
-        said += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
-        said += ["policies that begin with the probe's motion"] * self.from_probe
-        said += [f"the designs of {self.after}"] * bool(self.after)
-        return ", ".join(said)
+            changes[0] += f" over {changed.pop('search_robots', config.search_robots)} robots"
+        changes += [_METHODS[config.method]] if config.method != "full" else []
+        changes += ["robots not fixed by code"] * (not config.repairs)
+        changes += ["tried on its task"] * config.task_feedback
+        changes += [f"{key} {json.dumps(value).strip(chr(34))}" for key, value in changed.items()]
+        changes += ["a person's feedback"] * bool(self.feedback) + ["each actuator alone"] * (self.grouping == "off")
+        changes += ["policies that begin with the probe's motion"] * self.from_probe
+        changes += [f"the designs of {self.after}"] * bool(self.after)
+        return ", ".join(changes)
 
 
 class StudyPlan(Artifact):
@@ -110,7 +110,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Path within the study's folder of runs, and the way to say which run is meant."""
+        """Path within the study's folder of runs, and the name of the run in messages."""
         return f"{self.arm}/{self.task.replace('/', '.')}/{self.number}"
 
 
@@ -135,12 +135,12 @@ class Study:
         return next(arm for arm in self.plan.arms if arm.name == name)
 
     def before(self, cell: Cell) -> Cell | None:
-        """Return the cell whose run a cell goes on with, None where it begins anew."""
+        """Return the cell whose run a cell continues, None where it starts its own."""
         after = self.arm(cell.arm).after
         return replace(cell, arm=after) if after else None
 
     def followers(self, cell: Cell) -> tuple[Cell, ...]:
-        """Return the cells that go on with a cell's run."""
+        """Return the cells that continue a cell's run."""
         return tuple(replace(cell, arm=arm.name) for arm in self.plan.arms if arm.after == cell.arm)
 
     def home(self, cell: Cell) -> Path:
@@ -148,7 +148,7 @@ class Study:
         return self.path / "runs" / cell.name
 
     def run(self, cell: Cell) -> Run | None:
-        """Return a cell's run, None before it is begun."""
+        """Return a cell's run, None before it was started."""
         found = sorted(self.home(cell).glob("*/run.json"))
         return Run(found[0].parent) if found else None
 
@@ -206,7 +206,7 @@ _RESTORE = "a plan is not edited: restore it, or start another study"
 
 
 def _asked(plan: StudyPlan) -> dict[str, object]:
-    """Return the plan without the versions it was made with: those may change while a study goes on."""
+    """Return the plan without the versions it was made with: those may change while a study runs."""
     return plan.model_dump(exclude={"versions"})
 
 

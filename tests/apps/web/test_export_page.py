@@ -101,7 +101,7 @@ def test_an_older_export_is_not_taken_for_what_a_failed_process_wrote(tmp_path: 
     (site.processes.folder / f"{name}.json").write_text('{"pid": 0}')
     (site.processes.folder / f"{name}.log").write_text("no space left on the disk")
     found = read_export(site, run, design)
-    assert (found.verdict, found.last_words) == (None, "no space left on the disk")
+    assert (found.verdict, found.output_tail) == (None, "no space left on the disk")
 
 
 def test_parts_have_the_letters_of_the_sheet() -> None:

@@ -135,8 +135,8 @@ async def test_a_run_that_nobody_works_on_says_so_and_can_go_on(user: User, site
     run = made_run(site.library.path, designs=1)
     (run.design(1).path / "outcome.json").unlink()
     await user.open(f"/run/{run.path.name}")
-    await user.should_see("Nobody is at work on this run")
-    await user.should_see("Go on")
+    await user.should_see("No process is running this run")
+    await user.should_see("Resume")
     with EventLog(run.design(1).events) as log:
         log.write(Stopped(cause="error", message="the model cannot be reached"))
     await user.open(f"/run/{run.path.name}")
@@ -157,7 +157,7 @@ async def test_a_larger_budget_starts_from_the_present_one_and_waits_for_the_oth
         (field,) = user.find("Maximum tokens of the run, in and out").elements
         assert field.value == 9000
         field.set_value(20000)
-        press(user, "Go on with this budget")
+        press(user, "Resume with this budget")
         await user.should_see("is being worked on already; wait for it, or stop it first")
     assert run.budget() == Budget(tokens=9000)
     assert run.design(1).outcome.read() == used_up
@@ -220,7 +220,7 @@ async def test_a_refinement_is_kept_while_it_is_typed_and_written_as_a_decision(
     with EventLog(run.events):  # somebody is at work, so that no process is started
         await user.open(f"/run/{run.path.name}/1")
         user.find("Refine").click()
-        await user.should_see("a refinement needs words")
+        await user.should_see("a refinement needs text")
         user.find("What should become different?").type("make it longer")
         await user.open(f"/run/{run.path.name}/1")
         assert user.find("What should become different?").elements.pop().value == "make it longer"
@@ -510,7 +510,7 @@ def test_limits_become_a_budget() -> None:
 
 def test_a_refinement_may_be_about_one_part() -> None:
     assert refinement(" softer ", "robot/tip").text == "About robot/tip: softer"
-    with pytest.raises(UserError, match="needs words"):
+    with pytest.raises(UserError, match="needs text"):
         refinement("  ", "robot/tip")
 
 

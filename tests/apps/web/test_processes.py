@@ -25,16 +25,16 @@ def until(held: object, what: str) -> None:
 
 def test_a_process_is_found_again_and_stopped_by_a_page_started_later(tmp_path: Path) -> None:
     run = made_run(tmp_path, waiting=True, designs=1)
-    Site.at(tmp_path).go_on(run)
+    Site.at(tmp_path).resume(run)
     later = Site.at(tmp_path)
     assert later.is_at_work(run)
-    for act in (later.go_on, lambda one: later.trash(one.path.name)):  # its log is not opened yet
+    for act in (later.resume, lambda one: later.trash(one.path.name)):  # its log is not opened yet
         with pytest.raises(UserError, match="worked on already"):
             act(run)
     until(lambda: _waits(run.design(1).events), "it never waited")
     assert later.processes.stop(run.path.name)
     until(lambda: not later.is_at_work(run), "it never ended")
-    assert "Interrupted. What is done is kept" in later.processes.last_words(run.path.name)
+    assert "Interrupted. What is done is kept" in later.processes.output_tail(run.path.name)
     assert later.view(run).shown == "stopped"
     assert later.processes.stop(run.path.name) is False
 
@@ -49,7 +49,7 @@ def test_what_a_process_says_before_it_fails_is_kept(tmp_path: Path) -> None:
     with chdir(tmp_path):  # what lies where the page was started is not imported
         processes.start("nothing", ["resume", str(tmp_path / "nothing")])
     until(lambda: not processes.is_alive("nothing"), "it never ended")
-    assert "the folder of a run was expected" in processes.last_words("nothing")
+    assert "the folder of a run was expected" in processes.output_tail("nothing")
 
 
 def test_a_run_whose_design_is_being_trained_is_not_thrown_away(tmp_path: Path) -> None:

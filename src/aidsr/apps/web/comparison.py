@@ -66,7 +66,7 @@ def _column(folder: DesignFolder, design: DesignView) -> _Column:
         ("paid", format_cost(status.usage)),
         *_trained(folder),
     ]
-    return _Column(design, tuple((name, said) for name, said in rows if said), design.motion)
+    return _Column(design, tuple((name, value) for name, value in rows if value), design.motion)
 
 
 def _trained(folder: DesignFolder) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""What was said and done in a run, newest first: events as sentences, calls with prompt and reply to unfold."""
+"""The log of a run, newest first: events as sentences, calls with prompt and reply to unfold."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Entry:
     design: int
     """0 for the run."""
     iteration: int | None
-    said: str
+    line: str
     call: CallRecord | None = None
 
 
@@ -39,11 +39,11 @@ class History:
     design: int | None = None
     """Only this design; None for all."""
     _events: dict[Path, int] = field(default_factory=dict)
-    """How many events of each log were told."""
+    """How many events of each log were returned."""
     _calls: set[Path] = field(default_factory=set)
 
     def news(self) -> tuple[Entry, ...]:
-        """Return what was not told before, the oldest first.
+        """Return what is new since the last call, the oldest first.
 
         Raises:
             UserError: A file of the run is damaged.
@@ -56,12 +56,12 @@ class History:
 
     def _new_events(self, number: int, log: Path) -> Iterator[Entry]:
         events = read_events(log)
-        told = self._events.get(log, 0)
+        returned = self._events.get(log, 0)
         self._events[log] = len(events)
-        for event in events[told:]:
-            said = sentence(event)
-            if said:
-                yield Entry(event.time, number, getattr(event, "iteration", None), said)
+        for event in events[returned:]:
+            line = sentence(event)
+            if line:
+                yield Entry(event.time, number, getattr(event, "iteration", None), line)
 
     def _new_calls(self, number: int) -> Iterator[Entry]:
         home = self.run.design(number).path if number else self.run.path
@@ -115,15 +115,15 @@ def _line(entry: Entry) -> ui.element:
         place = f"design {entry.design}" if entry.design else "run"
         text(place + (f" · {entry.iteration}" if entry.iteration else ""), "who")
         if entry.call is None:
-            text(entry.said)
+            text(entry.line)
         else:
-            _call(entry.said, entry.call)
+            _call(entry.line, entry.call)
     return line
 
 
-def _call(said: str, call: CallRecord) -> None:
+def _call(line: str, call: CallRecord) -> None:
     """Prompt and reply are long, so they travel to the browser only when they are asked for."""
-    with ui.expansion(said).props("dense dense-toggle switch-toggle-side").classes("full") as fold:
+    with ui.expansion(line).props("dense dense-toggle switch-toggle-side").classes("full") as fold:
         pass
 
     def unfold(*, is_open: bool) -> None:
@@ -136,7 +136,7 @@ def _call(said: str, call: CallRecord) -> None:
             text("reply", "label")
             text(call.reply, "text", "pre")
             for attempt in call.failed_attempts:
-                text(f"tried before, in vain: {attempt.error}", "small bad", "p")
+                text(f"failed attempt: {attempt.error}", "small bad", "p")
 
     fold.on_value_change(lambda event: partial(unfold, is_open=bool(event.value))())
 

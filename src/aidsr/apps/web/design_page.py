@@ -99,8 +99,8 @@ def add_design_page(site: Site) -> None:
                     _tabs(page)
 
 
-def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
-    design, shown, _ = told
+def _head(page: _Page, facts: tuple[DesignView, str, int]) -> None:
+    design, shown, _ = facts
     status = design.status
     with box("stack"):
         with box("row apart top"):
@@ -122,7 +122,7 @@ def _head(page: _Page, told: tuple[DesignView, str, int]) -> None:
             fact("worked", format_duration(status.latency_s))
             usage_facts(status.usage)
             if status.mechanical_repairs:
-                fact("mended by code", str(status.mechanical_repairs))
+                fact("fixed by code", str(status.mechanical_repairs))
         if status.outcome:
             notice(status.outcome.reason, "good" if status.outcome.outcome == "approved" else "bad")
         elif status.stopped:
@@ -152,8 +152,8 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
     )
 
 
-def _iterations(page: _Page, told: tuple[DesignView, str, int]) -> None:
-    design, _, number = told
+def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
+    design, _, number = facts
     home = f"/run/{page.run.path.name}/{page.folder.number}"
     if page.folder.iteration(number).motion.path.exists():
         with box("sheet flush", "figure"):
@@ -216,8 +216,8 @@ def _tabs(page: _Page) -> None:
             training_panel(page.site, page.run, page.folder, page.stage)
 
 
-def _found(page: _Page, told: tuple[DesignView, str, int]) -> None:
-    number = told[2]
+def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
+    number = facts[2]
     if not number:
         text("Nothing was found yet.", "soft")
         return

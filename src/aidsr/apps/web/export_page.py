@@ -39,7 +39,7 @@ class State:
     trained: bool
     since: str = ""
     """When the process that is at work began, ISO 8601; empty where none is."""
-    last_words: str = ""
+    output_tail: str = ""
     """Of a process that ended without an export."""
     verdict: Verdict | None = None
     parts: tuple[PartEntry, ...] = ()
@@ -80,14 +80,14 @@ def read_export(site: Site, run: Run, design: DesignFolder) -> State:
     name = site.export_name(run, design.number)
     missing = missing_extra("fabrication", "making parts")
     trained = any(one.result.path.exists() for one in trainings_of(design))
-    approved, begun_s = design.final_robot.path.exists(), site.processes.begun_s(name)
+    approved, started_s = design.final_robot.path.exists(), site.processes.started_s(name)
     if site.processes.is_alive(name):
-        return State(missing, approved, trained, since=_iso(begun_s))
+        return State(missing, approved, trained, since=_iso(started_s))
     folder = design.path / "export"
     mark = folder / MARK
     written_s = mark.stat().st_mtime if mark.exists() else 0.0
-    if written_s < begun_s:
-        return State(missing, approved, trained, last_words=site.processes.last_words(name) or "it said nothing")
+    if written_s < started_s:
+        return State(missing, approved, trained, output_tail=site.processes.output_tail(name) or "no output")
     if not written_s:
         return State(missing, approved, trained)
     verdict = JsonFile(mark, Verdict).read()
@@ -109,9 +109,9 @@ def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> Non
                 clock(state.since)
             button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
         return
-    if state.last_words:
-        notice("The last export ended without parts. It said:", "bad")
-        text(state.last_words, "text last", "pre")
+    if state.output_tail:
+        notice("The last export ended without parts. Its output:", "bad")
+        text(state.output_tail, "text last", "pre")
     if state.verdict is not None:
         show_export(run, design, state.verdict, state.parts, state.made)
     if state.missing:

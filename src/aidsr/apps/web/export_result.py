@@ -26,7 +26,7 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
     Args:
         run: The run.
         design: The design.
-        verdict: What is said of it.
+        verdict: Verdict of the export.
         parts: What is printed.
         made: When it was written, ISO 8601; also the version of its files.
     """
@@ -131,7 +131,7 @@ def _size(part: PartEntry) -> str:
 def _found(part: PartEntry) -> list[str]:
     """Return what was found wrong with a part as it lies on the bed."""
     return [
-        said for bad, said in ((not part.watertight, "not closed"), (not part.fits_bed, "larger than the bed")) if bad
+        label for bad, label in ((not part.watertight, "not closed"), (not part.fits_bed, "larger than the bed")) if bad
     ]
 
 

@@ -68,7 +68,7 @@ class Guard:
     token: str = ""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on what may go on, and refuse the rest."""
+        """Pass allowed requests on, and refuse the rest."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -144,7 +144,7 @@ def _too_large(scope: Scope, headers: dict[str, str]) -> Refusal | None:
         return None
     length = headers.get("content-length")
     if length is None:
-        return None if "transfer-encoding" not in headers else Refusal(411, "say how long the body is")
+        return None if "transfer-encoding" not in headers else Refusal(411, "Content-Length required")
     if not length.isdigit() or int(length) > MAX_BODY_BYTES:
         return Refusal(413, f"at most {MAX_BODY_BYTES} bytes can be sent at once")
     return None

@@ -17,7 +17,7 @@ from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_cost
 from aidsr.runs import Run
 
-_COLUMNS = ("", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "begun", "")
+_COLUMNS = ("", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "")
 _NUMBERS = frozenset({"designs", "stable", "valid", "successful", "cost"})
 
 

@@ -24,7 +24,7 @@ class RunRequest:
     environment: str = ""
     """MJCF, for an objective in words."""
     goal: str = ""
-    """TOML that says how success is measured in that environment; empty where nothing measures it."""
+    """TOML that defines success in that environment; empty where there is none."""
     robot: str = ""
     """MJCF of a robot to start from."""
 
@@ -53,5 +53,5 @@ def launch(site: Site, request: RunRequest) -> Run:
         )
         level = request.level if request.task else ""
         run = create_run(brief, request.config, level=level, runs=site.library.path, goal=goal)
-    site.go_on(run)
+    site.resume(run)
     return run

@@ -1,4 +1,4 @@
-"""Parts of a page that keep up with what happens, and actions that may fail for a person's mistake."""
+"""Parts of a page that keep up with what happens, and actions that may raise a user error."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _LOOKS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, None]]]]
 def live(
     read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
 ) -> Callable[[], Coroutine[Any, Any, None]]:
-    """Draw what was read, and draw it anew whenever it has changed.
+    """Draw what was read, and redraw it whenever it changes.
 
     Args:
         read: Returns values that can be compared; runs in a thread, so that a slow disk holds nobody up.
-        draw: Makes elements of them; what a person opens or types must be remembered elsewhere. A mistake that it finds
-            is said in a sentence, as one found while reading is.
+        draw: Makes elements of them; what a person opens or types must be remembered elsewhere. An error that it raises
+            is shown as a sentence, like one raised while reading.
         every_s: How often to look.
 
     Returns:
@@ -66,7 +66,7 @@ def live(
 
 
 def as_action(do: Callable[[], object]) -> Callable[[], None]:
-    """Return an action of a button: a mistake is said in a sentence, and what came of it is shown at once."""
+    """Return the action of a button: an error is shown as a sentence, and the page is redrawn at once."""
 
     def act() -> None:
         try:

@@ -81,14 +81,14 @@ def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
             it.path / name if (it.path / name).exists() else None for it in until if it.path != paths[0].parent
         )
         report = design.iteration(int(paths[0].parent.name))
-        told = report.scene_report.read() if title == "Scene" else report.robot_report.read()
+        validated = report.scene_report.read() if title == "Scene" else report.robot_report.read()
         found.append(
             _Text(
                 title,
                 paths[0].relative_to(run.path).as_posix(),
                 paths[0].read_text(encoding="utf-8"),
                 earlier.read_text(encoding="utf-8") if earlier else "",
-                told.faults if told and title != "As written" else (),
+                validated.faults if validated and title != "As written" else (),
             )
         )
     return found

@@ -25,7 +25,7 @@ def highlighted(mjcf: str, marks: Mapping[int, str] | None = None) -> str:
 
     Args:
         mjcf: The text.
-        marks: What is to be said of lines, by number from 1.
+        marks: Notes on lines, by number from 1.
     """
     marks = marks or {}
     rows = [_row(line, str(number), "mark", marks.get(number, "")) for number, line in _lines(mjcf)]
@@ -35,8 +35,8 @@ def highlighted(mjcf: str, marks: Mapping[int, str] | None = None) -> str:
 def difference(before: str, after: str) -> str:
     """Return what differs between two texts, with a few lines around it; empty where nothing does."""
     rows = []
-    told = difflib.unified_diff(before.splitlines(), after.splitlines(), n=_CONTEXT_LINES, lineterm="")
-    for line in itertools.islice(told, 2, None):  # what comes first are names of files
+    changed = difflib.unified_diff(before.splitlines(), after.splitlines(), n=_CONTEXT_LINES, lineterm="")
+    for line in itertools.islice(changed, 2, None):  # what comes first are names of files
         if line.startswith("@@"):
             rows.append(f'<div class="hunk">{escape(line)}</div>')
         else:
@@ -56,13 +56,13 @@ def _lines(mjcf: str) -> Iterator[tuple[int, str]]:
         yield number, line
 
 
-def _row(line: str, number: str, kind: str, said: str) -> str:
-    marked = f' class="{kind}" title="{escape(said)}"' if said else ""
+def _row(line: str, number: str, kind: str, note: str) -> str:
+    marked = f' class="{kind}" title="{escape(note)}"' if note else ""
     return f'<div{marked}><span class="ln">{number}</span>{_coloured(line)}</div>'
 
 
 def _coloured(line: str) -> str:
-    """Return one line as HTML; each piece of it is escaped by itself."""
+    """Return one line as HTML; each piece of it is escaped separately."""
     pieces, end = [], 0
     for found in _TOKEN.finditer(line):
         kind = _CLASSES[found.lastgroup or "value"]

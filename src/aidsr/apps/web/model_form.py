@@ -80,12 +80,12 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
         field = ui.input("Model: PROVIDER:MODEL, or MODEL@URL", autocomplete=examples).props("outlined dense")
         cost = ui.label("").classes("small soft")
 
-        async def told() -> None:
+        async def show_cost() -> None:
             name, concepts = str(form["model"] or "").strip(), int(form["concepts"] or 1)
             cost.text = await background.io_bound(estimated_cost, site, name, concepts) or ""
 
         field.props["debounce"] = 400
-        field.bind_value(form, "model").on_value_change(told)
+        field.bind_value(form, "model").on_value_change(show_cost)
         limit_fields(form)
         with box("scroll"), box("list plain", "table"), box(tag="tbody"):
             for provider in offered:
@@ -101,7 +101,7 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
             "Keys are read from the environment in which aidsr web was started, and are never shown or written down.",
             "small soft",
         )
-        ui.timer(0.05, told, once=True)
+        ui.timer(0.05, show_cost, once=True)
 
 
 def limit_fields(form: dict[str, Any]) -> None:

@@ -61,7 +61,7 @@ class Processes:
     def stop(self, name: str) -> bool:
         """Ask a process to end as Control-C does; return whether there was one.
 
-        What it has done is kept, and starting it again goes on from there.
+        What it has done is kept; starting it again resumes from there.
         """
         if not self.is_alive(name) or not self._note(name).exists():
             return False
@@ -71,20 +71,20 @@ class Processes:
             return False
         return True
 
-    def begun_s(self, name: str) -> float:
+    def started_s(self, name: str) -> float:
         """Return when the process of that name was last started [s since 1970], 0 when it never was."""
         try:
             return self._note(name).stat().st_mtime
         except FileNotFoundError:
             return 0.0
 
-    def last_words(self, name: str) -> str:
-        """Return the end of what a process said."""
+    def output_tail(self, name: str) -> str:
+        """Return the end of a process's output."""
         try:
-            said = self._log(name).read_text(encoding="utf-8", errors="replace")
+            output = self._log(name).read_text(encoding="utf-8", errors="replace")
         except FileNotFoundError:
             return ""
-        return said[-_LAST_WORDS:].strip()
+        return output[-_LAST_WORDS:].strip()
 
     def _pid(self, name: str) -> int:
         return int(json.loads(self._note(name).read_text(encoding="utf-8"))["pid"])

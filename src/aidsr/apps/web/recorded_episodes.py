@@ -21,7 +21,7 @@ class Motion:
 
 @dataclass
 class Stage:
-    """The view of a page that plays episodes; there may be none yet, and it may be drawn anew."""
+    """The view of a page that plays episodes; there may be none yet, and it may be redrawn."""
 
     view: SceneView | None = None
 

@@ -35,9 +35,9 @@ def refinement(words: str, about: str) -> Decision:
         UserError: There are no words.
     """
     if not words.strip():
-        raise UserError("a refinement needs words: say what should become different")
-    said = f"About {about}: {words.strip()}" if about else words.strip()
-    return Decision(verdict="refine", text=said)
+        raise UserError("a refinement needs text: describe what should change")
+    comment = f"About {about}: {words.strip()}" if about else words.strip()
+    return Decision(verdict="refine", text=comment)
 
 
 def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision) -> None:
@@ -52,7 +52,7 @@ def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision)
         iteration.decision.read()
         raise UserError("this design was decided in the meantime, perhaps in another tab; reload to see how") from None
     if not site.is_at_work(run):
-        site.go_on(run)
+        site.resume(run)
 
 
 def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names: list[str]) -> None:

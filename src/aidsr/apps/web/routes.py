@@ -43,7 +43,7 @@ def _to_look_at(router: APIRouter, site: Site) -> None:
     def file(name: str, path: str) -> FileResponse:
         found = _inside(site, name, path)
         if found.suffix in _SHOWN:
-            # a picture of a run never changes; films of a training may be made anew
+            # a picture of a run never changes; films of a training may be replaced
             kept = "private, max-age=3600" if found.suffix == ".png" else "no-cache"
             return FileResponse(found, media_type=_SHOWN[found.suffix], headers={"cache-control": kept})
         if found.suffix in _DOWNLOADED:

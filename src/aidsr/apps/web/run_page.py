@@ -1,4 +1,4 @@
-"""Watch a run: one column for each concept, what waits for a person, what was said, designs side by side."""
+"""Watch a run: one column for each concept, what waits for a person, the log, designs side by side."""
 
 from __future__ import annotations
 
@@ -104,9 +104,9 @@ def _actions(site: Site, run: Run, view: RunView) -> None:
 
     with box("row"):
         if view.shown in ("stopped", "interrupted"):
-            button("Go on", as_action(partial(site.go_on, run)), "primary", "play_arrow")
+            button("Resume", as_action(partial(site.resume, run)), "primary", "play_arrow")
         elif view.shown == "waiting" and not site.is_at_work(run):
-            button("Go on", as_action(partial(site.go_on, run)), "quiet", "play_arrow", "Nobody is at work on this run")
+            button("Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process runs this run")
         elif view.shown != "finished":
             button("Stop", as_action(stop), "danger", "stop", "Ends as Control-C does; what is done is kept")
         summary = file_address(run.path.name, "summary.html")
@@ -114,22 +114,22 @@ def _actions(site: Site, run: Run, view: RunView) -> None:
 
 
 def _of_note(site: Site, run: Run) -> tuple[RunView, str]:
-    """Return how a run stands, and what its process said last where it ended without a word in the log."""
+    """Return how a run stands, and the end of its process's output where it stopped without an event."""
     view = site.view(run)
     silent = view.shown == "interrupted" or (view.shown == "stopped" and not view.status.stopped)
-    return view, site.processes.last_words(run.path.name) if silent else ""
+    return view, site.processes.output_tail(run.path.name) if silent else ""
 
 
-def _notes(site: Site, run: Run, told: tuple[RunView, str]) -> None:
-    view, last_words = told
+def _notes(site: Site, run: Run, facts: tuple[RunView, str]) -> None:
+    view, output_tail = facts
     if view.status.stopped is not None:
         notice(f"Stopped: {view.status.stopped.message}", "bad")
     if view.shown == "interrupted":
         with box("notice wait stack tight", role="status"):
-            text("Nobody is at work on this run: its process ended, or the folder comes from another machine.")
-            text("“Go on” takes it up where it was; no answered question is asked again.", "small soft")
-            if last_words:
-                text(last_words, "text last", "pre")
+            text("No process is running this run: it ended, or the folder comes from another machine.")
+            text("“Resume” continues it from its files; no answered call is repeated.", "small soft")
+            if output_tail:
+                text(output_tail, "text last", "pre")
     if any(one.status.outcome and one.status.outcome.outcome == "out_of_budget" for one in view.designs):
         _larger_budget(site, run)
     for design in view.designs:
@@ -141,19 +141,19 @@ def _notes(site: Site, run: Run, told: tuple[RunView, str]) -> None:
 
 
 def _larger_budget(site: Site, run: Run) -> None:
-    """Offer to let a run that used up its budget go on with a larger one."""
+    """Offer to resume a run that used up its budget with a larger one."""
     form: dict[str, Any] = dict(run.budget())
 
-    def go_on() -> None:
+    def resume() -> None:
         site.refuse_at_work(run)
         replace_budget(run, budget_from(form))
-        site.go_on(run)
+        site.resume(run)
 
     with box("notice wait stack", role="status"):
-        text("The budget of this run is used up. Give a larger one, what was spent before included, and go on.")
+        text("The budget of this run is used up. Set a larger one, what was spent before included, to resume.")
         limit_fields(form)
         with box("row"):
-            button("Go on with this budget", as_action(go_on), "primary", "play_arrow")
+            button("Resume with this budget", as_action(resume), "primary", "play_arrow")
 
 
 def _columns(view: RunView) -> None:
@@ -197,7 +197,7 @@ def _column(view: RunView, design: DesignView) -> None:
                 fact("worked", format_duration(status.latency_s))
                 usage_facts(status.usage)
                 if status.mechanical_repairs:
-                    fact("mended by code", str(status.mechanical_repairs))
+                    fact("fixed by code", str(status.mechanical_repairs))
                 if design.trained:
                     fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
 
@@ -223,17 +223,17 @@ def concept_in_words(concept: Concept | None) -> None:
         text("There is no concept yet.", "soft")
         return
     with box("stack"):
-        for title, said in (
+        for title, label in (
             ("what the task demands", concept.interpretation),
             ("body", concept.morphology),
             ("actuation", concept.actuation),
             ("the part that does the work", concept.functional_part),
             ("why", concept.rationale),
         ):
-            if said:
+            if label:
                 with box("stack tight"):
                     text(title, "label")
-                    text(said, "", "p")
+                    text(label, "", "p")
         if concept.parameters:
             with box("row"):
                 for key, value in concept.parameters.items():

@@ -65,7 +65,7 @@ def serve(
     if browser:
         app.on_startup(lambda: threading.Timer(0.3, webbrowser.open, (address,)).start())
     app.on_startup(
-        lambda: sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs go on)\n") and sys.stdout.flush()
+        lambda: sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs continue)\n") and sys.stdout.flush()
     )
     with door, suppress(KeyboardInterrupt):
         server.run(sockets=[door])

@@ -60,7 +60,7 @@ def add_setup(site: Site) -> None:
         with frame("New run"):
             with box("stack tight"):
                 text("New run", tag="h1")
-                text("Say what is to be done and who designs. The run goes on when this page is closed.", "soft", "p")
+                text("Set the task and the designer. The run continues when this page is closed.", "soft", "p")
             _what(form)
             choose_model(site, form)
             _how_much(form)
@@ -130,16 +130,17 @@ def _tasks(form: Form) -> None:
 
 def _words(form: Form) -> None:
     with box("stack"):
-        said = ui.textarea("Objective").props("outlined autogrow").bind_value(form, "objective")
-        said.props.update({"placeholder": "Turn the knob at the end of the shaft by a quarter.", "maxlength": 4000})
+        objective = ui.textarea("Objective").props("outlined autogrow").bind_value(form, "objective")
+        objective.props.update(
+            {"placeholder": "Turn the knob at the end of the shaft by a quarter.", "maxlength": 4000}
+        )
         text(
-            "The environment is MJCF without a robot. A site named mount or mount_… says where one may be attached.",
+            "The environment is MJCF without a robot. A robot may be attached at a site named mount or mount_…",
             "small soft",
         )
         upload(form, ENVIRONMENT)
         text(
-            "A goal, a short TOML file, says when the robot has done it: reach, lift, travel or touch. Only training "
-            "needs it.",
+            "A goal, a short TOML file, defines success: reach, lift, travel or touch. Only training needs it.",
             "small soft",
         )
         upload(form, GOAL)

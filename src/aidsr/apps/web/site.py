@@ -19,7 +19,7 @@ from aidsr.runs.status import State, newest
 from aidsr.runs.trainings import trainings_of
 
 Shown = State | Literal["interrupted"]
-"""A run's state, and "interrupted" where files say "running" and nobody is at work."""
+"""A run's state, and "interrupted" where the files say "running" and no process is."""
 Fingerprint = tuple[tuple[str, int, int], ...]
 
 
@@ -89,7 +89,7 @@ class Site:
         return self.library.path / ".web"
 
     def view(self, run: Run) -> RunView:
-        """Return how a run stands; read anew only when its files changed.
+        """Return how a run stands; read again only when its files changed.
 
         Raises:
             UserError: The folder is not a run, or one of its files is damaged.
@@ -119,7 +119,7 @@ class Site:
         if self.is_at_work(run):
             raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
 
-    def go_on(self, run: Run) -> None:
+    def resume(self, run: Run) -> None:
         """Start a process that works on a run until it is finished.
 
         Raises:

@@ -30,8 +30,8 @@ class StudyView:
     complaint: str = ""
     runs: int = 0
     runs_done: int = 0
-    begun: int = 0
-    """Runs and policies that are begun and not finished; whether somebody is at work on them only a terminal knows, as
+    started: int = 0
+    """Runs and policies that are started and not finished; whether a process works on them only a terminal knows, as
     a study may run on other machines."""
     policies: int = 0
     """Judged."""
@@ -61,7 +61,7 @@ class Studies:
         self._reading = threading.Lock()
 
     def views(self) -> tuple[StudyView, ...]:
-        """Return how the studies stood when they were last read, and have them read anew when that is long ago."""
+        """Return how the studies stood when they were last read, and have them read again when that is long ago."""
         if time.monotonic() - self._read_s > _EVERY_S and self._reading.acquire(blocking=False):
             threading.Thread(target=self._read, name="read studies", daemon=True).start()
         return self._known
@@ -112,7 +112,7 @@ def _view(key: str, path: Path) -> StudyView:
             path.name,
             runs=len(list(study.cells)),
             runs_done=finished,
-            begun=len(runs) - finished + learning,
+            started=len(runs) - finished + learning,
             policies=sum(len(row.evaluations) for row in rows),
             failed=len(given_up),
             jobs_left=sum(left.jobs.values()),

@@ -10,7 +10,7 @@ from aidsr.apps.web.studies import StudyView
 from aidsr.apps.web.widgets import box, text
 from aidsr.core.formatting import format_cost
 
-_COLUMNS = ("study", "runs done", "begun", "policies judged", "given up", "jobs left", "core hours left", "paid", "")
+_COLUMNS = ("study", "runs done", "started", "policies judged", "given up", "jobs left", "core hours left", "paid", "")
 
 
 def studies_panel(site: Site) -> None:
@@ -40,7 +40,7 @@ def _cells(view: StudyView) -> None:
             text(view.complaint, "small bad")
         return
     text(f"{view.runs_done} of {view.runs}", "num", "td")
-    for count, look in ((view.begun, ""), (view.policies, ""), (view.failed, "bad"), (view.jobs_left, "")):
+    for count, look in ((view.started, ""), (view.policies, ""), (view.failed, "bad"), (view.jobs_left, "")):
         text(str(count), f"num {look if count else ''}", "td")
     text(f"{view.core_hours_left:.1f}" if view.jobs_left else "–", "num", "td")
     paid = format_cost(view.usage)

@@ -1,4 +1,4 @@
-"""Train a design, follow its curve, watch its films, and say whether its motion can be believed."""
+"""Train a design, follow its curve, watch its films, and judge whether its motion is plausible."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _State:
     approved: bool
     alive: bool
     learning: bool
-    last_words: str
+    output_tail: str
 
 
 def training_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
@@ -73,14 +73,14 @@ def _state(site: Site, run: Run, design: DesignFolder) -> _State:
     name, trainings = site.training_name(run, design.number), trainings_of(design)
     alive = site.processes.is_alive(name)
     learning = not trainings or any(training.result.read() is None for training in trainings)
-    last_words = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.last_words(name)
-    return _State(design.final_scene.path.exists(), alive, learning, last_words)
+    output_tail = "" if alive or _has_new_verdict(site, name, trainings) else site.processes.output_tail(name)
+    return _State(design.final_scene.path.exists(), alive, learning, output_tail)
 
 
 def _has_new_verdict(site: Site, name: str, trainings: tuple[Training, ...]) -> bool:
-    """Whether the last process shows in what it made; one that failed, or found all trained already, only says so."""
+    """Whether the last process shows in its files; one that failed or had nothing to train shows in its output."""
     verdict = trainings[-1].evaluation.path if trainings else None
-    return verdict is not None and verdict.exists() and verdict.stat().st_mtime >= site.processes.begun_s(name)
+    return verdict is not None and verdict.exists() and verdict.stat().st_mtime >= site.processes.started_s(name)
 
 
 def _learning(site: Site, run: Run, design: DesignFolder, training: Training) -> _Learning:
@@ -92,7 +92,7 @@ def _learning(site: Site, run: Run, design: DesignFolder, training: Training) ->
 def _at_work(site: Site, name: str, training: Training) -> bool:
     """Whether the process of a design took this one of its trainings up, to learn or to judge."""
     events = training.path / "events.jsonl"
-    taken_up = events.exists() and events.stat().st_mtime >= site.processes.begun_s(name)
+    taken_up = events.exists() and events.stat().st_mtime >= site.processes.started_s(name)
     return site.processes.is_alive(name) and (taken_up or training.result.path.exists())
 
 
@@ -115,13 +115,13 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
                 )
         else:
             _start(site, run, design, name)
-            if state.last_words:
-                text("What the last training said:", "label")
-                text(state.last_words, "text last", "pre")
+            if state.output_tail:
+                text("Output of the last training:", "label")
+                text(state.output_tail, "text last", "pre")
 
 
 def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, trainings: tuple[Training, ...]) -> None:
-    """Show trainings; each part is drawn anew by itself, so that nobody's click is lost to a curve that grows."""
+    """Show trainings; each part is redrawn separately, so that no click is lost while a curve grows."""
     with box("stack wide"):
         for training in trainings:
             with box("sheet stack", "article"):
@@ -257,19 +257,19 @@ def _said(training: Training) -> tuple[bool, Inspection | None]:
 
 
 def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> None:
-    judged, said = read
+    judged, inspected = read
     if not judged:
         return
-    words = {"text": said.text if said else ""}
+    words = {"text": inspected.text if inspected else ""}
 
     def say(*, plausible: bool) -> None:
         training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
 
     with box("stack tight"):
-        text("Your word: does it move as a continuum robot could?", "label")
-        if said:
-            verdict = "confirmed" if said.plausible else "rejected"
-            notice(f"You {verdict} it. {said.text}".strip(), "good" if said.plausible else "bad")
+        text("Your judgement: does it move as a continuum robot could?", "label")
+        if inspected:
+            verdict = "confirmed" if inspected.plausible else "rejected"
+            notice(f"You {verdict} it. {inspected.text}".strip(), "good" if inspected.plausible else "bad")
         with box("row"):
             field = ui.input("Why (if you like)").props("outlined dense").classes("grow").bind_value(words, "text")
             field.props["maxlength"] = 1000

@@ -1,4 +1,4 @@
-"""Files that a person gives: looked at by strict rules before they are taken, and kept in the form as text."""
+"""Uploaded files: checked by strict rules before they are taken, and kept in the form as text."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class FileField:
 
 
 def upload(form: Form, wanted: FileField) -> None:
-    """Take a file, look at it, and say what is in it or what is wrong with it."""
+    """Take a file, check it, and show what is in it or what is wrong with it."""
     key = wanted.key
 
     @ui.refreshable
@@ -57,14 +57,14 @@ def upload(form: Form, wanted: FileField) -> None:
     async def take(event: events.UploadEventArguments) -> None:
         field.reset()
         try:
-            said = (await event.file.read()).decode("utf-8-sig")
-            facts = await run.io_bound(wanted.look, said, dict(form))
+            content = (await event.file.read()).decode("utf-8-sig")
+            facts = await run.io_bound(wanted.look, content, dict(form))
         except UnicodeDecodeError:
             show_error(UserError(f"{event.file.name} is no text; give a file saved as UTF-8"))
         except AidsrError as error:
             show_error(UserError(f"{event.file.name} cannot be used: {error}"))
         else:
-            form.update({key: said, f"{key}_name": event.file.name[:100]})
+            form.update({key: content, f"{key}_name": event.file.name[:100]})
             found.refresh(facts)
 
     field = ui.upload(label=wanted.label, max_file_size=wanted.most_bytes, auto_upload=True, on_upload=take)
@@ -75,25 +75,25 @@ def upload(form: Form, wanted: FileField) -> None:
     found()
 
 
-def _environment(said: str, _form: Form) -> Facts:
+def _environment(content: str, _form: Form) -> Facts:
     from aidsr.sim.environment_summary import summarize_environment
 
-    summary = summarize_environment(said)
+    summary = summarize_environment(content)
     mounts = ", ".join(mount.name for mount in summary.mounts) or "none, only the world"
     return (("mounts", mounts), ("bodies", str(len(summary.bodies))), ("sensors", str(len(summary.sensors))))
 
 
-def _robot(said: str, _form: Form) -> Facts:
+def _robot(content: str, _form: Form) -> Facts:
     from aidsr.mjcf.read import read_mjcf
 
-    read_mjcf(said)
+    read_mjcf(content)
     return ()
 
 
-def _goal(said: str, form: Form) -> Facts:
+def _goal(content: str, form: Form) -> Facts:
     from aidsr.tasks import goal_task, parse_goal
 
-    goal = parse_goal(said)
+    goal = parse_goal(content)
     if form["environment"]:  # without one, names are looked up when the run is started
         goal_task(goal, form["environment"])
     return (

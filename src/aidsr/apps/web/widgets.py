@@ -29,19 +29,19 @@ def box(classes: str = "", tag: str = "div", **attributes: str) -> Iterator[ui.e
         yield element
 
 
-def text(said: str, classes: str = "", tag: str = "span") -> ui.element:
+def text(content: str, classes: str = "", tag: str = "span") -> ui.element:
     """Show text as it is, whatever it contains."""
-    return TextElement(tag=tag, text=said).classes(classes)
+    return TextElement(tag=tag, text=content).classes(classes)
 
 
 def button(
-    said: str, act: Callable[..., Any], look: Look = "quiet", icon: str | None = None, hint: str = ""
+    content: str, act: Callable[..., Any], look: Look = "quiet", icon: str | None = None, hint: str = ""
 ) -> ui.button:
     """Show a button; without words on it, the hint is its name."""
-    element = ui.button(said, icon=icon, color=None, on_click=act).props("unelevated").classes(look)
+    element = ui.button(content, icon=icon, color=None, on_click=act).props("unelevated").classes(look)
     if hint:
         element.tooltip(hint)
-    if hint and not said:
+    if hint and not content:
         element.props["aria-label"] = hint
     return element
 
@@ -66,8 +66,8 @@ def fault_found(fault: Fault) -> None:
                 text(f"and {len(fault.names) - 6} more", "small soft")
         text(format_fault(fault) + (f", line {fault.line}" if fault.line else ""), "", "p")
         if fault.likely_cause or fault.cure:
-            said = (said.rstrip(".") for said in (fault.likely_cause, fault.cure) if said)
-            text(" ".join(f"{one[0].upper()}{one[1:]}." for one in said), "small soft", "p")
+            content = (content.rstrip(".") for content in (fault.likely_cause, fault.cure) if content)
+            text(" ".join(f"{one[0].upper()}{one[1:]}." for one in content), "small soft", "p")
 
 
 def file_address(run: str, path: str, *, version: str = "") -> str:
@@ -80,10 +80,10 @@ def badge(state: str) -> None:
     text(state.replace("_", " "), f"badge {state}")
 
 
-def notice(said: str, kind: Literal["", "bad", "wait", "good"] = "") -> None:
+def notice(content: str, kind: Literal["", "bad", "wait", "good"] = "") -> None:
     """Show a sentence that must not be overlooked."""
     with box(f"notice {kind}", role="alert" if kind == "bad" else "status"):
-        text(said, "pre")
+        text(content, "pre")
 
 
 def fact(key: str, value: str) -> None:

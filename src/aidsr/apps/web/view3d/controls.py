@@ -61,7 +61,7 @@ def _others(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.
 
 
 def group_facts(model: mujoco.MjModel, structure: Structure, declared: Sequence[ActuatorGroup]) -> list[dict[str, Any]]:
-    """Return what acts together as the robot's author says, else limbs of the same build; members are names."""
+    """Return the robot's actuator groups as its author defines them, else limbs of the same build, by name."""
     if declared:
         known = {name_of(model, _ACTUATOR, actuator) for actuator in range(model.nactuator)}
         named = {group.name: [n if n in known else ROBOT_PREFIX + n for n in group.actuators] for group in declared}

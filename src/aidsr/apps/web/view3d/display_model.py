@@ -36,7 +36,7 @@ class DisplayModel:
         neutral: The command of every actuator that does nothing in the initial state, (nu,).
         parts: Its shapes.
         lines: Its tendons.
-        facts: All that a viewer is told once.
+        facts: All that a viewer is sent once.
     """
 
     model: mujoco.MjModel
@@ -57,7 +57,7 @@ class DisplayModel:
             text: Robot or scene.
             mount: How a robot alone stands; see `aidsr.validation.validate`.
             environment: MJCF whose physics hold for a robot alone, empty for its own.
-            groups: Actuators that act together, as the robot's author says.
+            groups: Actuators that act together, as the robot's author defines them.
 
         Raises:
             MjcfError: The text cannot be loaded.

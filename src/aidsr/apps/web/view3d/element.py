@@ -40,7 +40,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         title: What it is, for those who cannot see it and for the names of pictures.
         picture: Address of a still picture, for browsers without WebGL.
         faults: What is wrong with it: the bodies and tendons named there are lit.
-        groups: Actuators that act together, as the robot's author says; each gets a slider.
+        groups: Actuators that act together, as the robot's author defines them; each group gets a slider.
         episodes: Recorded motions to choose from.
         mount: How a robot alone stands; see `aidsr.validation.validate`.
         environment: MJCF whose physics hold for a robot alone, empty for its own.

@@ -21,7 +21,7 @@ ADDRESS = "/view3d"
 _MAX_COMMAND = 16_384
 """Characters; a command for a hundred actuators has some 3,000."""
 _UNKNOWN_VIEW = 4404
-"""Close code that tells a browser not to try again."""
+"""Close code after which a browser does not reconnect."""
 
 
 class Views:

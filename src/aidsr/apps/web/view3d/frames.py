@@ -1,6 +1,6 @@
-"""What the player says, as bytes: the server passes them on unread, `frames.js` reads them in the browser.
+"""Messages of the player, as bytes: the server passes them on unread, `frames.js` reads them in the browser.
 
-A message begins with four bytes that say its kind. FACTS, TESTS and STATE go on as JSON. A FRAME goes on, everything
+A message begins with four bytes for its kind. FACTS, TESTS and STATE continue as JSON. A FRAME continues, everything
 little-endian, with
 
     uint32   number of shapes that move, of pieces of tendons, of tendons, of controls
@@ -28,10 +28,10 @@ _POSE_NUMBERS, _SEGMENT_NUMBERS = 12, 8
 
 
 class Kind(IntEnum):
-    """What a message tells."""
+    """Kind of a message."""
 
     FACTS = 0
-    """A model; the viewer draws it anew."""
+    """A model; the viewer redraws it."""
     FRAME = 1
     """One moment of it."""
     STATE = 2

@@ -24,7 +24,7 @@ _MESHES = (int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtGeom.mjGEOM_SDF))
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """The shapes of a model, in two lots: those that stand still are told once, those that can move in every frame.
+    """The shapes of a model, in two lots: those that stand still are sent once, those that can move in every frame.
 
     Attributes:
         facts: One mapping a shape for the viewer, those that move first.
@@ -85,7 +85,7 @@ def _fact(model: mujoco.MjModel, data: mujoco.MjData, shape: mujoco.MjvGeom, rob
     body, kind, index = _body(model, shape), mujoco.mjtObj(int(shape.objtype)), int(shape.objid)
     is_geom = int(kind) == _GEOM
     where, turned = (data.geom_xpos, data.geom_xmat) if is_geom else (data.site_xpos, data.site_xmat)
-    # MuJoCo's scene moves an endless plane with the camera; the model says that it is endless
+    # MuJoCo's scene moves an endless plane with the camera; the model marks it as endless
     size = model.geom_size[index] if is_geom and int(shape.type) == _PLANE else shape.size
     material = int(shape.matid)
     return {

@@ -19,7 +19,7 @@ class PlacedPart:
     letter: str
     """A letter or two that stand at it."""
     about: str
-    """What is said of it when it is pointed at."""
+    """Tooltip."""
     address: str
     """Of its STL file, in millimetres."""
     rgb: tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""What goes on in a view: a simulation that a person commands, or a motion played back."""
+"""What a view plays: a simulation that a person commands, or a recorded motion."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Playback:
     Attributes:
         shown: The model.
         motion: What is played back, None while the simulation is live.
-        runs: Whether time goes on.
+        runs: Whether time advances.
         speed: Times real time that is asked for.
         pace: Times real time that was reached of late; below `speed` where the machine is too slow.
         time_s: Time of the simulation, or in the motion [s].
-        trouble: Why the simulation stopped by itself, for the person; empty where it did not.
+        trouble: Why the simulation stopped, for the person; empty where it did not.
     """
 
     def __init__(self, shown: DisplayModel) -> None:
@@ -43,7 +43,7 @@ class Playback:
         self.go_live()
 
     def go_live(self) -> None:
-        """Start the simulation anew, every actuator commanded to do nothing."""
+        """Reset the simulation, with zero control for every actuator."""
         self.motion = None
         self._begin()
         model, data = self.shown.model, self._data
@@ -65,7 +65,7 @@ class Playback:
             self.play_back(self.motion)
 
     def resume(self) -> None:
-        """Let time go on; a motion that has ended begins again."""
+        """Resume playing; a motion that has ended starts again."""
         self.runs = True
         if self.motion is not None and self.time_s >= self.motion.duration_s:
             self.seek(0.0)
@@ -97,7 +97,7 @@ class Playback:
         mujoco.mj_fwdPosition(self.shown.model, self._data)
 
     def advance(self, wall_s: float, budget_s: float) -> None:
-        """Let time go on.
+        """Advance time.
 
         Args:
             wall_s: Time that has passed for the person [s].
@@ -150,7 +150,7 @@ class Playback:
 
     def _stop(self, why: str) -> None:
         self.runs = False
-        self.trouble = f"The simulation broke down at {self.time_s:.3g} s: {why}. Reset it to go on."
+        self.trouble = f"The simulation diverged at {self.time_s:.3g} s: {why}. Reset it to continue."
         if not np.isfinite(self._data.qpos).all():
             mujoco.mj_resetData(self.shown.model, self._data)
             mujoco.mj_forward(self.shown.model, self._data)

@@ -43,7 +43,7 @@ _LENGTH = struct.Struct(">Q")
 
 
 class Player:
-    """Obeys commands and tells what is to be seen.
+    """Obeys commands and sends what is to be drawn.
 
     Args:
         replies: Where messages go.

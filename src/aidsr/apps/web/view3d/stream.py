@@ -1,4 +1,4 @@
-"""One view as the server has it: a player's process while somebody watches, and what it says, passed on."""
+"""One view as the server has it: a player's process while somebody watches, and its messages, passed on."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SILENCE_S = 180.0
 """After which a player is given up: it speaks once a second, and is ended itself after 30 s of processor time, which
 take longer by the clock on a busy machine."""
 _LINGER_S = 5.0
-"""How long a player goes on unwatched: a reload must find the robot as it was left."""
+"""How long a player keeps running unwatched: a reload must find the robot as it was left."""
 _FROM_BROWSER = frozenset({"play", "pause", "reset", "seek", "speed", "ctrl", "live", "test", "episode"})
 
 
@@ -83,7 +83,7 @@ class Model:
         mjcf: Robot or scene, as text or as the path of its file.
         mount: How a robot alone stands; see `aidsr.validation.validate`.
         environment: MJCF whose physics hold for a robot alone, empty for its own.
-        groups: Actuators that act together, as the robot's author says.
+        groups: Actuators that act together, as the robot's author defines them.
         episodes: Recorded motions that can be played.
     """
 
@@ -95,7 +95,7 @@ class Model:
 
     @property
     def command(self) -> dict[str, Any]:
-        """What a player is told to load.
+        """What a player is to load.
 
         Raises:
             UserError: There is no such file.
@@ -111,7 +111,7 @@ class Model:
 
 
 class Watcher:
-    """What one browser has not been told yet: of each kind the newest, so that a slow one misses frames, not facts."""
+    """What one browser has not been sent yet: of each kind the newest, so that a slow one misses frames, not facts."""
 
     def __init__(self, known: Mapping[Kind, bytes]) -> None:
         self._pending = dict(known)
@@ -136,12 +136,12 @@ class Watcher:
 class SceneStream:
     """A model in motion, for any number of browsers at once.
 
-    The player runs only while somebody watches, and for some seconds after, and begins anew when somebody comes back
+    The player runs only while somebody watches, and for some seconds after, and restarts when somebody comes back
     later.
 
     Args:
         model: What is shown.
-        linger_s: How long it goes on unwatched [s].
+        linger_s: How long it keeps running unwatched [s].
 
     Attributes:
         id: By which a browser asks for it; cannot be guessed.
@@ -214,7 +214,7 @@ class SceneStream:
                 return
             try:
                 load = self._model.command
-            except Exception as error:  # whatever keeps the file from being read is told to those who want to see it
+            except Exception as error:  # whatever keeps the file from being read is shown to those who want to see it
                 self._tell(pack_json(Kind.STATE, {"trouble": f"This model cannot be shown: {error}"}))
                 return
             self._known.clear()
@@ -237,11 +237,11 @@ class SceneStream:
             return
         body = json.dumps(command).encode()
         pipe.write(_LENGTH.pack(len(body)) + body)
-        with contextlib.suppress(ConnectionError):  # it has ended; `_read` tells the watchers
+        with contextlib.suppress(ConnectionError):  # it has ended; `_read` notifies the watchers
             await pipe.drain()
 
     async def _read(self, process: asyncio.subprocess.Process, folder: Path) -> None:
-        """Pass on what a player says until it ends, and say how it ended unless that was wanted."""
+        """Pass on a player's messages until it ends, and report how it ended unless it was stopped on purpose."""
         silent = False
         try:
             while True:

@@ -1,4 +1,4 @@
-// The WebSocket to a view on the server: comes back by itself when it is lost, and rests while nobody looks.
+// The WebSocket to a view on the server: reconnects when it is lost, and rests while the page is hidden.
 import { readMessage } from "./frames.js";
 
 const UNKNOWN_VIEW = 4404;
@@ -9,7 +9,7 @@ export class Connection {
   /**
    * @param {string} path  of the view on this server
    * @param {{message: (kind: number, value: object) => void, status: (status: string) => void}} listener
-   *   `status` is told "connecting", "open", "lost" (it is tried again) or "gone" (the server does not know the view)
+   *   `status` is called with "connecting", "open", "lost" (it is tried again) or "gone" (the server does not know the view)
    */
   constructor(path, listener) {
     this.url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`;

@@ -1,4 +1,4 @@
-// The ground: a plane that fades into the background, with a grid that tells how large things are.
+// The ground: a plane that fades into the background, with a grid for scale.
 import { CircleGeometry, Color, DoubleSide, Mesh, MeshStandardMaterial } from "./three/three.js";
 
 const UPRIGHT = 0.999;

@@ -1,4 +1,4 @@
-// Parts to print, side by side on a bed, told to the viewer as if they were the shapes of a model that stands still.
+// Parts to print, side by side on a bed, given to the viewer as if they were the shapes of a model that stands still.
 import { STLLoader, Vector3 } from "./three/three.js";
 
 const MM = 0.001; // STL files of an export are in millimetres, pictures in metres

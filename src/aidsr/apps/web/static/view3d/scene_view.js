@@ -174,7 +174,7 @@ export default {
       drawn: () => this.drawn(),
     });
     this.connection = new Connection(this.path, {
-      message: (kind, value) => this.hear(kind, value),
+      message: (kind, value) => this.receive(kind, value),
       status: (status) => (this.status = status),
     });
     this.watching = new IntersectionObserver(([entry]) => {
@@ -202,7 +202,7 @@ export default {
       if (this.onScreen && !document.hidden) this.connection.look(true);
       else this.hiding = setTimeout(() => this.connection.look(false), HIDDEN_MS);
     },
-    hear(kind, value) {
+    receive(kind, value) {
       if (kind === FACTS) {
         this.facts = Object.freeze(value);
         this.viewer.show(value);
@@ -219,7 +219,7 @@ export default {
       this.time = frame.time;
       this.pace = frame.pace;
       this.tensions = frame.tensions;
-      // what a person has just set stays where it was put until the player has heard of it
+      // what a person has just set stays where it was put until the player has received it
       this.ctrl = Array.from(frame.ctrl, (value, at) => this.unsent.get(at) ?? value);
     },
     send(command) {
@@ -286,9 +286,9 @@ export default {
         return;
       }
       const box = this.$refs.host.getBoundingClientRect();
-      this.tip = { text: this.told(thing), x: event.clientX - box.left + 14, y: event.clientY - box.top + 14 };
+      this.tip = { text: this.tooltip(thing), x: event.clientX - box.left + 14, y: event.clientY - box.top + 14 };
     },
-    told(thing) {
+    tooltip(thing) {
       const index = this.facts.tendons.findIndex((tendon) => thing.kind === "tendon" && tendon.name === thing.name);
       const pulled = index < 0 ? "" : ` · ${this.number(this.tensions[index] ?? 0)} N`;
       return shortName(thing.name) + pulled;

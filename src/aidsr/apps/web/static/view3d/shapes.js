@@ -1,4 +1,4 @@
-// One three.js mesh for each shape of a model, as aidsr/apps/web/view3d/parts.py tells them.
+// One three.js mesh for each shape of a model, as aidsr/apps/web/view3d/parts.py lists them.
 import {
   BoxGeometry,
   BufferAttribute,
@@ -20,7 +20,7 @@ import { isFloor } from "./floor.js";
 const ONE = [1, 1, 1];
 const XRAY_OPACITY = 0.16;
 const ENDLESS = 14; // half side of a plane without end, in lengths of the robot; the floor reaches as far
-const ENDLESS_OPACITY = 0.25; // it may stand between the robot and whoever looks or points
+const ENDLESS_OPACITY = 0.25; // it may stand between the robot and the camera
 
 /** The shapes of a model. */
 export class Shapes {
@@ -39,7 +39,7 @@ export class Shapes {
     this.moving = this.meshes.filter((_, index) => facts.parts[index].moves);
   }
 
-  /** Put what moves where a frame says; `poses` has 12 numbers for each shape. */
+  /** Set the poses of a frame; `poses` has 12 numbers for each shape. */
   place(poses) {
     this.moving.forEach((mesh, index) => mesh && setPose(mesh, poses.subarray(12 * index, 12 * index + 12)));
   }

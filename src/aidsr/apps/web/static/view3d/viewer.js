@@ -39,7 +39,7 @@ export class Viewer {
   /**
    * @param {HTMLElement} host  which the picture fills
    * @param {{pick: (thing: object | null) => void, hover: (thing: object | null, event) => void,
-   *          drawn: () => void}} listener  told what was clicked, what the pointer is over, and when all was drawn anew
+   *          drawn: () => void}} listener  called with what was clicked, what the pointer is over, and when all was redrawn
    */
   constructor(host, listener) {
     this.host = host;
