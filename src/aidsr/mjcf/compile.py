@@ -27,7 +27,7 @@ class Loaded:
     spec: mujoco.MjSpec
     model: mujoco.MjModel
     notes: tuple[str, ...]
-    """What was put aside around the document, and what the compiler warned of."""
+    """What was ignored around the document, and the compiler's warnings."""
 
 
 def compile_mjcf(text: str) -> mujoco.MjModel:

@@ -1,4 +1,4 @@
-"""Whether parts of a robot that a person wants to keep are what they were, whoever wrote the robot anew."""
+"""Comparison of two versions of a robot: parts that a person wants to keep must not change."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def _changes_to(keep: Keep, old: Element, new: Element) -> Iterator[str]:
         one, other = _values(before, classes[0]), _values(after, classes[1])
         for key in sorted((one.keys() | other.keys()) - set(keep.but)):
             if not _same(one.get(key), other.get(key)):
-                said = f"{key} was {one.get(key, 'not set')} and is {other.get(key, 'not set')}"
-                yield f'Of "{keep.name}", which is to be kept, {describe(before)} changed: {said}.'
+                change = f"{key} was {one.get(key, 'not set')} and is {other.get(key, 'not set')}"
+                yield f'Of "{keep.name}", which is to be kept, {describe(before)} changed: {change}.'
 
 
 def _find(root: Element, name: str) -> Element | None:

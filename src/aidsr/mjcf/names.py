@@ -11,7 +11,7 @@ from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.elements import Element, attributes, elements, join, line_of, load_fault
 
 _SECTIONS = frozenset({"actuator", "sensor", "equality", "tendon"})
-"""Whatever stands in one of these bears a name of that kind, whether it is a <motor> or a <position>."""
+"""Every element in one of these sections has a name of that kind, whether it is a <motor> or a <position>."""
 _KINDS = {kind: kind for kind in ("body", "joint", "geom", "site", "camera", "light", "frame", "skin", "flex")}
 _KINDS |= {kind: kind for kind in ("mesh", "hfield", "texture", "material", "pair", "exclude", "key")}
 _KINDS |= {kind: kind for kind in ("numeric", "text", "tuple")} | {"freejoint": "joint", "flexcomp": "flex"}
@@ -92,7 +92,7 @@ def undefined_references(root: Element) -> Iterator[Fault]:
 
 
 def named(root: Element) -> Iterator[tuple[Element, str]]:
-    """Yield each named thing and its kind; what stands in <default> describes and is not a thing."""
+    """Yield each named element and its kind; elements in <default> only describe others."""
     for element in elements(root):
         parent = element.getparent()
         if parent is not None and element.get("name") and not _inside(element, {"default"}):

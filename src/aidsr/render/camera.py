@@ -33,7 +33,7 @@ def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: Vi
     Args:
         model: The compiled model.
         states: One or more states with kinematics computed; the last also decides from which side to look.
-        view: What is asked for.
+        view: From where to look; what is None is chosen.
     """
     if view.authored:
         camera = mujoco.MjvCamera()
@@ -62,7 +62,7 @@ def aim(model: mujoco.MjModel, data: mujoco.MjData, centre: Array, radius: float
         data: The state that decides from which side to look.
         centre: Of the sphere, (3,) [m].
         radius: Of the sphere [m].
-        view: What is asked for.
+        view: From where to look; what is None is chosen.
     """
     model.vis.global_.fovy = _FOVY_DEG
     camera = mujoco.MjvCamera()

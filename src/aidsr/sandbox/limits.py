@@ -23,13 +23,24 @@ class Limits:
     """Address space; a worker maps 0.2 GiB when it starts and 0.9 GiB while it draws with OpenGL."""
 
 
-def set_process_limits() -> None:
-    """Set the limits that hold for the life of this process: no core dumps, no giant files."""
+def set_process_limits(memory_mib: int | None = None) -> None:
+    """Set the limits that hold for the life of this process: no core dumps, no giant files, and memory if given."""
     if sys.platform != "win32":
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_FSIZE, (_MAX_FILE_BYTES, _MAX_FILE_BYTES))
+        if memory_mib is not None and sys.platform == "linux":  # macOS ignores RLIMIT_AS
+            resource.setrlimit(resource.RLIMIT_AS, (memory_mib * 2**20, memory_mib * 2**20))
+
+
+def renew_cpu_limit(cpu_s: float) -> None:
+    """Let the system kill this process once it has used this much more processor time."""
+    if sys.platform != "win32":
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + cpu_s), hard))
 
 
 @contextlib.contextmanager

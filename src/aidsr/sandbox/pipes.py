@@ -6,14 +6,17 @@ a message.
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import queue
 import shutil
 import struct
+import threading
 from typing import Any, BinaryIO
 
 from aidsr.sandbox.environment import INSIDE
+from aidsr.sandbox.limits import set_process_limits
 
 _LENGTH = struct.Struct(">Q")
 
@@ -38,13 +41,37 @@ def write_message(pipe: BinaryIO, message: dict[str, Any]) -> None:
         OSError: The other side has closed the pipe.
         TypeError: The message holds something JSON cannot express.
     """
-    body = json.dumps(message).encode()
+    write_bytes(pipe, json.dumps(message).encode())
+
+
+def write_bytes(pipe: BinaryIO, body: bytes) -> None:
+    """Send one message that is not JSON.
+
+    Raises:
+        OSError: The other side has closed the pipe.
+    """
     pipe.write(_LENGTH.pack(len(body)))
     pipe.write(body)
     pipe.flush()
 
 
-def take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
+def connect_to_parent(memory_mib: int | None = None) -> tuple[queue.SimpleQueue[dict[str, Any]], BinaryIO]:
+    """Set up this process as a child: limits, a queue of requests, and the pipe for replies.
+
+    The process ends when its parent closes the request pipe, which also happens when the parent dies.
+
+    Args:
+        memory_mib: Limit of memory for the life of this process.
+    """
+    requests, replies = _take_over_pipes()
+    faulthandler.enable()
+    set_process_limits(memory_mib)
+    inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    threading.Thread(target=_forward_requests, args=(requests, inbox), daemon=True).start()
+    return inbox, replies
+
+
+def _take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
     """Return this process's request and reply pipes; whatever is printed from now on goes to standard error."""
     requests = os.fdopen(os.dup(0), "rb")
     replies = os.fdopen(os.dup(1), "wb")
@@ -55,11 +82,8 @@ def take_over_pipes() -> tuple[BinaryIO, BinaryIO]:
     return requests, replies
 
 
-def forward_requests(requests: BinaryIO, inbox: queue.SimpleQueue[dict[str, Any]]) -> None:
-    """Put requests into a queue until the parent is gone, then remove the private folder and exit, also mid-call.
-
-    Runs in a thread of its own.
-    """
+def _forward_requests(requests: BinaryIO, inbox: queue.SimpleQueue[dict[str, Any]]) -> None:
+    """Put requests into a queue until the parent is gone; then remove the private folder and exit, also mid-call."""
     while (request := read_message(requests)) is not None:
         inbox.put(request)
     os.chdir(os.path.sep)

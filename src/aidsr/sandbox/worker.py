@@ -6,25 +6,18 @@ process ends when its request pipe closes, which happens when the parent closes 
 
 from __future__ import annotations
 
-import faulthandler
-import queue
 import sys
-import threading
 import traceback
 from typing import Any, BinaryIO
 
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.sandbox.limits import call_limits, set_process_limits
-from aidsr.sandbox.pipes import forward_requests, take_over_pipes, write_message
+from aidsr.sandbox.limits import call_limits
+from aidsr.sandbox.pipes import connect_to_parent, write_message
 
 
 def main() -> None:
     """Answer requests until the parent closes the pipe."""
-    requests, replies = take_over_pipes()
-    faulthandler.enable()
-    set_process_limits()
-    inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-    threading.Thread(target=forward_requests, args=(requests, inbox), daemon=True).start()
+    inbox, replies = connect_to_parent()
     import mujoco
 
     # Without a handler MuJoCo appends its warnings to MUJOCO_LOG.TXT in the working directory.

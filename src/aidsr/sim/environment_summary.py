@@ -1,4 +1,4 @@
-"""An environment as facts: what stands where at the start of an episode."""
+"""An environment as facts: its bodies, sites, mounts and actuators at the start of an episode."""
 
 from __future__ import annotations
 

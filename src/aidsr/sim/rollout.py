@@ -1,4 +1,4 @@
-"""Many short simulations at once, stepped on native threads and looked at frame by frame."""
+"""Many short simulations at once, stepped on native threads and recorded frame by frame."""
 
 from __future__ import annotations
 

@@ -10,12 +10,8 @@ from __future__ import annotations
 
 import base64
 import contextlib
-import faulthandler
 import math
 import queue
-import struct
-import sys
-import threading
 import time
 from typing import Any, BinaryIO
 
@@ -28,8 +24,8 @@ from aidsr.apps.web.view3d.motions import Motion, Tests
 from aidsr.apps.web.view3d.playback import SPEED_BOUNDS, Playback
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError
-from aidsr.sandbox.limits import set_process_limits
-from aidsr.sandbox.pipes import forward_requests, take_over_pipes
+from aidsr.sandbox.limits import renew_cpu_limit
+from aidsr.sandbox.pipes import connect_to_parent, write_bytes
 
 FRAMES_PER_S = 25.0
 """While something moves. Our choice: smooth to the eye; the screen draws in between what it likes."""
@@ -39,7 +35,6 @@ _SHARE_OF_A_CORE = 0.6
 _MEMORY_MIB = 4096
 _CPU_S = 30
 """Processor time that loading, a test or a frame may take."""
-_LENGTH = struct.Struct(">Q")
 
 
 class Player:
@@ -177,23 +172,16 @@ class Player:
         self._say(pack_json(Kind.STATE, self._told))
 
     def _say(self, message: bytes) -> None:
-        self._replies.write(_LENGTH.pack(len(message)))
-        self._replies.write(message)
-        self._replies.flush()
+        write_bytes(self._replies, message)
 
 
 def main() -> None:
     """Obey until the server closes the pipe."""
-    requests, replies = take_over_pipes()
-    faulthandler.enable()
-    set_process_limits()
-    _limit_memory()
-    inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-    threading.Thread(target=forward_requests, args=(requests, inbox), daemon=True).start()
+    inbox, replies = connect_to_parent(_MEMORY_MIB)
     mujoco.set_mju_user_warning(lambda _message: None)
     player = Player(replies)
     while True:
-        _renew_cpu_limit()
+        renew_cpu_limit(_CPU_S)
         try:
             command = inbox.get(timeout=player.wait_s)
         except queue.Empty:
@@ -206,22 +194,6 @@ def _number(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(f"expected a number, found {str(value)[:40]}")
     return float(value)
-
-
-def _limit_memory() -> None:
-    if sys.platform == "linux":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_MIB * 2**20, _MEMORY_MIB * 2**20))
-
-
-def _renew_cpu_limit() -> None:
-    """Let the system end this process when what comes next takes too much processor time."""
-    if sys.platform != "win32":
-        import resource
-
-        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time()) + _CPU_S, hard))
 
 
 if __name__ == "__main__":
