@@ -101,10 +101,10 @@ def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:
 
 def test_what_is_no_recorded_episode_is_said(tmp_path: Path) -> None:
     (tmp_path / "best.npz").write_bytes(b"no archive")
-    with pytest.raises(UserError, match=r"best\.npz is none"):
+    with pytest.raises(UserError, match=r"best\.npz is not a recorded episode"):
         Episode.read(tmp_path / "best.npz", "best")
     np.savez_compressed(tmp_path / "huge.npz", qpos=np.zeros((4400, 1000)), frame_s=0.02, mjcf="")
-    with pytest.raises(UserError, match="at most 32 MiB"):
+    with pytest.raises(UserError, match="33 MiB, at most 32"):
         Episode.read(tmp_path / "huge.npz", "huge")
 
 
