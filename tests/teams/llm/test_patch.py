@@ -51,7 +51,7 @@ def test_replace_and_remove_in_order() -> None:
 @pytest.mark.parametrize(
     ("operation", "said"),
     [
-        ("<move sel='//joint'/>", "<move> is no operation"),
+        ("<move sel='//joint'/>", "<move> is not an operation"),
         ("<set stiffness='1'/>", "needs an XPath"),
         ("<set sel='//joint['  stiffness='2'/>", "is not an XPath"),
         ("<set sel=\"//joint[@name='bend_3']\" stiffness='2'/>", "Names that come near: bend_"),

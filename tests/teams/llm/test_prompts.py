@@ -214,7 +214,7 @@ def test_an_empty_environment_leaves_no_empty_headings() -> None:
     )
     assert describe_environment(empty) == (
         "Gravity 0 0 0 m/s2, time step 0.001 s. Lengths in metres; positions in world coordinates at the start. "
-        "Friction 1 unless said otherwise; this counts where the robot touches, not its own."
+        "Friction 1 unless stated otherwise; at contacts it replaces the robot's own."
     )
 
 

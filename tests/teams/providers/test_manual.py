@@ -182,7 +182,7 @@ def test_pictures_lie_beside_the_prompt_that_names_them(tmp_path: Path) -> None:
     shown = Message(role="user", text="Look.", pictures=(b"one", b"two"))
     (record,) = asked(model(tmp_path), Question(role="judge", messages=(shown,)), replies=["seen"])
     assert [(tmp_path / f"0001.picture_{n}.png").read_bytes() for n in (1, 2)] == [b"one", b"two"]
-    assert "in their order: `0001.picture_1.png`, `0001.picture_2.png`" in (tmp_path / "0001.prompt.md").read_text()
+    assert "in order: `0001.picture_1.png`, `0001.picture_2.png`" in (tmp_path / "0001.prompt.md").read_text()
     assert record.usage.input_tokens == estimate_tokens("Look.") + 2 * 1600
 
 

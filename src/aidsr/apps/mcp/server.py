@@ -27,9 +27,9 @@ the resource aidsr://mjcf-guide says; validate it until it is stable; assemble_s
 and validates it there; render shows it. Fix the causes of faults, not their symptoms: each says what was measured, the
 limit, and the usual cure."""
 
-TaskName = Annotated[str, Field(description="Name of a task as list_tasks gives it.")]
+TaskName = Annotated[str, Field(description="Name of a task as list_tasks returns it.")]
 Mjcf = Annotated[str, Field(description="The whole MJCF document of the robot alone.")]
-SceneNumber = Annotated[str, Field(description='Number that assemble_scene gave, such as "0003".')]
+SceneNumber = Annotated[str, Field(description='Number that assemble_scene returned, such as "0003".')]
 
 
 class TaskLine(Artifact):
@@ -40,7 +40,7 @@ class TaskLine(Artifact):
 
 
 class TaskDescription(Artifact):
-    """What a designer has to know of a task."""
+    """What a designer needs to know about a task."""
 
     name: str
     objective: str
@@ -90,7 +90,7 @@ def _add_task_tools(server: MCPServer) -> None:
 
     @server.tool()
     def read_task(task: TaskName, level: Level = "standard") -> TaskDescription:
-        """Tell everything a designer has to know of a task: objective, what stands where, how success is counted."""
+        """Return what a designer needs to know about a task: objective, environment, stages to success."""
         try:
             found = load_task(task, level)
         except AidsrError as error:
@@ -120,9 +120,9 @@ def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
         mjcf: Mjcf,
         mount: Annotated[Literal["auto", "fixed", "free"], Field(description="How its root is held.")] = "auto",
         needs_contact: bool = False,
-        realizable: Annotated[bool, Field(description="Also refuse what could not be built.")] = False,
+        realizable: Annotated[bool, Field(description="Also reject what could not be built.")] = False,
     ) -> Verdict:
-        """Drive every actuator of a robot in simulation and tell what is physically wrong with it."""
+        """Drive every actuator of a robot in simulation and report what is physically wrong with it."""
         report = validate(mjcf, mount=mount, needs_contact=needs_contact, realizable=realizable)
         return Verdict(stable=report.stable, account=report.account(), faults=report.faults)
 
@@ -131,10 +131,10 @@ def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
         mjcf: Mjcf,
         functional_part: Annotated[str, Field(description="Body or site of the robot that does the work.")],
         task: TaskName,
-        placement: Annotated[Placement, Field(description="Where and how the robot stands.")],
+        placement: Annotated[Placement, Field(description="Where and how the robot is placed.")],
         level: Level = "standard",
     ) -> Verdict:
-        """Place a robot in the environment of a task, keep the scene, and validate it there."""
+        """Place a robot in the environment of a task, save the scene, and validate it there."""
         try:
             found = load_task(task, level)
             robot = Robot(mjcf=mjcf, functional_part=functional_part)
@@ -151,7 +151,7 @@ def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
 def _add_scene_tools(server: MCPServer, scenes: SceneFolder) -> None:
     @server.tool(name="probe")
     def probe_scene(scene: SceneNumber) -> str:
-        """Search, without learning, how far the body of a scene gets on its task at its level; some tens of seconds."""
+        """Measure, without learning, how far the robot of a scene gets on its task; takes tens of seconds."""
         try:
             report = probe(scenes.scene(scene), scenes.task(scene))
         except AidsrError as error:
@@ -165,10 +165,12 @@ def _add_scene_tools(server: MCPServer, scenes: SceneFolder) -> None:
     @server.tool(name="render")
     def render_scene(
         scene: SceneNumber,
-        azimuth_deg: Annotated[float, Field(description="From where to look, about the vertical.")] = 135.0,
-        elevation_deg: Annotated[float, Field(description="How far from above: 0 level, -90 straight down.")] = -20.0,
+        azimuth_deg: Annotated[float, Field(description="Azimuth of the camera about the vertical.")] = 135.0,
+        elevation_deg: Annotated[
+            float, Field(description="Elevation of the camera: 0 level, -90 straight down.")
+        ] = -20.0,
     ) -> Image:
-        """Draw a scene as it stands at the start."""
+        """Render a scene in its initial state."""
         try:
             mjcf = scenes.scene(scene).read_text(encoding="utf-8")
             return Image(

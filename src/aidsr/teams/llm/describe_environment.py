@@ -26,7 +26,7 @@ def describe_environment(summary: EnvironmentSummary) -> str:
     sections = [
         f"Gravity {format_vector(summary.gravity_m_s2)} m/s2, time step {format_coordinate(summary.timestep_s)} s. "
         "Lengths in metres; positions in world coordinates at the start. "
-        f"Friction {format_friction(usual)} unless said otherwise; this counts where the robot touches, not its own.",
+        f"Friction {format_friction(usual)} unless stated otherwise; at contacts it replaces the robot's own.",
         _section("Mounts, where a robot's root can be attached", [_describe_mount(mount) for mount in summary.mounts]),
         _section(
             "Bodies",

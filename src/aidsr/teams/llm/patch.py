@@ -77,7 +77,7 @@ def _parse(patch: str) -> list[Element]:
 
 def _apply(root: Element, operation: Element) -> None:
     if operation.tag not in _OPERATIONS:
-        raise ReplyError(f"<{operation.tag}> is no operation of a <patch>; there are {', '.join(_OPERATIONS)}.")
+        raise ReplyError(f"<{operation.tag}> is not an operation of a <patch>; there are {', '.join(_OPERATIONS)}.")
     selected = _select(root, operation)
     content = [child for child in operation if isinstance(child.tag, str)]
     if operation.tag in ("add", "replace") and not content:

@@ -28,7 +28,7 @@ _HOW_TO = """\
 Give everything below the first line of equals signs to a language model, or answer it yourself, and save the whole
 reply, as raw text, as `{number}.reply.md` beside this file. Instructions come first, then the conversation so far; the
 reply is to its last message. The text says which form the reply must have; fenced blocks must be in the file with their
-fences. Save it in one go: a file that no longer grows is taken as it is. At most {max_output_tokens} tokens are meant.
+fences. Save it in one go: a file that no longer grows is read as it is. The limit is {max_output_tokens} tokens.
 """
 _TITLES = {"system": "INSTRUCTIONS", "user": "MESSAGE", "assistant": "EARLIER REPLY"}
 
@@ -214,7 +214,7 @@ def _text(question: Question, key: str, files: _PromptFiles) -> str:
     pictures = sum(len(message.pictures) for message in question.messages)
     if pictures:
         names = ", ".join(f"`{files.picture(number).name}`" for number in range(1, pictures + 1))
-        how_to += f"The pictures that it speaks of lie beside this file, in their order: {names}.\n"
+        how_to += f"The pictures that it refers to are beside this file, in order: {names}.\n"
     return first + how_to + "".join(_turn(message) for message in question.messages)
 
 
