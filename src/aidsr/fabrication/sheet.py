@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from aidsr.core.formatting import format_fault
+from aidsr.core.html import html_template
 from aidsr.fabrication.bill_of_materials import Item
 from aidsr.fabrication.build import PrintedPart, RobotBuild
 from aidsr.fabrication.illustrations import exploded, routing, winch_picture
@@ -15,11 +15,7 @@ from aidsr.fabrication.schema import Verdict
 
 def sheet(build: RobotBuild, verdict: Verdict, items: tuple[Item, ...], control: dict[str, Any], title: str) -> str:
     """Return the sheet as HTML that needs nothing else."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("aidsr.fabrication", "."), autoescape=True, undefined=jinja2.StrictUndefined
-    )
-    environment.filters["finding"] = format_fault
-    return environment.get_template("sheet.html.j2").render(
+    return html_template(Path(__file__).with_name("sheet.html.j2"), finding=format_fault).render(
         title=title,
         build=build,
         verdict=verdict,

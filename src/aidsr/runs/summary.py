@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from aidsr.core.artifacts import Concept, Fault, Placement
 from aidsr.core.formatting import format_cost, format_duration, format_tokens
+from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.runs.folders import DesignFolder, IterationFolder, Run
 from aidsr.runs.status import DesignStatus, newest, read_status
@@ -157,14 +158,7 @@ def _data_address(png: Path | None) -> str:
 
 @cache
 def _template() -> Template:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+    return html_template(
+        Path(__file__).with_name("summary.html.j2"),
+        numbers=lambda values: ", ".join(f"{value:.3g}" for value in values),
     )
-    environment.filters["numbers"] = lambda values: ", ".join(f"{value:.3g}" for value in values)
-    return environment.get_template("summary.html.j2")

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
+from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.studies import plots
 from aidsr.studies.gallery import gallery
@@ -188,10 +187,7 @@ def _page(
     cures = Counter((repair.code, repair.changed) for repair in cured)
     tasks = tuple(dict.fromkeys(row.task for row in rows))
     curves = {task: plots.curves_of_task(study, [row for row in rows if row.task == task]) for task in tasks}
-    template = Environment(
-        loader=PackageLoader("aidsr.studies", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    ).get_template("report.html.j2")
-    return template.render(
+    return html_template(Path(__file__).with_name("report.html.j2")).render(
         study=study,
         arms=arms,
         settings={arm.name: arm.settings for arm in study.plan.arms},

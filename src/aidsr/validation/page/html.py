@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from aidsr.core.artifacts import Fault, Repairs
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.formatting import format_absolute, format_limit, format_number
+from aidsr.core.html import html_template
 from aidsr.validation.fidelity import FidelityReport
 from aidsr.validation.page.cards import cards
 from aidsr.validation.page.plots import spark
@@ -146,16 +147,9 @@ def _in_words(value: object) -> str:
 
 @cache
 def _template() -> Template:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+    return html_template(
+        Path(__file__).with_name("page.html.j2"),
+        number=format_number,
+        absolute=lambda fault: format_absolute(fault, fault.measured),
+        allowed=format_limit,
     )
-    environment.filters["number"] = format_number
-    environment.filters["absolute"] = lambda fault: format_absolute(fault, fault.measured)
-    environment.filters["allowed"] = format_limit
-    return environment.get_template("page.html.j2")
