@@ -319,7 +319,7 @@ def test_a_designer_whose_replies_were_unusable_is_asked_anew_after_resuming(tmp
         roles = Mumbling(RecordedModel(model, folder))
         return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
 
-    with pytest.raises(ReplyError, match="asks the Designer anew"):
+    with pytest.raises(ReplyError, match="ask the Designer again"):
         run_designs(run, parts(team))
     status = read_status(run_designs(run, parts(team)))
     assert status.approved == 1

@@ -31,7 +31,7 @@ def short(blame: str = "coder", progress: float = 0.2, problem: str = "touches w
 def grow(tmp_path: Path, *reports: TaskReport | Exception, script: Script | None = None, **changes):
     left = list(reports)
 
-    def try_out(_robot, _scene):
+    def try_on_task(_robot, _scene):
         report = left.pop(0)
         if isinstance(report, Exception):
             raise report
@@ -39,7 +39,7 @@ def grow(tmp_path: Path, *reports: TaskReport | Exception, script: Script | None
 
     scripted = Scripted([script or Script()])
     run = new_run(tmp_path)
-    run_designs(run, parts(scripted, **{"try_out": try_out, "task_rounds": 2, **changes}))
+    run_designs(run, parts(scripted, **{"try_on_task": try_on_task, "task_rounds": 2, **changes}))
     assert left == [], "some of the trials were not made"
     return run, [role for role, _, _ in scripted.asked], read_status(run).designs[0].outcome
 
@@ -129,7 +129,7 @@ def test_resuming_tries_nothing_twice(tmp_path) -> None:
     def again(_robot, _scene):
         pytest.fail("tried once more")
 
-    run_designs(run, parts(Scripted(), try_out=again, task_rounds=2))
+    run_designs(run, parts(Scripted(), try_on_task=again, task_rounds=2))
     assert read_status(run).approved == 1
 
 
@@ -138,6 +138,6 @@ def test_every_step_has_words_while_it_is_at_work() -> None:
 
 
 def test_it_is_off_by_default_and_needs_a_task(tmp_path) -> None:
-    assert parts_of(new_run(tmp_path)).try_out is None
-    with pytest.raises(UserError, match="needs a measure of success; name a task, or give a goal"):
+    assert parts_of(new_run(tmp_path)).try_on_task is None
+    with pytest.raises(UserError, match="requires a measure of success; name a task, or give a goal"):
         new_run(tmp_path, task_feedback=True)

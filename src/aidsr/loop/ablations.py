@@ -1,4 +1,4 @@
-"""The method with something left out: other objects in the places of the parts, never a branch in the loop.
+"""Ablations: the method with parts replaced; the loop has no branch for them.
 
 Source: AID-SR compares its full method with runs without Judge, without Scene Integrator, without both, without
 validation, and with direct prompting.
@@ -24,7 +24,7 @@ class ApproveAll:
 
 
 class DefaultPlacement:
-    """An Integrator who puts every robot's origin on the first mount, or on the world's where there is none."""
+    """A Scene Integrator that puts every robot on the first mount, or on the world's origin where there is none."""
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return that placement."""
@@ -50,19 +50,19 @@ def default_placement(brief: Brief) -> Placement:
 
 
 class AcceptAll:
-    """A validator that looks at nothing."""
+    """A validator that checks nothing."""
 
     def __call__(
         self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
     ) -> ValidationReport:
-        """Return that all is well."""
+        """Return a stable report."""
         del mjcf, mount, needs_contact, environment
         return ValidationReport(stable=True, notes=("not validated",))
 
 
 @dataclass(frozen=True)
 class _With:
-    """A team with other players in some places."""
+    """A team with some roles replaced."""
 
     team_for: TeamFor
     integrator: Integrator | None = None
@@ -74,7 +74,7 @@ class _With:
 
 
 def ablate(parts: Parts, method: Method) -> Parts:
-    """Return the parts of a method that leaves something out; those of the full method are as they were."""
+    """Return the parts of an ablation; those of the full method are unchanged."""
     match method:
         case "full":
             return parts

@@ -1,4 +1,4 @@
-"""When repairing leads nowhere: the same role was asked to cure the same problems, and they are as bad as before."""
+"""Early stopping: the same role was asked to fix the same problems, and they are as bad as before."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from aidsr.core.roles import Feedback
 from aidsr.loop.routing import Change
 
 _LEAST_IMPROVEMENT = 0.05
-"""Share of its distance to the limit by which a fault must get better to count as better. Our choice: eight iterations
+"""Share of its distance to the limit by which a fault must improve to count as better. Our choice: eight iterations
 of less would leave two thirds of the distance."""
 
 
 def never_stop(changes: Sequence[Change]) -> bool:
-    """Never give up before the attempts are used up, as the paper's method does."""
+    """Never stop before the iterations are used up, as in the paper's method."""
     del changes
     return False
 
 
 def no_progress(changes: Sequence[Change]) -> bool:
-    """Whether the newest change asks a role once more for what it did not get any better at when it was last asked.
+    """Whether the latest change asks a role again for what it did not improve when it was last asked.
 
     The problems are the same when the faults have the same codes and places, or the Judge said the same words. Faults
     that moved at least a twentieth of their way to the limit are not. A role that has not been asked yet is given its
@@ -31,20 +31,20 @@ def no_progress(changes: Sequence[Change]) -> bool:
     """
     newest = changes[-1]
     for before in reversed(changes[:-1]):
-        if not _as_bad(before, newest):
+        if not _no_better(before, newest):
             return False
-        if _asked(before) == _asked(newest):
+        if _roles(before) == _roles(newest):
             return True
     return False
 
 
-def _asked(change: Change) -> tuple[bool, ...]:
-    """Which roles a change goes to."""
+def _roles(change: Change) -> tuple[bool, ...]:
+    """Return which roles a change goes to: Designer, Coder, Scene Integrator."""
     return bool(change.concept), change.robot is not None, change.placement is not None
 
 
-def _as_bad(before: Change, now: Change) -> bool:
-    """Whether two iterations found the same problems and none of them got better."""
+def _no_better(before: Change, now: Change) -> bool:
+    """Whether two iterations found the same problems and none of them improved."""
     first, second = _problems(before), _problems(now)
     if first.keys() != second.keys():
         return False

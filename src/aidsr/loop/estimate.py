@@ -1,4 +1,4 @@
-"""What a run will about cost, said before it starts: from earlier runs of the same model, else a rule of thumb."""
+"""The estimated cost of a run: from earlier runs of the same model, else a rule of thumb."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Our guess, for prompts as docs/models.md has them and short reasoning; models th
 
 @dataclass(frozen=True)
 class Estimate:
-    """What all designs of a run will about take."""
+    """The estimated usage of all designs of a run."""
 
     usage: Usage
     basis: str
-    """What the figures rest on, as a clause."""
+    """Where the figures come from, as a clause."""
 
 
 def estimate(config: RunConfig, runs: Path) -> Estimate:
-    """Return what a run will about cost; an estimate and never a promise, since nobody knows how many repairs it takes.
+    """Return the estimated cost of a run; nobody knows in advance how many repairs it takes.
 
     Args:
-        config: The run to be.
+        config: Settings of the run.
         runs: Folder of earlier runs.
     """
     if is_offline(config.model):
@@ -46,7 +46,7 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
 
 
 def _earlier(model: str, runs: Path) -> list[Usage]:
-    """Return what finished designs by a model took; runs that cannot be read are passed over."""
+    """Return the usage of finished designs by a model; runs that cannot be read are skipped."""
     found = []
     for record in sorted(runs.glob("*/run.json")):
         try:

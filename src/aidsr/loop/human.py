@@ -1,4 +1,4 @@
-"""The human step. The answer is a file, so that a terminal, an editor, a browser or a test can give it."""
+"""The human step. The decision is a file, so that a terminal, an editor, a browser or a test can give it."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
 
 
 def approve(iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-    """Approve what the Judge passed; nobody is asked and no file is written."""
+    """Approve what the Judge passed, without asking anyone or writing a file."""
     del iteration, log, halt
     return Decision(verdict="approve")
 
 
 @dataclass(frozen=True)
 class DecisionFile:
-    """Waits until somebody writes decision.json into the folder of the iteration."""
+    """Waits for decision.json in the folder of the iteration."""
 
     poll_s: float = 0.5
 
     def __call__(self, iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-        """Return the decision once it can be read; a file that cannot be is reported once for each way it fails."""
-        decision, complaint = _look(iteration)
+        """Return the decision once it can be read; log each new reason why the file cannot be."""
+        decision, problem = _read_decision(iteration)
         if decision is not None:
             return decision
         log.write(Waiting(iteration=iteration.number))
         reported = ""
         while decision is None:
-            if complaint and complaint != reported:
-                reported = complaint
-                log.write(DecisionUnreadable(iteration=iteration.number, reason=complaint))
+            if problem and problem != reported:
+                reported = problem
+                log.write(DecisionUnreadable(iteration=iteration.number, reason=problem))
             if halt():
                 raise HaltedError
             time.sleep(self.poll_s)
-            decision, complaint = _look(iteration)
+            decision, problem = _read_decision(iteration)
         log.write(Decided(iteration=iteration.number, verdict=decision.verdict))
         return decision
 
 
 @dataclass(frozen=True)
 class PresetFeedback:
-    """Answers for a person who said beforehand what to change: once for each design, in its decision.json."""
+    """Gives feedback that was written before the run: once for each design, in its decision.json."""
 
     text: str
 
@@ -65,8 +65,8 @@ class PresetFeedback:
         return decision
 
 
-def _look(iteration: IterationFolder) -> tuple[Decision | None, str]:
-    """Return the decision, or what is wrong with the file; neither while there is none, or one just being written.
+def _read_decision(iteration: IterationFolder) -> tuple[Decision | None, str]:
+    """Return the decision, or what is wrong with the file; neither while it is missing or being written.
 
     An editor empties a file before it fills it; what is wrong counts only in a file that did not change meanwhile.
     """

@@ -1,6 +1,6 @@
-"""One iteration of a design: make what is missing or asked for, validate it, have it judged, and say what comes next.
+"""One iteration of a design: make what is missing or requested, validate it, judge it, and return what comes next.
 
-Every step is named after the file it writes and is skipped when that file exists, so starting again is the same code.
+Every step is named after the file it writes and is skipped if that file exists, so resuming is the same code.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from aidsr.runs import EventLog, IterationFolder
 from aidsr.runs.events import Repaired
 
 _MOUNT: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
-"""How a robot alone is held while it is validated, by what the task does with its root."""
+"""How a robot alone is held while it is validated, by the base of its task."""
 
 
 @dataclass(frozen=True)
 class Draft:
-    """The newest of everything a design has so far."""
+    """The latest version of each artifact of a design."""
 
     concept: Concept
     robot: Robot | None = None
@@ -51,101 +51,101 @@ class Iteration:
     log: EventLog
     halt: Halt
 
-    def make(self, draft: Draft, asked: Change) -> tuple[Draft, Decision | Change]:
-        """Return the draft after this iteration, and the person's decision or what the next iteration must change.
+    def run(self, draft: Draft, requested: Change) -> tuple[Draft, Decision | Change]:
+        """Return the draft after this iteration, and a person's decision or what the next iteration has to change.
 
         Raises:
             ReplyError: A role's reply could not be used.
-            HaltedError: Work was asked to stop.
+            HaltedError: Work was requested to stop.
         """
         team = self.parts.team_for(self.folder.path)
-        draft, robot = self._robot(team, draft, asked)
+        draft, robot = self._robot(team, draft, requested)
         report = self._robot_report(draft, robot)
         draft = replace(draft, robot=robot, robot_report=report)
         if not report.stable:
             self._steps.draw("preview", self.folder.preview, self.parts.picture, robot.mjcf)
-            return draft, Change(robot=report, placement=asked.placement)
-        placement = self._placement(team, draft.concept, robot, draft.placement, asked)
+            return draft, Change(robot=report, placement=requested.placement)
+        placement = self._placement(team, draft.concept, robot, draft.placement, requested)
         draft = replace(draft, placement=placement)
         scene, report = self._scene(robot, placement)
         self._steps.draw("preview", self.folder.preview, self.parts.picture, scene.mjcf if scene else robot.mjcf)
         if scene is None or not report.stable:
-            return draft, after_scene_faults(report, asked)
-        critique = self._steps.take(
+            return draft, after_scene_faults(report, requested)
+        critique = self._steps.run(
             "critique",
             self.folder.critique,
             lambda: team.judge.judge(self.brief, draft.concept, robot, scene, report),
-            _verdict,
+            _verdict_in_words,
         )
         if not critique.passed:
             return draft, after_critique(critique)
-        tried = self._tried(robot, scene)
-        if tried is not None and not tried.critique.passed:
-            return draft, after_trial(tried)
+        trial = self._trial(robot, scene)
+        if trial is not None and not trial.critique.passed:
+            return draft, after_trial(trial)
         return draft, self.decide()
 
     def decide(self) -> Decision:
-        """Return what a person says to the scene of this iteration, which the Judge passed."""
+        """Return a person's decision on the scene of this iteration, which the Judge passed."""
         scene = self.folder.scene.read()
         assert scene is not None, "only an assembled scene is judged"
         self._steps.draw("motion", self.folder.motion, self.parts.filmstrip, scene.mjcf)
         return self.parts.person(self.folder, self.log, self.halt)
 
-    def _tried(self, robot: Robot, scene: Scene) -> TaskReport | None:
-        try_out = self.parts.try_out
-        if try_out is None:
+    def _trial(self, robot: Robot, scene: Scene) -> TaskReport | None:
+        try_on_task = self.parts.try_on_task
+        if try_on_task is None:
             return None
 
         def report() -> TaskReport:
             try:
-                return try_out(robot, scene)
-            except IsolationError as error:  # trying is advice: a scene that is too slow for it may still be trained
-                untried = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
-                return TaskReport(phase="partial", progress=0.0, critique=untried)
+                return try_on_task(robot, scene)
+            except IsolationError as error:  # a trial is advice: a scene too slow for it can still be trained
+                critique = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
+                return TaskReport(phase="partial", progress=0.0, critique=critique)
 
-        return self._steps.take("task_report", self.folder.task_report, report, _phase)
+        return self._steps.run("task_report", self.folder.task_report, report, _phase_in_words)
 
     @property
     def _steps(self) -> Steps:
         return Steps(self.log, self.halt, self.folder.number)
 
-    def _robot(self, team: Team, draft: Draft, asked: Change) -> tuple[Draft, Robot]:
-        if asked.concept:
-            concept = self._steps.take(
+    def _robot(self, team: Team, draft: Draft, requested: Change) -> tuple[Draft, Robot]:
+        if requested.concept:
+            concept = self._steps.run(
                 "concept",
                 self.folder.concept,
-                lambda: team.designer.revise(self.brief, draft.concept, draft.robot, asked.concept),
+                lambda: team.designer.revise(self.brief, draft.concept, draft.robot, requested.concept),
                 lambda concept: concept.name,
             )
             draft = Draft(concept)
-        before, feedback = draft.robot, asked.robot
+        before, feedback = draft.robot, requested.robot
         if before is None:
-            robot = self._steps.take(
-                "robot", self.folder.robot, lambda: self._repaired(team.coder.write(self.brief, draft.concept))
+            robot = self._steps.run(
+                "robot", self.folder.robot, lambda: self._fixed(team.coder.write(self.brief, draft.concept))
             )
         elif feedback is None:
             return draft, before
         else:
-            robot = self._steps.take(
+            robot = self._steps.run(
                 "robot",
                 self.folder.robot,
-                lambda: self._repaired(team.coder.repair(self.brief, draft.concept, before, feedback)),
+                lambda: self._fixed(team.coder.repair(self.brief, draft.concept, before, feedback)),
             )
         return replace(draft, robot_report=None), robot
 
-    def _repaired(self, written: Robot) -> Robot:
-        """Return what the Coder wrote after its mechanical repairs; these, and the original, are kept beside it."""
+    def _fixed(self, written: Robot) -> Robot:
+        """Return the Coder's robot after mechanical repairs; these and the original are kept beside it."""
         actuators = (name for group in written.actuator_groups for name in group.actuators)
-        repaired = self.parts.repair(written.mjcf, kept_names={written.functional_part, *actuators})
-        if not repaired.total:
+        fixed = self.parts.repair(written.mjcf, kept_names={written.functional_part, *actuators})
+        if not fixed.total:
             return written
         self.folder.robot_as_written.write(written.mjcf.encode())
-        self.folder.repairs.write(repaired.repairs)
-        self.log.write(Repaired(iteration=self.folder.number, counts=repaired.counts))
-        return written.model_copy(update={"mjcf": repaired.mjcf})
+        self.folder.repairs.write(fixed.repairs)
+        self.log.write(Repaired(iteration=self.folder.number, counts=fixed.counts))
+        return written.model_copy(update={"mjcf": fixed.mjcf})
 
     def _robot_report(self, draft: Draft, robot: Robot) -> ValidationReport:
-        return draft.robot_report or self._steps.take(
+        return draft.robot_report or self._steps.run(
             "robot_report",
             self.folder.robot_report,
             lambda: self.parts.validate(
@@ -154,20 +154,20 @@ class Iteration:
                 needs_contact=self.brief.needs_contact,
                 environment=self.brief.environment,
             ),
-            _findings,
+            _faults_in_words,
         )
 
     def _placement(
-        self, team: Team, concept: Concept, robot: Robot, before: Placement | None, asked: Change
+        self, team: Team, concept: Concept, robot: Robot, before: Placement | None, requested: Change
     ) -> Placement:
-        feedback = asked.placement
+        feedback = requested.placement
         if before is None:
-            return self._steps.take(
+            return self._steps.run(
                 "placement", self.folder.placement, lambda: team.integrator.place(self.brief, concept, robot)
             )
         if feedback is None:
             return before
-        return self._steps.take(
+        return self._steps.run(
             "placement",
             self.folder.placement,
             lambda: team.integrator.adjust(self.brief, concept, robot, before, feedback),
@@ -179,34 +179,36 @@ class Iteration:
         if known is not None and self.folder.scene.read() is None:
             return None, known
         try:
-            scene = self._steps.take(
+            scene = self._steps.run(
                 "scene",
                 self.folder.scene,
                 lambda: self.parts.assemble(robot, self.brief.environment, placement),
             )
         except (MjcfError, IsolationError) as error:
             unassembled = ValidationReport(stable=False, faults=_faults(error))
-            return None, self._steps.take("scene_report", self.folder.scene_report, lambda: unassembled, _findings)
-        return scene, self._steps.take(
+            return None, self._steps.run(
+                "scene_report", self.folder.scene_report, lambda: unassembled, _faults_in_words
+            )
+        return scene, self._steps.run(
             "scene_report",
             self.folder.scene_report,
             lambda: self.parts.validate(scene.mjcf, needs_contact=self.brief.needs_contact),
-            _findings,
+            _faults_in_words,
         )
 
 
-def _findings(report: ValidationReport) -> str:
+def _faults_in_words(report: ValidationReport) -> str:
     if report.stable:
         return "stable"
     codes = ", ".join(dict.fromkeys(fault.code for fault in report.errors))
     return f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}: {codes}"
 
 
-def _phase(report: TaskReport) -> str:
+def _phase_in_words(report: TaskReport) -> str:
     return report.phase.replace("_", " ")
 
 
-def _verdict(critique: Critique) -> str:
+def _verdict_in_words(critique: Critique) -> str:
     if critique.passed:
         return "passed"
     return "blames the " + " and the ".join(dict.fromkeys(issue.blame for issue in critique.issues))

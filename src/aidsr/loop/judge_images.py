@@ -1,4 +1,4 @@
-"""What the Judge is shown of a scene, where it is shown pictures."""
+"""Pictures of a scene for the Judge."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _MOVING = "Five moments, from left to right, while the robot's actuators swing t
 
 
 def pictures_of(folder: Path, scene: Scene) -> dict[str, bytes]:
-    """Return pictures of the scene of an iteration by caption; one that cannot be drawn is left out.
+    """Return pictures of the scene of an iteration by caption; those that cannot be drawn are left out.
 
-    They are files of the iteration, so a resumed run shows the very same and pays for no verdict twice.
+    They are files of the iteration, so a resumed run shows the same and pays for no critique twice.
     """
     from aidsr.render.pictures import filmstrip
 

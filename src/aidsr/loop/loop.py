@@ -1,4 +1,4 @@
-"""The loop for one concept: iterations until a person or the loop itself approves, or the attempts are used up."""
+"""The loop for one concept: iterations until a design is approved, stops improving, or has used up its iterations."""
 
 from __future__ import annotations
 
@@ -15,131 +15,134 @@ from aidsr.runs import DesignFolder, EventLog
 
 @dataclass(frozen=True)
 class DesignLoop:
-    """Grows one design from its concept."""
+    """Develops one design from its concept: Iteration after Iteration, each with what the last one found wrong."""
 
     design: DesignFolder
     brief: Brief
     iterations: int
-    """Repairs allowed after the first attempt of a round."""
+    """Repairs allowed after the first iteration of a round."""
     parts: Parts
 
     def run(self, log: EventLog, halt: Halt) -> Outcome:
-        """Return the outcome, which is also written, after the final files of an approved design.
+        """Return the outcome, and write it after the final files of an approved design.
 
         Raises:
             HaltedError: Work was asked to stop.
-            AidsrError: Work cannot go on, for example because the language model cannot be reached.
+            AidsrError: Work cannot continue, for example because the language model cannot be reached.
         """
         written = self.design.outcome.read()
         if written is not None:
             return written
         concept = self.design.iteration(1).concept.read()
         assert concept is not None, "a design begins with its concept"
-        outcome = self._rounds(Draft(concept), log, halt)
+        outcome = self._iterate(Draft(concept), log, halt)
         self.design.outcome.write(outcome)
         return outcome
 
-    def _rounds(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
-        at = _Standing(draft, self.brief, 1 + self.iterations)
+    def _iterate(self, draft: Draft, log: EventLog, halt: Halt) -> Outcome:
+        """Run iterations until the design ends; a person's "refine" starts a new round."""
+        state = _Round(draft, self.brief, 1 + self.iterations)
         for number in itertools.count(1):
-            attempt = Iteration(self.design.iteration(number), at.brief, self.parts, log, halt)
-            found = self._next(attempt, at)
-            if isinstance(found, Outcome) and at.fallback:
-                attempt, at.draft = at.fallback
-                found = attempt.decide()
-            match found:
+            iteration = Iteration(self.design.iteration(number), state.brief, self.parts, log, halt)
+            result = self._run_iteration(iteration, state)
+            if isinstance(result, Outcome) and state.fallback:
+                iteration, state.draft = state.fallback
+                result = iteration.decide()
+            match result:
                 case None:
                     continue
                 case Outcome():
-                    return found
+                    return result
                 case Decision(verdict="approve"):
-                    return self._approve(attempt, at.draft)
+                    return self._approve(iteration, state.draft)
                 case Decision(verdict="quit"):
-                    reason = found.text or "A person ended it."
-                    return Outcome(outcome="quit", reason=reason, iteration=attempt.folder.number)
+                    reason = result.text or "A person ended it."
+                    return Outcome(outcome="quit", reason=reason, iteration=iteration.folder.number)
                 case Decision():
-                    brief = _keeping(self.brief, at.draft, found)
-                    at = _Standing(at.draft, brief, 1 + self.iterations, Change(concept=found.text))
-        raise AssertionError("the attempts are counted")
+                    brief = _brief_with_kept_parts(self.brief, state.draft, result)
+                    state = _Round(state.draft, brief, 1 + self.iterations, Change(concept=result.text))
+        raise AssertionError("the iterations of a round are limited")
 
-    def _next(self, attempt: Iteration, at: _Standing) -> Decision | Outcome | None:
-        """Make an attempt and return the person's decision or how the design ends; None when it goes on."""
-        number = attempt.folder.number
+    def _run_iteration(self, iteration: Iteration, state: _Round) -> Decision | Outcome | None:
+        """Run an iteration; return the decision, the outcome if the design ends, or None if it continues."""
+        number = iteration.folder.number
         try:
-            at.draft, found = attempt.make(at.draft, at.asked)
+            state.draft, result = iteration.run(state.draft, state.requested)
         except ReplyError as error:
             return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
         except BudgetError as error:
             return Outcome(outcome="out_of_budget", reason=str(error), iteration=number, limits=error.limits)
-        at.left -= 1
-        if isinstance(found, Decision):
-            return found
-        if found.after_trial:
-            return self._after_trial(attempt, at, found)
-        at.found_wrong.append(found)
-        if at.left <= 0:
-            return self._give_up(found, number)
-        if self.parts.stalled(at.found_wrong):
-            return _stop_early(found, number)
-        at.asked = found
+        state.iterations_left -= 1
+        if isinstance(result, Decision):
+            return result
+        if result.after_trial:
+            return self._after_trial(iteration, state, result)
+        state.changes.append(result)
+        if state.iterations_left <= 0:
+            return self._give_up(result, number)
+        if self.parts.stalled(state.changes):
+            return _stop_early(result, number)
+        state.requested = result
         return None
 
-    def _after_trial(self, attempt: Iteration, at: _Standing, found: Change) -> Outcome | None:
-        """Send a design back that fell short on its task; after the last time, keep what came farthest."""
-        at.shortfalls.append(found)
-        if not at.fallback or _progress(attempt) > _progress(at.fallback[0]):
-            at.fallback = attempt, at.draft
-        if len(at.shortfalls) > self.parts.task_rounds or self.parts.stalled(at.shortfalls):
-            return _stop_early(found, attempt.folder.number)
-        at.left, at.found_wrong, at.asked = 1 + self.iterations, [], found
+    def _after_trial(self, iteration: Iteration, state: _Round, change: Change) -> Outcome | None:
+        """Send back a design that fell short on its task; after the last time, keep the one with most progress."""
+        state.trial_changes.append(change)
+        if not state.fallback or _progress(iteration) > _progress(state.fallback[0]):
+            state.fallback = iteration, state.draft
+        if len(state.trial_changes) > self.parts.task_rounds or self.parts.stalled(state.trial_changes):
+            return _stop_early(change, iteration.folder.number)
+        state.iterations_left, state.changes, state.requested = 1 + self.iterations, [], change
         return None
 
-    def _approve(self, attempt: Iteration, draft: Draft) -> Outcome:
-        scene = attempt.folder.scene.read()
+    def _approve(self, iteration: Iteration, draft: Draft) -> Outcome:
+        folder = iteration.folder
+        scene = folder.scene.read()
         assert scene is not None, "only an assembled scene is judged"
         assert draft.robot is not None, "only a robot is placed in a scene"
         self.design.final_robot.write(draft.robot.mjcf.encode())
         self.design.final_scene.write(scene.mjcf.encode())
-        critique, tried = attempt.folder.critique.read(), attempt.folder.task_report.read()
+        critique, trial = folder.critique.read(), folder.task_report.read()
         reason = critique.summary if critique and critique.summary else "Stable, and passed by the Judge."
-        if tried is not None:
-            reason += f" {tried.critique.summary}"
-        return Outcome(outcome="approved", reason=reason, iteration=attempt.folder.number)
+        if trial is not None:
+            reason += f" {trial.critique.summary}"
+        return Outcome(outcome="approved", reason=reason, iteration=folder.number)
 
-    def _give_up(self, wanted: Change, number: int) -> Outcome:
+    def _give_up(self, change: Change, number: int) -> Outcome:
         attempts = 1 + self.iterations
-        still = f"Still wrong after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {wanted.reason}"
-        return Outcome(outcome="invalid", reason=still, iteration=number)
+        reason = f"Still wrong after {attempts} {'attempt' if attempts == 1 else 'attempts'}: {change.reason}"
+        return Outcome(outcome="invalid", reason=reason, iteration=number)
 
 
 @dataclass
-class _Standing:
-    """Where a design stands in a round."""
+class _Round:
+    """The state of a design in a round."""
 
     draft: Draft
     brief: Brief
-    left: int
-    """Attempts."""
-    asked: Change = field(default_factory=Change)
-    found_wrong: list[Change] = field(default_factory=list)
-    shortfalls: list[Change] = field(default_factory=list)
-    """What scenes fell short by that the Judge had passed."""
+    iterations_left: int
+    requested: Change = field(default_factory=Change)
+    """What the next iteration has to change."""
+    changes: list[Change] = field(default_factory=list)
+    """What each iteration found wrong, before the Judge passed the design."""
+    trial_changes: list[Change] = field(default_factory=list)
+    """What each trial on the task found wrong, after the Judge passed the design."""
     fallback: tuple[Iteration, Draft] | None = None
-    """The one of them that came farthest; it is kept where nothing better follows."""
+    """The iteration with most progress in its trial; it is kept if nothing better follows."""
 
 
-def _progress(attempt: Iteration) -> float:
-    report = attempt.folder.task_report.read()
+def _progress(iteration: Iteration) -> float:
+    report = iteration.folder.task_report.read()
     return report.progress if report else 0.0
 
 
-def _stop_early(wanted: Change, number: int) -> Outcome:
-    reason = f"Stopped early: iterations {number - 1} and {number} found the same, no better: {wanted.reason}"
+def _stop_early(change: Change, number: int) -> Outcome:
+    reason = f"Stopped early: iterations {number - 1} and {number} found the same, no better: {change.reason}"
     return Outcome(outcome="invalid", reason=reason, iteration=number)
 
 
-def _keeping(brief: Brief, draft: Draft, decision: Decision) -> Brief:
-    """Return the job of the next round: with parts to keep, it starts from the robot that has them."""
+def _brief_with_kept_parts(brief: Brief, draft: Draft, decision: Decision) -> Brief:
+    """Return the brief of the next round; if parts are to be kept, it starts from the robot that has them."""
     if not decision.keep:
         return brief
     assert draft.robot is not None, "a person decides about a robot"

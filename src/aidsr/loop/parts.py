@@ -1,4 +1,4 @@
-"""The parts the loop is made of. It never asks which kind it was given: an ablation is another part, not a branch."""
+"""The parts that the loop calls. The loop has no switches: an ablation is another part, not a branch."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ Mount = Literal["auto", "fixed", "free"]
 """How a robot alone is held while it is validated."""
 
 TeamFor = Callable[[Path], Team]
-"""Makes the team that works in one folder, where it may keep what its answers cost."""
+"""Returns the team for one folder, in which its calls are recorded."""
 
 Picture = Callable[[str], bytes]
 """Draws MJCF as a PNG; may raise MjcfError or IsolationError."""
 
 Stalled = Callable[[Sequence[Change]], bool]
-"""Whether another attempt is useless, by what each iteration of the round found wrong."""
+"""Whether to stop early, by what each iteration of the round found wrong."""
 
 Halt = Callable[[], bool]
-"""Whether work should stop as soon as it can."""
+"""Whether work should stop as soon as possible."""
 
 
-TryOut = Callable[[Robot, Scene], TaskReport]
-"""Tries a scene that the Judge passed on its task."""
+TryOnTask = Callable[[Robot, Scene], TaskReport]
+"""Tries a scene that the Judge passed on its task, and reports how far it got."""
 
 
 class Repair(Protocol):
-    """Puts right by code what can mean only one thing in the MJCF of a robot."""
+    """Fixes unambiguous mistakes in the MJCF of a robot."""
 
     def __call__(self, mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:
-        """Return the text and what was done to it; `kept_names` are referred to from outside the text."""
+        """Return the fixed text and what was fixed; `kept_names` are referred to from outside the text."""
         ...
 
 
@@ -51,7 +51,7 @@ class Validate(Protocol):
     def __call__(
         self, mjcf: str, *, mount: Mount = "auto", needs_contact: bool = False, environment: str = ""
     ) -> ValidationReport:
-        """Return the report; `environment` is the MJCF whose options a robot alone is tested with."""
+        """Return the report; a robot alone is tested with the options of `environment`, MJCF."""
         ...
 
 
@@ -85,14 +85,14 @@ class Parts:
     validate: Validate
     assemble: Assemble
     picture: Picture
-    """Draws a model as it stands."""
+    """Draws a model in its initial state."""
     filmstrip: Picture
-    """Draws a few moments of a model while its actuators swing."""
+    """Draws a few moments of a model while its actuators move."""
     person: Person
     stalled: Stalled = never_stop
-    try_out: TryOut | None = None
+    try_on_task: TryOnTask | None = None
     task_rounds: int = 0
-    """How often a design may be sent back after it was tried."""
+    """How often a design may be sent back after a trial on its task."""
     interrupt: Callable[[], None] = lambda: None
-    """Lets calls that wait, for a person's reply or for each other, give up; called when work is asked to stop, and
+    """Makes calls that wait, for a person's reply or for each other, give up; called when work is asked to stop, and
     when it is over."""

@@ -1,4 +1,4 @@
-"""Who has to change what: faults of a scene and issues of the Judge, sent to the role that can cure them."""
+"""Routing: which role has to change what, by the faults of a scene and the issues of the Judge."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from aidsr.core.roles import Feedback
 
 _ROBOT = "robot/"
 
-_TOLD = 3
-"""Problems told in full when a design is given up; all of them stand in its files. Our choice."""
+_MOST_PROBLEMS = 3
+"""Problems given in full when a design is given up; its files have all of them. Our choice."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """What an iteration is asked to change. Where nothing is asked, only what is missing is made."""
+    """What an iteration has to change. Without any change, it only makes what is missing."""
 
     concept: str = ""
     """What the Designer is asked to change; the robot and the placement are then made anew."""
@@ -37,37 +37,37 @@ class Change:
         return _first(self.concept.splitlines())
 
 
-def after_scene_faults(report: ValidationReport, asked: Change) -> Change:
-    """Return who repairs an unstable scene whose robot is stable alone.
+def after_scene_faults(report: ValidationReport, requested: Change) -> Change:
+    """Return which role repairs an unstable scene whose robot is stable alone.
 
     The Scene Integrator, when a fault is one of placing; the Coder otherwise, and also when the Scene Integrator was
     just asked about the same faults and they are still there.
 
     Args:
         report: The scene's report.
-        asked: What the iteration that made the scene was asked to change.
+        requested: What the iteration that made the scene had to change.
     """
-    placing = any(_is_of_placing(fault) for fault in report.errors)
-    before = asked.placement
+    of_placement = any(_is_of_placement(fault) for fault in report.errors)
+    before = requested.placement
     still_there = isinstance(before, ValidationReport) and _codes(before) == _codes(report)
-    return Change(placement=report) if placing and not still_there else Change(robot=report)
+    return Change(placement=report) if of_placement and not still_there else Change(robot=report)
 
 
 def after_critique(critique: Critique) -> Change:
-    """Return who acts on a failing critique: each role on the issues blamed on it, the Designer on all of them."""
+    """Return which roles act on a failing critique: each on the issues blamed on it, the Designer on all."""
     if any(issue.blame == "designer" for issue in critique.issues):
         return Change(concept="\n".join(_issues(critique)))
     return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
 
 
 def after_trial(report: TaskReport) -> Change:
-    """Return who acts on what a trial showed; the Designer, who has no other report of it, is told how far it came."""
+    """Return which roles act on a trial; the Designer, who has no other report of it, also gets its summary."""
     change = after_critique(report.critique)
     concept = f"{report.critique.summary}\n{change.concept}" if change.concept else ""
     return replace(change, concept=concept, after_trial=True)
 
 
-def _is_of_placing(fault: Fault) -> bool:
+def _is_of_placement(fault: Fault) -> bool:
     """Whether the fault names something of the environment, or is one that its rule blames on the placement."""
     from aidsr.validation.registry import find_rule  # loads MuJoCo
 
@@ -94,5 +94,5 @@ def _issues(critique: Critique) -> list[str]:
 
 def _first(problems: list[str]) -> str:
     """Return the first problems in full, and how many more there are."""
-    more = len(problems) - _TOLD
-    return " ".join(problems[:_TOLD]) + (f" And {more} more." if more > 0 else "")
+    more = len(problems) - _MOST_PROBLEMS
+    return " ".join(problems[:_MOST_PROBLEMS]) + (f" And {more} more." if more > 0 else "")

@@ -1,4 +1,4 @@
-"""Work on a run: its concepts first, then all designs at once, each in its own thread, until each has an outcome."""
+"""Run all designs of a run: first the concepts, then each design in its own thread until it has an outcome."""
 
 from __future__ import annotations
 
@@ -20,35 +20,34 @@ from aidsr.runs.answered_calls import set_calls_aside
 from aidsr.runs.events import Done, Event, Finished, Started, Stopped, Waiting, without_secrets
 
 Listen = Callable[[int, Event], None]
-"""Told of every event, in the thread that called `work`: the number of the design, 0 for the run, and the event."""
+"""Called with every event, in the thread that called `run_designs`: the design's number, 0 for the run; the event."""
 
 _LAST_STEPS_S = 5.0
 """How long an interrupted run waits for its threads [s]; what they do after that is lost, as in a kill. Our choice."""
 
 
 def run_designs(run: Run, parts: Parts, listen: Listen = lambda _design, _event: None) -> Run:
-    """Do everything on a run that is not done yet; call it again on a run that was stopped, or killed.
+    """Do everything of a run that is not done yet; call it again for a run that was stopped or killed.
 
-    A design that stops, for a model that cannot be reached or a bug of ours, is recorded and does not keep the others
-    from going on.
+    A design that stops, because a model cannot be reached or by a bug of ours, is recorded; the others continue.
 
     Raises:
-        UserError: Another process is at work on the run, or a file of it is damaged.
+        UserError: Another process works on the run, or a file of it is damaged.
         AidsrError: There are no concepts, because the Designer could not be asked.
     """
     try:
-        return _Work(run, parts, listen).run_all()
+        return _Runner(run, parts, listen).run_all()
     finally:
         parts.interrupt()
 
 
 @dataclass(frozen=True)
-class _Work:
+class _Runner:
     run: Run
     parts: Parts
     listen: Listen
     halted: threading.Event = field(default_factory=threading.Event)
-    news: queue.SimpleQueue[tuple[int, Event | None]] = field(default_factory=queue.SimpleQueue)
+    events: queue.SimpleQueue[tuple[int, Event | None]] = field(default_factory=queue.SimpleQueue)
     """Events of the designs, with their numbers; None when a thread ended."""
 
     def run_all(self) -> Run:
@@ -56,12 +55,12 @@ class _Work:
         brief = self.run.brief()
         with EventLog(self.run.events, lambda event: self.listen(0, event)) as log:
             log.write(Started())
-            with _recorded(log, self.halted):
+            with _errors_logged(log, self.halted):
                 concepts = self._concepts(brief, config.concepts, log)
             designs = self._designs(concepts)
             write_summary(self.run)
-            with _recorded(log, self.halted):
-                self._grow_all([DesignLoop(design, brief, config.iterations, self.parts) for design in designs])
+            with _errors_logged(log, self.halted):
+                self._run_designs([DesignLoop(design, brief, config.iterations, self.parts) for design in designs])
             if all(design.outcome.read() for design in designs):
                 log.write(Finished())
         write_summary(self.run)
@@ -70,7 +69,7 @@ class _Work:
     def _concepts(self, brief: Brief, count: int, log: EventLog) -> tuple[Concept, ...]:
         designer = self.parts.team_for(self.run.path).designer
         try:
-            return Steps(log, self.halted.is_set).take(
+            return Steps(log, self.halted.is_set).run(
                 "concepts",
                 self.run.concepts,
                 lambda: designer.propose(brief, count),
@@ -78,7 +77,7 @@ class _Work:
             )
         except ReplyError as error:
             set_calls_aside(self.run.path)
-            raise ReplyError(f"{error} Resuming the run asks the Designer anew.") from error
+            raise ReplyError(f"{error} Resume the run to ask the Designer again.") from error
 
     def _designs(self, concepts: tuple[Concept, ...]) -> tuple[DesignFolder, ...]:
         designs = tuple(self.run.design(number) for number in range(1, len(concepts) + 1))
@@ -86,16 +85,16 @@ class _Work:
             design.iteration(1).concept.write(concept)
         return designs
 
-    def _grow_all(self, growths: list[DesignLoop]) -> None:
+    def _run_designs(self, loops: list[DesignLoop]) -> None:
         threads = [
-            threading.Thread(target=self._grow, args=(growth,), name=f"design {growth.design.number}", daemon=True)
-            for growth in growths
-            if growth.design.outcome.read() is None
+            threading.Thread(target=self._run_design, args=(loop,), name=f"design {loop.design.number}", daemon=True)
+            for loop in loops
+            if loop.design.outcome.read() is None
         ]
         for thread in threads:
             thread.start()
         try:
-            self._follow(threads)
+            self._forward_events(threads)
         except KeyboardInterrupt:
             self.halted.set()
             self.parts.interrupt()
@@ -104,13 +103,13 @@ class _Work:
                 thread.join(max(0.0, end - time.monotonic()))
             raise
 
-    def _follow(self, threads: list[threading.Thread]) -> None:
-        """Pass the news on until all threads ended, and keep the summary page up to date meanwhile."""
-        at_work = len(threads)
-        while at_work:
-            number, event = self.news.get()
+    def _forward_events(self, threads: list[threading.Thread]) -> None:
+        """Pass events to the listener until all threads have ended, and keep the summary page up to date."""
+        running = len(threads)
+        while running:
+            number, event = self.events.get()
             if event is None:
-                at_work -= 1
+                running -= 1
                 continue
             self.listen(number, event)
             if isinstance(event, Waiting) or (
@@ -118,21 +117,21 @@ class _Work:
             ):
                 write_summary(self.run)
 
-    def _grow(self, growth: DesignLoop) -> None:
-        """Grow one design in its thread; whatever ends it early stays in its log, and the others go on."""
-        number = growth.design.number
+    def _run_design(self, loop: DesignLoop) -> None:
+        """Run one design in its thread; an error that ends it is logged, and the others continue."""
+        number = loop.design.number
         try:
-            with EventLog(growth.design.events, lambda event: self.news.put((number, event))) as log:
+            with EventLog(loop.design.events, lambda event: self.events.put((number, event))) as log:
                 log.write(Started())
-                with suppress(Exception), _recorded(log, self.halted):
-                    log.write(Finished(outcome=growth.run(log, self.halted.is_set)))
+                with suppress(Exception), _errors_logged(log, self.halted):
+                    log.write(Finished(outcome=loop.run(log, self.halted.is_set)))
         finally:
-            self.news.put((number, None))
+            self.events.put((number, None))
 
 
 @contextmanager
-def _recorded(log: EventLog, halted: threading.Event) -> Iterator[None]:
-    """Write into the log why work ended before its outcome, then let the error go on its way."""
+def _errors_logged(log: EventLog, halted: threading.Event) -> Iterator[None]:
+    """Log why work ended before its outcome, and raise the error again."""
     try:
         yield
     except (KeyboardInterrupt, HaltedError):

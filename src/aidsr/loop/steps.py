@@ -1,4 +1,4 @@
-"""One step of the method: a value that is made once and kept in a file."""
+"""One step of the method: a value that is computed once and kept in a file."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ class HaltedError(Exception):
 
 @dataclass(frozen=True)
 class Steps:
-    """Takes the steps that are not taken yet. This is all there is to resuming: the code that starts also goes on."""
+    """Runs the steps whose files do not exist yet. This is all there is to resuming: it is the code that starts."""
 
     log: EventLog
     halt: Halt
     iteration: int | None = None
 
-    def take(
+    def run(
         self,
         step: Step,
         file: Stored[Value],
         compute: Callable[[], Value],
         summarize: Callable[[Value], str] = lambda _value: "",
     ) -> Value:
-        """Return what the file of the step holds; compute and write it first if it is not there.
+        """Return the content of the step's file; compute and write it first if it does not exist.
 
         Raises:
             HaltedError: Work was asked to stop before the step began.
@@ -51,8 +51,8 @@ class Steps:
         return value
 
     def draw(self, step: Step, file: BytesFile, picture: Picture, mjcf: str) -> None:
-        """Draw a model once; a picture that cannot be drawn is an event and nothing worse."""
+        """Draw a model once; if it cannot be drawn, log that and continue."""
         try:
-            self.take(step, file, lambda: picture(mjcf))
+            self.run(step, file, lambda: picture(mjcf))
         except (MjcfError, IsolationError) as error:
             self.log.write(NoPicture(step=step, iteration=self.iteration, reason=str(error)))

@@ -1,4 +1,4 @@
-"""How scenes that the Judge passed are tried on the task of a run: by open-loop motions, and by a policy if wanted."""
+"""Trials of scenes on the task of a run: by open-loop motions, and by a short training if requested."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from aidsr.core.artifacts import Critique, Evaluation, Robot, Scene, TaskReport
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import IsolationError, UserError
 from aidsr.core.extras import require_extra
-from aidsr.loop.parts import TryOut
+from aidsr.loop.parts import TryOnTask
 from aidsr.runs import Run
 
 
 def check_trial(config: RunConfig, *, measured: bool) -> None:
-    """Refuse trials that could not be made.
+    """Refuse a configuration whose trials cannot be made.
 
     Args:
         config: What is asked for.
@@ -24,16 +24,16 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
     """
     if config.task_feedback and not measured:
         raise UserError(
-            "feedback from the task needs a measure of success; name a task, or give a goal (docs/environments.md)"
+            "--task-feedback requires a measure of success; name a task, or give a goal (docs/environments.md)"
         )
     if config.task_training and not config.task_feedback:
-        raise UserError("a training beside the trial on the task needs that trial; ask for --task-feedback as well")
+        raise UserError("--task-training requires --task-feedback; give both")
     if config.task_training:
         require_extra("rl", "training")
 
 
-def trial_of(run: Run) -> TryOut:
-    """Return what tries scenes on the task of a run, or by its goal."""
+def trial_of(run: Run) -> TryOnTask:
+    """Return the function that tries scenes on the task of a run, or by its goal."""
     from aidsr.learn.openloop.task_trial import try_task
 
     record = run.asked()
@@ -52,7 +52,7 @@ def trial_of(run: Run) -> TryOut:
                 scene.mjcf, steps=steps, groups=robot.actuator_groups, task=record.task, level=level, goal=goal
             )
         except IsolationError as error:  # advice, as the probe is; what that found still holds
-            return _told(report, f"No policy could be trained: {error}.")
+            return _with_summary(report, f"No policy could be trained: {error}.")
         return with_policy(report, evaluation, steps)
 
     return probe_and_train
@@ -68,17 +68,17 @@ def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskR
     """
     episodes = evaluation.episodes
     progress = sum(one.best_progress for one in episodes) / len(episodes)
-    told = (
+    summary = (
         f"After {steps:,} steps of training a policy comes to progress {progress:.2f} on average and succeeds in "
         f"{evaluation.success_share:.0%} of {len(episodes)} episodes it never saw."
     )
-    both = _told(report, told).model_copy(update={"policy": evaluation})
+    both = _with_summary(report, summary).model_copy(update={"policy": evaluation})
     if report.critique.passed or evaluation.success_share < 0.5:
         return both
     passed = Critique(passed=True, summary=both.critique.summary)
     return both.model_copy(update={"phase": "solved", "progress": max(report.progress, progress), "critique": passed})
 
 
-def _told(report: TaskReport, more: str) -> TaskReport:
+def _with_summary(report: TaskReport, more: str) -> TaskReport:
     critique = report.critique.model_copy(update={"summary": f"{report.critique.summary} {more}"})
     return report.model_copy(update={"critique": critique})

@@ -38,8 +38,14 @@ def run_main(*words: str) -> int:
         (["design", "--task", "button_pushing", "--model", "gpt"], "gpt"),
         (["design", "press it", "--environment", "nowhere.xml", "--train"], "--train requires a measure of success"),
         (["design", "press it", "--environment", "nowhere.xml", "--level", "hard"], "--level requires a task"),
-        (["design", "press it", "--environment", PLACE, "--task-feedback", "--dry-run"], "needs a measure of success"),
-        (["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"], "ask for --task-feedback"),
+        (
+            ["design", "press it", "--environment", PLACE, "--task-feedback", "--dry-run"],
+            "requires a measure of success",
+        ),
+        (
+            ["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"],
+            "--task-training requires --task-feedback",
+        ),
         (["show"], "the folder of a run was expected"),
         (["show", "."], "run.json"),
         (["resume", "nowhere"], "run.json"),
@@ -103,7 +109,7 @@ def test_view_draws_a_picture_where_there_is_no_display(tmp_path, monkeypatch, c
     assert Path("ball.png").read_bytes().startswith(b"\x89PNG")
     assert "ball.png" in capsys.readouterr().out
     assert run_main("view", "ball.xml", "--picture", "nowhere/ball.png") == 2
-    assert "could not write nowhere/ball.png" in capsys.readouterr().err
+    assert "cannot write nowhere/ball.png" in capsys.readouterr().err
 
 
 def test_view_reads_files_by_the_bounds_of_the_validator(tmp_path, capsys) -> None:
