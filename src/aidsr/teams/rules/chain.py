@@ -14,7 +14,7 @@ from lxml import etree
 
 from aidsr.mjcf.edit import format_value
 from aidsr.sim import beam
-from aidsr.teams.rules.mjcf_builder import Sheet, add
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 
 GUIDE_CLEARANCE_M = 0.0015
 """Distance of a cable from the body's surface [m]. Our choice: a cable of 1 mm in an eyelet, free of the skin."""
@@ -106,11 +106,11 @@ class Backbone:
         return self.chain.segments[-1].length_m / 2.0
 
 
-def write_chain(sheet: Sheet, root: etree._Element, chain: Chain) -> Backbone:
+def write_chain(builder: MjcfBuilder, root: etree._Element, chain: Chain) -> Backbone:
     """Write a chain that starts at `root`'s origin along its +z, and return it."""
     segments = chain.segments
     halves = [segment.length_m / 2.0 for segment in segments] + [0.0]
-    kind = add(sheet.default, "default", class_=chain.prefix)
+    kind = add(builder.default, "default", class_=chain.prefix)
     _joint_defaults(kind, chain)
     add(kind, "geom", type="capsule")
     _skin(root, chain, 0, halves[0])
@@ -126,17 +126,17 @@ def write_chain(sheet: Sheet, root: etree._Element, chain: Chain) -> Backbone:
         _skin(body, chain, number, joint_at[-1])
         links.append(body)
     # MuJoCo filters contacts between parent and child, but not where the parent stands still in the world.
-    sheet.exclude(str(root.get("name")), f"{chain.prefix}01")
-    _exclude_overlapping(sheet, chain, links)
+    builder.exclude(str(root.get("name")), f"{chain.prefix}01")
+    _exclude_overlapping(builder, chain, links)
     return Backbone(chain, tuple(links), tuple(joint_at[:-1]))
 
 
-def _exclude_overlapping(sheet: Sheet, chain: Chain, links: list[etree._Element]) -> None:
+def _exclude_overlapping(builder: MjcfBuilder, chain: Chain, links: list[etree._Element]) -> None:
     """Let links two apart pass where they are thicker than long: they overlap at rest."""
     for number in range(2, len(links)):
         between = chain.segments[number - 1].length_m / 2.0 + chain.segments[number - 2].length_m / 2.0
         if 2.0 * chain.segments[number - 2].radius_m > between * 0.95:
-            sheet.exclude(str(links[number - 2].get("name")), str(links[number].get("name")))
+            builder.exclude(str(links[number - 2].get("name")), str(links[number].get("name")))
 
 
 def _is_uniform(chain: Chain) -> bool:
@@ -176,9 +176,9 @@ def _skin(body: etree._Element, chain: Chain, number: int, length_m: float) -> N
     )
 
 
-def route_cable(sheet: Sheet, backbone: Backbone, cable: Cable) -> None:
+def route_cable(builder: MjcfBuilder, backbone: Backbone, cable: Cable) -> None:
     """Lead a cable through its guides and give it a winch that can only pull."""
-    tendon = add(sheet.tendon, "spatial", name=cable.name)
+    tendon = add(builder.tendon, "spatial", name=cable.name)
     for number in range(cable.first, cable.last + 1):
         segment = backbone.chain.segments[number - 1]
         offset, quarter = cable_offset_m(segment), segment.length_m / 4.0
@@ -188,16 +188,16 @@ def route_cable(sheet: Sheet, backbone: Backbone, cable: Cable) -> None:
             name = f"{cable.name}_{number:02d}{letter}"
             add(backbone.links[link], "site", name=name, pos=(*side, height))
             add(tendon, "site", site=name)
-    add_winch(sheet, cable.name, cable.tension_n)
+    add_winch(builder, cable.name, cable.tension_n)
 
 
-def add_winch(sheet: Sheet, tendon: str, tension_n: float) -> None:
+def add_winch(builder: MjcfBuilder, tendon: str, tension_n: float) -> None:
     """Drive a tendon with a winch whose control is the cable tension [N], and measure length and force."""
     label = tendon.removeprefix("tendon_")
     ranges: dict[str, tuple[float, float]] = {"ctrlrange": (0.0, tension_n), "forcerange": (-tension_n, 0.0)}
-    add(sheet.actuator, "general", class_="winch", name=f"pull_{label}", tendon=tendon, **ranges)
-    add(sheet.sensor, "tendonpos", name=f"length_{label}", tendon=tendon)
-    add(sheet.sensor, "actuatorfrc", name=f"force_{label}", actuator=f"pull_{label}")
+    add(builder.actuator, "general", class_="winch", name=f"pull_{label}", tendon=tendon, **ranges)
+    add(builder.sensor, "tendonpos", name=f"length_{label}", tendon=tendon)
+    add(builder.sensor, "actuatorfrc", name=f"force_{label}", actuator=f"pull_{label}")
 
 
 def cable_offset_m(segment: Segment) -> float:

@@ -11,7 +11,7 @@ from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.roles import Feedback
 from aidsr.fixes import FixResult, fix
 from aidsr.mjcf.kept_parts import changes_to_kept_parts
-from aidsr.teams.rules import user_robot as own_robot
+from aidsr.teams.rules import user_robot
 from aidsr.teams.rules.families import Families, Family, load_families
 
 _FALLS = ("free_fall", "base_not_attached")
@@ -39,8 +39,8 @@ class RuleCoder:
         return _with_kept(brief, self._written(brief, concept))
 
     def _written(self, brief: Brief, concept: Concept) -> Robot:
-        if concept.family == own_robot.FAMILY:
-            return own_robot.write(brief, concept)
+        if concept.family == user_robot.FAMILY:
+            return user_robot.write(brief, concept)
         if concept.family not in self.families:
             raise UserError(
                 f"the built-in Coder cannot write the family {concept.family!r}; it knows {', '.join(self.families)}. "

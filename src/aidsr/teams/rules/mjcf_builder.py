@@ -44,12 +44,12 @@ def add(parent: etree._Element, tag: str, **attributes: Value) -> etree._Element
     return element
 
 
-def note(parent: etree._Element, words: str) -> None:
+def add_comment(parent: etree._Element, words: str) -> None:
     """Append a comment for whoever reads the file."""
     parent.append(etree.Comment(f" {words} "))
 
 
-class Sheet:
+class MjcfBuilder:
     """An MJCF document under construction, with the settings every built-in robot shares.
 
     Attributes:
@@ -58,7 +58,7 @@ class Sheet:
 
     def __init__(self, model: str, about: str, variation: int = 0) -> None:
         self.root = etree.Element("mujoco", model=model if variation == 0 else f"{model}_variation_{variation}")
-        note(self.root, about)
+        add_comment(self.root, about)
         self._sections = {tag: add(self.root, tag) for tag in _SECTIONS}
         self.worldbody = self._sections["worldbody"]
         self.default = self._sections["default"]
@@ -83,7 +83,7 @@ class Sheet:
         add(self.default, "site", type="sphere", size=(0.0015,), material="guide")
         add(self.default, "tendon", width=0.0009, rgba="0.85 0.16 0.16 1")
         winch = add(self.default, "default", class_="winch")
-        note(winch, "control is the tension in newton; the gain of -1 makes a cable pull and never push")
+        add_comment(winch, "control is the tension in newton; the gain of -1 makes a cable pull and never push")
         add(winch, "general", gainprm=(-1.0,), biastype="none", dyntype="filterexact", dynprm=(WINCH_TIME_CONSTANT_S,))
 
     def exclude(self, first: str, second: str) -> None:

@@ -6,7 +6,7 @@ from lxml import etree
 
 from aidsr.mjcf.edit import Value
 from aidsr.teams.rules.chain import Backbone
-from aidsr.teams.rules.mjcf_builder import Sheet, add
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 
 HOOK_RADIUS_M = 0.005
 """Half thickness of a hook. Our choice: it passes behind a handle that stands off by 20 mm or more."""
@@ -18,9 +18,9 @@ _PAD_DENSITY_KG_M3 = 900.0
 _HOOK_DENSITY_KG_M3 = 1200.0
 
 
-def add_base(sheet: Sheet, name: str, *, radius_m: float, thickness_m: float) -> etree._Element:
+def add_base(builder: MjcfBuilder, name: str, *, radius_m: float, thickness_m: float) -> etree._Element:
     """Add the root body: a round plate whose free face is at the root's origin."""
-    body = add(sheet.worldbody, "body", name=name)
+    body = add(builder.worldbody, "body", name=name)
     add(
         body,
         "geom",
@@ -56,20 +56,20 @@ def add_hook(backbone: Backbone, length_m: float) -> None:
 
 
 def add_tip_sensors(
-    sheet: Sheet, backbone: Backbone, radius_m: float, at_m: tuple[float, float, float] | None = None
+    builder: MjcfBuilder, backbone: Backbone, radius_m: float, at_m: tuple[float, float, float] | None = None
 ) -> None:
     """Add the site that stands for the working point, and sensors of its place and of what touches around it."""
     at = at_m or (0.0, 0.0, backbone.tip_at_m)
     add(backbone.tip, "site", name="tip", pos=at, size=(0.003,), material="working")
-    add(sheet.sensor, "framepos", name="tip_position", objtype="site", objname="tip")
-    add(sheet.sensor, "framelinvel", name="tip_velocity", objtype="site", objname="tip")
-    add_touch_sensor(sheet, backbone, "tip", radius_m, at)
+    add(builder.sensor, "framepos", name="tip_position", objtype="site", objname="tip")
+    add(builder.sensor, "framelinvel", name="tip_velocity", objtype="site", objname="tip")
+    add_touch_sensor(builder, backbone, "tip", radius_m, at)
 
 
 def add_touch_sensor(
-    sheet: Sheet, backbone: Backbone, name: str, radius_m: float, at_m: tuple[float, float, float] | None = None
+    builder: MjcfBuilder, backbone: Backbone, name: str, radius_m: float, at_m: tuple[float, float, float] | None = None
 ) -> None:
     """Add a sensor of what touches within a radius around the chain's end."""
     at = at_m or (0.0, 0.0, backbone.tip_at_m)
     add(backbone.tip, "site", name=f"{name}_touch", pos=at, size=(radius_m,), rgba="0 0 0 0")
-    add(sheet.sensor, "touch", name=f"{name}_contact", site=f"{name}_touch")
+    add(builder.sensor, "touch", name=f"{name}_contact", site=f"{name}_touch")

@@ -15,7 +15,7 @@ from aidsr.sim import beam
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
-from aidsr.teams.rules.mjcf_builder import Sheet
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder
 from aidsr.teams.rules.orientation import Orientation, lean_aside
 from aidsr.teams.rules.parts import HOOK_RADIUS_M, HOOK_SHAFT_M, add_base, add_hook, add_pad, add_tip_sensors
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time, reach_length, rod
@@ -100,23 +100,23 @@ def write(parameters: ArmParameters) -> Robot:
     """Write an arm as MJCF."""
     p = parameters
     count = p.sections * p.segments_per_section
-    sheet = Sheet(
+    builder = MjcfBuilder(
         "arm",
         f"Arm of {p.sections} sections, {p.length_m:g} m long, driven by cables. Built-in rules, SI units.",
         p.variation,
     )
-    base = add_base(sheet, "base", radius_m=p.radius_m * 2.2, thickness_m=0.012)
+    base = add_base(builder, "base", radius_m=p.radius_m * 2.2, thickness_m=0.012)
     segments = uniform(count, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
-    backbone = write_chain(sheet, base, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
+    backbone = write_chain(builder, base, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
     for cable in _cables(p):
-        route_cable(sheet, backbone, cable)
+        route_cable(builder, backbone, cable)
     if p.hook_m > 0:
         add_hook(backbone, p.hook_m)
-        add_tip_sensors(sheet, backbone, p.hook_m, (p.hook_m / 2.0, 0.0, backbone.tip_at_m + HOOK_SHAFT_M))
+        add_tip_sensors(builder, backbone, p.hook_m, (p.hook_m / 2.0, 0.0, backbone.tip_at_m + HOOK_SHAFT_M))
     else:
         add_pad(backbone, "tip_pad", p.pad_radius_m)
-        add_tip_sensors(sheet, backbone, 1.2 * p.pad_radius_m)
-    return Robot(mjcf=sheet.text(), functional_part="tip", notes="Written by the built-in rules.")
+        add_tip_sensors(builder, backbone, 1.2 * p.pad_radius_m)
+    return Robot(mjcf=builder.text(), functional_part="tip", notes="Written by the built-in rules.")
 
 
 def _cables(p: ArmParameters) -> list[Cable]:

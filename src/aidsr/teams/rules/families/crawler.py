@@ -14,7 +14,7 @@ from aidsr.core.formatting import deg, mm, numeral
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
-from aidsr.teams.rules.mjcf_builder import Sheet, add
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.parts import add_pad, add_touch_sensor
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
@@ -104,8 +104,8 @@ def feet(p: CrawlerParameters) -> list[tuple[str, float, int]]:
 def write(p: CrawlerParameters) -> Robot:
     """Write a crawler as MJCF; it stands at its resting height and looks along +x."""
     about = f"Crawler on {p.legs} soft legs of {p.leg_length_m:g} m, driven by cables. Built-in rules, SI units."
-    sheet = Sheet("crawler", about, p.variation)
-    trunk = add(sheet.worldbody, "body", name="trunk", pos=(0.0, 0.0, rest_height(p)))
+    builder = MjcfBuilder("crawler", about, p.variation)
+    trunk = add(builder.worldbody, "body", name="trunk", pos=(0.0, 0.0, rest_height(p)))
     add(trunk, "freejoint", name="root")
     size = (p.trunk_length_m / 2.0, p.trunk_width_m / 2.0, _HEIGHT_M)
     add(
@@ -121,17 +121,17 @@ def write(p: CrawlerParameters) -> Robot:
     nose = (p.trunk_length_m / 2.0, 0.0, 0.3 * _HEIGHT_M)
     add(trunk, "geom", name="nose", type="sphere", size=(0.8 * _HEIGHT_M,), pos=nose, mass=0.004, material="working")
     for name, along, side in feet(p):
-        backbone = _write_leg(sheet, trunk, p, name, along, side)
+        backbone = _write_leg(builder, trunk, p, name, along, side)
         for cable, degrees in _CABLES[p.cables_per_leg]:
             turn = math.radians(degrees * side)
-            route_cable(sheet, backbone, Cable(f"tendon_{name}_{cable}", turn, p.segments, p.tension_n))
+            route_cable(builder, backbone, Cable(f"tendon_{name}_{cable}", turn, p.segments, p.tension_n))
         add_pad(backbone, f"{name}_foot", _foot_radius(p))
-        add_touch_sensor(sheet, backbone, f"{name}_foot", 1.2 * _foot_radius(p))
+        add_touch_sensor(builder, backbone, f"{name}_foot", 1.2 * _foot_radius(p))
     add(trunk, "site", name="trunk_center", pos=(0.0, 0.0, 0.3 * _HEIGHT_M), size=(0.003,), material="working")
-    add(sheet.sensor, "framepos", name="trunk_position", objtype="site", objname="trunk_center")
-    add(sheet.sensor, "framequat", name="trunk_attitude", objtype="xbody", objname="trunk")
+    add(builder.sensor, "framepos", name="trunk_position", objtype="site", objname="trunk_center")
+    add(builder.sensor, "framequat", name="trunk_attitude", objtype="xbody", objname="trunk")
     return Robot(
-        mjcf=sheet.text(),
+        mjcf=builder.text(),
         functional_part="trunk_center",
         actuator_groups=groups(p),
         notes="Written by the built-in rules.",
@@ -139,7 +139,7 @@ def write(p: CrawlerParameters) -> Robot:
 
 
 def _write_leg(
-    sheet: Sheet, trunk: etree._Element, p: CrawlerParameters, name: str, along: float, side: int
+    builder: MjcfBuilder, trunk: etree._Element, p: CrawlerParameters, name: str, along: float, side: int
 ) -> Backbone:
     """Write one leg: its z axis leads down and outwards, its x axis outwards and up."""
     lean, drop = math.sin(p.lean_rad), math.cos(p.lean_rad)
@@ -153,7 +153,7 @@ def _write_leg(
     )
     segments = uniform(p.segments, p.leg_length_m, p.radius_m, p.bending_stiffness_n_m2)
     return write_chain(
-        sheet, root, Chain(f"{name}_seg", segments, "xy", p.damping_time_s, p.density_kg_m3, armature_kg_m2=2e-6)
+        builder, root, Chain(f"{name}_seg", segments, "xy", p.damping_time_s, p.density_kg_m3, armature_kg_m2=2e-6)
     )
 
 

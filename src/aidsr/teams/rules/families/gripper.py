@@ -16,7 +16,7 @@ from aidsr.sim import beam
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Suits
 from aidsr.teams.rules.job import Job
-from aidsr.teams.rules.mjcf_builder import Sheet, add
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.parts import add_base, add_pad, add_touch_sensor
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
@@ -133,21 +133,21 @@ def stances(p: GripperParameters) -> list[tuple[float, float, float]]:
 def write(p: GripperParameters) -> Robot:
     """Write a gripper as MJCF."""
     about = f"Gripper of {p.fingers} fingers, {p.finger_length_m:g} m long, driven by cables. Built-in rules, SI units."
-    sheet = Sheet("gripper", about, p.variation)
-    palm = add_base(sheet, "palm", radius_m=0.03, thickness_m=0.01)
+    builder = MjcfBuilder("gripper", about, p.variation)
+    palm = add_base(builder, "palm", radius_m=0.03, thickness_m=0.01)
     _write_palm(palm, p)
-    backbones = [_write_finger(sheet, palm, p, number, stance) for number, stance in enumerate(stances(p), start=1)]
+    backbones = [_write_finger(builder, palm, p, number, stance) for number, stance in enumerate(stances(p), start=1)]
     for first in range(1, p.fingers + 1):
         # The feet of the fingers may be closer together than the skin of a bent first segment.
-        sheet.exclude("palm", f"finger{first}_seg01")
+        builder.exclude("palm", f"finger{first}_seg01")
     for number, backbone in enumerate(backbones, start=1):
-        route_cable(sheet, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
-        route_cable(sheet, backbone, Cable(f"tendon_open_{number}", math.pi, p.segments, p.opening_n))
+        route_cable(builder, backbone, Cable(f"tendon_close_{number}", 0.0, p.segments, p.closing_n))
+        route_cable(builder, backbone, Cable(f"tendon_open_{number}", math.pi, p.segments, p.opening_n))
         add_pad(backbone, f"fingertip{number}", 1.1 * p.radius_m, p.pad_half_width_m)
-        add_touch_sensor(sheet, backbone, f"fingertip{number}", 1.3 * p.radius_m + p.pad_half_width_m)
-    add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname="grasp")
+        add_touch_sensor(builder, backbone, f"fingertip{number}", 1.3 * p.radius_m + p.pad_half_width_m)
+    add(builder.sensor, "framepos", name="grasp_position", objtype="site", objname="grasp")
     return Robot(
-        mjcf=sheet.text(), functional_part="grasp", actuator_groups=groups(p), notes="Written by the built-in rules."
+        mjcf=builder.text(), functional_part="grasp", actuator_groups=groups(p), notes="Written by the built-in rules."
     )
 
 
@@ -178,7 +178,7 @@ def _write_palm(palm: etree._Element, p: GripperParameters) -> None:
 
 
 def _write_finger(
-    sheet: Sheet, palm: etree._Element, p: GripperParameters, number: int, stance: tuple[float, float, float]
+    builder: MjcfBuilder, palm: etree._Element, p: GripperParameters, number: int, stance: tuple[float, float, float]
 ) -> Backbone:
     """Write one finger: its x axis points to the middle of the palm, its z axis leans outwards by the splay."""
     x, y, away = stance
@@ -193,7 +193,9 @@ def _write_finger(
     )
     segments = uniform(p.segments, p.finger_length_m, p.radius_m, p.bending_stiffness_n_m2)
     return write_chain(
-        sheet, root, Chain(f"finger{number}_seg", segments, "y", p.damping_time_s, p.density_kg_m3, armature_kg_m2=2e-6)
+        builder,
+        root,
+        Chain(f"finger{number}_seg", segments, "y", p.damping_time_s, p.density_kg_m3, armature_kg_m2=2e-6),
     )
 
 

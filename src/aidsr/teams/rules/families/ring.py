@@ -14,7 +14,7 @@ from aidsr.sim import beam
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
-from aidsr.teams.rules.mjcf_builder import TIMESTEP_S, Sheet, add
+from aidsr.teams.rules.mjcf_builder import TIMESTEP_S, MjcfBuilder, add
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
@@ -93,26 +93,26 @@ def write(p: RingParameters) -> Robot:
     about = (
         f"Rolling ring of {p.radius_m:g} m radius in {p.sectors} sectors, driven by cables. Built-in rules, SI units."
     )
-    sheet = Sheet("ring", about, p.variation)
-    rim = add(sheet.worldbody, "body", name="rim", pos=(0.0, 0.0, tread_radius(p)))
+    builder = MjcfBuilder("ring", about, p.variation)
+    rim = add(builder.worldbody, "body", name="rim", pos=(0.0, 0.0, tread_radius(p)))
     add(rim, "freejoint", name="root")
     # The chain starts at the lowest point towards +x and turns upwards; its inner side is its own -x.
     root = add(rim, "body", name="rim_start", euler=(0.0, math.pi / 2.0, 0.0))
     segments = uniform(count, _side(p.radius_m, count) * count, p.thickness_m / 2.0, p.bending_stiffness_n_m2)
     chain = Chain("seg", segments, "y", p.damping_time_s, p.density_kg_m3, rest_turn_rad=-2.0 * math.pi / count)
-    backbone = write_chain(sheet, root, chain)
-    _close(sheet, f"seg{count:02d}")
+    backbone = write_chain(builder, root, chain)
+    _close(builder, f"seg{count:02d}")
     _write_treads(backbone, p)
     for sector in range(1, p.sectors + 1):
         first, last = (sector - 1) * p.segments_per_sector + 1, sector * p.segments_per_sector
-        route_cable(sheet, backbone, Cable(f"tendon_sector_{sector}", math.pi, last, p.tension_n, first))
+        route_cable(builder, backbone, Cable(f"tendon_sector_{sector}", math.pi, last, p.tension_n, first))
     add(rim, "site", name="rim_mark", size=(0.003,), material="working")
-    add(sheet.sensor, "framepos", name="rim_position", objtype="site", objname="rim_mark")
-    add(sheet.sensor, "framequat", name="rim_attitude", objtype="xbody", objname="rim")
-    add(sheet.sensor, "touch", name="tread_contact", site="rim_touch")
+    add(builder.sensor, "framepos", name="rim_position", objtype="site", objname="rim_mark")
+    add(builder.sensor, "framequat", name="rim_attitude", objtype="xbody", objname="rim")
+    add(builder.sensor, "touch", name="tread_contact", site="rim_touch")
     touched = (tread_radius(p) * 1.2, p.half_width_m * 1.4, tread_radius(p) * 1.2)
     add(rim, "site", name="rim_touch", type="box", size=touched, rgba="0 0 0 0")
-    return Robot(mjcf=sheet.text(), functional_part="rim_mark", notes="Written by the built-in rules.")
+    return Robot(mjcf=builder.text(), functional_part="rim_mark", notes="Written by the built-in rules.")
 
 
 def _side(radius_m: float, count: int) -> float:
@@ -120,11 +120,11 @@ def _side(radius_m: float, count: int) -> float:
     return 2.0 * radius_m * math.tan(math.pi / count)
 
 
-def _close(sheet: Sheet, last: str) -> None:
+def _close(builder: MjcfBuilder, last: str) -> None:
     """Join the last link to the first one."""
-    sheet.exclude("rim_start", last)
+    builder.exclude("rim_start", last)
     add(
-        sheet.equality,
+        builder.equality,
         "weld",
         name="loop",
         body1="rim_start",

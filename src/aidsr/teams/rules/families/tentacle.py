@@ -16,7 +16,7 @@ from aidsr.sim import beam
 from aidsr.teams.rules.chain import Cable, Chain, Segment, cable_offset_m, route_cable, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Preference, Suits
 from aidsr.teams.rules.job import Job
-from aidsr.teams.rules.mjcf_builder import Sheet, add
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.orientation import Orientation, angle_to_down_deg, lean_aside, looks_sideways
 from aidsr.teams.rules.parts import add_base, add_pad, add_tip_sensors
 from aidsr.teams.rules.sizing import damping_time, reach_length, rod
@@ -142,33 +142,33 @@ def _sample_sweep(job: Job, rng: np.random.Generator) -> TentacleParameters:
 def write(p: TentacleParameters) -> Robot:
     """Write a tentacle as MJCF."""
     about = f"Tapering tentacle, {p.length_m:g} m long, driven by cables. Built-in rules, SI units."
-    sheet = Sheet("tentacle", about, p.variation)
-    base = add_base(sheet, "base", radius_m=max(2.2 * p.base_radius_m, 0.02), thickness_m=0.012)
+    builder = MjcfBuilder("tentacle", about, p.variation)
+    base = add_base(builder, "base", radius_m=max(2.2 * p.base_radius_m, 0.02), thickness_m=0.012)
     root = _write_stalk(base, p) if p.stalk_m > 0 else base
     shape = _shape(p.length_m, p.segments, p.base_radius_m, p.tip_radius_m, p.bending_stiffness_n_m2)
     axes = "y" if p.cables == 2 else "xy"
     backbone = write_chain(
-        sheet, root, Chain("seg", shape, axes, p.damping_time_s, p.density_kg_m3, armature_kg_m2=5e-6)
+        builder, root, Chain("seg", shape, axes, p.damping_time_s, p.density_kg_m3, armature_kg_m2=5e-6)
     )
     names = ("tendon_curl", "tendon_uncurl") if p.cables == 2 else tuple(f"tendon_long_{120 * k:03d}" for k in range(3))
     for number, name in enumerate(names):
         turn = 2.0 * math.pi * number / p.cables
         route_cable(
-            sheet, backbone, Cable(name, turn, p.segments, p.tension_n * (0.6 if name.endswith("uncurl") else 1.0))
+            builder, backbone, Cable(name, turn, p.segments, p.tension_n * (0.6 if name.endswith("uncurl") else 1.0))
         )
     for number in range(p.short_cables):
         degrees = 60 + 120 * number
         route_cable(
-            sheet, backbone, Cable(f"tendon_short_{degrees:03d}", math.radians(degrees), p.segments // 2, p.tension_n)
+            builder, backbone, Cable(f"tendon_short_{degrees:03d}", math.radians(degrees), p.segments // 2, p.tension_n)
         )
     add_pad(backbone, "tip_pad", 1.3 * p.tip_radius_m)
-    add_tip_sensors(sheet, backbone, 1.6 * p.tip_radius_m)
+    add_tip_sensors(builder, backbone, 1.6 * p.tip_radius_m)
     part = "tip"
     if p.stalk_m > 0 and not p.ahead:
         part = "grasp"
         add(base, "site", name=part, pos=(0.0, 0.0, p.stalk_m), size=(0.003,), material="working")
-        add(sheet.sensor, "framepos", name="grasp_position", objtype="site", objname=part)
-    return Robot(mjcf=sheet.text(), functional_part=part, notes="Written by the built-in rules.")
+        add(builder.sensor, "framepos", name="grasp_position", objtype="site", objname=part)
+    return Robot(mjcf=builder.text(), functional_part=part, notes="Written by the built-in rules.")
 
 
 def _write_stalk(base: etree._Element, p: TentacleParameters) -> etree._Element:

@@ -14,7 +14,7 @@ from aidsr.core.formatting import deg, mm, numeral
 from aidsr.teams.rules.chain import GUIDE_CLEARANCE_M, Backbone, Cable, Chain, route_cable, uniform, write_chain
 from aidsr.teams.rules.families.family import Description, Family, Is, Parameters, Suits
 from aidsr.teams.rules.job import Job
-from aidsr.teams.rules.mjcf_builder import Sheet, add
+from aidsr.teams.rules.mjcf_builder import MjcfBuilder, add
 from aidsr.teams.rules.sizing import bending_stiffness, damping_time, rod
 
 
@@ -73,33 +73,33 @@ def size(job: Job, rng: np.random.Generator, variant: str) -> WormParameters:
 def write(p: WormParameters) -> Robot:
     """Write a worm as MJCF; it lies along +x at its resting height, its tail at the origin."""
     about = f"Worm of {p.sections} sections, {p.length_m:g} m long, driven by cables. Built-in rules, SI units."
-    sheet = Sheet("worm", about, p.variation)
-    tail = add(sheet.worldbody, "body", name="tail", pos=(0.0, 0.0, foot_radius(p)))
+    builder = MjcfBuilder("worm", about, p.variation)
+    tail = add(builder.worldbody, "body", name="tail", pos=(0.0, 0.0, foot_radius(p)))
     add(tail, "freejoint", name="root")
     # The chain grows along its own +z; turned this way that is forward, and its +x points to the ground.
     root = add(tail, "body", name="tail_end", euler=(0.0, math.pi / 2.0, 0.0))
     segments = uniform(p.sections * p.segments_per_section, p.length_m, p.radius_m, p.bending_stiffness_n_m2)
-    backbone = write_chain(sheet, root, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
+    backbone = write_chain(builder, root, Chain("seg", segments, "xy", p.damping_time_s, p.density_kg_m3))
     for section in range(1, p.sections + 1):
         first, last = (section - 1) * p.segments_per_section + 1, section * p.segments_per_section
         for side, degrees in _CABLES:
             route_cable(
-                sheet, backbone, Cable(f"tendon_{side}_{section}", math.radians(degrees), last, p.tension_n, first)
+                builder, backbone, Cable(f"tendon_{side}_{section}", math.radians(degrees), last, p.tension_n, first)
             )
-    _write_feet(sheet, backbone, p)
-    add(sheet.sensor, "framepos", name="head_position", objtype="site", objname="head")
-    add(sheet.sensor, "framequat", name="tail_attitude", objtype="xbody", objname="tail")
-    return Robot(mjcf=sheet.text(), functional_part="head", notes="Written by the built-in rules.")
+    _write_feet(builder, backbone, p)
+    add(builder.sensor, "framepos", name="head_position", objtype="site", objname="head")
+    add(builder.sensor, "framequat", name="tail_attitude", objtype="xbody", objname="tail")
+    return Robot(mjcf=builder.text(), functional_part="head", notes="Written by the built-in rules.")
 
 
-def _write_feet(sheet: Sheet, backbone: Backbone, p: WormParameters) -> None:
+def _write_feet(builder: MjcfBuilder, backbone: Backbone, p: WormParameters) -> None:
     """Add a cross bar at the tail, between sections and at the head."""
     for number in range(p.sections + 1):
         link = backbone.links[number * p.segments_per_section]
         at = p.length_m / len(backbone.chain.segments) / 2.0 if number else 0.0
         material = "working" if number == p.sections else "base"
         _write_foot(link, f"foot{number}", at, p, material)
-        add(sheet.sensor, "touch", name=f"foot{number}_contact", site=f"foot{number}_touch")
+        add(builder.sensor, "touch", name=f"foot{number}_contact", site=f"foot{number}_touch")
     add(backbone.tip, "site", name="head", pos=(0.0, 0.0, backbone.tip_at_m), size=(0.003,), material="working")
 
 
