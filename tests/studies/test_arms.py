@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from aidsr.apps.cli import main
 from aidsr.apps.cli.plan_options import PlanOptions
-from aidsr.core.config import RunConfig
+from aidsr.core.config import RunConfig, StudyMethod
 from aidsr.core.errors import UserError
 from aidsr.studies.arms import make_arms, read_feedback
 from aidsr.studies.outcomes import read_outcomes
@@ -18,20 +19,7 @@ from aidsr.studies.study import Study, StudyPlan, create_study, open_study
 
 TASK = "reaching/button_pushing"
 SAID = {TASK: "Make it longer."}
-ALL = (
-    "full",
-    "human",
-    "human_only",
-    "no_judge",
-    "no_integrator",
-    "no_judge_or_integrator",
-    "no_validation",
-    "direct",
-    "no_repairs",
-    "no_groups",
-    "from_probe",
-    "task_feedback",
-)
+ALL = get_args(StudyMethod)
 
 
 def test_baselines_are_arms_of_their_own() -> None:

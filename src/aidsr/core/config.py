@@ -27,6 +27,24 @@ Method = Literal[
 ]
 """The full method, or an ablation: "no_feedback" has neither validation nor Judge, "direct" is one call to a model."""
 
+StudyMethod = Literal[
+    "full",
+    "human",
+    "human_only",
+    "no_judge",
+    "no_integrator",
+    "no_judge_or_integrator",
+    "no_validation",
+    "direct",
+    "no_repairs",
+    "no_groups",
+    "from_probe",
+    "task_feedback",
+]
+"""Ways of designing that a study can compare. The paper's: the full method; with a person's feedback as one more round
+on the same designs, or as the only feedback; and without its parts. Ours: without mechanical repairs, without actuators
+that act together, and with feedback from the task."""
+
 
 class Budget(Artifact):
     """What a run may use of a language model. None is no limit. A call that could exceed one is not made."""

@@ -8,33 +8,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from aidsr.core.config import Method, RunConfig
+from aidsr.core.config import Method, RunConfig, StudyMethod
 from aidsr.core.errors import UserError
 from aidsr.studies.study import Arm
 from aidsr.tasks import load_task
 
-Way = Literal[
-    "full",
-    "human",
-    "human_only",
-    "no_judge",
-    "no_integrator",
-    "no_judge_or_integrator",
-    "no_validation",
-    "direct",
-    "no_repairs",
-    "no_groups",
-    "from_probe",
-    "task_feedback",
-]
-"""Ways of designing that a study can compare. The paper's: the full method; with a person's feedback as one more round
-on the same designs, or as the only feedback; and without its parts. Ours: without mechanical repairs, without actuators
-that act together, and with feedback from the task."""
-
 _WITH_A_PERSON = ("human", "human_only")
 _SAME_DESIGNS = ("human", "no_groups", "from_probe")
 """They continue the designs of the full method."""
-_CONFIG: dict[Way, dict[str, Any]] = {
+_CONFIG: dict[StudyMethod, dict[str, Any]] = {
     "human_only": {"method": "no_feedback", "iterations": 0},
     "no_repairs": {"repairs": False},
     "task_feedback": {"task_feedback": True},
@@ -61,7 +43,7 @@ def _baseline(name: Baseline, search_robots: int) -> Arm:
 
 def make_arms(
     models: Sequence[str],
-    ways: Sequence[Way],
+    ways: Sequence[StudyMethod],
     *,
     concepts: int,
     feedback: Mapping[str, str],
@@ -91,7 +73,7 @@ def make_arms(
     return (*designed, *(_baseline(name, search_robots) for name in baselines))
 
 
-def _arm(model: str, way: Way, concepts: int, feedback: Mapping[str, str]) -> Arm:
+def _arm(model: str, way: StudyMethod, concepts: int, feedback: Mapping[str, str]) -> Arm:
     name = re.sub(r"[^a-z0-9._-]+", "-", model.lower()).strip("-.")
     changed = {"method": way} if way in get_args(Method) else _CONFIG.get(way, {})
     return Arm(

@@ -405,7 +405,7 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
     await user.should_see("bell.xml", retries=100)
     for said, sentence in (
         ("kind = ", "hit.toml cannot be used: cannot read the goal as TOML"),
-        ('kind = "hit"', 'must say one of kind = "reach"'),
+        ('kind = "hit"', "has an unknown kind 'hit'"),
         ('kind = "touch"\ntarget = "gong"', "gong"),
         ('kind = "touch"\ntarget = "bell"\nforce = 1', "force"),
     ):

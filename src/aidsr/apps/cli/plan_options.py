@@ -10,27 +10,10 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from aidsr.apps.cli.options import setting
-from aidsr.core.config import RunConfig
+from aidsr.core.config import RunConfig, StudyMethod
 
 if TYPE_CHECKING:
     from aidsr.studies.study import StudyPlan
-
-
-Way = Literal[
-    "full",
-    "human",
-    "human_only",
-    "no_judge",
-    "no_integrator",
-    "no_judge_or_integrator",
-    "no_validation",
-    "direct",
-    "no_repairs",
-    "no_groups",
-    "from_probe",
-    "task_feedback",
-]
-"""As `aidsr.studies.arms.Way`, which would load what a command line without a command does not need."""
 
 
 @Parameter(name="*")
@@ -52,7 +35,7 @@ class PlanOptions:
         ),
     ] = None
     method: Annotated[
-        list[Way] | None,
+        list[StudyMethod] | None,
         Parameter(
             negative="",
             consume_multiple=True,
