@@ -113,8 +113,8 @@ def _read(subject: Path) -> _Subject:
     robot = design.final_robot.read()
     if robot is None:
         raise UserError(
-            f"a design with a final_robot.xml was expected, and {subject} has none; give the folder of an approved "
-            "design, as runs/…/designs/1, or the MJCF of a robot"
+            f"{subject} is not an approved design: final_robot.xml not found; give the folder of one, as "
+            "runs/…/designs/1, or the MJCF of a robot"
         )
     brief = Run(design.path.parent.parent).brief()
     kept = design.leading_to()

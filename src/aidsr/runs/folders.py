@@ -229,7 +229,7 @@ class Run:
         """
         record = self.record.read()
         if record is None:
-            raise UserError(f"the folder of a run was expected, with a run.json in it; {self.path} has none")
+            raise UserError(f"{self.path} is not a run folder: run.json not found")
         return record
 
     @property

@@ -68,7 +68,7 @@ class Library:
         path = folder / name
         ours = _NAME.fullmatch(name) and path.resolve().parent == folder.resolve()
         if not (ours and (path / "run.json").is_file()):
-            raise UserError(f'the name of a run under {folder} was expected, and "{name[:80]}" is none')
+            raise UserError(f'"{name[:80]}" is not a run under {folder}')
         return path
 
 

@@ -86,9 +86,7 @@ class RunStatus(Artifact):
         found = next((design for design in self.designs if design.number == number), None)
         if found is None:
             there = ", ".join(str(design.number) for design in self.designs) or "none yet"
-            raise UserError(
-                f"the number of a design of this run was expected, and {number} is none; there are: {there}"
-            )
+            raise UserError(f"this run has no design {number}; it has: {there}")
         return found
 
 

@@ -118,9 +118,7 @@ def read_curve(training: Training) -> tuple[CurveRow, ...]:
     except FileNotFoundError:
         return ()
     except (KeyError, TypeError, ValueError) as error:  # a column, a field or a number that is not there
-        raise UserError(
-            f"the curve of a training was expected, and {path} cannot be read as one ({error}); restore or remove it"
-        ) from None
+        raise UserError(f"cannot read the learning curve {path} ({error}); restore or remove it") from None
 
 
 def _row(row: dict[str, str]) -> CurveRow:

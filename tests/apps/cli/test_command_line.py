@@ -46,7 +46,7 @@ def run_main(*words: str) -> int:
             ["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"],
             "--task-training requires --task-feedback",
         ),
-        (["show"], "the folder of a run was expected"),
+        (["show"], "no run given; name the folder of one"),
         (["show", "."], "run.json"),
         (["resume", "nowhere"], "run.json"),
         (["validate", "nowhere.xml"], "nowhere.xml"),
@@ -95,7 +95,7 @@ def test_view_finds_the_model_of_a_design(tmp_path) -> None:
     assert model_of(run.design(1).iteration(1).path).name == "scene.xml"
     assert model_of(tmp_path / "any.xml") == tmp_path / "any.xml"
     for nothing in (run.path, tmp_path):
-        with pytest.raises(UserError, match="design was expected"):
+        with pytest.raises(UserError, match=r"is a whole run|is not a design"):
             model_of(nothing)
 
 

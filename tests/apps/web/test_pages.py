@@ -182,7 +182,7 @@ async def test_a_design_is_found_by_its_number_when_one_before_it_was_deleted(us
     await user.open(f"/run/{run.path.name}")
     user.find("Side by side").click()
     await user.should_see("3. Arm 3")
-    with pytest.raises(UserError, match="1 is none; there are: 2, 3"):
+    with pytest.raises(UserError, match="this run has no design 1; it has: 2, 3"):
         site.view(run).design(1)
 
 

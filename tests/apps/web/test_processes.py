@@ -49,7 +49,7 @@ def test_what_a_process_says_before_it_fails_is_kept(tmp_path: Path) -> None:
     with chdir(tmp_path):  # what lies where the page was started is not imported
         processes.start("nothing", ["resume", str(tmp_path / "nothing")])
     until(lambda: not processes.is_alive("nothing"), "it never ended")
-    assert "the folder of a run was expected" in processes.output_tail("nothing")
+    assert "is not a run folder" in processes.output_tail("nothing")
 
 
 def test_a_run_whose_design_is_being_trained_is_not_thrown_away(tmp_path: Path) -> None:

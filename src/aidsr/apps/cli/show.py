@@ -43,7 +43,7 @@ def show(
         sys.stdout.write(layout_text() + "\n")
         return 0
     if run is None:
-        raise UserError("the folder of a run was expected; give one, for example one under runs/")
+        raise UserError("no run given; name the folder of one, for example one under runs/")
     status = read_status(Run(run))
     if json:
         sys.stdout.write(status.model_dump_json(indent=2) + "\n")

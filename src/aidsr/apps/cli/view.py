@@ -44,7 +44,7 @@ def model_of(path: Path) -> Path:
     from aidsr.core.errors import UserError
 
     if (path / "run.json").exists():
-        raise UserError(f"one design was expected, and {path} is a whole run; name one, as {path / 'designs' / '1'}")
+        raise UserError(f"{path} is a whole run; name one design of it, as {path / 'designs' / '1'}")
     if not path.is_dir():
         return path
     iterations = [path, *sorted(path.glob("[0-9]*"))]
@@ -55,6 +55,6 @@ def model_of(path: Path) -> Path:
     found = next((candidate for candidate in candidates if candidate.exists()), None)
     if found is None:
         raise UserError(
-            f"an MJCF file or the folder of a design was expected, and {path} holds neither scene nor robot"
+            f"{path} is not a design: neither scene nor robot found; name an MJCF file or the folder of a design"
         )
     return found
