@@ -101,12 +101,12 @@ def test_a_plan_is_frozen_when_its_study_begins(tmp_path: Path) -> None:
     assert create_study(tmp_path / "s", plan(versions={"python": "4.0"})).plan == plan()
     with pytest.raises(UserError, match="other steps; a plan is frozen"):
         create_study(tmp_path / "s", plan(steps=7))
-    with pytest.raises(UserError, match="has none"):
+    with pytest.raises(UserError, match="is not a study folder"):
         open_study(tmp_path)
     (tmp_path / "s" / "study.toml").write_text("tasks = []\n")
-    with pytest.raises(UserError, match="is no plan"):
+    with pytest.raises(UserError, match="is not a study plan"):
         open_study(tmp_path / "s")
-    with pytest.raises(UserError, match="has none"):
+    with pytest.raises(UserError, match="is not a study folder"):
         open_study(tmp_path / "s" / "study.toml")
 
 
@@ -223,7 +223,7 @@ def test_a_row_knows_how_many_policies_its_plan_asks_for(finished: Study, tmp_pa
         del design["seeds"]
     (tmp_path / "earlier.json").write_text(with_hash(Submission.model_validate(earlier)).model_dump_json())
     assert read_submission(tmp_path / "s.json").designs == read_outcomes(study)
-    with pytest.raises(UserError, match="an earlier version wrote it"):
+    with pytest.raises(UserError, match="an older version wrote it"):
         read_submission(tmp_path / "earlier.json")
 
 
@@ -287,7 +287,7 @@ def test_a_job_that_says_much_comes_to_its_end(tmp_path: Path, monkeypatch: pyte
     pool.close()
     assert ended, "the job never ended"
     assert "said before" in ended[0].error
-    assert ended[0].error.endswith(f"{tmp_path} has none"), "the reason comes last"
+    assert ended[0].error.endswith(f"{tmp_path} is not a study folder: study.toml not found"), "the reason comes last"
 
 
 def test_the_report_is_one_page_with_every_figure_beside_it(finished: Study) -> None:
@@ -398,7 +398,7 @@ def test_what_a_design_costs_is_not_drawn_before_one_came_to_an_end() -> None:
 def test_a_study_of_another_version_of_the_benchmark_is_not_gone_on_with(tmp_path: Path) -> None:
     study = create_study(tmp_path / "s", plan(benchmark_version=1))
     pool = Here(study)
-    with pytest.raises(UserError, match="is one of version 1, whose tasks differ"):
+    with pytest.raises(UserError, match="of benchmark version 1, whose tasks differ"):
         run_study(study, pool)
     assert pool.begun == []
     assert run_study(study, pool, without=frozenset(study.cells)).done == 0, "nothing is left to do"
