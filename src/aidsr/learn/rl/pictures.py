@@ -5,15 +5,20 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from lxml import etree
 
+from aidsr.core.plots import png_plot
 from aidsr.learn.rl.evaluation import EvaluationRollout
 from aidsr.mjcf.read import parse_document
 from aidsr.render.pictures import video
 from aidsr.tasks import Change, Variation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _MOST_FRAMES = 400
 """Of one video; longer episodes show every second or third control step. Our choice: some 15 s of drawing."""
@@ -32,26 +37,23 @@ from the motion itself."""
 
 def curve_picture(curve: Path) -> bytes:
     """Return a training's curve.csv as a PNG picture: success, progress and return over control steps."""
-    from matplotlib.figure import Figure
-
     with curve.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     column = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]} if rows else {}
     steps = column.get("steps", np.zeros(0))
-    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    for name, label in (("success_share", "success"), ("progress", "progress at the end")):
-        left.plot(steps, column.get(name, steps), label=label)
-    left.set(xlabel="control steps", ylabel="last 100 episodes", ylim=(-0.02, 1.02))
-    left.legend(frameon=False)
-    right.plot(steps, column.get("reward", steps), color="0.3")
-    right.set(xlabel="control steps", ylabel="return")
-    for axes in (left, right):
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.ticklabel_format(axis="x", scilimits=(0, 0))
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=130)
-    return picture.getvalue()
+
+    def draw(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2)
+        for name, label in (("success_share", "success"), ("progress", "progress at the end")):
+            left.plot(steps, column.get(name, steps), label=label)
+        left.set(xlabel="control steps", ylabel="last 100 episodes", ylim=(-0.02, 1.02))
+        left.legend()
+        right.plot(steps, column.get("reward", steps))
+        right.set(xlabel="control steps", ylabel="return")
+        for axes in (left, right):
+            axes.ticklabel_format(axis="x", scilimits=(0, 0))
+
+    return png_plot(draw, (7.0, 3.2))
 
 
 def episode_recordings(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) -> dict[str, bytes]:

@@ -9,7 +9,7 @@ from typing import Self
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.formatting import format_number
-from aidsr.validation.page.plots import plotted
+from aidsr.validation.page.plots import plot_signal
 from aidsr.validation.signals import Signal
 
 _MOST_NAMES = 8
@@ -48,7 +48,7 @@ class Card:
             names=", ".join(shown) + more,
             gauge=None if ratio is None else min(max(50 + 50 / _GAUGE_DECADES * math.log10(ratio), 1.5), 98.5),
             times="" if ratio is None else _times(ratio),
-            plot="" if signal is None else plotted(signal, key),
+            plot="" if signal is None else plot_signal(signal, key),
             test="" if signal is None else signal.test,
             lines=() if fault.line is None else tuple(_excerpt(mjcf, fault.line)),
         )
