@@ -21,7 +21,7 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training, trainings_of
 from aidsr.sim.assembly import assemble
-from aidsr.sim.resize import resize
+from aidsr.sim.scaling import resize_robot
 from aidsr.validation import validate
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def _read(subject: Path) -> _Subject:
     if placement.scale == 1.0:
         found.append(newest(it.robot_report.read() for it in kept))
     else:  # the robot's own report is of another size
-        mjcf = resize(mjcf, placement.scale)
+        mjcf = resize_robot(mjcf, placement.scale)
     concept = newest(it.concept.read() for it in kept)
     title = f"{concept.name if concept else 'robot'} for {brief.task or 'an objective in words'}"
     return _Subject(

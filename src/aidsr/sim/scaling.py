@@ -20,6 +20,8 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError
+from aidsr.mjcf.compile import parse_mjcf
+from aidsr.sandbox.isolated import isolated
 from aidsr.sim.actuation_scaling import actuator_coordinate, has_scaling_rule, scale_actuator
 from aidsr.sim.unit_scaling import Coordinate, Units
 
@@ -79,6 +81,20 @@ _FORCE_SENSORS = (
 
 _Coordinates = Mapping[tuple[str, str], Coordinate]
 """Coordinates by kind ("joint", "tendon", "actuator") and name."""
+
+
+@isolated
+def resize_robot(mjcf: str, factor: float) -> str:
+    """Return the MJCF of a robot `factor` times as large out of the same material.
+
+    Raises:
+        MjcfError: The robot cannot be loaded, or a part of it has no scaling rule.
+        IsolationError: Loading ran past a limit.
+    """
+    spec = parse_mjcf(mjcf)
+    scale_robot(spec, factor)
+    spec.compile()
+    return str(spec.to_xml())
 
 
 def scale_robot(spec: mujoco.MjSpec, factor: float, classes: Iterable[Any] = ()) -> None:
