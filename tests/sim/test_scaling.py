@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from aidsr.core.errors import MjcfError
-from aidsr.sim.resize import resize
-from aidsr.sim.scaling import change_units, scale_robot
+from aidsr.sim.scaling import change_units, resize_robot, scale_robot
 from aidsr.sim.unit_scaling import Units
 
 ROBOT = """
@@ -279,7 +278,7 @@ def test_a_text_is_scaled_as_its_model_is() -> None:
     <geom type="capsule" fromto="0 0 0 0 0 0.05"/></body></body></worldbody></mujoco>"""
     spec = mujoco.MjSpec.from_string(text)
     scale_robot(spec, 1.5)
-    asked, found = spec.compile(), mujoco.MjModel.from_xml_string(resize(text, 1.5))
+    asked, found = spec.compile(), mujoco.MjModel.from_xml_string(resize_robot(text, 1.5))
     for name in ("jnt_range", "jnt_stiffness", "geom_size", "body_pos", "body_mass", "body_inertia"):
         assert getattr(found, name) == pytest.approx(getattr(asked, name), rel=1e-4, abs=1e-9), name
     assert found.opt.timestep == pytest.approx(asked.opt.timestep)
