@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
@@ -67,17 +68,18 @@ class Server:
     runs: Path
     port: int
     process: subprocess.Popen[bytes]
+    token: str = ""
 
     @classmethod
-    def start(cls, runs: Path) -> "Server":
-        """Start it and wait until it answers."""
+    def start(cls, runs: Path, token: str = "") -> "Server":
+        """Start it, with a token where one is given, and wait until it answers."""
         port = free_port()
-        return cls(runs, port, _started(runs, port))
+        return cls(runs, port, _started(runs, port, token), token)
 
     def restart(self) -> None:
         """End it and start it again at the same address."""
         self.stop()
-        self.process = _started(self.runs, self.port)
+        self.process = _started(self.runs, self.port, self.token)
 
     def stop(self) -> None:
         """End it as Control-C does."""
@@ -89,15 +91,19 @@ class Server:
         return f"http://127.0.0.1:{self.port}{path}"
 
 
-def _started(runs: Path, port: int) -> "subprocess.Popen[bytes]":
+def _started(runs: Path, port: int, token: str) -> "subprocess.Popen[bytes]":
     words = ["web", "--runs", str(runs), "--port", str(port), "--no-browser"]
-    process = subprocess.Popen([sys.executable, "-m", "aidsr", *words])
+    process = subprocess.Popen([sys.executable, "-m", "aidsr", *words], env={**os.environ, "AIDSR_WEB_TOKEN": token})
     end = time.monotonic() + PATIENCE_MS / 1000
     while True:
         try:
             with urlopen(f"http://127.0.0.1:{port}/assets/icon.svg") as answer:
                 assert answer.status == 200
                 return process
+        except HTTPError as error:
+            if token and error.code == 401:
+                return process
+            raise
         except OSError:
             assert process.poll() is None, "the server ended"
             assert time.monotonic() < end, "the server never answered"

@@ -129,6 +129,20 @@ def test_another_site_reaches_nothing(runs: Path, server: Server) -> None:
     stranger.server_close()
 
 
+def test_the_token_opens_the_web_app_and_another_does_not(runs: Path) -> None:
+    server = Server.start(runs, token="correct-horse-battery")
+    with browsing() as visitor:
+        page = visitor.new_page()
+        for token in ("wrong", server.token):
+            page.goto(server.address())
+            page.get_by_label("Token").fill(token)
+            page.get_by_role("button", name="Open").click()
+            expect(
+                page.get_by_label("Token") if token == "wrong" else page.get_by_text("New run").first
+            ).to_be_visible()
+    server.stop()
+
+
 def test_without_webgl_a_design_is_a_still_picture_and_a_sentence(runs: Path, server: Server) -> None:
     run = made_run(runs, designs=1)
     with browsing() as visitor:
