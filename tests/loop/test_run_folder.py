@@ -110,7 +110,7 @@ def test_the_page_says_what_happened(page) -> None:
         "Too short.",
         "by <zero>",
         "mechanical repairs 2",
-        "Put right by code: <robot>: renamed",
+        "Repaired by code: <robot>: renamed",
     ):
         assert said in page.words, said
 

@@ -13,7 +13,7 @@ from aidsr.loop.run import parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_events, read_status
 from aidsr.runs.event_text import DOING, sentence
-from aidsr.runs.events import Decided, Done, Step, Waiting
+from aidsr.runs.events import Decided, Step, StepDone, Waiting
 from aidsr.runs.stages import attempts
 from scripted import Script, Scripted, new_run, parts
 
@@ -49,8 +49,8 @@ def test_a_scene_that_can_do_its_task_is_approved(tmp_path) -> None:
     assert asked == ["designer", "coder", "integrator", "judge"]
     assert outcome.reason == "Plausible. It can do it."
     assert run.design(1).iteration(1).task_report.read() == solved()
-    assert sentence(Done(step="task_report", summary="no force")) == "tried on its task: no force"
-    done = [event for event in read_events(run.design(1).events) if isinstance(event, Done)]
+    assert sentence(StepDone(step="task_report", summary="no force")) == "tried on its task: no force"
+    done = [event for event in read_events(run.design(1).events) if isinstance(event, StepDone)]
     assert [event.summary for event in done if event.step == "task_report"] == ["solved"]
 
 

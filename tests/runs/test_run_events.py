@@ -7,12 +7,12 @@ import pytest
 from aidsr.core.artifacts import Outcome
 from aidsr.core.errors import UserError
 from aidsr.runs.events import (
-    Begun,
     Decided,
-    Done,
     EventLog,
     Finished,
     Started,
+    StepDone,
+    StepStarted,
     Stopped,
     Waiting,
     read_events,
@@ -43,8 +43,8 @@ def test_events_read_back_in_order(tmp_path) -> None:
     path = tmp_path / "events.jsonl"
     events = [
         Started(),
-        Begun(step="robot", iteration=1),
-        Done(step="robot", iteration=1, summary="ok"),
+        StepStarted(step="robot", iteration=1),
+        StepDone(step="robot", iteration=1, summary="ok"),
         Stopped(cause="bug", message="m", traceback="t\nt"),
         Finished(outcome=Outcome(outcome="quit", reason="r")),
     ]
@@ -60,12 +60,12 @@ def test_no_log_is_no_events(tmp_path) -> None:
 @pytest.mark.parametrize("torn", [b"{", b'{"time":"2026-01-31T12:00:00.000+00:00","kind":"done","st', b'{"a": "\xc3'])
 def test_a_torn_last_line_is_left_out_then_cut_off(tmp_path, torn: bytes) -> None:
     path = tmp_path / "events.jsonl"
-    write(path, Started(), Begun(step="robot"))
+    write(path, Started(), StepStarted(step="robot"))
     with path.open("ab") as file:
         file.write(torn)
     assert len(read_events(path)) == 2
     write(path, Started())
-    assert [type(event) for event in read_events(path)] == [Started, Begun, Started]
+    assert [type(event) for event in read_events(path)] == [Started, StepStarted, Started]
 
 
 def test_a_log_that_is_one_torn_line(tmp_path) -> None:
@@ -101,14 +101,20 @@ def test_the_listener_hears_what_was_written(tmp_path) -> None:
 
 def test_time_worked_leaves_out_pauses_and_waiting(tmp_path) -> None:
     path = tmp_path / "events.jsonl"
-    events = [Started(), Begun(step="robot"), Started(), Waiting(iteration=1), Decided(iteration=1, verdict="quit")]
+    events = [
+        Started(),
+        StepStarted(step="robot"),
+        Started(),
+        Waiting(iteration=1),
+        Decided(iteration=1, verdict="quit"),
+    ]
     write(path, *events, Finished(), seconds=[0, 2, 1000, 1003, 9000, 9000.5])
     assert working_time_s(read_events(path)) == pytest.approx(2 + 3 + 0.5)
 
 
 def test_time_worked_goes_on_while_a_step_is_at_work(tmp_path) -> None:
     path = tmp_path / "events.jsonl"
-    write(path, Started(), Begun(step="robot"), seconds=[0, 2])
+    write(path, Started(), StepStarted(step="robot"), seconds=[0, 2])
     assert working_time_s(read_events(path), NOON + timedelta(seconds=10)) == pytest.approx(10)
     write(path, Waiting(iteration=1), seconds=[12])
     assert working_time_s(read_events(path), NOON + timedelta(seconds=99)) == pytest.approx(12)

@@ -18,7 +18,7 @@ from aidsr.core.calls import CallRecord, Message, Question, Usage
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
 from aidsr.runs import EventLog, RecordedModel, Run, RunRecord, new_run, read_status
-from aidsr.runs.events import Begun, Done, Event, Finished, Started, Stopped, Waiting
+from aidsr.runs.events import Event, Finished, Started, StepDone, StepStarted, Stopped, Waiting
 from aidsr.runs.stages import attempts
 
 CONCEPT = Concept(name="arm", interpretation="i", morphology="m", actuation="a", functional_part="tip", family="arm")
@@ -105,7 +105,7 @@ def test_states_of_a_run_follow_from_those_of_its_designs(run) -> None:
         run.design(number).outcome.write(Outcome(outcome="approved", reason="good", iteration=1))
     with EventLog(run.design(3).events) as log:
         log.write(Started())
-        log.write(Begun(step="critique", iteration=1))
+        log.write(StepStarted(step="critique", iteration=1))
         assert (read_status(run).state, read_status(run).designs[2].doing) == ("running", "critique")
         log.write(Waiting(iteration=1))
         assert read_status(run).state == "waiting"
@@ -117,8 +117,8 @@ def test_states_of_a_run_follow_from_those_of_its_designs(run) -> None:
 
 
 BEGIN = datetime(2026, 1, 31, 10, tzinfo=UTC)
-PROPOSED = ((0, Started()), (0, Begun(step="concepts")), (5, Done(step="concepts")))
-GROWN = ((5, Started()), (5, Begun(step="robot", iteration=1)), (25, Done(step="robot", iteration=1)))
+PROPOSED = ((0, Started()), (0, StepStarted(step="concepts")), (5, StepDone(step="concepts")))
+GROWN = ((5, Started()), (5, StepStarted(step="robot", iteration=1)), (25, StepDone(step="robot", iteration=1)))
 PAUSE = Stopped(cause="interrupted", message="by the person")
 
 
@@ -127,8 +127,8 @@ PAUSE = Stopped(cause="interrupted", message="by the person")
     [
         (PROPOSED[:2], (), 4, 4),
         ((*PROPOSED[:2], (3, PAUSE)), (), 9000, 3),
-        ((*PROPOSED[:2], (3, PAUSE), (9000, Started()), (9000, Begun(step="concepts")), (9002, Done(step="concepts"))),
-         (), 9900, 5),
+        ((*PROPOSED[:2], (3, PAUSE), (9000, Started()), (9000, StepStarted(step="concepts")),
+          (9002, StepDone(step="concepts"))), (), 9900, 5),
         (PROPOSED, (*GROWN, (25, Waiting(iteration=1))), 43225, 25),
         ((*PROPOSED, (43225, PAUSE)), (*GROWN, (25, Waiting(iteration=1)), (43225, PAUSE)), 90000, 25),
         ((*PROPOSED, (30, PAUSE)), (*GROWN, (30, PAUSE)), 90000, 30),

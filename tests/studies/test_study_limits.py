@@ -61,15 +61,15 @@ def pay(study: Study, cell: Cell, cost_usd: float | None) -> None:
 def test_jobs_side_by_side_set_aside_what_each_may_spend(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     one, two, three = designing(study)
-    purse = StudyBudget(study, Budget(cost_usd=10))
-    begun = [purse.begin(one, 2), purse.begin(two, 1)]
+    budget = StudyBudget(study, Budget(cost_usd=10))
+    begun = [budget.begin(one, 2), budget.begin(two, 1)]
     assert [job.most_usd for job in begun] == [5, 5]
     assert begun == [one, two], "what a job may spend is no part of which job it is"
-    assert purse.begin(three, 1) is None
+    assert budget.begin(three, 1) is None
     pay(study, one.cell, 4.0)
-    purse.end(one, short=())
-    assert purse.begin(three, 1).most_usd == pytest.approx(1.0)
-    purse.end(two, short=())
+    budget.end(one, short=())
+    assert budget.begin(three, 1).most_usd == pytest.approx(1.0)
+    budget.end(two, short=())
     pay(study, two.cell, 0.5)
     assert StudyBudget(study, Budget(cost_usd=10)).paid_usd == pytest.approx(4.5)
     assert StudyBudget(study, Budget(cost_usd=4.5)).begin(three, 2) is None, "the limit is reached"
@@ -77,8 +77,8 @@ def test_jobs_side_by_side_set_aside_what_each_may_spend(tmp_path: Path) -> None
 
 def test_a_share_is_as_much_as_a_run_takes_however_many_workers_there_are(tmp_path: Path) -> None:
     study = study_of(tmp_path, runs=20)
-    purse = StudyBudget(study, Budget(cost_usd=10))
-    shares = [job.most_usd for each in designing(study) if (job := purse.begin(each, 1000))]
+    budget = StudyBudget(study, Budget(cost_usd=10))
+    shares = [job.most_usd for each in designing(study) if (job := budget.begin(each, 1000))]
     assert shares[0] == pytest.approx(0.73), "the published cost, before there is one of its own"
     assert sum(shares) <= 10
     assert len(shares) == 14
@@ -89,26 +89,26 @@ def test_a_share_is_as_much_as_a_run_takes_however_many_workers_there_are(tmp_pa
 def test_a_share_that_was_too_small_for_a_call_is_not_tried_again(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     one, two, _ = designing(study)
-    purse = StudyBudget(study, Budget(tokens=300_000))
-    assert purse.begin(one, 2).most_tokens == 151_000
-    purse.end(one, short=["tokens"])
-    assert purse.begin(one, 2).most_tokens == 300_000
+    budget = StudyBudget(study, Budget(tokens=300_000))
+    assert budget.begin(one, 2).most_tokens == 151_000
+    budget.end(one, short=["tokens"])
+    assert budget.begin(one, 2).most_tokens == 300_000
     pay(study, one.cell, 0.1)
-    purse.end(one, short=["tokens"])
-    assert purse.tokens == 1100
-    assert purse.begin(two, 2).most_tokens == 298_900
-    purse.end(two, short=["tokens"])
-    assert purse.begin(two, 2) is None
+    budget.end(one, short=["tokens"])
+    assert budget.tokens == 1100
+    assert budget.begin(two, 2).most_tokens == 298_900
+    budget.end(two, short=["tokens"])
+    assert budget.begin(two, 2) is None
 
 
 def test_of_two_limits_only_the_one_that_refused_is_short(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     one, two, three = designing(study)
-    purse = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
-    assert purse.begin(one, 1).most_usd == pytest.approx(0.73)
-    purse.end(one, short=["tokens"])
-    assert purse.begin(two, 1) is None
-    assert purse.refusing == {"tokens"}
+    budget = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
+    assert budget.begin(one, 1).most_usd == pytest.approx(0.73)
+    budget.end(one, short=["tokens"])
+    assert budget.begin(two, 1) is None
+    assert budget.refusing == {"tokens"}
     pay(study, one.cell, 0.1)
     fresh = StudyBudget(study, Budget(cost_usd=0.73, tokens=300_000))
     assert fresh.begin(two, 2).most_usd == pytest.approx(0.365, abs=0.1)
@@ -144,12 +144,12 @@ def test_only_what_asks_a_language_model_needs_money(tmp_path: Path) -> None:
     pay(study, first.cell, 1.0)
     pay(study, second.cell, 1.0)  # the copied call
     pay(study, second.cell, 0.25)
-    purse = StudyBudget(study, Budget(cost_usd=1.25))
-    assert purse.paid_usd == pytest.approx(1.25), "what was copied was paid once"
-    assert purse.begin(second, 1) is None
-    assert purse.begin(free, 1) is free
-    assert purse.begin(rule, 1) is rule
-    assert purse.begin(Job(first.cell, "train", 1), 1) == Job(first.cell, "train", 1)
+    budget = StudyBudget(study, Budget(cost_usd=1.25))
+    assert budget.paid_usd == pytest.approx(1.25), "what was copied was paid once"
+    assert budget.begin(second, 1) is None
+    assert budget.begin(free, 1) is free
+    assert budget.begin(rule, 1) is rule
+    assert budget.begin(Job(first.cell, "train", 1), 1) == Job(first.cell, "train", 1)
 
 
 def test_a_call_without_a_price_counts_at_list_prices(tmp_path: Path) -> None:

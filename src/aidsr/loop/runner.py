@@ -17,7 +17,7 @@ from aidsr.loop.parts import Parts
 from aidsr.loop.steps import HaltedError, Steps
 from aidsr.runs import DesignFolder, EventLog, Run, write_summary
 from aidsr.runs.answered_calls import set_calls_aside
-from aidsr.runs.events import Done, Event, Finished, Started, Stopped, Waiting, without_secrets
+from aidsr.runs.events import Event, Finished, Started, StepDone, Stopped, Waiting, without_secrets
 
 Listen = Callable[[int, Event], None]
 """Called with every event, in the thread that called `run_designs`: the design's number, 0 for the run; the event."""
@@ -113,7 +113,7 @@ class _Runner:
                 continue
             self.listen(number, event)
             if isinstance(event, Waiting) or (
-                isinstance(event, Done) and event.step in ("preview", "critique", "motion")
+                isinstance(event, StepDone) and event.step in ("preview", "critique", "motion")
             ):
                 write_summary(self.run)
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.loop.parts import Halt, Picture
 from aidsr.runs import EventLog
-from aidsr.runs.events import Begun, Done, NoPicture, Step
+from aidsr.runs.events import NoPicture, Step, StepDone, StepStarted
 from aidsr.runs.files import BytesFile, Stored
 
 Value = TypeVar("Value")
@@ -44,10 +44,10 @@ class Steps:
             return value
         if self.halt():
             raise HaltedError
-        self.log.write(Begun(step=step, iteration=self.iteration))
+        self.log.write(StepStarted(step=step, iteration=self.iteration))
         value = compute()
         file.write(value)
-        self.log.write(Done(step=step, iteration=self.iteration, summary=summarize(value)))
+        self.log.write(StepDone(step=step, iteration=self.iteration, summary=summarize(value)))
         return value
 
     def draw(self, step: Step, file: BytesFile, picture: Picture, mjcf: str) -> None:

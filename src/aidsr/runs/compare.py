@@ -84,14 +84,14 @@ def _in_concept(before: Concept | None, after: Concept | None) -> Iterator[str]:
             yield f"{key}: {_number(old)} → {_number(new)}"
     for field in ("morphology", "actuation", "functional_part"):
         if getattr(before, field) != getattr(after, field):
-            yield f"the {field.replace('_', ' ')} was written anew"
+            yield f"the {field.replace('_', ' ')} was rewritten"
 
 
 def _in_robot(before: Attempted, after: Attempted) -> Iterator[str]:
     if before.robot == after.robot:
         return
-    told = difflib.unified_diff(before.robot.splitlines(), after.robot.splitlines(), n=0, lineterm="")
-    signs = Counter(line[0] for line in itertools.islice(told, 2, None))  # what comes first are names of files
+    diff = difflib.unified_diff(before.robot.splitlines(), after.robot.splitlines(), n=0, lineterm="")
+    signs = Counter(line[0] for line in itertools.islice(diff, 2, None))  # the first two lines are file names
     added, removed = signs["+"], signs["-"]
     yield f"the robot's MJCF: {added} {'line' if added == 1 else 'lines'} added, {removed} removed"
 
@@ -133,8 +133,8 @@ def _change(old: Fault | None, new: Fault | None) -> tuple[bool, str] | None:
     if any(value is None for value in values) or old.measured == new.measured:
         return None
     was, now, limit = (float(value or 0.0) for value in values)
-    said = f"{was:.3g} → {now:.3g} {new.unit}".rstrip() + f" ({bound_in_words(now, limit)} {limit:.3g})"
-    return abs(now - limit) < abs(was - limit), said
+    text = f"{was:.3g} → {now:.3g} {new.unit}".rstrip() + f" ({bound_in_words(now, limit)} {limit:.3g})"
+    return abs(now - limit) < abs(was - limit), text
 
 
 def _worst(report: ValidationReport, code: str) -> Fault | None:

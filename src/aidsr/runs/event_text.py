@@ -6,11 +6,11 @@ from aidsr.core.formatting import format_repairs
 from aidsr.runs.events import (
     Decided,
     DecisionUnreadable,
-    Done,
     Event,
     Finished,
     NoPicture,
     Repaired,
+    StepDone,
     Stopped,
     Waiting,
 )
@@ -43,7 +43,7 @@ _FOUND = {
 def sentence(event: Event) -> str:
     """Return what happened in a few words; empty for what a person watching need not read."""
     match event:
-        case Done(step=step, summary=summary) if step in _FOUND:
+        case StepDone(step=step, summary=summary) if step in _FOUND:
             return f"{_FOUND[step]}: {summary}"
         case Repaired(counts=counts):
             return format_repairs(counts)

@@ -43,20 +43,20 @@ class _Event(Artifact):
 
 
 class Started(_Event):
-    """A process took up the work, for the first time or again."""
+    """A process started or resumed the work."""
 
     kind: Literal["started"] = "started"
 
 
-class Begun(_Event):
-    """A step whose file is not there yet began."""
+class StepStarted(_Event):
+    """A step whose file does not exist yet began."""
 
     kind: Literal["begun"] = "begun"
     step: Step
     iteration: int | None = None
 
 
-class Done(_Event):
+class StepDone(_Event):
     """The file of a step is written."""
 
     kind: Literal["done"] = "done"
@@ -67,7 +67,7 @@ class Done(_Event):
 
 
 class Repaired(_Event):
-    """Code put right what can mean only one thing in the robot just written; the text and notes are in files."""
+    """Code repaired unambiguous mistakes in the robot just written; the text and notes are in files."""
 
     kind: Literal["repaired"] = "repaired"
     iteration: int
@@ -92,7 +92,7 @@ class Waiting(_Event):
 
 
 class DecisionUnreadable(_Event):
-    """There is a decision.json that does not say what it must; waiting goes on."""
+    """A decision.json is invalid; waiting continues."""
 
     kind: Literal["decision_unreadable"] = "decision_unreadable"
     iteration: int
@@ -108,11 +108,11 @@ class Decided(_Event):
 
 
 class Stopped(_Event):
-    """Work ended before its outcome; resuming the run takes it up again."""
+    """Work ended before its outcome; resuming the run continues it."""
 
     kind: Literal["stopped"] = "stopped"
     cause: Literal["error", "bug", "interrupted"]
-    """"error" is one of `aidsr.core.errors`, said in a sentence; a "bug" of ours keeps its traceback."""
+    """"error" is one of `aidsr.core.errors`, as one sentence; a "bug" of ours keeps its traceback."""
     message: str
     traceback: str = ""
 
@@ -125,7 +125,16 @@ class Finished(_Event):
 
 
 Event = Annotated[
-    Started | Begun | Done | Repaired | NoPicture | Waiting | DecisionUnreadable | Decided | Stopped | Finished,
+    Started
+    | StepStarted
+    | StepDone
+    | Repaired
+    | NoPicture
+    | Waiting
+    | DecisionUnreadable
+    | Decided
+    | Stopped
+    | Finished,
     Field(discriminator="kind"),
 ]
 _ADAPTER: TypeAdapter[Event] = TypeAdapter(Event)
@@ -181,7 +190,7 @@ class EventLog:
             raise
 
     def write(self, event: Event) -> None:
-        """Append one event with the present time, then tell the listener."""
+        """Append one event with the present time, then call the listener."""
         timed = event.model_copy(update={"time": self._now().isoformat(timespec="milliseconds")})
         os.write(self._file, timed.model_dump_json(exclude_none=True).encode() + b"\n")
         self._listen(timed)
@@ -219,7 +228,7 @@ def _lock(file: int, path: Path) -> None:
 
 
 def at_work(path: Path) -> bool | None:
-    """Whether a process of this machine has a log open for writing; None on a system that cannot tell."""
+    """Whether a process of this machine has a log open for writing; None where the system cannot answer."""
     try:
         import fcntl
     except ImportError:  # as in `_lock`
@@ -256,11 +265,11 @@ def read_events(path: Path) -> tuple[Event, ...]:
 
 
 def working_time_s(events: Sequence[Event], until: datetime | None = None) -> float:
-    """Return how long a process worked [s]: without the time nobody did, and without waiting for a person.
+    """Return how long a process worked [s]: without pauses between processes, and without waiting for a person.
 
     Args:
         events: One log, in order.
-        until: Also count from the last event to this time, for work that goes on.
+        until: Also count from the last event to this time, for work in progress.
     """
     total_s = 0.0
     for before, after in itertools.pairwise(events):

@@ -139,7 +139,7 @@ class DesignFolder:
         return JsonFile(self.path / "outcome.json", Outcome)
 
     def reopen(self) -> None:
-        """Set the outcome of a design that ran out of budget aside, so that work on it goes on."""
+        """Set the outcome of a design that ran out of budget aside, so that work on it continues."""
         outcome = self.outcome.read()
         if outcome is not None and outcome.outcome == "out_of_budget":
             before = len(list(self.path.glob("outcome_before_*.json")))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 LAYOUT: tuple[tuple[str, str], ...] = (
     ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
-    ("brief.json", "what the team is told: the objective and the environment as facts"),
+    ("brief.json", "input of the team: the objective and the environment as facts"),
     ("environment.xml", "the environment, without a robot"),
     ("goal.toml", "what measures success, where a goal was given"),
     ("starting_robot.xml", "the robot to start from, where one was given"),
     ("events.jsonl", "what happened to the run, in order, with times and errors"),
     ("calls/NNNN_ROLE.json", "the Designer's calls to a language model: question, reply, tokens, price"),
-    ("calls/NNNN_ROLE.unusable.json", "calls whose replies could not be used in the end; the Designer is asked anew"),
+    ("calls/NNNN_ROLE.unusable.json", "calls whose replies could not be used in the end; the Designer is asked again"),
     ("budget.json", "a budget given when the run was resumed; holds instead of the first"),
     (
         "search.json",
@@ -45,7 +45,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/export/", "parts, sheet and verdict for the workshop, where that design was exported; may be replaced"),
     ("designs/N/probe.json", "how far that design gets without learning, where it was probed"),
     ("designs/N/training/NNN/", "a policy of that design, its curve and its verdict, where one was trained"),
-    ("designs/N/verified.json", "the validator's report on the final scene, anew, in a study"),
+    ("designs/N/verified.json", "the validator's report on the final scene, repeated in a study"),
 )
 """Path pattern and content. N and M count from 1, II from 01, NNN from 001, NNNN from 0001; ROLE is a role's name."""
 

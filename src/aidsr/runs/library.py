@@ -38,7 +38,7 @@ class Library:
         return Run(self._inside(self.path, name))
 
     def trash(self, name: str) -> None:
-        """Throw a run away; `restore` takes it back as long as nobody empties the folder .trash.
+        """Move a run to the folder .trash; `restore` moves it back until that folder is emptied.
 
         Raises:
             UserError: There is no such run, or a process is at work on it.
@@ -73,14 +73,14 @@ class Library:
 
 
 def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:
-    """Return what changes whenever something happens to a run: names, times and sizes of the files that tell of it.
+    """Return what changes whenever something happens to a run: names, times and sizes of its files.
 
-    Cheap enough to be asked every second, so that a run is only read again when there is something new.
+    Cheap enough to call every second, so that a run is only read again when there is something new.
     """
-    told = ["run.json", "events.jsonl", "calls", "designs"]
+    names = ["run.json", "events.jsonl", "calls", "designs"]
     each = ["events.jsonl", "outcome.json", "[0-9][0-9]*", "[0-9][0-9]*/calls", "training"]
     trainings = ["training/[0-9]*", "training/[0-9]*/*.csv", "training/[0-9]*/*.json", "training/[0-9]*/*.mp4"]
-    paths = [run.path / name for name in told]
+    paths = [run.path / name for name in names]
     for design in run.designs:
         paths += [design.path, *(path for pattern in (*each, *trainings) for path in design.path.glob(pattern))]
     return tuple(mark for path in paths if (mark := _mark(path)) is not None)

@@ -22,9 +22,9 @@ class RecordedModel:
     times, the answers come in their order.
 
     Args:
-        model: Who is asked.
+        model: The model that is called.
         folder: Where answers are kept, in its folder "calls".
-        kept: Told of each new answer once it is on disk.
+        kept: Called with each new answer once it is on disk.
     """
 
     def __init__(self, model: Model, folder: Path, kept: Callable[[CallRecord], None] = lambda _record: None) -> None:

@@ -40,7 +40,7 @@ class Attempt(Artifact):
     round: int
     stages: tuple[Stage, ...]
     asked: str
-    """What a person asked for before it began; empty where nobody did."""
+    """What a person asked for before it began; empty where there was no request."""
 
 
 def attempts(design: DesignFolder, status: DesignStatus) -> tuple[Attempt, ...]:
@@ -61,10 +61,13 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
     robot, scene, critique = iteration.robot_report.read(), iteration.scene_report.read(), iteration.critique.read()
     made = iteration.robot.xml.path.exists()
     repairs = iteration.repairs.read()
-    mended = f", {repairs.total} mended" if repairs else ""
+    repaired = f", {repairs.total} repaired" if repairs else ""
     stages = [
         _stage(
-            "robot", at_work, "done" if made else "kept" if had_robot else "none", ("new" if made else "kept") + mended
+            "robot",
+            at_work,
+            "done" if made else "kept" if had_robot else "none",
+            ("new" if made else "kept") + repaired,
         ),
         _stage("robot stable", at_work, *_verdict(robot.stable, len(robot.errors)))
         if robot

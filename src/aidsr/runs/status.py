@@ -10,9 +10,9 @@ from aidsr.core.artifacts import Artifact, Decision, Outcome
 from aidsr.core.calls import Usage
 from aidsr.core.errors import UserError
 from aidsr.runs.events import (
-    Begun,
     DecisionUnreadable,
     Event,
+    StepStarted,
     Stopped,
     Waiting,
     read_events,
@@ -24,7 +24,7 @@ from aidsr.runs.record import RunRecord
 Value = TypeVar("Value")
 State = Literal["running", "waiting", "stopped", "finished"]
 """Of a run or a design: "waiting" for a person's decision; "stopped" by an error or an interrupt, to be resumed;
-"running" otherwise, until it is finished. A process killed outright leaves "running" behind: files cannot tell."""
+"running" otherwise, until it is finished. A process killed outright leaves "running" behind: files cannot show it."""
 
 
 class DesignStatus(Artifact):
@@ -91,7 +91,7 @@ class RunStatus(Artifact):
 
 
 def read_status(run: Run, now: datetime | None = None) -> RunStatus:
-    """Return the state of a run as its files tell it.
+    """Return the state of a run from its files.
 
     Args:
         run: The run.
@@ -135,7 +135,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
         iteration=iterations[-1].number if iterations else 0,
         stands_at=shown[0].number if shown else 0,
         mechanical_repairs=sum(repairs.total for it in iterations if (repairs := it.repairs.read())),
-        round=1 + sum(said.verdict == "refine" for it in iterations[:-1] if (said := decided(it))),
+        round=1 + sum(found.verdict == "refine" for it in iterations[:-1] if (found := decided(it))),
         doing=_doing(events),
         stable=report.stable if report else None,
         judged=critique.passed if critique else None,
@@ -161,8 +161,8 @@ def decided(iteration: IterationFolder) -> Decision | None:
 
 
 def _proposing_s(events: Sequence[Event], now: datetime | None) -> float:
-    """How long the Designer worked on the concepts [s]; the log of the run goes on while designs grow and wait."""
-    last = max((at for at, event in enumerate(events) if isinstance(event, Begun)), default=-1)
+    """How long the Designer worked on the concepts [s]; the run's log continues while designs are made and wait."""
+    last = max((at for at, event in enumerate(events) if isinstance(event, StepStarted)), default=-1)
     return working_time_s(events[: last + 2], now if last == len(events) - 1 else None)
 
 
@@ -177,7 +177,7 @@ def _state(events: Sequence[Event]) -> State:
 
 
 def _awaited(events: Sequence[Event]) -> int | None:
-    """Return the iteration that a person is asked about; None where nobody is."""
+    """Return the iteration that waits for a person; None if there is none."""
     last = events[-1] if events else None
     return last.iteration if isinstance(last, Waiting | DecisionUnreadable) else None
 
@@ -198,7 +198,7 @@ def _stopped(events: Sequence[Event]) -> Stopped | None:
 
 def _doing(events: Sequence[Event]) -> str:
     last = events[-1] if events else None
-    return last.step if isinstance(last, Begun) else ""
+    return last.step if isinstance(last, StepStarted) else ""
 
 
 def _total(usages: Iterable[Usage]) -> Usage:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def write_summary(run: Run) -> Path:
-    """Write summary.html anew from the present state of the run, and return its path."""
+    """Write summary.html again from the present state of the run, and return its path."""
     status = read_status(run)
     brief = run.brief()
     page = _template().render(
@@ -40,12 +40,12 @@ def write_summary(run: Run) -> Path:
 
 @dataclass(frozen=True)
 class _Row:
-    """One iteration, as the page tells it."""
+    """One iteration, as the page shows it."""
 
     number: int
     made: str
     repairs: tuple[str, ...]
-    """Sentences on what code put right."""
+    """Sentences on what code repaired."""
     robot: str
     scene: str
     judge: str

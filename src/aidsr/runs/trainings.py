@@ -1,6 +1,6 @@
 """What training made of a design, read from the folders training/001, 002 … beside its iterations.
 
-The files are written by `aidsr.learn.rl`; whoever only wants to look needs none of its libraries.
+The files are written by `aidsr.learn.rl`; reading them needs none of its libraries.
 """
 
 from __future__ import annotations
@@ -69,11 +69,11 @@ class Training:
 
     @property
     def inspection(self) -> JsonFile[Inspection]:
-        """What a person said of it."""
+        """A person's inspection of it."""
         return JsonFile(self.path / "inspection.json", Inspection)
 
     def inspect(self, inspection: Inspection) -> None:
-        """Keep what a person says; unlike other files of a run it may be said anew."""
+        """Write a person's inspection; unlike other files of a run it may be replaced."""
         replace_file(self.inspection.path, inspection.model_dump_json(indent=2).encode() + b"\n")
 
     @property

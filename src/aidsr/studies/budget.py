@@ -93,7 +93,7 @@ class StudyBudget:
         self._study = study
         self._accounts: dict[Limit, _Account] = {}
         self.refusing: set[Limit] = set()
-        """Of which limits too little was left for a job; whoever starts jobs clears it."""
+        """Limits of which too little was left for a job; the runner clears it before it starts jobs."""
         if budget.cost_usd is not None:
             self._accounts["cost_usd"] = _Account(budget.cost_usd, PAPER.cost_usd, _dollars)
         if budget.tokens is not None:
@@ -119,7 +119,7 @@ class StudyBudget:
             free: How many jobs could be started now.
         """
         arm = self._study.arm(job.cell.arm)
-        # an arm that continues the designs of another arm asks nobody, unless it has a person's feedback
+        # an arm that continues another arm's designs calls no model, unless it has a person's feedback
         if job.stage != "design" or is_offline(arm.config.model) or (arm.after and not arm.feedback):
             return job
         shares = {name: each.share(job.cell, arm.config.concepts, free) for name, each in self._accounts.items()}

@@ -21,7 +21,7 @@ def run_packed_job(packed: bytes, job: dict[str, object]) -> tuple[bytes, str, t
     """Do a job on what was sent; return what it made, an error or nothing, and which limits refused.
 
     Runs on a worker. What was done before a failure comes back as well, so that a retry resumes from there. Nothing
-    else does: jobs beside this one have gone on meanwhile.
+    else does: other jobs have continued meanwhile.
     """
     from aidsr.core.errors import AidsrError, BudgetError
     from aidsr.studies.jobs import run_job

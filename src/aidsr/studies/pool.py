@@ -79,7 +79,7 @@ class LocalPool:
         command = [sys.executable, "-m", "aidsr.studies.run_job", str(self.study), json.dumps(job.as_dict())]
         # one thread each: side by side, single-threaded jobs do more in total (docs/studies.md)
         alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        # a pipe that nobody reads meanwhile would block a child that writes much
+        # a pipe that is not read meanwhile would block a child that writes much
         output = tempfile.TemporaryFile()  # noqa: SIM115 - closed where the child ends
         child = subprocess.Popen(
             command,

@@ -17,7 +17,7 @@ SHORT: dict[int, tuple[Limit, ...]] = {3: ("cost_usd",), 4: ("tokens",), 5: ("co
 
 
 def _end_with_the_driver() -> None:
-    """End when nobody waits for this job any more: a driver that was killed begins it again when it is resumed."""
+    """End when the driver is gone: a killed driver starts this job again when it is resumed."""
     os.read(0, 1)  # nothing is ever written; not sys.stdin, whose lock a thread would still hold at the end
     os.killpg(0, signal.SIGKILL)
 

@@ -40,7 +40,7 @@ class _StudyRun:
     study: Study
     pool: Pool
     listen: Callable[[Progress], None]
-    purse: StudyBudget
+    budget: StudyBudget
     without: frozenset[Cell]
     waiting: dict[Job, None] = field(default_factory=dict)
     running: dict[Job, None] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class _StudyRun:
             if self.waiting:
                 _check_version(self.study)
             while self.waiting or self.running:
-                self.purse.refusing.clear()
+                self.budget.refusing.clear()
                 self._start_jobs()
                 if not self.running:
                     break
@@ -70,7 +70,7 @@ class _StudyRun:
                 self._end(last)
         finally:
             self.pool.close()
-        refused = tuple(sorted(self.purse.refusing)) if self.waiting else ()
+        refused = tuple(sorted(self.budget.refusing)) if self.waiting else ()
         end = replace(self._progress(last), unpaid=tuple(self.waiting), refused=refused)
         self.listen(end)
         return end
@@ -79,7 +79,7 @@ class _StudyRun:
         for job in sorted(self.waiting, key=self._turn):
             if self.pool.free <= 0:
                 return
-            paid_for = self.purse.begin(job, self.pool.free)
+            paid_for = self.budget.begin(job, self.pool.free)
             if paid_for is not None:
                 del self.waiting[job]
                 self.running[job] = None
@@ -92,7 +92,7 @@ class _StudyRun:
     def _end(self, ended: EndedJob) -> None:
         job = ended.job
         del self.running[job]
-        self.purse.end(job, short=ended.short)
+        self.budget.end(job, short=ended.short)
         still_pending = job in pending_in(self.study, job.cell)
         if ended.short:
             self.waiting[job] = None

@@ -174,8 +174,8 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
         if _asked(found.plan) != _asked(plan):
             changed = [key for key, value in _asked(plan).items() if value != _asked(found.plan)[key]]
             raise UserError(
-                f"{path} holds a study with other {', '.join(changed)}; a plan is frozen when its study begins. Go on "
-                "with the same options, or name another folder"
+                f"{path} holds a study with other {', '.join(changed)}; a plan is frozen when its study "
+                "starts. Use the same options, or name another folder"
             )
         return found
     path.mkdir(parents=True, exist_ok=True)

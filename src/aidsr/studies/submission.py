@@ -114,7 +114,7 @@ def _place(row: DesignRow) -> tuple[str, str, int, int]:
 
 
 def _places(plan: StudyPlan) -> Iterator[tuple[str, str, int, int]]:
-    """Yield every design that a plan asks for: nobody may leave out those that failed."""
+    """Yield every design of a plan: a submission may not leave out those that failed."""
     study = Study(Path(), plan)
     for cell in study.cells:
         for number in range(1, study.arm(cell.arm).config.concepts + 1):

@@ -40,8 +40,8 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
         (["--model", "gpt-99", "--seeds", "0"], '"gpt-99" is not a model name'),
         (["--method", "direct", "--seeds", "0"], "cannot be prompted directly"),
         (["--baseline", "search", "--search-robots", "20"], "be a multiple of 8"),
-        (["--resume", "--search-robots", "8"], "found --search-robots beside it"),
-        (["--resume", "--designs", "3"], "found --designs beside it; leave one of the two out"),
+        (["--resume", "--search-robots", "8"], "--resume cannot be combined with --search-robots"),
+        (["--resume", "--designs", "3"], "--resume cannot be combined with --designs: the plan is read from"),
     ],
 )
 def test_what_cannot_be_done_is_refused_before_anything_is_begun(

@@ -64,7 +64,7 @@ def test_rules_are_selected_and_ignored_by_code(files: Path, capsys: pytest.Capt
 def test_realizability_is_told_apart_and_enforced_on_request(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("strong.xml") == 0
     said = capsys.readouterr().out
-    assert said.startswith("stable, with warnings\n\nCould it be built (told apart")
+    assert said.startswith("stable, with warnings\n\nCould it be built (not part of the verdict")
     assert run("strong.xml", "--realizable") == 1
     said = capsys.readouterr().out
     assert said.startswith("stable, but could not be built")

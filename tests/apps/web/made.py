@@ -25,7 +25,7 @@ from aidsr.core.calls import CallRecord, Message, Question, Usage
 from aidsr.core.config import RunConfig
 from aidsr.fabrication.schema import Change, PartEntry, Retest, Verdict
 from aidsr.runs import DesignFolder, EventLog, Run, RunRecord, new_run
-from aidsr.runs.events import Done, Finished, Started, Waiting
+from aidsr.runs.events import Finished, Started, StepDone, Waiting
 from aidsr.runs.files import JsonFile, replace_file
 
 SCRIPT = "<script>window.stolen = 1</script><img src=x onerror='window.stolen = 1'>"
@@ -80,7 +80,7 @@ def made_run(
     run = new_run(folder, record, Brief(objective=objective, task=task, environment="<mujoco/>", summary=SUMMARY))
     with EventLog(run.events) as log:
         log.write(Started())
-        log.write(Done(step="concepts", summary=f"{designs} concepts"))
+        log.write(StepDone(step="concepts", summary=f"{designs} concepts"))
     run.concepts.write(tuple(concept(f"{name} {number}") for number in range(1, designs + 1)))
     for number in range(1, designs + 1):
         _made_design(run.design(number), f"{name} {number}", waiting=waiting and number == 1)
@@ -98,7 +98,7 @@ def _made_design(design: DesignFolder, name: str, *, waiting: bool) -> None:
         first.concept.write(concept(name))
         first.robot.write(Robot(mjcf=MJCF.replace("0.01", "0.02"), functional_part="tip"))
         first.robot_report.write(ValidationReport(stable=False, faults=(fault,)))
-        log.write(Done(step="robot_report", iteration=1, summary="1 fault: chatter"))
+        log.write(StepDone(step="robot_report", iteration=1, summary="1 fault: chatter"))
         second.robot.write(Robot(mjcf=MJCF, functional_part="tip"))
         second.robot_report.write(ValidationReport(stable=True, measurements={"actuators": 3, "moving_mass_kg": 0.06}))
         placement = Placement(mount="mount", base="fixed")
@@ -107,7 +107,7 @@ def _made_design(design: DesignFolder, name: str, *, waiting: bool) -> None:
         second.scene_report.write(ValidationReport(stable=True, measurements={"actuators": 3, "moving_mass_kg": 0.06}))
         second.preview.write(png())
         second.critique.write(Critique(passed=True, summary=f"It reaches. {SCRIPT}"))
-        log.write(Done(step="critique", iteration=2, summary="passed"))
+        log.write(StepDone(step="critique", iteration=2, summary="passed"))
         question = Question(role="coder", messages=(Message(role="user", text=f"Write it. {SCRIPT}"),))
         call = CallRecord(
             question=question, model="made:up", reply=f"Here it is. {SCRIPT}", finish="stop",

@@ -34,7 +34,7 @@ def test_a_process_is_found_again_and_stopped_by_a_page_started_later(tmp_path: 
     until(lambda: _waits(run.design(1).events), "it never waited")
     assert later.processes.stop(run.path.name)
     until(lambda: not later.is_at_work(run), "it never ended")
-    assert "Interrupted. What is done is kept" in later.processes.output_tail(run.path.name)
+    assert "Interrupted. Finished work is kept" in later.processes.output_tail(run.path.name)
     assert later.view(run).shown == "stopped"
     assert later.processes.stop(run.path.name) is False
 

@@ -69,7 +69,7 @@ for command in (
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command line and exit: 0 for success, 2 for a mistake of the person's, else what the command says."""
-    # A scheduler, or the page, ends a command as a person's Control-C does: what is done is kept and said to be.
+    # A scheduler or the web app ends a command with SIGTERM; handled as Control-C, so that finished work is kept.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = app(arguments)

@@ -30,8 +30,8 @@ def benchmark(
 ) -> int:
     """Design, train and judge robots for many tasks, and write the tables.
 
-    A study is a folder with a frozen plan. The same command goes on with it after anything; --resume does so without
-    saying the plan again.
+    A study is a folder with a frozen plan. The same command resumes it; so does --resume, without repeating the
+    options.
 
         aidsr benchmark studies/first --tasks button_pushing flat_ground --designs 3 --steps 50000
 
@@ -51,9 +51,9 @@ def benchmark(
     ray
         Address of a Ray cluster to do the jobs on, "auto" for the one that is running here; needs the extra "ray".
     resume
-        Go on with the study as its plan says.
+        Resume the study with the plan in its folder.
     dry_run
-        Say what it would take, and begin nothing.
+        Print the estimated cost and exit.
     """
     from rich.console import Console
 
@@ -82,7 +82,7 @@ def benchmark(
         with StudyTable(console, found) as table:
             progress = run_study(found, _pool(study, jobs, ray), table.listen)
     except KeyboardInterrupt:
-        console.print(f"\nInterrupted; aidsr benchmark {study} --resume goes on", soft_wrap=True)
+        console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", soft_wrap=True)
         return 130
     console.print(f"Report: {write_report(found)}", soft_wrap=True)
     if progress.unpaid:
@@ -91,19 +91,19 @@ def benchmark(
 
 
 def _study(path: Path, options: PlanOptions, resume: bool) -> Study:
-    """Return the study that is asked for, which may not be begun yet.
+    """Return the study, which may not have started yet.
 
     Raises:
-        UserError: There is none to go on with, or its plan is another one.
+        UserError: There is none to resume, or its plan differs.
     """
     from aidsr.core.errors import UserError
     from aidsr.studies.study import Study, create_study, open_study
 
     if resume:
-        if options.said:
+        if options.given:
             raise UserError(
-                f"--resume goes on with the plan in {path / 'study.toml'}, found {', '.join(options.said)} beside it; "
-                "leave one of the two out"
+                f"--resume cannot be combined with {', '.join(options.given)}: the plan is read from "
+                f"{path / 'study.toml'}"
             )
         return open_study(path)
     plan = options.plan()

@@ -82,10 +82,10 @@ def _opened(text: str | Path) -> str:
 
 
 def refuse_to_overwrite(path: Path, *, option: str) -> None:
-    """Raise a UserError where something stands already; a page that this command wrote may be written anew.
+    """Check that a file may be written: it is absent, or a report that this command wrote.
 
     Raises:
-        UserError: Something does.
+        UserError: Another file exists there.
     """
     if path.exists() and not _is_our_page(path):
         raise UserError(f"{option}: {path} exists; name another file, or add --force to replace it")

@@ -71,7 +71,7 @@ def design(
     runs
         Folder in which the folder of the run is made.
     """
-    from aidsr.apps.cli.following import follow
+    from aidsr.apps.cli.progress import follow_run
     from aidsr.apps.cli.training import train_designs
     from aidsr.core.extras import require_extra
     from aidsr.loop.run import create_run, make_brief, parts_of
@@ -95,7 +95,7 @@ def design(
     if dry_run:
         return 0
     run = create_run(brief, config, level=level if brief.task else "", runs=runs, goal=goal or "")
-    code = follow(run, parts_of(run))
+    code = follow_run(run, parts_of(run))
     return train_designs(run, steps=steps, seeds=seeds) if train and code == 0 else code
 
 

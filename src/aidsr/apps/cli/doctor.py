@@ -20,7 +20,7 @@ class Check:
 
     topic: str
     result: Literal["ok", "absent", "problem"]
-    """Absent is said and does no harm; a problem keeps AID-SR from working."""
+    """"absent" is only reported; a "problem" keeps AID-SR from working."""
     text: str
 
 

@@ -1,4 +1,4 @@
-"""Prompts of a run that a person answers in files: said in the terminal as they come."""
+"""Prompts of a run that a person answers in files: announced in the terminal as they come."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Mailbox:
     def __init__(self, console: Console, model: str) -> None:
         self._console = console
         self._directory = prompts_directory(model)
-        self._said: set[Path] = set()
+        self._announced: set[Path] = set()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="mailbox", daemon=True)
 
@@ -43,8 +43,8 @@ class Mailbox:
     def look(self, directory: Path) -> None:
         """Say which prompts came since the last look."""
         for waiting in pending_prompts(directory):
-            if waiting.prompt not in self._said:
-                self._said.add(waiting.prompt)
+            if waiting.prompt not in self._announced:
+                self._announced.add(waiting.prompt)
                 self._console.print(
                     f"[yellow]waiting for a reply[/] of the {waiting.role}: read {escape(str(waiting.prompt))}, "
                     f"save the reply as [bold]{escape(waiting.reply.name)}[/] beside it",

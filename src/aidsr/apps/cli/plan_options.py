@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class PlanOptions:
-    """What a study asks; the same options go on with it, and others are refused."""
+    """The plan of a study; resuming it needs the same options, and others are refused."""
 
     tasks: Annotated[
         list[str] | None,
-        Parameter(negative="", consume_multiple=True, help='Names of tasks, or "all", which it is unless said.'),
+        Parameter(negative="", consume_multiple=True, help='Names of tasks, or "all", the default.'),
     ] = None
     level: Annotated[Literal["standard", "hard"], Parameter(help="Level of the tasks.")] = "standard"
     model: Annotated[
@@ -73,8 +73,8 @@ class PlanOptions:
     probe: Annotated[bool, Parameter(help="Also probe each approved design without learning.")] = True
 
     @property
-    def said(self) -> tuple[str, ...]:
-        """Options that were given another value than the usual one, as a person writes them."""
+    def given(self) -> tuple[str, ...]:
+        """Options with another value than their default, as on the command line."""
         return tuple(
             f"--{each.name.replace('_', '-')}" for each in fields(self) if getattr(self, each.name) != each.default
         )
@@ -95,7 +95,7 @@ class PlanOptions:
 
         self._check()
         chosen = task_names() if self.tasks in (None, ["all"]) else tuple(load_task(n).name for n in self.tasks or ())
-        said = read_feedback(self.feedback, chosen) if self.feedback else {}
+        feedback = read_feedback(self.feedback, chosen) if self.feedback else {}
         try:
             return StudyPlan(
                 tasks=chosen,
@@ -104,7 +104,7 @@ class PlanOptions:
                     self.model or ["builtin"],
                     self.method or ["full"],
                     concepts=self.concepts,
-                    feedback=said,
+                    feedback=feedback,
                     baselines=self.baseline or [],
                     search_robots=self.search_robots,
                 ),

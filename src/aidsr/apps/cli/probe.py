@@ -34,8 +34,8 @@ def probe(
     """Say how far a body gets on its task without learning.
 
     Many open-loop motions are played at once: pulls that ramp from one value to another, and sinusoids. What the best
-    of them reach tells a bad body from a bad policy. Exit code 0 means that some motion succeeds, 1 that none does, 2 a
-    mistake in the command.
+    of them reach distinguishes a bad body from a bad policy. Exit code 0 means that some motion succeeds, 1 that none
+    does, 2 a mistake in the command.
 
         aidsr probe runs/2026-01-31_1002_button_pushing_7f3a/designs/1
 
@@ -60,7 +60,7 @@ def probe(
     seed
         The same seed tries the same motions.
     grouping
-        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" moves each by itself.
+        "auto" lets actuators act together as the design says or as symmetric limbs do; "off" moves each independently.
     threads
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     out

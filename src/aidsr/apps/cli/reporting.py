@@ -65,7 +65,7 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
     if run.summary.exists():
         console.print(f"\nOpen [bold]{escape(str(run.summary))}[/]", soft_wrap=True)
     if status.state != "finished":
-        when = "Go on" if status.state == "stopped" else "If no process is at work on it, go on"
+        when = "Resume" if status.state == "stopped" else "If no process is at work on it, resume"
         console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
 
 

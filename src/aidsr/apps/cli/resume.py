@@ -11,7 +11,7 @@ def resume(run: Path, /, *, limits: Limits | None = None) -> int:
     """Continue a run that was stopped or killed.
 
     What is finished is kept, and no question that a language model answered is asked again. A limit given here
-    replaces the earlier ones, what was spent before included; designs that ran out of budget go on.
+    replaces the earlier ones, what was spent before included; designs that ran out of budget are continued.
 
         aidsr resume runs/2026-01-31_1002_button_pushing_7f3a
 
@@ -22,11 +22,11 @@ def resume(run: Path, /, *, limits: Limits | None = None) -> int:
     run
         Folder of the run.
     """
-    from aidsr.apps.cli.following import follow
+    from aidsr.apps.cli.progress import follow_run
     from aidsr.loop.run import parts_of, replace_budget
     from aidsr.runs import Run
 
     found = Run(run)
     if limits is not None and limits != Limits():
         replace_budget(found, limits.value())
-    return follow(found, parts_of(found))
+    return follow_run(found, parts_of(found))

@@ -34,7 +34,7 @@ class StudyLimits:
         Parameter(
             validator=Number(gt=0),
             help="Maximum cost of the whole study, in dollars, what was paid before included; holds until another is "
-            "given. No call that could exceed it is made, and what needs no language model goes on.",
+            "given. No call that could exceed it is made, and what needs no language model continues.",
         ),
     ] = None
     max_tokens: Annotated[

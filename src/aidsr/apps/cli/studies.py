@@ -59,17 +59,17 @@ def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> No
 
 
 def _above(study: Study, coming: StudyEstimate, limit: Budget) -> str:
-    """Return by how much an estimate and what was used before are above a limit, nothing where they are not."""
-    purse, said = StudyBudget(study, limit), []
-    if limit.cost_usd is not None and purse.paid_usd + coming.cost_usd > limit.cost_usd:
-        said.append(f"${purse.paid_usd + coming.cost_usd:.2f} in all of ${limit.cost_usd:.2f} allowed")
-    if limit.tokens is not None and purse.tokens + coming.tokens > limit.tokens:
-        said.append(f"{purse.tokens + coming.tokens:,} tokens in all of {limit.tokens:,} allowed")
-    return " and ".join(said)
+    """Return the limits that an estimate and what was used before exceed, as text; empty if none."""
+    budget, parts = StudyBudget(study, limit), []
+    if limit.cost_usd is not None and budget.paid_usd + coming.cost_usd > limit.cost_usd:
+        parts.append(f"${budget.paid_usd + coming.cost_usd:.2f} in all of ${limit.cost_usd:.2f} allowed")
+    if limit.tokens is not None and budget.tokens + coming.tokens > limit.tokens:
+        parts.append(f"{budget.tokens + coming.tokens:,} tokens in all of {limit.tokens:,} allowed")
+    return " and ".join(parts)
 
 
 def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> None:
-    """Say what a study left undone that ended at its limit, and how to go on.
+    """Print what a study that ended at its limit left undone, and how to resume it.
 
     Args:
         console: Where to.
@@ -78,19 +78,19 @@ def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> No
     """
     limit, coming = read_budget(study), estimate_study(study)
     undone = [cell for cell in study.cells if not is_finished(study.run(cell))]
-    purse, said, options = StudyBudget(study, limit), [], []
+    budget, parts, options = StudyBudget(study, limit), [], []
     if limit.cost_usd is not None:
-        said.append(f"${purse.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
+        parts.append(f"${budget.paid_usd:.2f} of ${limit.cost_usd:.2f} are paid")
         if "cost_usd" in refused:
-            options.append(f"--max-cost {math.ceil(max(purse.paid_usd, limit.cost_usd) + coming.cost_usd)}")
+            options.append(f"--max-cost {math.ceil(max(budget.paid_usd, limit.cost_usd) + coming.cost_usd)}")
     if limit.tokens is not None:
-        said.append(f"{purse.tokens:,} of {limit.tokens:,} tokens are used")
+        parts.append(f"{budget.tokens:,} of {limit.tokens:,} tokens are used")
         if "tokens" in refused:
-            options.append(f"--max-tokens {max(purse.tokens, limit.tokens) + coming.tokens}")
+            options.append(f"--max-tokens {max(budget.tokens, limit.tokens) + coming.tokens}")
     names = ", ".join(cell.name for cell in undone[:_NAMED]) + (", …" if len(undone) > _NAMED else "")
     runs = "1 run is" if len(undone) == 1 else f"{len(undone)} runs are"
     console.print(
-        f"The study's limit is reached: {' and '.join(said)}; of {format_limits(refused)} too little is left for the "
+        f"The study's limit is reached: {' and '.join(parts)}; of {format_limits(refused)} too little is left for the "
         f"next call. {runs} not "
         f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
         f"--resume {' '.join(options)}",
@@ -150,7 +150,7 @@ class StudyTable:
         self._live.update(Group(table, *at_work), refresh=True)
 
     def _look(self, at_the_end: bool) -> None:
-        """Read the study's folder anew, unless that would take a notable part of the time."""
+        """Read the study's folder again, unless that would take a notable part of the time."""
         began_s = time.monotonic()
         if began_s < self._next_look_s and not at_the_end:
             return
@@ -166,15 +166,15 @@ class StudyTable:
 
 @dataclass(frozen=True)
 class _AtWork:
-    """A job's line, made anew whenever the terminal is drawn: a search is minutes at work and tells how far it is."""
+    """A job's line, rendered at each refresh: a search takes minutes and shows its progress."""
 
     study: Study
     job: Job
 
     def __rich__(self) -> Text:
         run = self.study.run(self.job.cell) if self._searches else None
-        told = format_search(read_search(run)) if run else ""
-        return Text(f"  {self.job.name}" + (f": {told}" if told else ""), style="dim")
+        search = format_search(read_search(run)) if run else ""
+        return Text(f"  {self.job.name}" + (f": {search}" if search else ""), style="dim")
 
     @property
     def _searches(self) -> bool:

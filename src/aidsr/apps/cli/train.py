@@ -75,7 +75,7 @@ def train(
     videos
         Draw the best and the median of those episodes.
     again
-        Train anew, into the next folders, whatever earlier commands have left.
+        Train again, into the next folders, whatever earlier commands have left.
     """
     from rich.console import Console
 

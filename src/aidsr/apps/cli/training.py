@@ -38,7 +38,7 @@ class Trainer:
     """Whether policies are evaluated."""
     videos: bool = True
     again: bool = False
-    """Whether to train anew what is there."""
+    """Whether to train again what is finished."""
 
     def train(self, scene: TaskScene, home: Path) -> bool:
         """Train a policy for each seed, in numbered folders; return whether one is successful or none is evaluated."""
@@ -72,7 +72,7 @@ class Trainer:
         assert result is not None, "a training ends with its result"
         how = f"{result['steps']} steps in {result['wall_s']:.0f} s, ended by {result['stopped']}"
         known = training.result.path in finished_before
-        line = f"{training.path}: trained already, {how}; --again trains anew" if known else f"{training.path}: {how}"
+        line = f"{training.path}: trained already, {how}; --again repeats it" if known else f"{training.path}: {how}"
         self.console.print(line, markup=False, soft_wrap=True)
         return training.path
 

@@ -67,7 +67,7 @@ def validate(
         Also say how far the simulation can be trusted: each limb against exact elastic rods, twice the segments and
         half the time step.
     repair
-        Put right what can mean only one thing, write the repaired text to this file, and validate that.
+        Repair unambiguous mistakes, write the repaired text to this file, and validate that.
     report
         Also write a page to look at, one HTML file that needs nothing else.
     force
@@ -107,7 +107,7 @@ def _codes(text: str) -> tuple[str, ...]:
 
 def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool) -> int:
     """Check files, print what was found, and return the exit code."""
-    from aidsr.apps.cli.verdicts import told
+    from aidsr.apps.cli.verdicts import format_verdict
 
     reports: list[FileReport] = []
     code = 0
@@ -116,7 +116,7 @@ def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool) -> in
         reports.append(report)
         code = max(code, 0 if report.stable else 1)
         if not as_json:
-            text = told(report, repaired=check.repair, named=len(files) > 1, motors=check.realizable)
+            text = format_verdict(report, repaired=check.repair, named=len(files) > 1, motors=check.realizable)
             sys.stdout.write(text + "\n" * (1 + (len(files) > 1)))
     if as_json:
         texts = [report.model_dump_json(indent=2) for report in reports]

@@ -10,7 +10,7 @@ from aidsr.core.formatting import format_number
 from aidsr.validation.json_report import FileReport
 
 _REALIZABILITY_BYTES = 1000
-"""Bound on what is said about building it, beside the 1,600 bytes about how it moves."""
+"""Limit on the text about building it [bytes], beside the 1,600 bytes about how it moves."""
 
 
 def verdict(report: FileReport) -> str:
@@ -22,8 +22,10 @@ def verdict(report: FileReport) -> str:
     return "stable, with warnings" if report.faults else "stable"
 
 
-def told(report: FileReport, *, repaired: Path | None = None, named: bool = False, motors: bool = False) -> str:
-    """Return the account of a file: repairs, the verdict, what is wrong, what could not be built, what trust it merits.
+def format_verdict(
+    report: FileReport, *, repaired: Path | None = None, named: bool = False, motors: bool = False
+) -> str:
+    """Return the report on a file as text: repairs, verdict, faults, what could not be built, fidelity.
 
     Args:
         report: The report on it.
@@ -36,16 +38,16 @@ def told(report: FileReport, *, repaired: Path | None = None, named: bool = Fals
 
 def _parts(report: FileReport, repaired: Path | None, named: bool, motors: bool) -> Iterator[str]:
     if report.repairs is not None and repaired is not None:
-        yield _repairs_told(report, repaired)
+        yield _format_repairs(report, repaired)
     moving = tuple(fault for fault in report.faults if fault.layer != "realizability")
     building = tuple(fault for fault in report.faults if fault.layer == "realizability")
     head = (f"{report.file}: " if named else "") + verdict(report) + ("" if report.faults else ": no faults found")
     yield "\n".join([head, _account(report, moving)] if moving else [head])
     if building:
         enforced = any(fault.severity == "error" for fault in building)
-        about = "Could it be built" + (":" if enforced else " (told apart; --realizable asks for it):")
+        about = "Could it be built" + (":" if enforced else " (not part of the verdict; --realizable makes it so):")
         yield f"{about}\n{_account(report, building, _REALIZABILITY_BYTES)}"
-    if motors and (lines := list(_motors_told(report))):
+    if motors and (lines := list(_format_motors(report))):
         yield "\n".join(["The cheapest motor of the catalogue for what the tests asked of each cable:", *lines])
     if report.fidelity is not None:
         yield report.fidelity.account()
@@ -55,7 +57,7 @@ def _account(report: FileReport, faults: tuple[Fault, ...], max_bytes: int = 160
     return report.model_copy(update={"faults": faults}).account(max_bytes)
 
 
-def _repairs_told(report: FileReport, place: Path) -> str:
+def _format_repairs(report: FileReport, place: Path) -> str:
     repairs = report.repairs
     if repairs is None or not repairs.total:
         return f"nothing to repair; the text was written to {place} as it is"
@@ -63,7 +65,7 @@ def _repairs_told(report: FileReport, place: Path) -> str:
     return "\n".join([f"{changes}, written to {place}:", *(f"- {note}" for note in repairs.notes)])
 
 
-def _motors_told(report: FileReport) -> Iterator[str]:
+def _format_motors(report: FileReport) -> Iterator[str]:
     """One line for all actuators that need the same motor, with the most that any of them asks."""
     groups: dict[str, list[str]] = {}
     asked = report.measurements.get("motors", {})

@@ -18,9 +18,9 @@ def web(
     token: Annotated[str, Parameter(env_var="AIDSR_WEB_TOKEN", show_default=False)] = "",
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
 ) -> int:
-    """Open the page: set up runs, watch them, review and train designs.
+    """Open the web app: set up runs, watch them, review and train designs.
 
-    Runs are processes of their own and go on when the page is closed. The page can only be reached from this machine
+    Runs are processes of their own and continue when the web app is closed. It can only be reached from this machine
     unless you give --host, which then needs --token.
 
         aidsr web
@@ -36,16 +36,16 @@ def web(
     port
         Port to listen on.
     host
-        Address to listen on. Any but this machine's own lets others reach the page, and start runs.
+        Address to listen on. Any but this machine's own lets others reach the web app, and start runs.
     token
-        What the page asks visitors for, at least 16 characters; the environment variable keeps it out of the list of
+        Password of the web app, at least 16 characters; the environment variable keeps it out of the list of
         processes.
     browser
-        Open the page in a browser.
+        Open the web app in a browser.
     """
     from aidsr.core.extras import require_extra
 
-    require_extra("web", "the page")
+    require_extra("web", "the web app")
     from aidsr.apps.web.server import serve
 
     serve(runs, studies=studies or (), host=host, port=port, token=token, browser=browser)

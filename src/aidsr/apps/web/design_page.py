@@ -254,7 +254,7 @@ def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
         repairs = iteration.repairs.read()
         if repairs:
             with box("stack tight"):
-                text("Put right by code", "label")
+                text("Repaired by code", "label")
                 points(repairs.notes)
 
 

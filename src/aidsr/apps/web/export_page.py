@@ -24,7 +24,7 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.files import JsonFile
 from aidsr.runs.trainings import trainings_of
 
-_WISH: dict[str, Any] = {"printer": "fdm", "material": "", "policy": False}
+_DEFAULTS: dict[str, Any] = {"printer": "fdm", "material": "", "policy": False}
 """As `aidsr export` has it."""
 _ANY = "The first that it can be made of"
 
@@ -121,12 +121,12 @@ def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> Non
 
 
 def _start(site: Site, run: Run, design: DesignFolder, state: State) -> None:
-    wish: dict[str, Any] = app.storage.user.setdefault("export", dict(_WISH))
+    choices: dict[str, Any] = app.storage.user.setdefault("export", dict(_DEFAULTS))
 
     def start() -> None:
-        words = ["export", str(design.path), "--printer", str(wish["printer"])]
-        words += ["--material", str(wish["material"])] if wish["material"] else []
-        words += ["--policy"] if state.trained and wish["policy"] else []
+        words = ["export", str(design.path), "--printer", str(choices["printer"])]
+        words += ["--material", str(choices["material"])] if choices["material"] else []
+        words += ["--policy"] if state.trained and choices["policy"] else []
         site.processes.start(site.export_name(run, design.number), words)
 
     def fitting(printer: object) -> dict[str, str]:
@@ -134,19 +134,19 @@ def _start(site: Site, run: Run, design: DesignFolder, state: State) -> None:
 
     def turn(printer: object) -> None:
         offered = fitting(printer)
-        material.set_options(offered, value=wish["material"] if wish["material"] in offered else "")
+        material.set_options(offered, value=choices["material"] if choices["material"] in offered else "")
 
     with box("sheet stack", "section", aria_label="export this design"):
         text("Make parts of it again" if state.verdict else "Make parts of it", tag="h2")
         with box("form"):
             labels = {one.name: one.label[0].upper() + one.label[1:] for one in PRINTERS}
-            printer = ui.select(labels, label="Printer").props("outlined dense").bind_value(wish, "printer")
-            material = ui.select(fitting(wish["printer"]), label="Material of the limbs").props("outlined dense")
-            material.bind_value(wish, "material")
+            printer = ui.select(labels, label="Printer").props("outlined dense").bind_value(choices, "printer")
+            material = ui.select(fitting(choices["printer"]), label="Material of the limbs").props("outlined dense")
+            material.bind_value(choices, "material")
             printer.on_value_change(lambda event: turn(event.value))
         if state.trained:
             ui.switch("Let the trained policy act with the robot as built (half a minute more)").bind_value(
-                wish, "policy"
+                choices, "policy"
             )
         with box("row"):
             if state.verdict:

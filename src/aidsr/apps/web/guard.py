@@ -1,9 +1,9 @@
-"""Who may ask the page for anything: checked before any page, file or WebSocket is reached.
+"""Who may send requests to the web app: checked before any page, file or WebSocket is reached.
 
 A page on this machine can start programs, so another site open in the same browser must not be able to use it. Three
-things keep it out: the Host must be one this page answers to (against DNS rebinding), the Origin of every request and
-WebSocket must be the page itself, and what the browser marks as coming from another site is refused. Where the page
-can be reached from other machines, a token is asked for as well.
+things keep it out: the Host must be one this web app answers to (against DNS rebinding), the Origin of every request
+and WebSocket must be the web app itself, and what the browser marks as coming from another site is refused. Where the
+web app can be reached from other machines, a token is required as well.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Guard:
 
     Attributes:
         app: What is guarded.
-        hosts: Host names, in lower case and without port, under which the page may be asked for; empty for any.
+        hosts: Host names, in lower case and without port, under which the web app may be reached; empty for any.
         token: What a browser must have shown once; empty where none is needed.
     """
 

@@ -21,7 +21,7 @@ def live(
     """Draw what was read, and redraw it whenever it changes.
 
     Args:
-        read: Returns values that can be compared; runs in a thread, so that a slow disk holds nobody up.
+        read: Returns values that can be compared; runs in a thread, so that a slow disk does not block the server.
         draw: Makes elements of them; what a person opens or types must be remembered elsewhere. An error that it raises
             is shown as a sentence, like one raised while reading.
         every_s: How often to look.

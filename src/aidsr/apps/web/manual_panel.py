@@ -22,7 +22,7 @@ _MOST_CHARACTERS = 1_000_000
 
 @dataclass(frozen=True)
 class _Prompt:
-    """A question as the page shows it."""
+    """A question as the web app shows it."""
 
     waiting: PendingPrompt
     asked: str
@@ -32,7 +32,7 @@ def prompts_of(site: Site, run: Run) -> Path | None:
     """Return the directory through which a person answers for a run; None for other models.
 
     Raises:
-        UserError: It lies outside the folder of runs, where the page writes nothing.
+        UserError: It lies outside the folder of runs, where the web app writes nothing.
     """
     directory = prompts_directory(run.asked().config.model)
     if directory is None:
@@ -40,13 +40,13 @@ def prompts_of(site: Site, run: Run) -> Path | None:
     if not directory.resolve().is_relative_to(site.library.path.resolve()):
         raise UserError(
             f"the prompts of this run are in {directory}, outside the folder of runs; answer there by file, or start "
-            "such runs from the page"
+            "such runs from the web app"
         )
     return directory
 
 
 def answer(waiting: PendingPrompt, reply: str) -> None:
-    """Save a reply in one step, so that nobody takes half of it.
+    """Save a reply in one step, so that no process reads half of it.
 
     Raises:
         UserError: It is empty, far too long, or there is one already.

@@ -1,8 +1,8 @@
-"""Runs and trainings as processes of their own: they outlive the page, and a page started later finds them again.
+"""Runs and trainings as processes of their own: they outlive the web app; one started later finds them again.
 
-Each has a log file, which is its standard output. The page takes a lock on that file before it hands it over, and the
-system keeps the lock until the process and whatever it started are gone. So whether something is still at work can be
-asked at any time, by anyone, and no process number is ever mistaken for that of a stranger.
+Each has a log file, which is its standard output. The web app locks that file before it hands it over, and the system
+keeps the lock until the process and its children are gone. So any process can check at any time whether one still runs,
+and no process number is ever mistaken for that of another program.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Processes:
         with self._log(name).open("wb") as log:
             _lock(log.fileno())
             process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "aidsr", *command],  # nothing is imported from where the page was started
+                [sys.executable, "-P", "-m", "aidsr", *command],  # -P: import nothing from the working directory
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

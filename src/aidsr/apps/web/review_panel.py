@@ -41,10 +41,10 @@ def refinement(words: str, about: str) -> Decision:
 
 
 def decide(site: Site, run: Run, iteration: IterationFolder, decision: Decision) -> None:
-    """Write a decision, and start work again where nobody is there to read it.
+    """Write a decision, and resume the run if no process is there to read it.
 
     Raises:
-        UserError: Somebody else decided meanwhile, or wrote a decision that cannot be read.
+        UserError: Another decision was written meanwhile, or one that cannot be read.
     """
     try:
         iteration.decision.write(decision)

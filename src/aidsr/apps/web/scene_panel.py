@@ -30,7 +30,7 @@ def show_scene(
         groups: Actuators that act together.
         environment: For a robot alone, the MJCF whose physics hold for it.
         episodes: Recorded motions to choose from.
-        on_pick: Told the name of a body or tendon that a person clicked; empty takes it back.
+        on_pick: Called with the name of the body or tendon clicked; empty when the selection is cleared.
     """
     if not mjcf:
         with box("sheet flush"):

@@ -1,4 +1,4 @@
-"""The page as a server: everything put together, and run until it is interrupted."""
+"""The web app as a server: assembled, and run until interrupted."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def serve(
     token: str = "",
     browser: bool = True,
 ) -> None:
-    """Serve the page until interrupted.
+    """Serve the web app until interrupted.
 
     Args:
         runs: Folder of the runs.
@@ -41,10 +41,10 @@ def serve(
         host: Address to listen on.
         port: Port to listen on.
         token: What a browser must show; demanded for every address but this machine's own.
-        browser: Open the page in the person's browser.
+        browser: Open the web app in the person's browser.
 
     Raises:
-        UserError: Another machine could reach the page and there is no token, or the port is taken.
+        UserError: Another machine could reach the web app and there is no token, or the port is taken.
     """
     alone = host in {name.strip("[]") for name in LOOPBACK}
     if not alone and len(token) < _SHORTEST_TOKEN:
@@ -113,7 +113,7 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
 
 
 def _secret(path: Path) -> str:
-    """Return what signs the cookies of this page; kept, so that a restart forgets nobody."""
+    """Return the key that signs cookies; kept in a file, so that visitors stay signed in after a restart."""
     try:
         return path.read_text(encoding="ascii")
     except FileNotFoundError:

@@ -41,7 +41,7 @@ FRESH: dict[str, Any] = {
     "human": True,
     **dict.fromkeys(Budget.model_fields),
 }
-"""The form as a new visitor finds it; what somebody filled in is kept for the next time."""
+"""Default values of the form; what a visitor filled in is kept for the next visit."""
 Form = dict[str, Any]
 
 

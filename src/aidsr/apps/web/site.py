@@ -69,7 +69,7 @@ class RunView:
 
 @dataclass(frozen=True)
 class Site:
-    """The folder of runs that the page shows."""
+    """The folder of runs that the web app shows."""
 
     library: Library
     processes: Processes
@@ -85,7 +85,7 @@ class Site:
 
     @property
     def own(self) -> Path:
-        """Folder for what belongs to the page and to no run."""
+        """Folder for what belongs to the web app and to no run."""
         return self.library.path / ".web"
 
     def view(self, run: Run) -> RunView:
@@ -111,10 +111,10 @@ class Site:
         return self.processes.is_alive(run.path.name) or bool(at_work(run.events))
 
     def refuse_at_work(self, run: Run) -> None:
-        """Keep from a run what must not happen to it while somebody works on it.
+        """Refuse what must not be done to a run while a process works on it.
 
         Raises:
-            UserError: Somebody does.
+            UserError: A process works on it.
         """
         if self.is_at_work(run):
             raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")

@@ -47,7 +47,7 @@ class StudyView:
 
 
 class Studies:
-    """The studies beside the runs, and those named by the person who started the page.
+    """The studies beside the runs, and those named by the person who started the web app.
 
     Args:
         runs: Folder of the runs; studies are folders in it with a study.toml.
@@ -126,9 +126,9 @@ def _view(key: str, path: Path) -> StudyView:
         return StudyView(key, path.name, str(error))
 
 
-def _left(purse: StudyBudget, limit: Budget) -> Iterator[str]:
+def _left(budget: StudyBudget, limit: Budget) -> Iterator[str]:
     """Yield what is left of each limit; what runs at work have not used counts as left."""
     if limit.cost_usd is not None:
-        yield f"${max(0.0, limit.cost_usd - purse.paid_usd):.2f} left of ${limit.cost_usd:.2f}"
+        yield f"${max(0.0, limit.cost_usd - budget.paid_usd):.2f} left of ${limit.cost_usd:.2f}"
     if limit.tokens is not None:
-        yield f"{max(0, limit.tokens - purse.tokens):,} tokens left of {limit.tokens:,}"
+        yield f"{max(0, limit.tokens - budget.tokens):,} tokens left of {limit.tokens:,}"

@@ -21,7 +21,7 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
 
-_WISH: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
+_DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
 
 
@@ -132,12 +132,12 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
     measured = bool(run.asked().task) or run.goal.path.exists()
-    wish: dict[str, Any] = app.storage.user.setdefault("training", dict(_WISH))
+    choices: dict[str, Any] = app.storage.user.setdefault("training", dict(_DEFAULTS))
 
     def start() -> None:
-        steps, seeds = _whole(wish["steps"], "steps"), _whole(wish["seeds"], "policies")
-        task = [] if measured else ["--task", _named(wish["task"])]
-        films = [] if wish.get("films", True) else ["--no-videos"]
+        steps, seeds = _whole(choices["steps"], "steps"), _whole(choices["seeds"], "policies")
+        task = [] if measured else ["--task", _named(choices["task"])]
+        films = [] if choices.get("films", True) else ["--no-videos"]
         site.processes.start(
             name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
         )
@@ -152,13 +152,13 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
         )
         with box("form"):
             steps = ui.number("Steps, at most", min=1, max=100_000_000, step=1000, precision=0, format="%d")
-            steps.props("outlined dense").bind_value(wish, "steps")
+            steps.props("outlined dense").bind_value(choices, "steps")
             seeds = ui.number("Policies, one after the other", min=1, max=100, precision=0, format="%d")
-            seeds.props("outlined dense").bind_value(wish, "seeds")
+            seeds.props("outlined dense").bind_value(choices, "seeds")
             if not measured:
                 task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
-                task.bind_value(wish, "task")
-        ui.switch("Film the best and the median held-out episode").bind_value(wish, "films")
+                task.bind_value(choices, "task")
+        ui.switch("Film the best and the median held-out episode").bind_value(choices, "films")
         with box("row"):
             button("Start training", as_action(start), "primary", "play_arrow")
 

@@ -3,7 +3,7 @@
     player      the process that compiles and steps a model, started by the server
     display_model, parts, tendons, controls, names    what it sends about a model
     playback, motions, frames                         what it sends about each moment
-    stream      a player as the server has it, only while somebody watches
+    stream      a player as the server has it, only while a browser watches
     endpoint    the WebSocket between server and browsers
     element     the view as a part of a page
     parts_view  a view of parts to print, which stand still
@@ -35,7 +35,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    # the player's process, which imports this package, must not load the page's library
+    # the player's process, which imports this package, must not load NiceGUI
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it offers {', '.join(__all__)}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -32,8 +32,8 @@ class Pick:
 class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d": str(_STATIC)}):
     """A robot or scene in 3-D, with sliders that pull its tendons.
 
-    It fills its parent, which must have a height. Each view has a simulation of its own, which runs only while somebody
-    looks; it goes with the page it is on.
+    It fills its parent, which must have a height. Each view has a simulation of its own, which runs only while it is
+    watched; it ends with the page it is on.
 
     Args:
         mjcf: Robot or scene, as text or as the path of its file.
@@ -45,7 +45,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         mount: How a robot alone stands; see `aidsr.validation.validate`.
         environment: MJCF whose physics hold for a robot alone, empty for its own.
         controls: Whether there are sliders and transport; without, it is only looked at.
-        on_pick: Told what a person clicks.
+        on_pick: Called with what a person clicks.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         self._props["lit"] = [{"names": list(fault.names), "severity": fault.severity} for fault in faults]
 
     def replay(self, name: str) -> None:
-        """Play an episode in each browser that looks, as if somebody had chosen it there."""
+        """Play an episode in each watching browser, as if chosen there."""
         self.run_method("replay", self.episodes.index(name))
 
     def _pick(self, event: GenericEventArguments) -> None:

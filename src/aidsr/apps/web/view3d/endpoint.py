@@ -1,7 +1,7 @@
 """The WebSocket over which a browser watches a view and commands it.
 
-Whoever asks was let in by `aidsr.apps.web.guard` before. A view is asked for by the random id that the page
-was given, never by a path.
+`aidsr.apps.web.guard` has admitted the request before. A view is addressed by the random id that the page was given,
+never by a path.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Views:
         self._streams[stream.id] = stream
 
     def remove(self, stream: SceneStream) -> None:
-        """Let nobody watch it any more, and end it."""
+        """Disconnect its watchers and end it."""
         self._streams.pop(stream.id, None)
         stream.close()
 

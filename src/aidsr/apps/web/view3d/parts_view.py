@@ -39,5 +39,5 @@ class PartsView(Element, component=_STATIC / "parts_view.js", esm={"aidsr-view3d
         self._props["title"] = title
 
     def choose(self, name: str) -> None:
-        """Let a part glow in each browser that looks, as if somebody had clicked it there."""
+        """Highlight a part in each watching browser, as if clicked there."""
         self.run_method("choose", name)

@@ -1,4 +1,4 @@
-"""One view as the server has it: a player's process while somebody watches, and its messages, passed on."""
+"""One view as the server has it: a player process while a browser watches, and its messages, forwarded."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class Watcher:
         if known:
             self._news.set()
 
-    def tell(self, kind: Kind, message: bytes) -> None:
+    def put(self, kind: Kind, message: bytes) -> None:
         """Put a message in the place of an older one of its kind."""
         _replace(self._pending, kind, message)
         self._news.set()
@@ -136,8 +136,7 @@ class Watcher:
 class SceneStream:
     """A model in motion, for any number of browsers at once.
 
-    The player runs only while somebody watches, and for some seconds after, and restarts when somebody comes back
-    later.
+    The player runs only while a browser watches, and for some seconds after, and restarts when one connects again.
 
     Args:
         model: What is shown.
@@ -215,7 +214,7 @@ class SceneStream:
             try:
                 load = self._model.command
             except Exception as error:  # whatever keeps the file from being read is shown to those who want to see it
-                self._tell(pack_json(Kind.STATE, {"trouble": f"This model cannot be shown: {error}"}))
+                self._broadcast(pack_json(Kind.STATE, {"trouble": f"This model cannot be shown: {error}"}))
                 return
             self._known.clear()
             folder = Path(tempfile.mkdtemp(prefix="aidsr-view-"))
@@ -245,7 +244,7 @@ class SceneStream:
         silent = False
         try:
             while True:
-                self._tell(await asyncio.wait_for(_message(process), _SILENCE_S))
+                self._broadcast(await asyncio.wait_for(_message(process), _SILENCE_S))
         except asyncio.IncompleteReadError:
             pass
         except TimeoutError:
@@ -258,13 +257,13 @@ class SceneStream:
         if self._process is process:
             self._process = None
             self._known.clear()
-            self._tell(pack_json(Kind.STATE, {"runs": False, "trouble": _ending(code, silent)}))
+            self._broadcast(pack_json(Kind.STATE, {"runs": False, "trouble": _ending(code, silent)}))
 
-    def _tell(self, message: bytes) -> None:
+    def _broadcast(self, message: bytes) -> None:
         kind = kind_of(message)
         _replace(self._known, kind, message)
         for watcher in self._watchers:
-            watcher.tell(kind, message)
+            watcher.put(kind, message)
 
     def _end(self) -> None:
         process, self._process = self._process, None

@@ -1,4 +1,4 @@
-// What of three.js the viewer uses; esbuild leaves the rest out. README.md tells how three.js is made from this.
+// What of three.js the viewer uses; esbuild leaves the rest out. README.md describes the build.
 export {
   BoxGeometry,
   BufferAttribute,

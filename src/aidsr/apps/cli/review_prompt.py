@@ -47,8 +47,8 @@ def read_line(wait_s: float) -> str | None:
     return sys.stdin.readline() if ready else None
 
 
-class Asker:
-    """Explains each scene that waits, and where somebody can type, also takes the answer; one scene at a time."""
+class ReviewPrompt:
+    """Prints each scene that waits for review; in an interactive terminal, also reads the answer. One at a time."""
 
     def __init__(
         self, console: Console, run: Run, aside: Aside, read_line: ReadLine = read_line, *, typing: bool | None = None
@@ -60,7 +60,7 @@ class Asker:
         self._typing = sys.stdin.isatty() and sys.platform != "win32" if typing is None else typing
         self._waiting: queue.SimpleQueue[tuple[int, IterationFolder] | None] = queue.SimpleQueue()
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._ask_all, name="asker", daemon=True)
+        self._thread = threading.Thread(target=self._ask_all, name="review-prompt", daemon=True)
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -73,8 +73,8 @@ class Asker:
         self._waiting.put(None)
         self._thread.join()
 
-    def heard(self, number: int, event: Event) -> None:
-        """Take notice of an event; somebody who waits is put in line."""
+    def on_event(self, number: int, event: Event) -> None:
+        """Queue the scene if the event is one that waits for review."""
         if isinstance(event, Waiting):
             self._waiting.put((number, self._run.design(number).iteration(event.iteration)))
 
@@ -86,11 +86,11 @@ class Asker:
     def _ask(self, number: int, iteration: IterationFolder) -> None:
         concept = newest(it.concept.read() for it in self._run.design(number).leading_to(iteration.number))
         name = f", {concept.name}" if concept else ""
-        self._say(f"\n[bold]Design {number}{escape(name)}[/]: stable, and passed by the Judge.")
-        self._say(f"  pictures  {escape(str(iteration.path))}: preview.png, motion.png")
-        self._say(f"  3-D       aidsr view {escape(str(iteration.scene.xml.path))}")
+        self._print(f"\n[bold]Design {number}{escape(name)}[/]: stable, and passed by the Judge.")
+        self._print(f"  pictures  {escape(str(iteration.path))}: preview.png, motion.png")
+        self._print(f"  3-D       aidsr view {escape(str(iteration.scene.xml.path))}")
         if self._typing:
-            self._say("  [bold]a[/]pprove, [bold]r[/]efine WHAT TO CHANGE, or [bold]q[/]uit? ", end="")
+            self._print("  [bold]a[/]pprove, [bold]r[/]efine WHAT TO CHANGE, or [bold]q[/]uit? ", end="")
             self._take_typed(iteration)
         else:
             self._explain_file(iteration)
@@ -106,13 +106,13 @@ class Asker:
                 return
             decision = parse_answer(line)
             if decision is None:
-                self._say('  Type "a", "q", or "r" and what to change, as in "r make it longer": ', end="")
+                self._print('  Type "a", "q", or "r" and what to change, as in "r make it longer": ', end="")
                 continue
             iteration.decision.write(decision)
 
     def _explain_file(self, iteration: IterationFolder) -> None:
-        self._say(f'  answer    write {{"verdict": "approve"}} into {escape(str(iteration.decision.path))}')
-        self._say('            or {"verdict": "refine", "text": "…"}, or {"verdict": "quit"}')
+        self._print(f'  answer    write {{"verdict": "approve"}} into {escape(str(iteration.decision.path))}')
+        self._print('            or {"verdict": "refine", "text": "…"}, or {"verdict": "quit"}')
 
-    def _say(self, text: str, end: str = "\n") -> None:
+    def _print(self, text: str, end: str = "\n") -> None:
         self._console.print(text, end=end, soft_wrap=True)

@@ -7,8 +7,8 @@ import time
 import pytest
 from rich.console import Console
 
-from aidsr.apps.cli.asking import Asker, parse_answer
-from aidsr.apps.cli.following import Lines, Panel, follow
+from aidsr.apps.cli.progress import Lines, Panel, follow_run
+from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
 from aidsr.core.artifacts import Decision
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError
@@ -16,7 +16,7 @@ from aidsr.core.formatting import format_cost, format_duration
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
-from aidsr.runs.events import Begun, Done, Waiting
+from aidsr.runs.events import StepDone, StepStarted, Waiting
 from scripted import Script, Scripted, new_run, parts
 
 
@@ -24,9 +24,9 @@ def terminal(width: int = 80) -> Console:
     return Console(file=io.StringIO(), force_terminal=True, width=width, color_system=None)
 
 
-def test_follow_tells_the_story_in_lines(tmp_path, capsys) -> None:
+def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:
     run = new_run(tmp_path, concepts=2, iterations=0)
-    assert follow(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=["chatter"])]))) == 0
+    assert follow_run(run, parts(Scripted([Script(robots=["misspelt"]), Script(robots=["chatter"])]))) == 0
     said = capsys.readouterr().out
     story = [
         "builtin",
@@ -43,17 +43,17 @@ def test_follow_tells_the_story_in_lines(tmp_path, capsys) -> None:
     assert "\x1b" not in said
 
 
-def test_follow_fails_when_nothing_is_approved(tmp_path, capsys) -> None:
+def test_follow_run_fails_when_nothing_is_approved(tmp_path, capsys) -> None:
     run = new_run(tmp_path)
-    assert follow(run, parts(Scripted([Script(robots=[ModelError("no answer from x")])]))) == 1
+    assert follow_run(run, parts(Scripted([Script(robots=[ModelError("no answer from x")])]))) == 1
     said = capsys.readouterr().out
     assert "no answer from x" in said
     assert "aidsr resume" in said
 
 
-def test_follow_shows_the_traceback_of_a_bug(tmp_path, capsys) -> None:
+def test_follow_run_shows_the_traceback_of_a_bug(tmp_path, capsys) -> None:
     run = new_run(tmp_path)
-    assert follow(run, parts(Scripted([Script(verdicts=[ZeroDivisionError("by zero")])]))) == 1
+    assert follow_run(run, parts(Scripted([Script(verdicts=[ZeroDivisionError("by zero")])]))) == 1
     assert "ZeroDivisionError: by zero" in capsys.readouterr().out.split("Traceback")[1]
 
 
@@ -62,12 +62,12 @@ def test_panel_has_two_lines_for_each_design_and_fits(tmp_path) -> None:
     run_designs(run, parts(Scripted([Script(), Script()])))
     console = terminal(60)
     panel = Panel(console, run)
-    panel.heard(0, Begun(step="concepts"))
+    panel.on_event(0, StepStarted(step="concepts"))
     console.print(panel)
     assert "the Designer thinks of concepts" in console.file.getvalue()
-    panel.heard(1, Done(step="robot_report", iteration=2, summary="9 faults: " + "initial_penetration, " * 9))
-    panel.heard(1, Begun(step="robot", iteration=3))
-    panel.heard(2, Done(step="critique", iteration=1, summary="passed"))
+    panel.on_event(1, StepDone(step="robot_report", iteration=2, summary="9 faults: " + "initial_penetration, " * 9))
+    panel.on_event(1, StepStarted(step="robot", iteration=3))
+    panel.on_event(2, StepDone(step="critique", iteration=1, summary="passed"))
     console.file = io.StringIO()
     console.print(panel)
     lines = console.file.getvalue().rstrip("\n").split("\n")
@@ -83,7 +83,7 @@ def test_panel_knows_a_design_by_its_number(tmp_path) -> None:
     run_designs(run, parts(Scripted([Script(), Script()])))
     shutil.rmtree(run.design(1).path)
     panel = Panel(console, run)
-    panel.heard(2, Done(step="critique", iteration=1, summary="passed"))
+    panel.on_event(2, StepDone(step="critique", iteration=1, summary="passed"))
     console.print(panel)
     assert "2  concept 2   iteration 1   nothing" in console.file.getvalue()
 
@@ -109,9 +109,11 @@ def ask(tmp_path, *typed: str, typing: bool = True):
     """Run one design with a person who types these lines."""
     run, console = new_run(tmp_path, human=True), Console(file=io.StringIO(), width=200)
     lines = list(typed)
-    asker = Asker(console, run, Lines(console).aside, lambda _wait_s: lines.pop(0) if lines else None, typing=typing)
-    with asker:
-        run_designs(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), asker.heard)
+    prompt = ReviewPrompt(
+        console, run, Lines(console).aside, lambda _wait_s: lines.pop(0) if lines else None, typing=typing
+    )
+    with prompt:
+        run_designs(run, parts(Scripted(), person=DecisionFile(poll_s=0.01)), prompt.on_event)
     return read_status(run).designs[0], console.file.getvalue()
 
 
@@ -144,18 +146,18 @@ def test_a_terminal_that_goes_away_leaves_the_file(tmp_path) -> None:
                 time.sleep(0.01)
             return Decision(verdict="approve")
 
-    with Asker(console, run, Lines(console).aside, gone, typing=True) as asker:
-        run_designs(run, parts(Scripted(), person=Waiter()), asker.heard)
+    with ReviewPrompt(console, run, Lines(console).aside, gone, typing=True) as prompt:
+        run_designs(run, parts(Scripted(), person=Waiter()), prompt.on_event)
     assert console.file.getvalue().count('{"verdict": "approve"}') == 1
 
 
 def test_without_a_terminal_the_file_is_explained(tmp_path) -> None:
     run, console = new_run(tmp_path, human=True), Console(file=io.StringIO(), width=200)
     decision = run.design(1).iteration(1).decision
-    with Asker(console, run, Lines(console).aside, typing=False) as asker:
+    with ReviewPrompt(console, run, Lines(console).aside, typing=False) as prompt:
 
         def answer(number, event) -> None:
-            asker.heard(number, event)
+            prompt.on_event(number, event)
             if event.kind == "waiting":
                 decision.write(Decision(verdict="approve"))
 

@@ -15,35 +15,35 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from aidsr.apps.cli.asking import Asker
 from aidsr.apps.cli.mailbox import Mailbox
 from aidsr.apps.cli.reporting import print_introduction, print_result
+from aidsr.apps.cli.review_prompt import ReviewPrompt
 from aidsr.core.formatting import format_cost
 from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
 from aidsr.runs import Run, read_status
 from aidsr.runs.event_text import DOING, sentence
-from aidsr.runs.events import Begun, Done, Event
+from aidsr.runs.events import Event, StepDone, StepStarted
 from aidsr.runs.status import newest
 
 
-def follow(run: Run, parts: Parts) -> int:
+def follow_run(run: Run, parts: Parts) -> int:
     """Work on a run while a person watches; return 0 if a design is approved, 1 if none, 130 if interrupted."""
     console = Console(highlight=False)
     print_introduction(console, run)
     view: View = Panel(console, run) if console.is_terminal else Lines(console)
-    asker = Asker(console, run, view.aside)
+    prompt = ReviewPrompt(console, run, view.aside)
     try:
-        with view, asker, Mailbox(console, run.asked().config.model):
+        with view, prompt, Mailbox(console, run.asked().config.model):
 
-            def heard(number: int, event: Event) -> None:
-                view.heard(number, event)
-                asker.heard(number, event)
+            def on_event(number: int, event: Event) -> None:
+                view.on_event(number, event)
+                prompt.on_event(number, event)
 
-            run_designs(run, parts, heard)
+            run_designs(run, parts, on_event)
     except KeyboardInterrupt:
         console.print(
-            f"\nInterrupted. What is done is kept; go on with [bold]aidsr resume {escape(str(run.path))}[/]",
+            f"\nInterrupted. Finished work is kept; resume with [bold]aidsr resume {escape(str(run.path))}[/]",
             soft_wrap=True,
         )
         return 130
@@ -59,8 +59,8 @@ class View(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
 
-    def heard(self, number: int, event: Event) -> None:
-        """Take notice of an event of a design, or of the run as number 0."""
+    def on_event(self, number: int, event: Event) -> None:
+        """Show an event of a design, or of the run as number 0."""
         ...
 
     def aside(self) -> contextlib.AbstractContextManager[None]:
@@ -82,13 +82,13 @@ class Lines:
     ) -> None:
         pass
 
-    def heard(self, number: int, event: Event) -> None:
-        """Print the event if it says something."""
-        said = sentence(event)
+    def on_event(self, number: int, event: Event) -> None:
+        """Print the event, unless it has no text."""
+        text = sentence(event)
         iteration = getattr(event, "iteration", None)
-        if said:
+        if text:
             place = (f"design {number}  " if number else "") + (f"iteration {iteration}  " if iteration else "")
-            self._console.print(escape(place + said), soft_wrap=True)
+            self._console.print(escape(place + text), soft_wrap=True)
 
     def aside(self) -> contextlib.AbstractContextManager[None]:
         """Change nothing: lines do not disturb a question."""
@@ -125,16 +125,16 @@ class Panel:
     ) -> None:
         self._live.stop()
 
-    def heard(self, number: int, event: Event) -> None:
+    def on_event(self, number: int, event: Event) -> None:
         """Bring the line of the design up to date."""
         line = self._lines.setdefault(number, _Line())
-        if number and (not line.concept or (isinstance(event, Done) and event.step == "concept")):
+        if number and (not line.concept or (isinstance(event, StepDone) and event.step == "concept")):
             concept = newest(it.concept.read() for it in self._run.design(number).leading_to())
             line.concept = concept.name if concept else ""
         line.iteration = getattr(event, "iteration", None) or line.iteration
-        line.doing = DOING[event.step] if isinstance(event, Begun) else ""
+        line.doing = DOING[event.step] if isinstance(event, StepStarted) else ""
         line.found = sentence(event) or line.found
-        if self._paid and number and isinstance(event, Done):
+        if self._paid and number and isinstance(event, StepDone):
             line.cost = format_cost(read_status(self._run).design(number).usage)
 
     @contextlib.contextmanager
