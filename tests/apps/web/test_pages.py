@@ -310,7 +310,7 @@ async def test_of_a_damaged_file_a_sentence_stands_where_it_would_be_shown(user:
     await user.should_see("best.npz is not a recorded episode")
     await user.should_see("It reaches.")
     user.find("Training").click()
-    await user.should_see("curve.csv cannot be read as one")
+    await user.should_see("cannot read the learning curve")
     (folder / "best.npz").unlink()
     run.design(1).iteration(2).scene.json.path.write_text("{}")
     await user.open(f"/run/{run.path.name}/1")
