@@ -14,7 +14,7 @@ from aidsr.runs.status import newest
 
 
 class Attempted(Artifact):
-    """A design as it stood at one iteration: of each thing the newest until then."""
+    """A design at one iteration: the newest of each file until then."""
 
     number: int
     concept: Concept | None
@@ -36,7 +36,7 @@ class Comparison(Artifact):
 
 
 def attempted(design: DesignFolder, number: int) -> Attempted:
-    """Return how a design stood at an iteration."""
+    """Return the state of a design at an iteration."""
     own = design.iteration(number)
     until = design.leading_to(number)
     robot = newest(it.robot.xml.read() for it in until)

@@ -1,4 +1,4 @@
-"""What happens in a run, in a few words, as a terminal and a page say it alike."""
+"""Short texts of a run's events, shared by the terminal and the web app."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DOING = {
     "task_report": "the scene is tried on its task",
     "motion": "its motion is drawn",
 }
-"""Each step while it is at work."""
+"""Text of each step while it runs."""
 _FOUND = {
     "concepts": "concepts",
     "concept": "new concept",

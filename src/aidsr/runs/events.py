@@ -112,7 +112,7 @@ class Stopped(_Event):
 
     kind: Literal["stopped"] = "stopped"
     cause: Literal["error", "bug", "interrupted"]
-    """"error" is one of `aidsr.core.errors`, as one sentence; a "bug" of ours keeps its traceback."""
+    """"error" is one of `aidsr.core.errors`, as one sentence; a "bug" keeps its traceback."""
     message: str
     traceback: str = ""
 

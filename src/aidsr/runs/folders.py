@@ -119,7 +119,7 @@ class IterationFolder:
 
 @dataclass(frozen=True)
 class DesignFolder:
-    """Everything grown from one concept."""
+    """Everything designed from one concept."""
 
     path: Path
 

@@ -1,4 +1,4 @@
-"""Where a run stands: computed from its files each time it is asked for, never stored."""
+"""The status of a run: computed from its files on each call, never stored."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ State = Literal["running", "waiting", "stopped", "finished"]
 
 
 class DesignStatus(Artifact):
-    """Where one design stands."""
+    """The status of one design."""
 
     number: int
     concept: str
@@ -61,7 +61,7 @@ class DesignStatus(Artifact):
 
 
 class RunStatus(Artifact):
-    """Where a run stands."""
+    """The status of a run."""
 
     record: RunRecord
     state: State
@@ -153,7 +153,7 @@ def newest(values: Iterable[Value | None]) -> Value | None:
 
 
 def decided(iteration: IterationFolder) -> Decision | None:
-    """A person's decision; None where there is none, or it is half written or does not say what it must."""
+    """A person's decision; None where there is none, or it is half written or invalid."""
     try:
         return iteration.decision.read()
     except UserError:

@@ -31,7 +31,7 @@ class Inspection(Artifact):
 
 @dataclass(frozen=True)
 class CurveRow:
-    """How a training stood after some steps; None where nothing was measured yet."""
+    """The state of a training after some steps; None where nothing was measured yet."""
 
     steps: int
     wall_s: float
@@ -109,7 +109,7 @@ def read_curve(training: Training) -> tuple[CurveRow, ...]:
     """Return the curve so far; a line that is just being written is left out.
 
     Raises:
-        UserError: The file is not a curve of ours.
+        UserError: The file is not a learning curve of AID-SR.
     """
     path = training.path / "curve.csv"
     try:

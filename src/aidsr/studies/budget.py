@@ -55,7 +55,7 @@ class _Account:
     before: dict[Cell, float] = field(default_factory=dict)
     """The part of that which the run that it continues has paid."""
     aside: dict[Cell, float] = field(default_factory=dict)
-    """What runs at work may use beside that."""
+    """What running jobs may use in addition."""
     too_little: dict[str, float] = field(default_factory=dict)
     """With what an arm could not make a call."""
 
@@ -99,7 +99,7 @@ class StudyBudget:
         if budget.tokens is not None:
             self._accounts["tokens"] = _Account(budget.tokens, PAPER.tokens, _tokens)
         for cell in study.cells if self._accounts else ():
-            self._look_at(cell)
+            self._update_usage(cell)
 
     @property
     def paid_usd(self) -> float:
@@ -126,7 +126,7 @@ class StudyBudget:
         if not all(shares.values()):
             self.refusing.update(name for name, share in shares.items() if not share)
             return None
-        self._look_at(job.cell)
+        self._update_usage(job.cell)
         for name, share in shares.items():
             self._accounts[name].aside[job.cell] = share
         most: dict[Limit, float] = {name: self._accounts[name].used[job.cell] + share for name, share in shares.items()}
@@ -141,13 +141,13 @@ class StudyBudget:
             short: Of which limits its share was too small for its next call.
         """
         before = {name: each.used.get(job.cell, 0.0) for name, each in self._accounts.items()}
-        self._look_at(job.cell)
+        self._update_usage(job.cell)
         for name, each in self._accounts.items():
             share = each.aside.pop(job.cell, 0.0)
             if name in short and each.used[job.cell] <= before[name]:
                 each.too_little[job.cell.arm] = max(share, each.too_little.get(job.cell.arm, 0.0))
 
-    def _look_at(self, cell: Cell) -> None:
+    def _update_usage(self, cell: Cell) -> None:
         """Read what a run has used; one that has not started takes over what the run before it has."""
         earlier = self._study.before(cell)
         for each in self._accounts.values():

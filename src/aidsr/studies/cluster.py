@@ -141,5 +141,5 @@ class RayPool:
         return EndedJob(job, error, time.monotonic() - began, short=short)
 
     def close(self) -> None:
-        """Leave the cluster; what is at work is dropped and can be done again."""
+        """Leave the cluster; running jobs are dropped and can be started again."""
         self._ray.shutdown()

@@ -51,7 +51,7 @@ class StudyEstimate(Artifact):
 
 
 def estimate_study(study: Study) -> StudyEstimate:
-    """Return what a study will take from where it stands."""
+    """Return what the rest of a study will take."""
     rows, jobs, plan = read_outcomes(study), Counter[str](), study.plan
     hours, dollars, tokens, coming, published = 0.0, 0.0, 0.0, 0, False
     trained = _seconds_by_task(rows)

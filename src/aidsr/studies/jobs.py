@@ -135,7 +135,7 @@ def run_job(study: Path, job: Job) -> None:
 
     Raises:
         BudgetError: The job's share of the study's limit was too small; with a larger one it can resume.
-        AidsrError: It cannot be done; the message says why.
+        AidsrError: It cannot be done; the message gives the reason.
     """
     found = open_study(study)
     match job.stage:

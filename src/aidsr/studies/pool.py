@@ -18,8 +18,8 @@ from aidsr.core.errors import Limit
 from aidsr.studies.jobs import Job
 from aidsr.studies.run_job import SHORT
 
-_LOOK_S = 0.2
-"""Between two looks at the children [s]. Our choice: jobs last seconds to minutes."""
+_POLL_S = 0.2
+"""Interval between polls of the children [s]. Our choice: jobs last seconds to minutes."""
 _LAST_WORDS = 2000
 """Characters of a failed job's error output that are kept."""
 
@@ -52,7 +52,7 @@ class Pool(Protocol):
         ...
 
     def close(self) -> None:
-        """End what is at work; it can be done again later."""
+        """End the running jobs; they can be started again later."""
         ...
 
 
@@ -103,7 +103,7 @@ class LocalPool:
                         last = output.read().decode(errors="replace").strip()[-_LAST_WORDS:]
                     error = "" if child.returncode == 0 else last or f"ended with code {child.returncode}"
                     return EndedJob(job, error, time.monotonic() - began, short=SHORT.get(child.returncode, ()))
-            time.sleep(_LOOK_S)
+            time.sleep(_POLL_S)
 
     def close(self) -> None:
         """End the children and whatever they started."""

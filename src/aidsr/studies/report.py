@@ -139,7 +139,7 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
 
 
 def _reached(study: Study, whole: Line) -> str:
-    """Say how far a study is."""
+    """Describe the progress of a study."""
     summary = f"{whole.ended} of {whole.attempted} designs ended."
     if study.plan.seeds and whole.complete < whole.ended:
         summary = f"{summary[:-1]}, {whole.complete} of them with every policy judged."

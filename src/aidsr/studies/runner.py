@@ -21,7 +21,7 @@ MOST_ATTEMPTS = 3
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a study stands."""
+    """The progress of a study."""
 
     done: int
     running: tuple[Job, ...]
@@ -55,7 +55,7 @@ class _StudyRun:
 
     def to_the_end(self) -> Progress:
         for cell in self.study.cells:
-            self._look_at(cell)
+            self._queue_pending(cell)
         last = None
         try:
             if self.waiting:
@@ -106,9 +106,9 @@ class _StudyRun:
         else:
             self.done += 1
         for cell in (job.cell, *self.study.followers(job.cell)):
-            self._look_at(cell)
+            self._queue_pending(cell)
 
-    def _look_at(self, cell: Cell) -> None:
+    def _queue_pending(self, cell: Cell) -> None:
         if cell in self.without:
             return
         for job in pending_in(self.study, cell):

@@ -171,8 +171,8 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
     file = path / "study.toml"
     if file.exists():
         found = open_study(path)
-        if _asked(found.plan) != _asked(plan):
-            changed = [key for key, value in _asked(plan).items() if value != _asked(found.plan)[key]]
+        if _frozen_options(found.plan) != _frozen_options(plan):
+            changed = [key for key, value in _frozen_options(plan).items() if value != _frozen_options(found.plan)[key]]
             raise UserError(
                 f"{path} holds a study with other {', '.join(changed)}; a plan is frozen when its study "
                 "starts. Use the same options, or name another folder"
@@ -205,7 +205,7 @@ def open_study(path: Path) -> Study:
 _RESTORE = "a plan is not edited: restore it, or start another study"
 
 
-def _asked(plan: StudyPlan) -> dict[str, object]:
+def _frozen_options(plan: StudyPlan) -> dict[str, object]:
     """Return the plan without the versions it was made with: those may change while a study runs."""
     return plan.model_dump(exclude={"versions"})
 

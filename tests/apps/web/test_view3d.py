@@ -65,7 +65,7 @@ def test_a_person_can_pull_a_tendon() -> None:
         facts = json.loads((await until(messages, Kind.FACTS))[4:])
         before = read_frame(await until(messages, Kind.FRAME))
         control = next(each for each in facts["controls"] if each["pulls_tendon"])
-        await stream.obey({"do": "ctrl", "values": {str(control["at"]): control["pull"]}})
+        await stream.execute({"do": "ctrl", "values": {str(control["at"]): control["pull"]}})
         after = await until(messages, Kind.FRAME, lambda message: read_frame(message).tension_n.max() > 0.5)
         return facts, before, read_frame(after)
 
@@ -84,9 +84,9 @@ def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:
 
     async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Snapshot]:
         await until(messages, Kind.TESTS)
-        await stream.obey({"do": "episode", "index": 0})
+        await stream.execute({"do": "episode", "index": 0})
         told = await until(messages, Kind.STATE, lambda message: b'"episode"' in message)
-        await stream.obey({"do": "seek", "time_s": 0.98})
+        await stream.execute({"do": "seek", "time_s": 0.98})
         last = await until(messages, Kind.FRAME, lambda message: read_frame(message).time_s > 0.97)
         return json.loads(told[4:]), read_frame(last)
 
@@ -111,9 +111,9 @@ def test_what_is_no_recorded_episode_is_said(tmp_path: Path) -> None:
 def test_what_is_no_model_is_said_and_what_is_no_command_is_refused() -> None:
     async def talk(stream: SceneStream, messages: Any) -> str:
         with pytest.raises(ValueError, match="expected a command of a view"):
-            await stream.obey({"do": "load", "mjcf": "<mujoco/>"})
+            await stream.execute({"do": "load", "mjcf": "<mujoco/>"})
         with pytest.raises(ValueError, match="no episode 7"):
-            await stream.obey({"do": "episode", "index": 7})
+            await stream.execute({"do": "episode", "index": 7})
         told = await until(
             messages, Kind.STATE, lambda message: b"trouble" in message and b'"trouble": ""' not in message
         )

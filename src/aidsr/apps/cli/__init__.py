@@ -68,23 +68,23 @@ for command in (
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command line and exit: 0 for success, 2 for a mistake of the person's, else what the command says."""
+    """Run a command line and exit: 0 for success, 2 for a user error, else the command's exit code."""
     # A scheduler or the web app ends a command with SIGTERM; handled as Control-C, so that finished work is kept.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = app(arguments)
     except UserError as error:
-        _say(error)
+        _print_error(error)
         code = 2
     except AidsrError as error:
-        _say(error)
+        _print_error(error)
         code = 1
     except KeyboardInterrupt:
         code = 130
     sys.exit(code)
 
 
-def _say(error: AidsrError) -> None:
+def _print_error(error: AidsrError) -> None:
     from rich.console import Console
     from rich.markup import escape
 

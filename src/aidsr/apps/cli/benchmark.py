@@ -57,7 +57,7 @@ def benchmark(
     """
     from rich.console import Console
 
-    from aidsr.apps.cli.studies import StudyTable, say_forecast, say_unpaid
+    from aidsr.apps.cli.studies import StudyTable, print_forecast, print_unfinished
     from aidsr.core.extras import require_extra
     from aidsr.studies.budget import check_budget, read_budget, set_budget
     from aidsr.studies.report import write_report
@@ -68,7 +68,7 @@ def benchmark(
     found = _study(study, options or PlanOptions(), resume)
     limit = (limits or StudyLimits()).changed(read_budget(found))
     check_budget(found, limit)
-    say_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
+    print_forecast(console, found, jobs=0 if ray else jobs, limit=limit)
     if ray:
         require_extra("ray", "--ray")
     else:
@@ -86,7 +86,7 @@ def benchmark(
         return 130
     console.print(f"Report: {write_report(found)}", soft_wrap=True)
     if progress.unpaid:
-        say_unpaid(console, found, progress.refused)
+        print_unfinished(console, found, progress.refused)
     return 1 if progress.failed or progress.unpaid else 0
 
 
@@ -126,7 +126,7 @@ def _check_this_machine(study: Study) -> None:
 
 
 def report(study: Path, /) -> int:
-    """Write the report of a study as it stands: report.html, .md, .csv and .json in its folder.
+    """Write the report of a study in its present state: report.html, .md, .csv and .json in its folder.
 
         aidsr report studies/first
 
@@ -145,7 +145,7 @@ def report(study: Path, /) -> int:
 
 
 def compare(one: Path, other: Path, /) -> int:
-    """Say whether one study is better than another by more than noise.
+    """Test whether one study is better than another by more than noise.
 
     Designs are paired by task, run and number; the first arm of each study is compared.
 
@@ -160,10 +160,10 @@ def compare(one: Path, other: Path, /) -> int:
     """
     from rich.console import Console
 
-    from aidsr.apps.cli.studies import say_comparison
+    from aidsr.apps.cli.studies import print_comparison
     from aidsr.studies.study import open_study
 
-    return say_comparison(Console(highlight=False), open_study(one), open_study(other))
+    return print_comparison(Console(highlight=False), open_study(one), open_study(other))
 
 
 def submit(study: Path, /, *, out: Path | None = None) -> int:

@@ -18,12 +18,12 @@ from aidsr.validation.page import GENERATOR, TracedReport, page_html, trace_repo
 
 STANDARD_INPUT = "-"
 _HEAD_BYTES = 400
-"""Of a page, in which it says what made it."""
+"""Bytes at the start of a report, with the name of the program that wrote it."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """How files are checked, as the options of `aidsr validate` say."""
+    """How files are checked, by the options of `aidsr validate`."""
 
     mount: Literal["auto", "fixed", "free"] = "auto"
     needs_contact: bool = False

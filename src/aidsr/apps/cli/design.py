@@ -59,7 +59,7 @@ def design(
     robot
         MJCF of a robot to start from.
     goal
-        File that says how success is measured in that environment, so that the designs can be probed and trained.
+        File that defines how success is measured in that environment, so that the designs can be probed and trained.
     train
         Train and evaluate a policy for each approved design.
     steps

@@ -25,7 +25,7 @@ def export(
     policy: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     step: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Make an approved design into parts to print, to buy and to assemble, and say what cannot be built.
+    """Make an approved design into parts to print, to buy and to assemble, and list what cannot be built.
 
     Exit code 0 means buildable, as it is or with the changes printed; 1 means not buildable, for the reasons printed; 2
     a mistake in the command. With 0 and with 1 the folder is written.
@@ -56,11 +56,11 @@ def export(
     from aidsr import api
 
     exported = api.export(design, out or "", printer=printer, material=material, policy=policy, step=step)
-    _say(Console(highlight=False), exported)
+    _print_export(Console(highlight=False), exported)
     return 1 if exported.verdict.verdict == "not buildable" else 0
 
 
-def _say(console: Console, exported: Exported) -> None:
+def _print_export(console: Console, exported: Exported) -> None:
     """Print the verdict, its reasons, and where to look."""
     verdict, made = exported.verdict, exported.made
 

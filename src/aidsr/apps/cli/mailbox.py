@@ -12,7 +12,7 @@ from rich.markup import escape
 
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
-_LOOK_S = 0.3
+_POLL_S = 0.3
 """How often to look for new prompts [s]."""
 
 
@@ -37,11 +37,11 @@ class Mailbox:
         self._thread.join()
 
     def _watch(self) -> None:
-        while self._directory and not self._ended.wait(_LOOK_S):
+        while self._directory and not self._ended.wait(_POLL_S):
             self.look(self._directory)
 
     def look(self, directory: Path) -> None:
-        """Say which prompts came since the last look."""
+        """Print the prompts that are new since the last poll."""
         for waiting in pending_prompts(directory):
             if waiting.prompt not in self._announced:
                 self._announced.add(waiting.prompt)

@@ -1,4 +1,4 @@
-"""Options that say what a study asks: its plan, before that is frozen."""
+"""Options that define the plan of a study, before it is frozen."""
 
 from __future__ import annotations
 

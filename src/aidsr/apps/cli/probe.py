@@ -31,7 +31,7 @@ def probe(
     out: Path | None = None,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Say how far a body gets on its task without learning.
+    """Measure how far a body gets on its task without learning.
 
     Many open-loop motions are played at once: pulls that ramp from one value to another, and sinusoids. What the best
     of them reach distinguishes a bad body from a bad policy. Exit code 0 means that some motion succeeds, 1 that none
@@ -86,11 +86,11 @@ def probe(
             threads=threads,
             listen=lambda played, progress: status.update(f"{played} motions tried, progress {progress:.2f}"),
         )
-    _tell(report, out if out is not None else scene / "probe.json" if scene.is_dir() else None, json=json)
+    _print_report(report, out if out is not None else scene / "probe.json" if scene.is_dir() else None, json=json)
     return 0 if report.success_share else 1
 
 
-def _tell(report: ProbeReport, kept: Path | None, *, json: bool) -> None:
+def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None:
     """Keep the report where it is to be kept, and print it."""
     from rich.console import Console
 
@@ -119,7 +119,7 @@ def _keep(path: Path, text: str) -> None:
 
 
 def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
-    """Say how far the body got, and how."""
+    """Print how far the body got, and how."""
     from rich.markup import escape
     from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""What the terminal says about a run: before it starts, when it ends, and when asked."""
+"""Text about a run in the terminal: before it starts, when it ends, and on request."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "r
 
 
 def print_introduction(console: Console, run: Run) -> None:
-    """Say what is designed, by whom, and where it is kept."""
+    """Print what is designed, by which model, and where it is kept."""
     record = run.asked()
     console.print(f"[bold]{escape(record.objective)}[/]")
     if record.config.model == BUILTIN:
@@ -91,7 +91,7 @@ def print_files(console: Console, run: Run) -> None:
 
 
 def _print_reason(console: Console, design: DesignStatus) -> None:
-    """Say why a design is not approved, and give the traceback of a bug."""
+    """Print why a design is not approved, and the traceback of a bug."""
     if design.stopped and not design.outcome:
         console.print(f"\nDesign {design.number} stopped: {escape(design.stopped.message)}", soft_wrap=True)
         if design.stopped.traceback:

@@ -19,7 +19,7 @@ from aidsr.runs import IterationFolder, Run
 from aidsr.runs.events import Event, Waiting
 from aidsr.runs.status import newest
 
-_LOOK_S = 0.3
+_POLL_S = 0.3
 """How often to see whether the answer came by file [s]."""
 
 Aside = Callable[[], contextlib.AbstractContextManager[None]]
@@ -97,7 +97,7 @@ class ReviewPrompt:
 
     def _take_typed(self, iteration: IterationFolder) -> None:
         while not (self._ended.is_set() or iteration.decision.path.exists()):
-            line = self._read_line(_LOOK_S)
+            line = self._read_line(_POLL_S)
             if line is None:
                 continue
             if line == "":  # the terminal is gone

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 
 def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
-    """List the rules of the validator, or say all about some.
+    """List the rules of the validator, or describe some in full.
 
         aidsr rules
 

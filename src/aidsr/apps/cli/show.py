@@ -15,7 +15,7 @@ def show(
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     layout: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
-    """Show where a run stands and which files it holds.
+    """Show the status of a run and the files it holds.
 
         aidsr show runs/2026-01-31_1002_button_pushing_7f3a
 

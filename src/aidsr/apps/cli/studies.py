@@ -1,4 +1,4 @@
-"""What the terminal says of studies."""
+"""Text about studies in the terminal: estimate, progress, comparison."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from aidsr.teams.baselines.generations import format_search, read_search
 from aidsr.teams.providers.offline import SEARCH
 
 
-def say_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:
-    """Say what is still to be done and what it may take.
+def print_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> None:
+    """Print what is still to be done and its estimated cost and time.
 
     Args:
-        console: Where to say it.
+        console: Where to print.
         study: The study.
         jobs: Done side by side; 0 where that is not known.
         limit: What the study may use of language models.
@@ -68,7 +68,7 @@ def _above(study: Study, coming: StudyEstimate, limit: Budget) -> str:
     return " and ".join(parts)
 
 
-def say_unpaid(console: Console, study: Study, refused: Collection[Limit]) -> None:
+def print_unfinished(console: Console, study: Study, refused: Collection[Limit]) -> None:
     """Print what a study that ended at its limit left undone, and how to resume it.
 
     Args:
@@ -103,7 +103,7 @@ _NAMED = 3
 
 
 def _hours(hours: float) -> str:
-    """Return a time as a person says it."""
+    """Return a time as text, in minutes or hours."""
     return f"{60 * hours:.0f} min" if hours < 1 else f"{hours:,.1f} h"
 
 
@@ -116,7 +116,7 @@ class StudyTable:
         self._live = Live(console=console, refresh_per_second=2)
         self._left = estimate_study(study)
         self._paid = _paid(study)
-        self._next_look_s = 0.0
+        self._next_refresh_s = 0.0
 
     def __enter__(self) -> Self:
         if self._console.is_terminal:
@@ -129,12 +129,12 @@ class StudyTable:
         self._live.stop()
 
     def listen(self, progress: Progress) -> None:
-        """Show where the study stands."""
+        """Show the state of the study."""
         last = progress.last
         if last is not None and last.error and not last.short:
             line = escape(last.error.splitlines()[-1][:200])
             self._console.print(f"[red]{escape(last.job.name)}[/]: {line}", soft_wrap=True)
-        self._look(at_the_end=not progress.running)
+        self._refresh(at_the_end=not progress.running)
         to_do = max(0, sum(self._left.jobs.values()) - len(progress.running) - len(progress.failed))
         counts = (progress.done, len(progress.running), to_do, len(progress.failed))
         cells = (*(str(count) for count in counts), self._paid, self._time_left(progress))
@@ -149,14 +149,14 @@ class StudyTable:
         at_work = [_AtWork(self._study, job) for job in progress.running]
         self._live.update(Group(table, *at_work), refresh=True)
 
-    def _look(self, at_the_end: bool) -> None:
+    def _refresh(self, at_the_end: bool) -> None:
         """Read the study's folder again, unless that would take a notable part of the time."""
         began_s = time.monotonic()
-        if began_s < self._next_look_s and not at_the_end:
+        if began_s < self._next_refresh_s and not at_the_end:
             return
         self._left, self._paid = estimate_study(self._study), _paid(self._study)
         ended_s = time.monotonic()
-        self._next_look_s = ended_s + _LOOKING_SHARE * (ended_s - began_s)
+        self._next_refresh_s = ended_s + _REFRESH_SHARE * (ended_s - began_s)
 
     def _time_left(self, progress: Progress) -> str:
         if not progress.running:
@@ -182,7 +182,7 @@ class _AtWork:
 
 
 _HEADS = ("done", "running", "to do", "given up", "paid", "time left")
-_LOOKING_SHARE = 20
+_REFRESH_SHARE = 20
 """Between two looks at a study pass so many times the time that a look takes. Our choice: at most 5 % of the driver."""
 
 
@@ -192,8 +192,8 @@ def _paid(study: Study) -> str:
     return "unknown" if cost is None else f"${cost:.2f}{allowed}"
 
 
-def say_comparison(console: Console, one: Study, other: Study) -> int:
-    """Say whether the first arm of one study differs from that of another; return the exit code."""
+def print_comparison(console: Console, one: Study, other: Study) -> int:
+    """Print whether the first arm of one study differs from that of another; return the exit code."""
     rows = [
         row.model_copy(update={"arm": name})
         for study, name in ((one, "first"), (other, "second"))

@@ -64,7 +64,7 @@ def validate(
     ignore
         Codes of rules not to apply.
     fidelity
-        Also say how far the simulation can be trusted: each limb against exact elastic rods, twice the segments and
+        Also measure how far the simulation can be trusted: each limb against exact elastic rods, twice the segments and
         half the time step.
     repair
         Repair unambiguous mistakes, write the repaired text to this file, and validate that.

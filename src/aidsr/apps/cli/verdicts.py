@@ -1,4 +1,4 @@
-"""What `aidsr validate` says about a file in plain text."""
+"""The output of `aidsr validate` for a file, as plain text."""
 
 from __future__ import annotations
 

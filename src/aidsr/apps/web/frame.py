@@ -1,4 +1,4 @@
-"""What stands around every page: head line, width, colours by day and by night."""
+"""The frame of every page: head line, width, colours by day and by night."""
 
 from __future__ import annotations
 

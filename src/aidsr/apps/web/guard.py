@@ -55,7 +55,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Guard:
-    """Stands before an ASGI application.
+    """ASGI middleware that checks each request before the application.
 
     Attributes:
         app: What is guarded.

@@ -11,8 +11,8 @@ from nicegui import Client, background_tasks, run, ui
 from aidsr.core.errors import AidsrError
 
 Facts = TypeVar("Facts")
-_LOOKS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, None]]]] = WeakKeyDictionary()
-"""How each open page looks again at what it shows."""
+_REFRESHERS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, None]]]] = WeakKeyDictionary()
+"""Functions that refresh the live parts of each open page."""
 
 
 def live(
@@ -24,10 +24,10 @@ def live(
         read: Returns values that can be compared; runs in a thread, so that a slow disk does not block the server.
         draw: Makes elements of them; what a person opens or types must be remembered elsewhere. An error that it raises
             is shown as a sentence, like one raised while reading.
-        every_s: How often to look.
+        every_s: Interval between reads [s].
 
     Returns:
-        A function that looks at once, for after an action.
+        A function that refreshes at once, for after an action.
     """
     place = ui.element("div").classes("live")
     shown: list[Facts | AidsrError] = []
@@ -45,24 +45,24 @@ def live(
                 with ui.element("div").classes("notice bad").props('role="alert"'):
                     ui.label(str(error))
 
-    def look() -> Facts | AidsrError:
+    def read_facts() -> Facts | AidsrError:
         try:
             return read()
         except AidsrError as error:
             return error
 
-    async def again() -> None:
-        facts = await run.io_bound(look)
+    async def refresh() -> None:
+        facts = await run.io_bound(read_facts)
         if facts is None or place.is_deleted:  # the server, or this page, is closing
             return
         same = str(facts) == str(shown[0]) if isinstance(facts, AidsrError) else facts == shown[0]
         if not same:
             show(facts)
 
-    show(look())
-    ui.timer(every_s, again, immediate=False)
-    _LOOKS.setdefault(ui.context.client, []).append(again)
-    return again
+    show(read_facts())
+    ui.timer(every_s, refresh, immediate=False)
+    _REFRESHERS.setdefault(ui.context.client, []).append(refresh)
+    return refresh
 
 
 def as_action(do: Callable[[], object]) -> Callable[[], None]:
@@ -73,14 +73,14 @@ def as_action(do: Callable[[], object]) -> Callable[[], None]:
             do()
         except AidsrError as error:
             show_error(error)
-        for look in _LOOKS.get(ui.context.client, ()):
-            background_tasks.create(look())
+        for refresh in _REFRESHERS.get(ui.context.client, ()):
+            background_tasks.create(refresh())
 
     return act
 
 
 def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts], None]) -> None:
-    """Do something that takes seconds in a thread; until it is done the button shows so, and is deaf to more clicks."""
+    """Do something that takes seconds in a thread; until it is done the button shows so, and ignores further clicks."""
     if element.props.get("loading"):
         return
     element.props["loading"] = True

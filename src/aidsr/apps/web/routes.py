@@ -18,7 +18,7 @@ from aidsr.fabrication.schema import MARK
 
 _SHOWN = {".png": "image/png", ".mp4": "video/mp4"}
 _DOWNLOADED = frozenset({".xml", ".json", ".jsonl", ".csv", ".html", ".zip", ".stl", ".3mf"})
-"""Never shown as a page of ours: an HTML or XML file of a stranger's run could carry a script."""
+"""Never rendered in the browser: an HTML or XML file of a run could carry a script."""
 _ALONE = {
     "content-security-policy": "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'",
     "cache-control": "no-cache",

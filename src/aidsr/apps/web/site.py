@@ -1,4 +1,4 @@
-"""What all pages share: the runs, the processes at work on them, and how each run stands."""
+"""What all pages share: the runs, the processes at work on them, and the state of each run."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Site:
         return self.library.path / ".web"
 
     def view(self, run: Run) -> RunView:
-        """Return how a run stands; read again only when its files changed.
+        """Return the state of a run; read again only when its files changed.
 
         Raises:
             UserError: The folder is not a run, or one of its files is damaged.
@@ -141,7 +141,7 @@ class Site:
         return run, design
 
     def trash(self, name: str) -> None:
-        """Throw a run away that nothing is at work on.
+        """Move a run that no process works on to the trash.
 
         Raises:
             UserError: There is no such run, or a process designs, trains or exports there.

@@ -1,4 +1,4 @@
-"""Studies of many runs, as far as they have got: read from their folders, now and then, by a thread of its own."""
+"""Progress of studies of many runs: read from their folders periodically, in a separate thread."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Studies:
         self._reading = threading.Lock()
 
     def views(self) -> tuple[StudyView, ...]:
-        """Return how the studies stood when they were last read, and have them read again when that is long ago."""
+        """Return the state of the studies when last read, and read them again in the background if that is old."""
         if time.monotonic() - self._read_s > _EVERY_S and self._reading.acquire(blocking=False):
             threading.Thread(target=self._read, name="read studies", daemon=True).start()
         return self._known

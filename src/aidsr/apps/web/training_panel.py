@@ -127,7 +127,7 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
             with box("sheet stack", "article"):
                 live(partial(_learning, site, run, design, training), partial(_draw_learning, training))
                 live(partial(_judged, run, training), partial(_draw_judged, training, stage))
-                live(partial(_said, training), partial(_inspection, training))
+                live(partial(_read_inspection, training), partial(_inspection, training))
 
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
@@ -252,7 +252,7 @@ def _motions(training: Training, motions: tuple[Path, ...], stage: Stage) -> Non
             button(f"Replay {motion.stem}", as_action(partial(stage.replay, name)), "quiet", "play_arrow")
 
 
-def _said(training: Training) -> tuple[bool, Inspection | None]:
+def _read_inspection(training: Training) -> tuple[bool, Inspection | None]:
     return training.evaluation.path.exists(), training.inspection.read()
 
 
@@ -262,7 +262,7 @@ def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> Non
         return
     words = {"text": inspected.text if inspected else ""}
 
-    def say(*, plausible: bool) -> None:
+    def inspect(*, plausible: bool) -> None:
         training.inspect(Inspection(plausible=plausible, text=str(words["text"] or "").strip()))
 
     with box("stack tight"):
@@ -273,8 +273,8 @@ def _inspection(training: Training, read: tuple[bool, Inspection | None]) -> Non
         with box("row"):
             field = ui.input("Why (if you like)").props("outlined dense").classes("grow").bind_value(words, "text")
             field.props["maxlength"] = 1000
-            button("Plausible", as_action(lambda: say(plausible=True)), "quiet", "check")
-            button("Not plausible", as_action(lambda: say(plausible=False)), "quiet", "close")
+            button("Plausible", as_action(lambda: inspect(plausible=True)), "quiet", "check")
+            button("Not plausible", as_action(lambda: inspect(plausible=False)), "quiet", "close")
 
 
 def _whole(value: object, what: str) -> int:

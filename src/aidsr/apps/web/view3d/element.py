@@ -24,7 +24,7 @@ class Pick:
     """What a person clicked in a view."""
 
     kind: Literal["body", "tendon", ""]
-    """Empty where nothing was hit, which takes back an earlier choice."""
+    """Empty where nothing was hit, which clears the selection."""
     name: str
     """As the MJCF has it."""
 

@@ -61,23 +61,23 @@ def serve_views(app: FastAPI, views: Views) -> None:
 
 async def _converse(websocket: WebSocket, stream: SceneStream, watcher: Watcher) -> None:
     """Send what there is to see and take commands until the browser goes."""
-    telling = asyncio.create_task(_tell(websocket, watcher))
+    sending = asyncio.create_task(_send_messages(websocket, watcher))
     try:
         while True:
             text = await websocket.receive_text()
             if len(text) > _MAX_COMMAND:
                 await websocket.close(1009, "the command is too long")
                 return
-            await stream.obey(json.loads(text))
+            await stream.execute(json.loads(text))
     except (WebSocketDisconnect, RuntimeError):  # the browser has gone, in the middle of a message or between two
         return
     except (ValueError, KeyError):
         await websocket.close(1008, "that is no command of a view")
     finally:
-        telling.cancel()
-        await asyncio.gather(telling, return_exceptions=True)
+        sending.cancel()
+        await asyncio.gather(sending, return_exceptions=True)
 
 
-async def _tell(websocket: WebSocket, watcher: Watcher) -> None:
+async def _send_messages(websocket: WebSocket, watcher: Watcher) -> None:
     async for message in watcher:
         await websocket.send_bytes(message)

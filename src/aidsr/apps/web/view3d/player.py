@@ -38,7 +38,7 @@ _CPU_S = 30
 
 
 class Player:
-    """Obeys commands and sends what is to be drawn.
+    """Executes commands and sends what is to be drawn.
 
     Args:
         replies: Where messages go.
@@ -50,7 +50,7 @@ class Player:
         self._playing: Playback | None = None
         self._tests: Tests | None = None
         self._choice: dict[str, Any] = {"mode": "live"}
-        self._told: dict[str, Any] = {}
+        self._sent_state: dict[str, Any] = {}
         self._changed = False
         self._last = time.monotonic()
 
@@ -60,20 +60,20 @@ class Player:
         moving = self._changed or (self._playing is not None and self._playing.runs)
         return max(0.0, self._last + (1 / FRAMES_PER_S if moving else _HEARTBEAT_S) - time.monotonic())
 
-    def obey(self, command: dict[str, Any]) -> None:
-        """Carry a command out; the next frame shows it. One that makes no sense is answered with trouble."""
+    def execute(self, command: dict[str, Any]) -> None:
+        """Execute a command; the next frame shows it. An invalid one is answered with an error message."""
         self._changed = True
         try:
             if command.get("do") == "load":
                 self._load(command)
             elif self._playing is not None:
-                self._obey(self._playing, command)
+                self._execute(self._playing, command)
         except MjcfError as error:
-            self._tell_trouble(f"This model cannot be shown: {error}")
+            self._send_trouble(f"This model cannot be shown: {error}")
         except MemoryError:
-            self._tell_trouble("This model needs more memory than a view may use.")
+            self._send_trouble("This model needs more memory than a view may use.")
         except (ValueError, TypeError, KeyError, LookupError) as error:
-            self._tell_trouble(f"The view could not do that: {error}")
+            self._send_trouble(f"The view could not do that: {error}")
 
     def tick(self) -> None:
         """Let as much time pass as has passed, and show it."""
@@ -86,9 +86,9 @@ class Player:
         """Send the present frame, and the state where it has changed."""
         self._last, self._changed = time.monotonic(), False
         if self._playing is None:
-            self._say(pack_json(Kind.STATE, self._told))
+            self._send(pack_json(Kind.STATE, self._sent_state))
             return
-        self._say(pack_frame(self._playing.moment()))
+        self._send(pack_frame(self._playing.moment()))
         motion = self._playing.motion
         state = self._choice | {
             "runs": self._playing.runs,
@@ -96,9 +96,9 @@ class Player:
             "trouble": self._playing.trouble,
             "duration_s": None if motion is None else round(motion.duration_s, 4),
         }
-        if state != self._told:
-            self._told = state
-            self._say(pack_json(Kind.STATE, state))
+        if state != self._sent_state:
+            self._sent_state = state
+            self._send(pack_json(Kind.STATE, state))
 
     def _load(self, command: dict[str, Any]) -> None:
         groups = [ActuatorGroup.model_validate(group) for group in command["groups"]]
@@ -108,7 +108,7 @@ class Player:
         self._put_on(self._base)
         self.show()
         self._tests = Tests(self._base)
-        self._say(pack_json(Kind.TESTS, {"tests": self._tests.labels}))
+        self._send(pack_json(Kind.TESTS, {"tests": self._tests.labels}))
 
     def _put_on(self, shown: DisplayModel) -> None:
         """Show a model in place of another, unless it is shown already."""
@@ -116,10 +116,10 @@ class Player:
             speed = 1.0 if self._playing is None else self._playing.speed
             self._playing = Playback(shown)
             self._playing.speed = speed
-            self._say(pack_json(Kind.FACTS, shown.facts))
+            self._send(pack_json(Kind.FACTS, shown.facts))
         self._choice = {"mode": "live"}
 
-    def _obey(self, playing: Playback, command: dict[str, Any]) -> None:
+    def _execute(self, playing: Playback, command: dict[str, Any]) -> None:
         match command:
             case {"do": "play"}:
                 playing.resume()
@@ -167,16 +167,16 @@ class Player:
             self._playing.play_back(motion)
         self._choice = {"mode": "episode", "index": int(command["index"])}
 
-    def _tell_trouble(self, text: str) -> None:
-        self._told = {**self._told, "trouble": text}
-        self._say(pack_json(Kind.STATE, self._told))
+    def _send_trouble(self, text: str) -> None:
+        self._sent_state = {**self._sent_state, "trouble": text}
+        self._send(pack_json(Kind.STATE, self._sent_state))
 
-    def _say(self, message: bytes) -> None:
+    def _send(self, message: bytes) -> None:
         write_bytes(self._replies, message)
 
 
 def main() -> None:
-    """Obey until the server closes the pipe."""
+    """Execute commands until the server closes the pipe."""
     inbox, replies = connect_to_parent(_MEMORY_MIB)
     mujoco.set_mju_user_warning(lambda _message: None)
     player = Player(replies)
@@ -187,7 +187,7 @@ def main() -> None:
         except queue.Empty:
             player.tick()
         else:
-            player.obey(command)
+            player.execute(command)
 
 
 def _number(value: object) -> float:

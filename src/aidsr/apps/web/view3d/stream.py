@@ -183,11 +183,11 @@ class SceneStream:
                 loop = asyncio.get_running_loop()
                 self._leaving = loop.call_later(self._linger_s, self._end)
 
-    async def obey(self, command: object) -> None:
-        """Carry out what a browser asks for; a player that has ended is started again.
+    async def execute(self, command: object) -> None:
+        """Execute a command of a browser; a player that has ended is started again.
 
         Raises:
-            ValueError: Nothing that a browser may ask for.
+            ValueError: Not a command that a browser may send.
         """
         if not isinstance(command, dict) or command.get("do") not in _FROM_BROWSER:
             raise ValueError(f"expected a command of a view, found {str(command)[:80]}")
