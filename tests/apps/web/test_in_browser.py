@@ -35,6 +35,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
         page.goto(server.address())
         page.get_by_role("button", name="Set up a run").click()
         page.get_by_label("Concepts, side by side").fill("1")
+        page.wait_for_timeout(500)  # a number travels in the background
         page.get_by_role("button", name="Start the run").click()
         page.wait_for_url("**/run/*")
         (run,) = Library(runs).runs()
