@@ -1,5 +1,6 @@
 """`aidsr` offers functions that take a path, a text or an object."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 import aidsr
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Robot
-from aidsr.core.errors import UserError
+from aidsr.core.errors import MjcfError, UserError
 from aidsr.runs.folders import DesignFolder
 
 ARM = """<mujoco>
@@ -70,3 +71,90 @@ def test_what_is_no_approved_design_is_named(kind: type, tmp_path: Path) -> None
 def test_a_task_and_a_goal_exclude_each_other() -> None:
     with pytest.raises(UserError, match="both a task and a goal"):
         aidsr.train(ARM, "gap", goal="goal.toml")
+
+
+DESIGN = DesignFolder(Path("nowhere/designs/1"))
+
+MISTAKES: list[tuple[Callable[[], object], type[Exception], str]] = [
+    (lambda: aidsr.train(ARM, "gap", steps=0), UserError, "steps must be at least 1: 0"),
+    (lambda: aidsr.train(ARM, "gap", steps="many"), TypeError, "steps must be a whole number, not 'many'"),
+    (lambda: aidsr.train(ARM, "gap", seed=-1), UserError, "seed must be at least 0: -1"),
+    (lambda: aidsr.train(ARM, "gap", smoothing=2), UserError, "smoothing must be from 0 to below 1: 2"),
+    (lambda: aidsr.train("nope"), UserError, "nope does not exist; give a design's folder or a scene"),
+    (lambda: aidsr.train("nope", "gap"), UserError, "nope does not exist; give a design's folder or a scene"),
+    (lambda: aidsr.probe("nope"), UserError, "nope does not exist; give a design's folder or a scene"),
+    (lambda: aidsr.probe(ARM), UserError, "the scene has no task; name one (aidsr tasks lists them), or give a goal"),
+    (lambda: aidsr.probe(None), TypeError, "design must be a design, its folder, or a scene, not None"),
+    (lambda: aidsr.probe(ARM, 5), TypeError, "task must be a task or its name, not 5"),
+    (lambda: aidsr.probe(ARM, "gap", candidates="many"), TypeError, "candidates must be a whole number, not 'many'"),
+    (lambda: aidsr.evaluate(DESIGN), UserError, f"{DESIGN.path} has no finished training; train it first"),
+    (lambda: aidsr.evaluate(3), TypeError, "training must be a training, its folder, or a design, not 3"),
+    (lambda: aidsr.export(ARM), UserError, "a robot to export must be a file, not MJCF text; save the text and give"),
+    (lambda: aidsr.export(None), TypeError, "design must be a design, its folder, or the file of a robot, not None"),
+    (
+        lambda: aidsr.validate(None),
+        TypeError,
+        "mjcf must be MJCF text, the path of a file, a Robot or a Scene, not None",
+    ),
+    (
+        lambda: aidsr.validate(b"<a/>"),
+        TypeError,
+        "mjcf must be MJCF text, the path of a file, a Robot or a Scene, not b",
+    ),
+    (
+        lambda: aidsr.validate(DESIGN),
+        TypeError,
+        "mjcf must be MJCF text, the path of a file, a Robot or a Scene, not D",
+    ),
+    (lambda: aidsr.validate(ARM, select="to_stiff"), UserError, "no such rule: to_stiff; did you mean too_stiff?"),
+    (lambda: aidsr.fix(None), TypeError, "mjcf must be MJCF text, the path of a file, a Robot or a Scene, not None"),
+    (lambda: aidsr.fix(ARM, ["too_stiff"]), TypeError, "faults must be a report or faults of one, not 'too_stiff'"),
+    (lambda: aidsr.fix(ARM, "too_stiff"), TypeError, "faults must be a report or faults of one, not 'too_stiff'"),
+    (
+        lambda: aidsr.fix(ARM, only="inverted_range"),
+        UserError,
+        "no such fix: inverted_range; did you mean inverted_rang",
+    ),
+    (lambda: aidsr.load_task(3), TypeError, "task must be the name of a task, not 3"),
+    (lambda: aidsr.design(task=5), TypeError, "task must be the name of a task, not 5"),
+    (
+        lambda: aidsr.design("press", environment=ARM, goal={"kind": "reach"}),
+        TypeError,
+        "goal must be the path of a TOML file, not {'kind': 'reach'}",
+    ),
+    (
+        lambda: aidsr.design("press", environment=5),
+        TypeError,
+        "the environment must be MJCF text or the path of a file, not 5",
+    ),
+    (lambda: aidsr.Run(5), TypeError, "a run must be given as the path of its folder, not 5"),
+    (
+        lambda: aidsr.assemble(ARM, aidsr.load_task("button_pushing")),
+        MjcfError,
+        "no functional_part given; name a body, site or geom of the robot: arm, tip, link",
+    ),
+    (
+        lambda: aidsr.assemble(ARM, aidsr.load_task("button_pushing"), functional_part="tipp"),
+        MjcfError,
+        'the functional part "tipp" is not a name of the robot; did you mean tip?',
+    ),
+]
+
+
+@pytest.mark.parametrize(("mistake", "kind", "sentence"), MISTAKES)
+def test_a_mistake_is_one_sentence(mistake: Callable[[], object], kind: type[Exception], sentence: str) -> None:
+    with pytest.raises(kind) as caught:
+        mistake()
+    assert str(caught.value).startswith(sentence)
+
+
+def test_one_name_needs_no_list_and_a_report_stands_for_its_faults() -> None:
+    assert aidsr.validate(ARM, select="chatter") == aidsr.validate(ARM, select=["chatter"])
+    report = aidsr.validate(ARM)
+    assert aidsr.fix(ARM, report) == aidsr.fix(ARM, report.faults)
+    assert aidsr.fix(ARM, only="inverted_ranges") == aidsr.fix(ARM, only=["inverted_ranges"])
+
+
+def test_a_run_is_given_as_a_string_or_a_path(tmp_path: Path) -> None:
+    assert aidsr.Run(str(tmp_path)) == aidsr.Run(tmp_path)
+    assert aidsr.Run(str(tmp_path)).design(1).path == tmp_path / "designs" / "1"

@@ -11,12 +11,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from aidsr.core.arguments import check_type, check_whole_number
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
 from aidsr.runs.folders import DesignFolder, Run
 from aidsr.runs.status import newest
-from aidsr.runs.trainings import Training
+from aidsr.runs.trainings import Training, trainings_of
 
 if TYPE_CHECKING:
     from aidsr.learn.episodes.actions import Grouping
@@ -68,9 +69,13 @@ def probe(
         listen: Called with the number of motions played and the mean progress of the best ones.
 
     Raises:
+        TypeError: An argument is of another type.
         UserError: There is no such design or task, or a number is out of range.
         MjcfError: The scene cannot be loaded.
     """
+    for name, number in (("candidates", candidates), ("variations", variations), ("max_steps", max_steps)):
+        check_whole_number(name, number, least=1)
+    _check_seed_and_threads(seed, threads)
     from aidsr.learn.openloop import probe as probe_task
 
     found = find_scene(design, task, level=level, goal=goal)
@@ -131,9 +136,16 @@ def train(
         listen: Called with every point of the learning curve.
 
     Raises:
-        UserError: There is no such design or task, the extra "rl" is missing, or another process trains the same.
+        TypeError: An argument is of another type.
+        UserError: There is no such design or task, a number is out of range, the extra "rl" is missing, or another
+            process trains the same.
         MjcfError: The scene cannot be loaded.
     """
+    check_whole_number("steps", steps, least=1)
+    _check_seed_and_threads(seed, threads)
+    check_type(smoothing, (int, float), "smoothing must be a number")
+    if not 0 <= smoothing < 1:
+        raise UserError(f"smoothing must be from 0 to below 1: {smoothing:g}")
     require_extra("rl", "training")
     from aidsr.learn.rl.recipe import Recipe
 
@@ -196,8 +208,13 @@ def train_policy(
             return Training(folder)
 
 
+def _check_seed_and_threads(seed: int, threads: int) -> None:
+    check_whole_number("seed", seed, least=0)
+    check_whole_number("threads", threads, least=0)
+
+
 def evaluate(
-    training: str | Path | Training, *, episodes: int = 20, threads: int = 0, videos: bool = True
+    training: str | Path | Training | DesignFolder, *, episodes: int = 20, threads: int = 0, videos: bool = True
 ) -> Evaluation:
     """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
 
@@ -207,17 +224,26 @@ def evaluate(
         print(evaluation.success_share, evaluation.successful)
 
     Args:
-        training: A finished training, or its folder.
+        training: A finished training, its folder, or a design, of which the last finished training is evaluated.
         episodes: How many held-out variations, at least 20.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
 
     Raises:
-        UserError: The folder holds no finished training, or the extra "rl" is missing.
+        TypeError: An argument is of another type.
+        UserError: There is no finished training, there are too few episodes, or the extra "rl" is missing.
     """
+    check_type(training, (str, Path, Training, DesignFolder), "training must be a training, its folder, or a design")
+    check_whole_number("episodes", episodes, least=1)
+    check_whole_number("threads", threads, least=0)
     require_extra("rl", "evaluating a policy")
     from aidsr.learn.rl.trained import evaluate_training
 
+    if isinstance(training, DesignFolder):
+        finished = [each for each in trainings_of(training) if each.result.path.exists()]
+        if not finished:
+            raise UserError(f"{training.path} has no finished training; train it first")
+        training = finished[-1]
     folder = training.path if isinstance(training, Training) else Path(training)
     return evaluate_training(folder, episodes=episodes, threads=threads, videos=videos)
 
@@ -248,9 +274,13 @@ def export(
         step: Also write each part as STEP; needs the extra "cad".
 
     Raises:
+        TypeError: `design` is none of these.
         UserError: There is nothing to export, an extra is missing, or the folder holds something else.
         MjcfError: The robot cannot be loaded.
     """
+    check_type(design, (str, Path, DesignFolder), "design must be a design, its folder, or the file of a robot")
+    if isinstance(design, str) and "<" in design:
+        raise UserError("a robot to export must be a file, not MJCF text; save the text and give the file's path")
     require_extra("fabrication", "making parts")
     from aidsr.sandbox.pool import warm_up
 
@@ -281,6 +311,7 @@ def assemble(
         functional_part: Body or site of the robot that does the work, where the robot is only MJCF.
 
     Raises:
+        TypeError: An argument is of another type.
         UserError: A file cannot be read.
         MjcfError: The robot or the environment cannot be loaded, or the two cannot become one model.
         IsolationError: Assembly exceeded its limits of time or memory.
@@ -337,19 +368,26 @@ def find_scene(
         goal: File of a goal, instead of a task; a run may hold one.
 
     Raises:
+        TypeError: An argument is of another type.
         UserError: There is no scene, or nothing measures success.
     """
+    from aidsr.tasks import Task
+
+    check_type(design, (str, Path, DesignFolder, Scene), "design must be a design, its folder, or a scene")
+    check_type(task, (str, Task), "task must be a task or its name")
     if task and goal:
-        raise UserError("both a task and a goal given; give one of --task and --goal")
+        raise UserError("both a task and a goal given; give only one of them")
     path = design.path if isinstance(design, DesignFolder) else design
     if isinstance(path, str) and "<" not in path:
         path = Path(path)
+    if isinstance(path, Path) and not path.exists():
+        raise UserError(f"{path} does not exist; give a design's folder or a scene")
     if isinstance(path, Path) and path.is_dir():
         return _scene_of_design(DesignFolder(path), task, level, goal)
     scene = path.mjcf if isinstance(path, Scene) else path
     if not (task or goal):
         name = scene if isinstance(scene, Path) else "the scene"
-        raise UserError(f"{name} has no task; name one with --task (aidsr tasks lists them), or give a --goal")
+        raise UserError(f"{name} has no task; name one (aidsr tasks lists them), or give a goal")
     return DesignedScene(scene, _measure(scene, task, level, goal), level or "standard", (), Path())
 
 
@@ -367,8 +405,8 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
         goal = run.goal.path
         if not goal.exists():
             raise UserError(
-                f"{design.path} was designed for an objective in words, which has no measure of success; give one with "
-                "--goal goal.toml (docs/environments.md), or name a task with --task"
+                f"{design.path} was designed for an objective in words, which has no measure of success; give a "
+                "goal (docs/environments.md), or name a task"
             )
     robot = newest(it.robot.read() for it in design.leading_to())
     groups = robot.actuator_groups if robot else ()
@@ -385,7 +423,7 @@ def _measure(scene: str | Path, task: str | Task, level: Level | None, goal: str
     if not goal:
         return task
     if level:
-        raise UserError(f"--level requires a task, and success is measured by the goal {goal}; leave --level out")
+        raise UserError(f"a level requires a task, and success is measured by the goal {goal}; leave the level out")
     from aidsr.learn.episodes.scene import read_mjcf_text
     from aidsr.tasks import goal_task, read_goal
 

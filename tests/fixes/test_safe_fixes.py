@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import robots
 
+from aidsr.core.errors import UserError
 from aidsr.fixes import FIXES, FixResult, fix
 from aidsr.validation import validate
 
@@ -305,5 +306,5 @@ def test_several_faults_are_fixed_at_once_and_counted_apart() -> None:
 
 
 def test_a_fix_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(ValueError, match="magic"):
+    with pytest.raises(UserError, match=r"^no such fix: magic; choose from "):
         fix(LIMB, only=["magic"])

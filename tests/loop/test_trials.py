@@ -66,7 +66,7 @@ def test_what_the_probe_passed_stays_passed() -> None:
 
 def test_training_is_off_by_default_and_needs_the_trial() -> None:
     assert RunConfig().task_training == 0
-    with pytest.raises(UserError, match="--task-training requires --task-feedback"):
+    with pytest.raises(UserError, match="task_training requires task_feedback"):
         check_trial(RunConfig(task_training=100), measured=True)
     check_trial(RunConfig(task_training=100, task_feedback=True), measured=True)
 

@@ -7,8 +7,10 @@ from pathlib import Path
 
 from lxml import etree
 
-from aidsr.core.artifacts import Fault, Robot, Scene
-from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.arguments import as_names, check_type
+from aidsr.core.artifacts import Fault, Robot, Scene, ValidationReport
+from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.core.suggestions import closest_name
 from aidsr.fixes import markup
 from aidsr.fixes.record import EditDocument, Fix, FixResult, Request
 from aidsr.fixes.registry import FIXES, ON_DOCUMENT
@@ -22,10 +24,10 @@ _MOST_NOTES = 3
 
 def fix(
     mjcf: str | Path | Robot | Scene,
-    faults: Sequence[Fault] | None = None,
+    faults: ValidationReport | Sequence[Fault] | None = None,
     *,
-    only: Collection[str] | None = None,
-    kept_names: Collection[str] = (),
+    only: str | Collection[str] | None = None,
+    kept_names: str | Collection[str] = (),
 ) -> FixResult:
     """Fix what code can fix in an MJCF text.
 
@@ -40,25 +42,54 @@ def fix(
 
     Args:
         mjcf: The text, the path of its file, which is not written, or a robot or a scene.
-        faults: What a validation report found wrong with it; None to apply safe fixes only.
-        only: Names of the fixes that may be applied; None for all.
+        faults: A validation report on it, or faults of one; None to apply safe fixes only.
+        only: Name or names of the fixes that may be applied; None for all.
         kept_names: Names that others outside the text refer to, as a robot's functional part; safe fixes keep them.
 
     Raises:
-        UserError: The file cannot be read.
+        TypeError: `mjcf` or `faults` is none of these.
+        UserError: The file cannot be read, or `only` names a fix that does not exist.
         MjcfError: The file is too large.
-        ValueError: `only` names a fix that does not exist.
     """
     text = text_of(mjcf)
-    names = [each.name for each in FIXES]
-    if unknown := sorted(set(only or ()) - set(names)):
-        raise ValueError(f"no such fix: {', '.join(unknown)}; choose from {', '.join(names)}")
+    found = _faults_of(faults)
+    names = [each.name for each in FIXES] if only is None else _known_fixes(as_names(only))
     try:
-        return _fix_text(
-            text, None if faults is None else list(faults), names if only is None else list(only), list(kept_names)
-        )
+        return _fix_text(text, found, names, list(as_names(kept_names)))
     except IsolationError:
-        return FixResult(mjcf=text, unfixed=_codes(faults or ()))
+        return FixResult(mjcf=text, unfixed=_codes(found or ()))
+
+
+def _faults_of(faults: ValidationReport | Sequence[Fault] | None) -> list[Fault] | None:
+    """Return the faults to fix; None for the safe fixes only.
+
+    Raises:
+        TypeError: Something else was given.
+    """
+    if faults is None:
+        return None
+    if isinstance(faults, ValidationReport):
+        return list(faults.faults)
+    expected = "faults must be a report or faults of one"
+    check_type(faults, Sequence, expected)
+    for fault in (faults,) if isinstance(faults, str) else faults:
+        check_type(fault, Fault, expected)
+    return list(faults)
+
+
+def _known_fixes(only: Sequence[str]) -> list[str]:
+    """Return the names of fixes.
+
+    Raises:
+        UserError: There is no fix of a name.
+    """
+    known = [each.name for each in FIXES]
+    for name in only:
+        if name not in known:
+            near = closest_name(name, known)
+            hint = f"did you mean {near}?" if near else f"choose from {', '.join(known)}"
+            raise UserError(f"no such fix: {name}; {hint}")
+    return list(only)
 
 
 def leave_as_written(mjcf: str, *, kept_names: Collection[str] = ()) -> FixResult:

@@ -25,8 +25,7 @@ def check_prices(budget: Budget, model: str, price: Price) -> None:
     """
     if budget.limits_cost and price(1, 1) is None:
         raise UserError(
-            f'the price of "{model}" is not known, so a limit on money cannot be kept; limit tokens instead '
-            "(--max-tokens)"
+            f'the price of "{model}" is not known, so a limit on money cannot be kept; limit tokens instead'
         )
 
 

@@ -89,7 +89,7 @@ def export(
     learnt = _last_training(given.design) if policy else None
     target = folder or (subject / "export" if subject.is_dir() else subject.with_name(f"{subject.stem}_export"))
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / MARK).exists())):
-        raise UserError(f"{target} exists and is no earlier export; name another folder with --out, or empty it")
+        raise UserError(f"{target} exists and is no earlier export; name another folder to write, or empty it")
     designed = validate(given.mjcf, mount=given.mount, environment=given.environment, realizable=True)
     reports = (*given.reports, designed)
     made = build_robot(given.mjcf, reports, printer_named(printer), material=material)

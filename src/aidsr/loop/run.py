@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Brief
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import MjcfError, UserError
@@ -99,7 +100,7 @@ def resume(
             not the run's.
         ModelError: The language model could not be reached before there were concepts.
     """
-    found = run if isinstance(run, Run) else Run(Path(run))
+    found = run if isinstance(run, Run) else Run(run)
     client = _same_model(found, model)
     if budget is not None:
         replace_budget(found, budget, client)
@@ -261,7 +262,13 @@ def _person(config: RunConfig) -> Person:
 
 
 def mjcf_text(source: str | Path, what: str) -> str:
-    """Return the MJCF that `source` is or names."""
+    """Return the MJCF that `source` is or names.
+
+    Raises:
+        TypeError: It is neither text nor a path.
+        UserError: The file cannot be read.
+    """
+    check_type(source, (str, Path), f"the {what} must be MJCF text or the path of a file")
     if isinstance(source, str) and source.lstrip().startswith("<"):
         return source
     try:

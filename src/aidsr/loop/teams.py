@@ -36,9 +36,9 @@ def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -
         require_extra(provider.extra, f'model "{provider.prefix}"')
     if provider and provider.is_offline:
         if config.judge_pictures:
-            raise UserError("the built-in rules see no pictures; name a language model with --model")
+            raise UserError("the built-in rules see no pictures; name a language model")
         if config.method == "direct":
-            raise UserError("the built-in rules cannot be prompted directly; name a language model with --model")
+            raise UserError("the built-in rules cannot be prompted directly; name a language model")
         return
     client = model or connect(config.model)
     if isinstance(client, ManualModel):

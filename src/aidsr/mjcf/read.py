@@ -14,6 +14,7 @@ from xml.sax.saxutils import quoteattr
 
 from lxml import etree
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Fault, Robot, Scene
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.attribute_checks import check_finite, check_fromto
@@ -52,11 +53,13 @@ def text_of(mjcf: str | Path | Robot | Scene) -> str:
     A string is a path if it ends with .xml.
 
     Raises:
+        TypeError: It is none of them.
         UserError: The file cannot be read.
         MjcfError: The file is too large.
     """
     if isinstance(mjcf, Robot | Scene):
         return mjcf.mjcf
+    check_type(mjcf, (str, Path), "mjcf must be MJCF text, the path of a file, a Robot or a Scene")
     if isinstance(mjcf, Path) or (mjcf.endswith(".xml") and "<" not in mjcf):
         return open_mjcf(Path(mjcf))
     return mjcf

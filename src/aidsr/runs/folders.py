@@ -14,6 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import (
     Brief,
     Concept,
@@ -176,11 +177,15 @@ class DesignFolder:
         return tuple(each for each in reversed(self.iterations) if number is None or each.number <= number)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Run:
     """All designs from one objective: a folder, and views on it."""
 
     path: Path
+
+    def __init__(self, path: str | Path) -> None:
+        check_type(path, (str, Path), "a run must be given as the path of its folder")
+        object.__setattr__(self, "path", Path(path))
 
     @property
     def record(self) -> JsonFile[RunRecord]:

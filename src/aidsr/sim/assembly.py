@@ -17,6 +17,7 @@ from lxml import etree
 
 from aidsr.core.artifacts import Fault, Placement, Robot, Scene
 from aidsr.core.errors import MjcfError
+from aidsr.core.suggestions import closest_name
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf, warnings_as_notes
 from aidsr.mjcf.elements import Element
 from aidsr.sandbox.isolated import isolated
@@ -178,21 +179,35 @@ def _check_names(
             faults.append(_missing(f'target of sensor "{sensor.name}"', sensor.target, "of the environment", there))
     name = (placement.functional_part or robot.functional_part).removeprefix(ROBOT_PREFIX)
     part = find_functional_part(alone, name) if name else None
-    if part is None and (name or any(sensor.needs_functional_part for sensor in sensors)):
+    if part is None and name:
         faults.append(_missing("functional part", name, "of the robot", part_names(alone)))
+    elif part is None and any(sensor.needs_functional_part for sensor in sensors):
+        faults.append(_no_functional_part(part_names(alone)))
     if faults:
         raise MjcfError(faults)
     return part
 
 
 def _missing(what: str, name: str, owner: str, existing: Sequence[str]) -> Fault:
+    near = closest_name(name, filter(None, existing))
     return Fault(
         code="undefined_reference",
         layer="load",
         severity="error",
         names=(name,),
-        message=f'the {what} "{name}" is not a name {owner}',
+        message=f'the {what} "{name}" is not a name {owner}' + (f"; did you mean {near}?" if near else ""),
         cure=f"use one of: {_listed(existing)}",
+    )
+
+
+def _no_functional_part(existing: Sequence[str]) -> Fault:
+    cure = f"name a body, site or geom of the robot: {_listed(existing)}"
+    return Fault(
+        code="undefined_reference",
+        layer="load",
+        severity="error",
+        message=f"no functional_part given; {cure}",
+        cure=cure,
     )
 
 

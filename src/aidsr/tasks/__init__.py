@@ -14,6 +14,7 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 from typing import get_args
 
+from aidsr.core.arguments import check_type
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
 from aidsr.tasks.goal import Goal, parse_goal, read_goal
@@ -100,8 +101,10 @@ def load_task(name: str, level: Level = "standard") -> Task:
         level: "standard", the benchmark, or "hard", the same scene with harder numbers.
 
     Raises:
+        TypeError: The name is no string.
         UserError: There is no such task, or it has no such level.
     """
+    check_type(name, str, "task must be the name of a task")
     names = task_names()
     found = [known for known in names if name in (known, known.rpartition("/")[2])]
     if len(found) != 1:

@@ -16,6 +16,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError, field_validator, model_validator
 
+from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
@@ -123,8 +124,10 @@ def read_goal(path: str | Path) -> AnyGoal:
     """Return the goal in a file.
 
     Raises:
+        TypeError: The path is none.
         UserError: There is no such file, or it is no goal.
     """
+    check_type(path, (str, Path), "goal must be the path of a TOML file")
     try:
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from aidsr import __version__
+from aidsr.core.arguments import as_names
 from aidsr.core.artifacts import Fault, Robot, Scene, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.mjcf.read import text_of
@@ -30,8 +31,8 @@ def validate(
     needs_contact: bool = False,
     environment: str = "",
     realizable: bool = False,
-    select: Collection[str] = (),
-    ignore: Collection[str] = (),
+    select: str | Collection[str] = (),
+    ignore: str | Collection[str] = (),
 ) -> ValidationReport:
     """Drive a robot in simulation and say what is physically wrong with it.
 
@@ -49,17 +50,18 @@ def validate(
         environment: MJCF of the environment the robot is meant for: its `<option>` and, for a fixed robot, the
             direction of gravity at its mount hold in the test of the robot alone.
         realizable: Whether parts that could not be built make the robot unstable; otherwise they are only reported.
-        select: Codes of the only rules to apply; none for all. Faults of the document are always looked for.
-        ignore: Codes of rules not to apply: their faults are neither reported nor explain others.
+        select: Code or codes of the only rules to apply; none for all. Faults of the document are always looked for.
+        ignore: Code or codes of rules not to apply: their faults are neither reported nor explain others.
 
     Raises:
+        TypeError: `mjcf` is none of these.
         UserError: The file cannot be read, `mount` is none of the three, or there is no rule of a code.
     """
     if mount not in get_args(Mount):
         raise UserError(f"mount must be one of {', '.join(get_args(Mount))}: {mount!r}")
     try:
         text = text_of(mjcf)
-        return examine(text, mount, needs_contact, environment, realizable, tuple(select), tuple(ignore))
+        return examine(text, mount, needs_contact, environment, realizable, as_names(select), as_names(ignore))
     except (IsolationError, MjcfError) as error:
         return failed_report(error)
 

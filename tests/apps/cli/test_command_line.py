@@ -44,7 +44,7 @@ def run_main(*words: str) -> int:
         ),
         (
             ["design", "--task", "button_pushing", "--task-training", "9", "--dry-run"],
-            "--task-training requires --task-feedback",
+            "task_training requires task_feedback",
         ),
         (["show"], "no run given; name the folder of one"),
         (["show", "."], "run.json"),

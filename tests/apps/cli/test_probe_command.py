@@ -80,7 +80,7 @@ def test_a_scene_gives_json_and_leaves_nothing_unless_asked(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["scene.xml"], "--task"),
+        (["scene.xml"], "has no task; name one"),
         (["nowhere.xml", "--task", "button_pushing"], "nowhere.xml"),
         (["scene.xml", "--task", "buton_pushing"], "did you mean"),
         (["."], "final.xml"),

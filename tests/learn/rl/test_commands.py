@@ -244,7 +244,7 @@ def test_a_run_is_trained_with_success_where_one_of_its_designs_is(design, capsy
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["train", "scene.xml"], "--task"),
+        (["train", "scene.xml"], "has no task; name one"),
         (["train", "nowhere.xml", "--task", "button_pushing"], "nowhere.xml"),
         (["train", "scene.xml", "--task", "flat_ground"], "ground, lane missing"),
         (["train", "."], "final.xml"),

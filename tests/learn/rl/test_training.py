@@ -213,7 +213,9 @@ def test_a_training_of_an_earlier_version_is_none_of_the_same(finished, tmp_path
     TrainingFolder(tmp_path / "001").write_json("config.json", asked)
     assert folder_for(tmp_path, small_learning(), steps=STEPS, recipe=SMALL) == tmp_path / "002"
     for going_on in (lambda: trained(tmp_path / "001"), lambda: FinishedTraining.load(tmp_path / "001")):
-        with pytest.raises(UserError, match=r"config\.json .* \(groups_from: Field required\); remove .* --again"):
+        with pytest.raises(
+            UserError, match=r"config\.json .* \(groups_from: Field required\); remove .* or train again"
+        ):
             going_on()
     shutil.copytree(finished, tmp_path / "003")
     (tmp_path / "003" / "training.json").write_text("{")

@@ -138,7 +138,7 @@ def test_a_model_that_takes_no_images_is_told_of(status: int) -> None:
     refusal = Fail(status, "this model does not support image input")
     with Loopback([refusal, refusal]) as server:
         with (
-            pytest.raises(UserError, match=r"support image input.*without --judge-pictures")
+            pytest.raises(UserError, match=r"support image input.*without judge_pictures")
             if status != 404
             else (pytest.raises(UserError, match="was not found"))
         ):
@@ -156,7 +156,7 @@ def test_a_model_known_to_take_no_images_is_not_asked() -> None:
         assert isinstance(model, RemoteModel)
         assert isinstance(model.client, OpenAIChatModel)
         blind = OpenAIChatModel("m", provider=model.client._provider, profile={"supports_image_input": False})
-        with pytest.raises(UserError, match="takes no images; start the run without --judge-pictures"):
+        with pytest.raises(UserError, match="takes no images; start the run without judge_pictures"):
             replace(model, client=blind).ask(WITH_PICTURE)
     assert server.requests == []
 

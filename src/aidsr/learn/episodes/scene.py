@@ -134,7 +134,7 @@ def _check_edits(root: etree._Element, task: Task) -> None:
                     numbers = " ".join(f"{number:g}" for number in np.atleast_1d(value))
                     raise UserError(
                         f"not a scene of {task.name} at level {task.level}: {element} {name} has {attribute} "
-                        f"{written}, not {numbers}. Name the level it was made for with --level, or design for this one"
+                        f"{written}, not {numbers}. Name the level it was made for, or design for this one"
                     )
 
 

@@ -123,7 +123,7 @@ class TrainingFolder:
             place = ".".join(str(part) for part in first["loc"]) or "the whole file"
             raise UserError(
                 f"{self.path / name} was written by another version of AID-SR ({place}: {first['msg']}); remove "
-                f"{self.path} to train there, or train beside it with aidsr train --again"
+                f"{self.path} to train there, or train again, into the next folder"
             ) from None
 
     @contextmanager

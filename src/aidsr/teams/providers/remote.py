@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pydantic_ai.models import Model as Client
     from pydantic_ai.settings import ModelSettings
 
-_WITHOUT_PICTURES = "start the run without --judge-pictures, or name a model that takes images"
+_WITHOUT_PICTURES = "start the run without judge_pictures, or name a model that takes images"
 
 _REASONING_END = "</think>"
 """Alone where the server's chat template writes the opening tag; pydantic-ai removes whole pairs."""
