@@ -132,7 +132,7 @@ def train(
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         tensorboard: Also write logs for TensorBoard.
-        again: Train anew, into the next folder, whatever earlier calls have left.
+        again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
         listen: Called with every point of the learning curve.
 
     Raises:

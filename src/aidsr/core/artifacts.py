@@ -88,7 +88,7 @@ class MountSummary(Artifact):
 
 
 class EnvironmentSummary(Artifact):
-    """The environment as facts, so that nobody has to read or retype its MJCF."""
+    """The environment as facts read from its MJCF."""
 
     gravity_m_s2: Vec3
     timestep_s: float
@@ -169,7 +169,7 @@ class Robot(Artifact):
 
 
 class Repairs(Artifact):
-    """What code put right in a robot's MJCF where only one meaning was possible, before anyone looked at it."""
+    """Fixes applied by code to a robot's MJCF before validation, where only one meaning was possible."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 

@@ -37,7 +37,7 @@ class Question(Artifact):
     """Everything that is sent to a language model in one call."""
 
     role: Role
-    """Which of the four roles is asking."""
+    """Which of the four roles makes the call."""
     messages: tuple[Message, ...]
     max_output_tokens: int = 20_000
 
@@ -51,7 +51,7 @@ class Usage(Artifact):
     output_tokens: int = 0
     """Reasoning included."""
     tokens_estimated: bool = False
-    """Whether tokens were, at least in part, estimated from visible text, because nobody counted them."""
+    """Whether tokens were, at least in part, estimated from visible text, because the provider does not count them."""
     cost_usd: float | None = 0.0
     """None when a price is unknown; unknown is never counted as free."""
     replayed_cost_usd: float | None = 0.0
@@ -86,7 +86,7 @@ class FailedAttempt(Artifact):
 
 
 class CallRecord(Artifact):
-    """One answered call, whole: enough to answer the same question again without asking."""
+    """One answered call, complete: enough to replay its answer without the model."""
 
     question: Question
     model: str

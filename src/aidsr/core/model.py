@@ -22,7 +22,7 @@ class Model(Protocol):
         """Return the reply to a question together with what it cost.
 
         A reply that is cut off, refused or empty is returned as it is, with `finish` saying so: what to do about it
-        is for the asking role to decide.
+        is for the calling role to decide.
 
         Raises:
             UserError: Something the person must change, for example a key that was refused.

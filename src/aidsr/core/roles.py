@@ -1,7 +1,7 @@
 """The four roles that make a design, as protocols.
 
 Two teams play them: `aidsr.teams.llm` asks a language model, `aidsr.teams.rules` follows rules. The loop in
-`aidsr.loop` cannot tell them apart.
+`aidsr.loop` treats both alike.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def _is_jointed(model: mujoco.MjModel, upper: int, lower: int) -> bool:
 
 
 def exclude_overlapping(root: Element, request: Request) -> Iterator[str]:
-    """Exclude from contact the bodies that are said to overlap; of several those at most two joints apart."""
+    """Exclude from contact the bodies reported as overlapping; of several those at most two joints apart."""
     owners = [_owner(root, name) for name in request.names]
     if len(owners) > 2:
         present = list(dict.fromkeys(owner for owner in owners if owner))

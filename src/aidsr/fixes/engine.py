@@ -158,7 +158,7 @@ def _cure(
     faults: Sequence[Fault],
     notes: Mapping[str, list[str]],
 ) -> FixResult:
-    """Apply for each fault code the first fix that changes something; the document is indented anew."""
+    """Apply for each fault code the first fix that changes something; the document is re-indented."""
     done = {"xml_syntax": dict(notes)} if notes else {}
     for fault in _one_per_code(faults):
         if fault.code not in done:

@@ -46,7 +46,7 @@ class Fix(Generic[Edit]):
     Attributes:
         apply: Makes the change.
         cures: Codes of the faults that go; a code with several fixes tries them in the order of `FIXES`.
-        safe: Whether the document can mean only one thing, so that the fix may be applied without asking.
+        safe: Whether the document can mean only one thing, so that the fix may be applied without confirmation.
     """
 
     apply: Edit

@@ -18,7 +18,7 @@ Price = Callable[[int, int], float | None]
 
 
 def check_prices(budget: Budget, model: str, price: Price) -> None:
-    """Refuse a limit on money for a model whose price nobody knows.
+    """Refuse a limit on money for a model without a known price.
 
     Raises:
         UserError: The budget cannot be kept.
@@ -63,7 +63,7 @@ class Ledger:
         """Designs with a call under way, and its upper bound."""
         self._interrupted = False
         self._changed = threading.Condition()
-        """Guards all of this; notified when a call in flight has ended, or nobody shall wait any more."""
+        """Guards all of this; notified when a call in flight has ended, or all waiting has to stop."""
 
     def ask(self, model: Model, folder: Path, question: Question) -> CallRecord:
         """Ask if the budget allows it, once it is known to.

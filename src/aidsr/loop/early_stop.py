@@ -22,7 +22,7 @@ def never_stop(changes: Sequence[Change]) -> bool:
 def no_progress(changes: Sequence[Change]) -> bool:
     """Whether the latest change asks a role again for what it did not improve when it was last asked.
 
-    The problems are the same when the faults have the same codes and places, or the Judge said the same words. Faults
+    The problems are the same when the faults have the same codes and places, or the Judge's words are the same. Faults
     that moved at least a twentieth of their way to the limit are not. A role that has not been asked yet is given its
     attempt, so what the Scene Integrator could not cure still goes to the Coder.
 

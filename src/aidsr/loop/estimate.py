@@ -27,7 +27,7 @@ class Estimate:
 
 
 def estimate(config: RunConfig, runs: Path) -> Estimate:
-    """Return the estimated cost of a run; nobody knows in advance how many repairs it takes.
+    """Return the estimated cost of a run; the number of repairs is not known in advance.
 
     Args:
         config: Settings of the run.

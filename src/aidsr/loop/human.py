@@ -14,7 +14,7 @@ from aidsr.runs.events import Decided, DecisionUnreadable, Waiting
 
 
 def approve(iteration: IterationFolder, log: EventLog, halt: Halt) -> Decision:
-    """Approve what the Judge passed, without asking anyone or writing a file."""
+    """Approve what the Judge passed, without a person and without a file."""
     del iteration, log, halt
     return Decision(verdict="approve")
 

@@ -18,7 +18,7 @@ class Change:
     """What an iteration has to change. Without any change, it only makes what is missing."""
 
     concept: str = ""
-    """What the Designer is asked to change; the robot and the placement are then made anew."""
+    """What the Designer is asked to change; the robot and the placement are then redone."""
     robot: Feedback | None = None
     """What the Coder is asked to repair."""
     placement: Feedback | None = None

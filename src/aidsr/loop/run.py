@@ -68,13 +68,13 @@ def design(
         UserError: Something asked for does not exist or does not fit together.
         ModelError: The language model could not be reached before there were concepts.
     """
-    asked = (config or RunConfig()).updated(settings)
+    config = (config or RunConfig()).updated(settings)
     if model is not None:
-        asked = asked.updated({"model": model if isinstance(model, str) else model_name(model)})
-    asked = asked.updated({"model": absolute_name(asked.model)})
+        config = config.updated({"model": model if isinstance(model, str) else model_name(model)})
+    config = config.updated({"model": absolute_name(config.model)})
     client = None if model is None or isinstance(model, str) else model
     brief = make_brief(objective, task=task, level=level, environment=environment, robot=robot, goal=goal)
-    run = create_run(brief, asked, level=level if task else "", runs=runs, goal=goal, model=client)
+    run = create_run(brief, config, level=level if task else "", runs=runs, goal=goal, model=client)
     return run_designs(run, parts_of(run, client), listen)
 
 
@@ -92,7 +92,7 @@ def resume(
     Args:
         run: The run, or its folder.
         listen: As for `design`.
-        budget: Replaces the run's budget, what was spent before included; designs that ran out of budget go on.
+        budget: Replaces the run's budget, what was spent before included; designs that ran out of budget continue.
         model: Required for a run that was designed by an object: that object, or another of the same name.
 
     Raises:
@@ -108,7 +108,7 @@ def resume(
 
 
 def _same_model(run: Run, model: str | Model | None) -> Model | None:
-    """Return the object that a run goes on with; None where its recorded name says all.
+    """Return the model object to resume a run with; None where its recorded name is enough.
 
     Raises:
         UserError: The model is another one than the run's.

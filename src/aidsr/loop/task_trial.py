@@ -59,7 +59,7 @@ def trial_of(run: Run) -> TryOnTask:
 
 
 def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskReport:
-    """Return a report with what a policy reached; where it mostly succeeds, nobody has to change anything.
+    """Return a report with what a policy reached; where it mostly succeeds, no role has to change anything.
 
     Args:
         report: Of the probe.

@@ -63,7 +63,7 @@ def model_name(model: Model) -> str:
 
 
 def require_object(run: Run, model: Model | None) -> None:
-    """Refuse to go on with a run that was designed by an object when no object is given.
+    """Refuse to resume a run that was designed by a model object when no object is given.
 
     Raises:
         UserError: It was, and there is none.
@@ -122,7 +122,7 @@ def price_of(name: str) -> Price:
 
 
 def _unknown_price(_input_tokens: int, _output_tokens: int) -> float | None:
-    """Return None: nobody knows what a call to this model costs."""
+    """Return None: the price of this model is not known."""
     return None
 
 

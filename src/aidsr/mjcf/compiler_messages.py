@@ -55,7 +55,7 @@ _KINDS: tuple[tuple[str, str], ...] = (
     ),
     ("bad_value", r"negative|positive|expected|empty (class|name)|unique element|\bnan\b"),
 )
-"""Patterns that tell messages apart; the first that matches counts. Source: messages of MuJoCo 3.17, tried one by
+"""Patterns that classify messages; the first match counts. Source: messages of MuJoCo 3.17, tried one by
 one."""
 _PATTERNS = tuple((re.compile(pattern, re.IGNORECASE), code) for code, pattern in _KINDS)
 

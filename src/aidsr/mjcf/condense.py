@@ -1,8 +1,8 @@
 """A robot's MJCF made short for a reader: of what repeats, only the pattern is shown.
 
 Limbs are chains of nearly equal links, hands have several equal fingers, and tendons pass dozens of sites. A model
-that judges, places or mends a robot needs the pattern, not every copy. Comments say what was left out: which names, and
-which numbers of theirs differ. Looks (materials, colours) are left out without a word.
+that judges, places or repairs a robot needs the pattern, not every copy. Comments say what was left out: which names,
+and which numbers of theirs differ. Looks (materials, colours) are left out without a word.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _COUNTED = re.compile(
     r"([a-z]|(?<=[A-Z_]))\d+[a-z]?(?![a-z])|(?<=_)[a-z](?![a-z])"
     r"|(?<![a-z])(left|right|front|rear|middle|back|top|bottom|upper|lower)(?![a-z])"
 )
-"""What tells copies of one thing apart in their names: numbers and a letter beside them, single letters, sides."""
-_MOST_SAID = 0.5
+"""What distinguishes the names of copies: numbers and a letter beside them, single letters, sides."""
+_MAX_COMMENT_SHARE = 0.5
 """A comment longer than this share of what it stands for saves too little to be read for. Our choice."""
 _DIGITS = re.compile(r"\d+")
 _MOST_KINDS = 2
@@ -34,7 +34,7 @@ _MOST_KINDS = 2
 _MOST_UNEVEN = 8
 """Copies that differ in more numbers than this, other than steadily, are shown whole. Our choice: the comment would be
 as hard to read."""
-_LOOKS = {"material", "rgba", "group"}
+_VISUAL_ATTRIBUTES = {"material", "rgba", "group"}
 _UNORDERED = ("sensor", "contact", "actuator", "tendon")
 """Sections whose elements may be shown in another order."""
 _WHOLE = ("body", "spatial", "fixed", "default")
@@ -42,12 +42,12 @@ _WHOLE = ("body", "spatial", "fixed", "default")
 
 
 def condense(mjcf: str) -> str | None:
-    """Return an MJCF text without its repetitions and looks; None when it cannot be read."""
+    """Return an MJCF text without its repetitions and visual attributes; None when it cannot be read."""
     try:
         root = copy.deepcopy(parse_document(mjcf).root)
     except MjcfError:
         return None
-    _drop_looks(root)
+    _drop_visuals(root)
     for body in list(root.iter("body")):
         _shorten_chain(body)
     for section in root.iter(*_UNORDERED):
@@ -59,11 +59,11 @@ def condense(mjcf: str) -> str | None:
     return str(etree.tostring(root, encoding="unicode")) + "\n"
 
 
-def _drop_looks(root: Element) -> None:
+def _drop_visuals(root: Element) -> None:
     for element in [*root.iter(etree.Comment), *root.iter("visual", "material", "texture")]:
         _remove(element)
     for element in root.iter(etree.Element):
-        for key in _LOOKS & set(element.attrib):
+        for key in _VISUAL_ATTRIBUTES & set(element.attrib):
             del element.attrib[key]
     for element in list(root.iter("asset", "default")):
         emptied = [child for child in element if child.tag in ("geom", "site") and not child.attrib]
@@ -90,8 +90,8 @@ def _shorten_chain(first: Element) -> None:
     also = _also([(link, more) for link, (_, more) in zip(left_out, matches, strict=True) if more])
     if differences is None or also is None:
         return
-    said = f"{len(left_out)} more, {_named(left_out)}: each inside the one before and like {pattern.get('name')}"
-    left_out[0].addprevious(etree.Comment(_comment(said + differences + also)))
+    comment = f"{len(left_out)} more, {_named(left_out)}: each inside the one before and like {pattern.get('name')}"
+    left_out[0].addprevious(etree.Comment(_comment(comment + differences + also)))
     _remove(left_out[0])
     pattern.extend(following)
 
@@ -120,7 +120,7 @@ def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
         kinds.setdefault(tuple(_shape(part) for part in more), []).append((link, more))
     if len(kinds) > _MOST_KINDS:
         return None
-    said = ""
+    comment = ""
     for alike in kinds.values():
         (_, quoted), *others = alike
         differences = _differences(_within(quoted), [_within(more) for _, more in others])
@@ -128,8 +128,8 @@ def _also(links: Sequence[tuple[Element, list[Element]]]) -> str | None:
             return None
         names = ", ".join(_label(link) for link, _ in alike)
         quotation = "".join(str(etree.tostring(part, encoding="unicode", with_tail=False)) for part in quoted)
-        said += f"; {names} also {'have' if others else 'has'} {quotation}{differences}"
-    return said
+        comment += f"; {names} also {'have' if others else 'has'} {quotation}{differences}"
+    return comment
 
 
 def _shorten_row(row: Sequence[Element]) -> None:
@@ -149,15 +149,15 @@ def _shorten_row(row: Sequence[Element]) -> None:
 
 def _leave_out(pattern: Element, left_out: Sequence[Element], whole: bool) -> bool:
     """Put a comment in the place of elements that are like the pattern; False where it would be too long."""
-    said = f"{_named(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_named(left_out)}"
+    comment = f"{_named(left_out)}: like {_label(pattern)}" if whole else f"{len(left_out)} more: {_named(left_out)}"
     differences = _differences(_elements(pattern), [_elements(element) for element in left_out])
     if differences is None:
         return False
-    if whole and len(differences) > sum(len(etree.tostring(element)) for element in left_out) * _MOST_SAID:
+    if whole and len(differences) > sum(len(etree.tostring(element)) for element in left_out) * _MAX_COMMENT_SHARE:
         return False
     if differences and any(True for _ in pattern.iter(etree.Comment)):
         differences += ", and likewise in the parts that are like these"
-    left_out[0].addprevious(etree.Comment(_comment(said + differences)))
+    left_out[0].addprevious(etree.Comment(_comment(comment + differences)))
     for element in left_out:
         _remove(element)
     return True

@@ -1,4 +1,4 @@
-"""Reading and changing an MJCF document that somebody else may have written."""
+"""Read and change an MJCF document of any author."""
 
 from __future__ import annotations
 
@@ -147,7 +147,8 @@ def scale_forces(root: Element, factor: float, names: Collection[str] = ()) -> i
 def _scale_force(root: Element, actuator: Element, factor: float) -> bool:
     """Scale what decides an actuator's force: a servo's gains, else its control range; and the force limits.
 
-    Values of default classes are written scaled onto the actuator. A damping ratio follows the gain by itself.
+    Values of default classes are written scaled onto the actuator. A damping ratio stays:
+    the compiler derives kv from it and the gain.
     """
     scaled = {"forcerange": effective_numbers(root, actuator, "forcerange")}
     if gain := _SERVO_GAINS.get(str(actuator.tag)):

@@ -22,7 +22,7 @@ def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list
 
     Args:
         before: MJCF of the robot as it was.
-        after: The same written anew.
+        after: MJCF of the robot as rewritten.
         keep: What should stay.
 
     Raises:

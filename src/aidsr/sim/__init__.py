@@ -5,5 +5,5 @@
     rollout              many simulations at once
     beam                 stiffness and damping of an elastic backbone as MuJoCo joints
 
-Import the module you need: this package loads nothing by itself.
+Import the module you need: the package itself imports none.
 """

@@ -32,7 +32,7 @@ _TRANSMISSIONS = (
 
 
 def has_scaling_rule(actuator: Any) -> bool:
-    """Tell whether `scale_actuator` knows this kind; electrical motors are not matter that could be scaled."""
+    """Return whether `scale_actuator` knows this kind; electrical motors are not matter that could be scaled."""
     return (
         actuator.gaintype in _GAINS
         and actuator.biastype in _BIASES

@@ -145,7 +145,7 @@ class _Run:
         self.alive = self.alive[good == count]
 
     def _buffers(self, count: int) -> dict[str | int, Array]:
-        """Arrays for one chunk of everything recorded, made anew when its size changes."""
+        """Arrays for one chunk of everything recorded, reallocated when its size changes."""
         steps, rows = count * self.frame_steps, self.alive.size
         if not self.buffers or self.buffers["qpos"].shape[:2] != (rows, steps):
             self.buffers = {name: np.zeros((rows, steps, *shape)) for name, shape in self.shapes.items()}

@@ -252,7 +252,7 @@ def _scale_dynamics(element: Any, coordinate: Coordinate) -> None:
 
 
 def _tendon_is_length(tendon: Any, coordinates: _Coordinates) -> bool:
-    """Tell whether a tendon's length is a length; a fixed one over hinges is a weighted sum of angles."""
+    """Return whether a tendon's length is a length; a fixed one over hinges is a weighted sum of angles."""
     first = tendon.path[0]
     if first.type != mujoco.mjtWrap.mjWRAP_JOINT:
         return True

@@ -47,7 +47,7 @@ _KINDS = {_EQ.mjEQ_JOINT: _OBJ.mjOBJ_JOINT, _EQ.mjEQ_TENDON: _OBJ.mjOBJ_TENDON}
 
 
 def is_free(body: Any) -> bool:
-    """Tell whether a body has a free joint."""
+    """Return whether a body has a free joint."""
     return any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in body.joints)
 
 
@@ -121,7 +121,7 @@ def delete_dangling_references(spec: mujoco.MjSpec, *, scenery_gone: bool = Fals
 
 
 def _holds_to_world(equality: Any) -> bool:
-    """Tell whether an equality pins a body to the world, which in a scene is what the mount does or nothing does."""
+    """Return whether an equality pins a body to the world, which in a scene is what the mount does or nothing does."""
     bodies = equality.objtype == mujoco.mjtObj.mjOBJ_BODY
     return bodies and bool({equality.name1, equality.name2} & {"", "world"})
 
@@ -131,7 +131,7 @@ def _is_cut(wrap: Any) -> bool:
 
 
 def _exists(spec: mujoco.MjSpec, kind: Any, name: str) -> bool:
-    """Tell whether there is an element of this kind and name; where nothing is referred to, nothing is missing."""
+    """Return whether there is an element of this kind and name; where nothing is referred to, nothing is missing."""
     if not name or kind is None or int(kind) not in _FINDERS:
         return True
     return getattr(spec, _FINDERS[int(kind)])(name) is not None

@@ -104,7 +104,7 @@ class TaskSensor(Artifact):
     target: str = ""
     """Body of the environment (of "world": its own geoms), or for positions and velocities also a site."""
     of_body: bool = False
-    """Whether `target` is a body even where a site has that name; a site is looked for first unless said."""
+    """Whether `target` is a body even where a site has that name; otherwise a site of that name is preferred."""
     part: Part = "robot"
     """For contacts: any part of the robot, or the functional part's body with everything it carries."""
     slots: Annotated[int, Field(ge=1, le=64)] = 1

@@ -381,7 +381,7 @@ def _carriers(goal: AnyGoal, summary: EnvironmentSummary) -> Sequence[BodySummar
     found = []
     while name in bodies and name != "world":
         found.append(bodies[name])
-        # several bodies without a name cannot be told apart: what carries them is left out
+        # several bodies without a name cannot be distinguished: what carries them is left out
         name = bodies[name].parent if name else "world"
     return found
 

@@ -94,7 +94,7 @@ def apply_to_batch(variations: Sequence[Variation], batch: Batch, ids: Sequence[
     Args:
         variations: One for each simulation.
         batch: The simulations.
-        ids: Which of them start anew, in rising order.
+        ids: Which of them are reset, in rising order.
     """
     rows = np.asarray(ids, dtype=np.int32)
     batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE.value)

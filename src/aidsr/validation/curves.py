@@ -91,7 +91,7 @@ def find_drives(robot: RobotUnderTest, names: Sequence[str]) -> list[int]:
 
 
 def find_body(robot: RobotUnderTest, name: str) -> int:
-    """Return the robot's body of a name, which may be one made up for a body without."""
+    """Return the robot's body of a name, which may be a generated one for a body without."""
     return next(body for body in robot.structure.bodies if robot.body(body) == name)
 
 

@@ -1,4 +1,4 @@
-"""Did the overlap cause the divergence? The order of causes would take it for granted; a counterfactual tells."""
+"""Did the overlap cause the divergence? The order of causes would assume so; a counterfactual simulation decides."""
 
 from __future__ import annotations
 

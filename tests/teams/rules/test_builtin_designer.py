@@ -189,7 +189,7 @@ def test_what_is_not_understood_is_said_and_changes_nothing() -> None:
     concept = proposals("flat_ground", 1)[0]
     changed = builtin.team(1).designer.revise(brief("flat_ground"), concept, None, "Paint it green.")
     assert changed.parameters == concept.parameters
-    assert "understood no wish" in changed.rationale
+    assert "recognized no change" in changed.rationale
 
 
 def test_a_robot_brought_along_is_kept_and_varied() -> None:

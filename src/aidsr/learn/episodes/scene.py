@@ -76,7 +76,7 @@ class TaskScene:
 
     @property
     def fingerprint(self) -> str:
-        """Of the scene's text: tells whether a policy was trained on this very scene."""
+        """SHA-256 of the scene's text: identifies the scene that a policy was trained on."""
         return hashlib.sha256(self.mjcf.encode()).hexdigest()
 
 

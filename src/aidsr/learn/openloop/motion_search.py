@@ -16,7 +16,7 @@ MotionKind = Literal["pull", "swing", "both"]
 MOTION_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
 
 _ELITE = 0.25
-"""Share of the motions of a kind around which the search goes on.
+"""Elite fraction: share of the motions of a kind from which the next generation is sampled.
 
 Source: de Boer et al. 2005, "A tutorial on the cross-entropy method", where 1 to 10 % of much larger samples are kept.
 """

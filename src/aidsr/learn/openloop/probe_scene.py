@@ -65,7 +65,7 @@ def probe(
         max_steps: Physics steps of all simulations together.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
-        listen: Told how many motions were played, and the mean progress of the best ones.
+        listen: Called with the number of motions played and the mean progress of the best ones.
 
     Raises:
         UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
@@ -104,7 +104,7 @@ def probe_scene(
             played to the end, for which a part is set aside; a first few motions are played however little is left.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
-        listen: Told after each generation how many motions were played, and the mean progress of the best ones.
+        listen: Called after each generation with the number of motions played and the mean progress of the best ones.
 
     Raises:
         UserError: A number is out of range.

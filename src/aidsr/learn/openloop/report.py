@@ -25,7 +25,7 @@ class ProbedVariation(Artifact):
 class ProbeReport(Artifact):
     """How far a body gets without learning.
 
-    The shares stand in the file as well; when the file is read, they are computed anew.
+    The shares stand in the file as well; they are recomputed when the file is read.
     """
 
     model_config = ConfigDict(extra="ignore")
@@ -75,7 +75,7 @@ class ProbeReport(Artifact):
         """What ended the search, in words."""
         match self.ended_by:
             case "solved" if self.success_share < 1:
-                return "every variation was solved, but not by motions rounded to the digits in which they are told"
+                return "every variation was solved, but not by the rounded motions of the report"
             case "solved":
                 return "every variation is solved"
             case "candidates":

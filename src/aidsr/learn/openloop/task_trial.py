@@ -12,7 +12,7 @@ from aidsr.tasks import Level
 CANDIDATES = 64
 MAX_STEPS = 150_000
 """Motions tried, and physics steps for them. Our choice: half of what `aidsr probe` takes, for one variation instead of
-two: enough to tell a body that cannot from one that might."""
+two: enough to separate a body that cannot from one that might."""
 _LIMITS = Limits(wall_s=1800.0, cpu_s=600.0)
 """Our choice: ten times what the largest built-in body takes, and room for a busy machine."""
 

@@ -75,7 +75,7 @@ class TrainingFolder:
     | probe.json         | report of the probe, where the policy was to imitate its motion                |
     | events.jsonl       | started, probed, resumed, tested, checkpoint, finished, evaluated, with times  |
     | curve.csv          | success, progress, return and speed over the steps                             |
-    | checkpoint/        | the policy so far, while training goes on                                      |
+    | checkpoint/        | the policy so far, during training                                             |
     | .in_use            | empty; locked by the process that trains here                                  |
     | policy.zip         | the trained policy, as Stable-Baselines3 saves it                              |
     | normalisation.json | mean and variance of the observations                                          |

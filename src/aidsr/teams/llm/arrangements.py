@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 _TOLERANCE_M = 5e-5
 """Half of the last digit that a prompt has of a position: a smaller distance from a pattern is not visible."""
 _MAX_POSITIONS = 60
-"""Of more positions without a pattern only the bounds are given. Our choice: nobody needs each stone of gravel."""
+"""Of more positions without a pattern only the bounds are given. Our choice: a design needs no stone of gravel."""
 _MIN_IN_ROW = 3
 _MIN_ON_CIRCLE = 6
 """Our choice: four or five positions are easier to read as a list; any three are on some circle."""

@@ -1,4 +1,4 @@
-"""Tokens of a text, estimated where nobody counts them."""
+"""Tokens of a text, estimated where the provider does not count them."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class RuleDesigner:
         del robot
         family = self.families.get(concept.family)
         if family is None:
-            return user_robot.revised(concept, feedback)
+            return user_robot.revise(concept, feedback)
         job = read_job(brief)
         interpretation = interpret(job, preferred_family(job.kind, brief.objective, self.families))
         suitable = variants_for(job.kind, self.families)
@@ -108,6 +108,6 @@ def _with_changes(concept: Concept, understood: list[str]) -> Concept:
     changes = (
         f"Changed as asked: {', '.join(understood)}."
         if understood
-        else "The built-in rules understood no wish in it and changed nothing."
+        else "The built-in rules recognized no change in it and changed nothing."
     )
     return concept.model_copy(update={"rationale": f"{concept.rationale} {changes}"})

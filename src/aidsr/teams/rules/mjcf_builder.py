@@ -45,7 +45,7 @@ def add(parent: etree._Element, tag: str, **attributes: Value) -> etree._Element
 
 
 def add_comment(parent: etree._Element, words: str) -> None:
-    """Append a comment for whoever reads the file."""
+    """Append an XML comment."""
     parent.append(etree.Comment(f" {words} "))
 
 

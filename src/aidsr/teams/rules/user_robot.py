@@ -70,9 +70,9 @@ def _versions() -> Iterator[_Version]:
             yield label, sentence.format(stiffness=stiff, force=strong), stiff, strong
 
 
-def revised(concept: Concept, wish: str) -> Concept:
-    """Return the concept with its two factors changed as the words ask."""
-    words, parameters = wish.lower(), dict(concept.parameters)
+def revise(concept: Concept, feedback: str) -> Concept:
+    """Return the concept with its two factors changed as the feedback asks."""
+    words, parameters = feedback.lower(), dict(concept.parameters)
     for pattern, name, factor in (
         (r"stiffer|too soft|sags?\b", "stiffness_factor", 1.25),
         (r"softer|too stiff", "stiffness_factor", 0.8),
@@ -81,12 +81,12 @@ def revised(concept: Concept, wish: str) -> Concept:
     ):
         if re.search(pattern, words):
             parameters[name] = parameters.get(name, 1.0) * factor
-    said = (
+    outcome = (
         "Changed as asked."
         if parameters != concept.parameters
-        else "The built-in rules understood no wish they can grant."
+        else "The built-in rules recognized no change they can make."
     )
-    return concept.model_copy(update={"parameters": parameters, "rationale": f"{concept.rationale} {said}"})
+    return concept.model_copy(update={"parameters": parameters, "rationale": f"{concept.rationale} {outcome}"})
 
 
 def write(brief: Brief, concept: Concept) -> Robot:

@@ -206,7 +206,7 @@ def _bending_dofs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, alon
 def _reach_m(
     model: mujoco.MjModel, data: mujoco.MjData, bodies: tuple[int, ...], joint_m: Vector, along: Vector, gap_m: float
 ) -> float:
-    """Return how far the last link goes on beyond its joint; what is thicker than the limb is a tool, not limb.
+    """Return how far the last link extends beyond its joint; what is thicker than the limb is a tool, not limb.
 
     Where the last link is drawn unlike the others, it is taken for half a segment.
     """

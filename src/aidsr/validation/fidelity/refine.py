@@ -66,9 +66,9 @@ def twice_the_segments_percent(
         again = read_limb(written, read_structure(written).chains[0])
         tips.append(_tips(written, again, load_n, pulls))
         if factor == 1 and abs(frequency_of(written, again) / frequency_of(model, limb) - 1) > _SAME_FREQUENCY:
-            raise LimbError("written anew it swings differently, so it is made of more than this check sees")
+            raise LimbError("rewritten, it swings at another frequency: it has parts beyond this check")
     if _most_apart(limb, original, tips[0]) > _SAME_TIP_PERCENT:
-        raise LimbError("written anew it bends differently, so it is made of more than this check sees")
+        raise LimbError("rewritten, it bends differently: it has parts beyond this check")
     return _most_apart(limb, tips[0], tips[1])
 
 

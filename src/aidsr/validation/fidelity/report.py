@@ -110,7 +110,7 @@ class LimbFidelity(Artifact):
 
     def _when_cut(self) -> str:
         if self.twice_the_segments_percent is None:
-            return f"cannot be said, {self.not_cut}"
+            return f"unknown, {self.not_cut}"
         return f"tip moves by {self.twice_the_segments_percent:.2g} % of the length"
 
     def _verdict(self) -> str:
@@ -150,9 +150,9 @@ class FidelityReport(Artifact):
     timestep_s: float
     half_step_percent: float | None = None
     """How far a tip moves when the time step is halved, the most over all tests, of its limb's length; None when that
-    cannot be said."""
+    is unknown."""
     half_step_note: str = ""
-    """Why it cannot be said."""
+    """Why it is unknown."""
     notes: tuple[str, ...] = ()
 
     @property
@@ -168,12 +168,12 @@ class FidelityReport(Artifact):
         if self.limbs:
             step = f"time step {1000 * self.timestep_s:g} ms"
             if self.half_step_percent is None:
-                parts.append(f"{step}: nothing can be said, {self.half_step_note}")
+                parts.append(f"{step}: error unknown, {self.half_step_note}")
             else:
                 parts.append(
                     f"{step}: with half of it tips move by at most {self.half_step_percent:.2g} % of their limb"
                 )
             parts.append(_NEVER_SEEN)
         else:
-            parts.append("no limb could be compared with an elastic rod, so nothing is said about fidelity")
+            parts.append("no limb could be compared with an elastic rod: fidelity unknown")
         return "\n".join([*parts, *self.notes])

@@ -1,4 +1,4 @@
-"""A limb written anew as a model of its own, with as many segments as it has or a multiple of them."""
+"""A limb rewritten as a model of its own, with as many segments as it has or a multiple of them."""
 
 from __future__ import annotations
 

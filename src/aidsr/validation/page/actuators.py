@@ -14,7 +14,7 @@ from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.signals import ActuatorTrace
 
 _MOST_ACTUATORS = 64
-"""Told on a page; robots with more are seen by their names in the report."""
+"""Most actuators drawn on a page; of the others the report has the names."""
 
 
 def actuator_traces(robot: RobotUnderTest) -> Iterator[ActuatorTrace]:

@@ -1,4 +1,4 @@
-"""Each fault as the page tells it: what, where, how much against which limit, and what it was read off."""
+"""Each fault as the page shows it: what, where, how much against which limit, and what it was read off."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _GAUGE_DECADES = 1.5
 
 @dataclass(frozen=True)
 class Card:
-    """One fault, as the page tells it."""
+    """One fault, as the page shows it."""
 
     fault: Fault
     names: str
@@ -38,7 +38,7 @@ class Card:
 
     @classmethod
     def of(cls, fault: Fault, signal: Signal | None, mjcf: str, key: str) -> Self:
-        """Return the card of a fault; `key` tells its plot from others on the page."""
+        """Return the card of a fault; `key` identifies its plot on the page."""
         shown = fault.names[:_MOST_NAMES]
         more = f" and {len(fault.names) - len(shown)} more" if len(fault.names) > len(shown) else ""
         measured, limit = fault.measured, fault.limit

@@ -51,12 +51,12 @@ def page_html(
         mjcf: The text, for the picture and the lines that faults point at.
         traced: What validation found and read it off.
         file: The text's name for the title.
-        repairs: What was put right before validating.
+        repairs: What was fixed before validating.
         fidelity: How far the simulation can be trusted.
     """
     report = traced.report
     signals = traced.signals or (None,) * len(report.faults)
-    told = list(cards(report.faults, signals, mjcf))
+    shown = list(cards(report.faults, signals, mjcf))
     return _template().render(
         generator=GENERATOR,
         file=file,
@@ -68,8 +68,8 @@ def page_html(
             for key, (words, unit) in _FACTS.items()
             if key in report.measurements
         ],
-        moving=[card for card in told if card.fault.layer != "realizability"],
-        building=[card for card in told if card.fault.layer == "realizability"],
+        moving=[card for card in shown if card.fault.layer != "realizability"],
+        building=[card for card in shown if card.fault.layer == "realizability"],
         rows=_rows(traced.actuators, report.measurements),
         measurements=dumps(report.measurements, indent=2, ensure_ascii=False),
         repairs=repairs,
@@ -121,7 +121,7 @@ def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:
 
 @dataclass(frozen=True)
 class _Row:
-    """One actuator, as the page tells it."""
+    """One actuator, as the page shows it."""
 
     trace: ActuatorTrace
     needs: dict[str, Any]

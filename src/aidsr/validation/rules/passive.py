@@ -1,4 +1,4 @@
-"""What the robot does when nobody drives it: stand, sag, fall, ring."""
+"""What the robot does undriven: stand, sag, fall, ring."""
 
 from __future__ import annotations
 
