@@ -23,7 +23,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.openloop import probe
 from aidsr.studies.estimate import estimate_study
 from aidsr.studies.gallery import gallery
-from aidsr.studies.jobs import Job, pending, run_job, training_folder_of
+from aidsr.studies.jobs import Job, pending_in, run_job, training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes, read_repairs
 from aidsr.studies.plots import cost_and_success
 from aidsr.studies.pool import EndedJob, LocalPool
@@ -35,6 +35,10 @@ from aidsr.studies.submission import Submission, read_submission, submit, with_h
 from aidsr.studies.tables import arm_lines, differences, line_of
 
 TASK = "reaching/button_pushing"
+
+
+def pending(study: Study) -> list[Job]:
+    return [job for cell in study.cells for job in pending_in(study, cell)]
 
 
 def plan(**changed: object) -> StudyPlan:
@@ -143,11 +147,11 @@ def test_jobs_come_task_by_task_before_the_second_run_of_any(tmp_path: Path) -> 
         "design rules/locomotion.gap/1",
         "design bare/locomotion.gap/1",
     ]
-    assert Job.of(json.loads(json.dumps(next(pending(study)).as_dict()))) == next(pending(study))
+    assert Job.of(json.loads(json.dumps(pending(study)[0].as_dict()))) == pending(study)[0]
 
 
 def test_a_finished_study_has_nothing_to_do_and_a_row_for_every_design(finished: Study) -> None:
-    assert list(pending(finished)) == []
+    assert pending(finished) == []
     rows = read_outcomes(finished)
     assert [(row.arm, row.outcome, row.stable) for row in rows] == [
         ("rules", "approved", True),

@@ -16,7 +16,7 @@ from aidsr.loop.run import make_brief
 from aidsr.runs import RunRecord, new_run
 from aidsr.runs.files import JsonFile
 from aidsr.studies.budget import StudyBudget, check_budget, read_budget, set_budget
-from aidsr.studies.jobs import Job, pending, run_job
+from aidsr.studies.jobs import Job, pending_in, run_job
 from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.pool import EndedJob
 from aidsr.studies.runner import read_failures, run_study
@@ -219,7 +219,7 @@ def test_a_study_ends_at_its_limit_and_goes_on_with_a_higher_one(
         assert 7_800 <= StudyBudget(study, read_budget(study)).tokens <= 20_000
         assert 1 <= len(stopped.unpaid) < 3
         assert (stopped.failed, read_failures(study)) == ((), [])
-        assert stopped.unpaid == tuple(pending(study))
+        assert stopped.unpaid == tuple(job for cell in study.cells for job in pending_in(study, cell))
         outcomes = [row.outcome for row in read_outcomes(study)]
         assert outcomes.count("unfinished") == len(stopped.unpaid)
         assert outcomes.count("invalid") == 3 - len(stopped.unpaid)

@@ -62,12 +62,6 @@ class Job:
         return cls(**{**values, "cell": Cell(**values["cell"])})  # type: ignore[arg-type]
 
 
-def pending(study: Study) -> Iterator[Job]:
-    """Yield what can be done now and is not done, in the order of the plan."""
-    for cell in study.cells:
-        yield from pending_in(study, cell)
-
-
 def pending_in(study: Study, cell: Cell) -> Iterator[Job]:
     """Yield what can be done now in one run."""
     run = study.run(cell)

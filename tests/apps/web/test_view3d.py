@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import struct
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,21 @@ pytest.importorskip("nicegui", reason="needs the extra web")
 from robots import arm
 
 from aidsr.apps.web.view3d import Episode, Model, SceneStream
-from aidsr.apps.web.view3d.frames import Kind, Snapshot, kind_of, pack_frame, read_frame
+from aidsr.apps.web.view3d.frames import Kind, Snapshot, kind_of, pack_frame
 from aidsr.core.errors import UserError
 
 WAIT_S = 120.0
+
+
+def read_frame(message: bytes) -> Snapshot:
+    """Read a frame as its module describes it, as `frames.js` does."""
+    kind, parts, segments, tendons, controls, time_s, pace = struct.unpack_from("<IIIIIff", message)
+    assert kind == Kind.FRAME
+    numbers = np.frombuffer(message, "<f4", offset=28)
+    poses, pieces, tension, ctrl = np.split(numbers, np.cumsum([12 * parts, 8 * segments, tendons]))
+    assert len(ctrl) == controls
+    shaped = poses.reshape(parts, 12), pieces.reshape(segments, 8)
+    return Snapshot(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float))
 
 
 def watched(model: Model, talk: Callable[[SceneStream, Any], Awaitable[Any]], **options: float) -> Any:
@@ -56,8 +68,6 @@ def test_a_frame_is_read_as_it_was_packed() -> None:
     assert (found.time_s, found.pace) == (1.5, 1.0)
     for name in ("poses", "segments", "tension_n", "ctrl"):
         np.testing.assert_array_equal(getattr(found, name), getattr(moment, name))
-    with pytest.raises(ValueError, match="numbers, found"):
-        read_frame(pack_frame(moment)[:-4])
 
 
 def test_a_person_can_pull_a_tendon() -> None:

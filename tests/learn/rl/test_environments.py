@@ -153,9 +153,9 @@ def test_what_simulations_share_cannot_be_set_for_some():
 
 
 def test_every_task_is_registered():
-    assert environment_id("reaching/button_pushing") == "aidsr/ButtonPushing-v0"
+    assert environment_id("reaching/button_pushing", task_names()) == "aidsr/ButtonPushing-v0"
     for name in task_names():
-        assert environment_id(name) in gymnasium.registry
+        assert environment_id(name, task_names()) in gymnasium.registry
 
 
 def test_a_task_of_the_same_name_as_another_has_an_id_of_its_own(tmp_path, monkeypatch):
@@ -167,8 +167,8 @@ def test_a_task_of_the_same_name_as_another_has_an_id_of_its_own(tmp_path, monke
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: aidsr-doorbell\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[aidsr.tasks]\nhome/button_pushing = aidsr_doorbell:Doorbell\n")
     monkeypatch.syspath_prepend(tmp_path)
-    assert environment_id("reaching/button_pushing") == "aidsr/ButtonPushing-v0"
-    name = environment_id("home/button_pushing")
+    assert environment_id("reaching/button_pushing", task_names()) == "aidsr/ButtonPushing-v0"
+    name = environment_id("home/button_pushing", task_names())
     assert name == "aidsr/Home.ButtonPushing-v0"
     register_environments()
     try:
@@ -189,7 +189,7 @@ def test_a_task_of_the_same_name_as_another_has_an_id_of_its_own(tmp_path, monke
     ],
 )
 def test_environments_of_built_in_robots_pass_the_checks(name, pick):
-    env = gymnasium.make(environment_id(name), scene=builtin_scene(name, pick))
+    env = gymnasium.make(environment_id(name, task_names()), scene=builtin_scene(name, pick))
     check_env(env.unwrapped)
     check_env_of_sb3(env.unwrapped)
 

@@ -95,16 +95,16 @@ class TaskEnv(gymnasium.Env[_Observation, NDArray[np.float32]]):
         return result.observation[0], float(result.reward[0]), *ends, info
 
 
-def environment_id(task: str) -> str:
-    """Return under which id Gymnasium knows a task: "aidsr/ButtonPushing-v0" for "reaching/button_pushing".
+def environment_id(task: str, known: Sequence[str]) -> str:
+    """Return the id of a task in Gymnasium: "aidsr/ButtonPushing-v0" for "reaching/button_pushing".
 
     A task of another package whose name is that of other tasks as well has its category before it:
     "aidsr/Home.ButtonPushing-v0" for "home/button_pushing". The benchmark's own tasks never do.
+
+    Args:
+        task: CATEGORY/NAME.
+        known: Names of all tasks.
     """
-    return _environment_id(task, task_names())
-
-
-def _environment_id(task: str, known: Sequence[str]) -> str:
     category, _, name = task.rpartition("/")
     shared = task not in TASKS and sum(other.rpartition("/")[2] == name for other in known) > 1
     full = f"{category}.{name}" if shared else name
@@ -115,5 +115,5 @@ def register_environments() -> None:
     """Register all tasks with `gymnasium.make`, as importing `aidsr.learn.rl` does."""
     known = task_names()
     for name in known:
-        if (id := _environment_id(name, known)) not in gymnasium.registry:
+        if (id := environment_id(name, known)) not in gymnasium.registry:
             gymnasium.register(id, entry_point="aidsr.learn.rl.single_env:TaskEnv", kwargs={"task": name})

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 _KIND = struct.Struct("<I")
 _HEADER = struct.Struct("<IIIIff")
-_POSE_NUMBERS, _SEGMENT_NUMBERS = 12, 8
 
 
 class Kind(IntEnum):
@@ -81,21 +80,3 @@ def pack_frame(moment: Snapshot) -> bytes:
     arrays = (moment.poses, moment.segments, moment.tension_n, moment.ctrl)
     header = _KIND.pack(Kind.FRAME) + _HEADER.pack(*counts, moment.time_s, moment.pace)
     return header + b"".join(np.ascontiguousarray(array, "<f4").tobytes() for array in arrays)
-
-
-def read_frame(message: bytes) -> Snapshot:
-    """Return what `pack_frame` was given.
-
-    Raises:
-        ValueError: It is no frame.
-    """
-    if kind_of(message) != Kind.FRAME:
-        raise ValueError(f"expected a frame, found {kind_of(message).name}")
-    parts, segments, tendons, controls, time_s, pace = _HEADER.unpack_from(message, _KIND.size)
-    numbers = np.frombuffer(message, "<f4", offset=_KIND.size + _HEADER.size)
-    ends = np.cumsum([parts * _POSE_NUMBERS, segments * _SEGMENT_NUMBERS, tendons, controls])
-    if ends[-1] != len(numbers):
-        raise ValueError(f"expected a frame of {ends[-1]} numbers, found {len(numbers)}")
-    poses, pieces, tension, ctrl = np.split(numbers, ends[:-1])
-    shaped = poses.reshape(parts, _POSE_NUMBERS), pieces.reshape(segments, _SEGMENT_NUMBERS)
-    return Snapshot(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float))
