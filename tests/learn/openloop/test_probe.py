@@ -140,7 +140,7 @@ def test_what_only_unrounded_motions_solved_is_not_called_solved(report):
     short = EpisodeResult(variation=0, ended="out_of_time", progress=0.9, best_progress=0.9, reward=0.0, time_s=1.0)
     first, second = report.variations
     missed = report.model_copy(update={"variations": (first.model_copy(update={"episode": short}), second)})
-    assert "solved, but not by motions rounded" in missed.why_ended
+    assert "solved, but not by the rounded motions" in missed.why_ended
 
 
 def test_groups_of_the_design_move_together():
