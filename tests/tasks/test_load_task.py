@@ -1,12 +1,11 @@
 """Tasks by name, and tasks of other packages."""
 
 import sys
-from importlib.metadata import entry_points
 
 import pytest
 
 from aidsr.core.errors import UserError
-from aidsr.tasks import ENTRY_POINT_GROUP, TASKS, load_task, task_names
+from aidsr.tasks import PLUGINS, TASKS, load_task, task_names
 
 
 def test_a_task_is_found_by_its_whole_name_or_its_last_part():
@@ -35,6 +34,7 @@ def test_an_unknown_level_is_answered_with_those_there_are():
 
 PACKAGE = '''
 from aidsr.tasks.reaching.button_pushing import ButtonPushing
+from aidsr.tasks.task import Task
 
 
 class DoorbellRinging(ButtonPushing):
@@ -42,6 +42,15 @@ class DoorbellRinging(ButtonPushing):
 
     name = "home/doorbell_ringing"
     hard = {}
+
+
+class Ringing(DoorbellRinging):
+    name = "home/misspelt"
+    required_names = ("mount", "buton")
+
+
+class Unfinished(Task):
+    name = "home/unfinished"
 
 
 class Bell:
@@ -54,19 +63,21 @@ METADATA = "Metadata-Version: 2.1\nName: aidsr-home\nVersion: 1.0\n"
 def other_package(tmp_path, monkeypatch):
     """A package with two entry points, as an installer leaves it."""
     (tmp_path / "aidsr_home.py").write_text(PACKAGE)
-    (tmp_path / "aidsr_home.xml").write_text("<mujoco/>")
+    (tmp_path / "aidsr_home.xml").write_text(load_task("button_pushing").environment)
     info = tmp_path / "aidsr_home-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(METADATA)
     points = "home/doorbell_ringing = aidsr_home:DoorbellRinging\nhome/bell = aidsr_home:Bell\n"
-    (info / "entry_points.txt").write_text(f"[{ENTRY_POINT_GROUP}]\n{points}")
+    points += "home/gong = aidsr_home:Gong\nhome/chime = no_such_module:Chime\n"
+    points += "home/ringing = aidsr_home:DoorbellRinging\n"
+    points += "home/misspelt = aidsr_home:Ringing\nhome/unfinished = aidsr_home:Unfinished\n"
+    (info / "entry_points.txt").write_text(f"[{PLUGINS.group}]\n{points}")
     monkeypatch.syspath_prepend(tmp_path)
     yield
     sys.modules.pop("aidsr_home", None)
 
 
 def test_a_task_of_another_package_is_found(other_package):
-    assert [entry.name for entry in entry_points(group=ENTRY_POINT_GROUP)]
     assert "home/doorbell_ringing" in task_names()
     task = load_task("doorbell_ringing")
     assert task.name == "home/doorbell_ringing"
@@ -74,6 +85,25 @@ def test_a_task_of_another_package_is_found(other_package):
         load_task("doorbell_ringing", "hard")
 
 
-def test_an_entry_point_that_is_no_task_is_named(other_package):
-    with pytest.raises(UserError, match=r"is no aidsr\.tasks\.Task: aidsr_home:Bell"):
-        load_task("home/bell")
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [
+        ("bell", "not a subclass of Task"),
+        ("gong", "AttributeError: module 'aidsr_home' has no attribute 'Gong'"),
+        ("chime", "ModuleNotFoundError: No module named 'no_such_module'"),
+        ("ringing", 'its name is "home/doorbell_ringing"; use one name'),
+        ("misspelt", "required_names not in the environment: buton"),
+        ("unfinished", "Unfinished does not define criteria, is_success, objective, "),
+    ],
+)
+def test_a_task_that_cannot_be_loaded_is_named_with_its_package(other_package, name, fault):
+    with pytest.raises(UserError) as caught:
+        load_task(f"home/{name}")
+    assert str(caught.value).startswith(f'cannot load task "home/{name}" of aidsr-home ({fault}')
+    assert str(caught.value).endswith("); update or uninstall that package")
+
+
+def test_a_task_without_its_environment_is_refused(other_package, tmp_path):
+    (tmp_path / "aidsr_home.xml").unlink()
+    with pytest.raises(UserError, match=r"aidsr_home\.xml not found"):
+        load_task("doorbell_ringing")

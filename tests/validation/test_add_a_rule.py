@@ -8,13 +8,12 @@ import re
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
 from aidsr.core.errors import UserError
-from aidsr.validation.registry import ENTRY_POINT_GROUP, load_rules
+from aidsr.validation.registry import PLUGINS
 from aidsr.validation.rules_page import EXAMPLE_ARM
 
 PAGE = (Path(__file__).parents[2] / "docs" / "add_a_rule.md").read_text(encoding="utf-8")
@@ -32,8 +31,8 @@ def installed(tmp_path: Path) -> Path:
     info = tmp_path / "lab_rules-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
-    points = "".join(f"{name} = {value}\n" for name, value in project["entry-points"][ENTRY_POINT_GROUP].items())
-    (info / "entry_points.txt").write_text(f"[{ENTRY_POINT_GROUP}]\n{points}")
+    points = "".join(f"{name} = {value}\n" for name, value in project["entry-points"][PLUGINS.group].items())
+    (info / "entry_points.txt").write_text(f"[{PLUGINS.group}]\n{points}")
     return tmp_path
 
 
@@ -75,17 +74,42 @@ def test_its_own_test_passes(installed: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
+    ("entry", "message"),
     [
-        ("slow", "aidsr.validation.rules.motion:CHATTER", "entry point slow of group aidsr.rules is not a rule"),
         (
-            "slow",
-            "aidsr.validation.rules.motion:CHATTER_WARNING_G",
-            "entry point slow of group aidsr.rules is not a rule",
+            "slow = aidsr.validation.rules.motion:CHATTER",
+            'cannot load rule "slow" of lab-rules (its code is "chatter"; ',
         ),
-        ("chatter", "aidsr.validation.rules.motion:CHATTER", "duplicate rule: chatter"),
+        (
+            "slow = aidsr.validation.rules.motion:CHATTER_WARNING_G",
+            'cannot load rule "slow" of lab-rules (float is not Rule)',
+        ),
+        ("slow = lab_rules:FEW", 'cannot load rule "slow" of lab-rules (AttributeError: '),
+        ("slow = no_such_module:FEW", 'cannot load rule "slow" of lab-rules (ModuleNotFoundError: '),
+        ("chatter = aidsr.validation.rules.motion:CHATTER", "duplicate rule: chatter is built in; uninstall lab-rules"),
     ],
 )
-def test_what_a_package_declares_wrongly_is_one_sentence(name: str, value: str, said: str) -> None:
-    with pytest.raises(UserError, match=said):
-        load_rules([EntryPoint(name, value, ENTRY_POINT_GROUP)])
+def test_a_rule_that_cannot_be_loaded_is_named_with_its_package(
+    installed: Path, monkeypatch: pytest.MonkeyPatch, entry: str, message: str
+) -> None:
+    (installed / "lab_rules-1.0.dist-info" / "entry_points.txt").write_text(f"[{PLUGINS.group}]\n{entry}\n")
+    monkeypatch.syspath_prepend(installed)
+    with pytest.raises(UserError) as caught:
+        PLUGINS.load_all()
+    assert str(caught.value).startswith(message)
+
+
+def test_a_broken_rule_ends_a_command_with_one_sentence_and_doctor_lists_it(installed: Path) -> None:
+    (installed / "lab_rules-1.0.dist-info" / "entry_points.txt").write_text(
+        f"[{PLUGINS.group}]\nfew = lab_rules:FEW\n[aidsr.tasks]\nhome/bell = lab_rules:BELL\n"
+    )
+    (installed / "arm.xml").write_text(EXAMPLE_ARM)
+    ended = run(installed, "aidsr", "validate", "arm.xml")
+    assert ended.returncode == 2
+    assert 'cannot load rule "few" of lab-rules (AttributeError' in " ".join(ended.stderr.split())
+    assert "Traceback" not in ended.stderr
+    doctor = run(installed, "aidsr", "doctor")
+    assert doctor.returncode == 1
+    shown = " ".join(doctor.stdout.split())
+    assert 'cannot load rule "few" of lab-rules' in shown
+    assert 'cannot load task "home/bell" of lab-rules' in shown

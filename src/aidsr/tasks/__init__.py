@@ -11,11 +11,11 @@ A package adds its own tasks through the entry-point group "aidsr.tasks": the en
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
 from typing import get_args
 
 from aidsr.core.arguments import check_type
 from aidsr.core.errors import UserError
+from aidsr.core.plugins import PluginGroup
 from aidsr.core.suggestions import closest_name
 from aidsr.tasks.goal import Goal, parse_goal, read_goal
 from aidsr.tasks.goal_tasks import GoalTask, goal_task
@@ -34,12 +34,12 @@ from aidsr.tasks.reaching.button_pushing import ButtonPushing
 from aidsr.tasks.reaching.pipe_inserting import PipeInserting
 from aidsr.tasks.reaching.surface_adapting import SurfaceAdapting
 from aidsr.tasks.readings import Contacts, Outline, Reader, Readings
-from aidsr.tasks.task import BENCHMARK_VERSION, Criteria, Feature, Level, Split, Task
+from aidsr.tasks.task import BENCHMARK_VERSION, Criteria, Feature, Level, Split, Task, find_fault
 from aidsr.tasks.variation import Change, Variation, apply_to_batch, apply_to_simulation
 
 __all__ = [
     "BENCHMARK_VERSION",
-    "ENTRY_POINT_GROUP",
+    "PLUGINS",
     "TASKS",
     "Change",
     "Contacts",
@@ -63,8 +63,6 @@ __all__ = [
     "task_names",
 ]
 
-ENTRY_POINT_GROUP = "aidsr.tasks"
-
 TASKS: dict[str, type[Task]] = {
     task.name: task
     for task in (
@@ -86,10 +84,14 @@ TASKS: dict[str, type[Task]] = {
 }
 """The benchmark's own tasks by "category/name", in the order of its tables."""
 
+PLUGINS = PluginGroup[type[Task]](
+    group="aidsr.tasks", noun="task", kind=Task, is_subclass=True, builtin=lambda: TASKS.keys(), find_fault=find_fault
+)
+
 
 def task_names() -> tuple[str, ...]:
     """Return the names of all tasks, "category/name": the benchmark's in its order, then those of other packages."""
-    others = (entry.name for entry in entry_points(group=ENTRY_POINT_GROUP))
+    others = (entry.name for entry in PLUGINS.entries())
     return (*TASKS, *sorted(name for name in set(others) if name not in TASKS))
 
 
@@ -102,14 +104,16 @@ def load_task(name: str, level: Level = "standard") -> Task:
 
     Raises:
         TypeError: The name is no string.
-        UserError: There is no such task, or it has no such level.
+        UserError: There is no such task, it cannot be loaded, or it has no such level.
     """
     check_type(name, str, "task must be the name of a task")
     names = task_names()
     found = [known for known in names if name in (known, known.rpartition("/")[2])]
     if len(found) != 1:
         raise UserError(_unknown(name, found, names))
-    task = TASKS.get(found[0]) or _load_entry_point(found[0])
+    task = TASKS.get(found[0]) or next(
+        PLUGINS.load(entry).value for entry in PLUGINS.entries() if entry.name == found[0]
+    )
     levels = get_args(Level) if task.hard else ("standard",)
     if level not in levels:
         raise UserError(f'task "{found[0]}" has no level "{level}"; levels: {", ".join(levels)}')
@@ -124,19 +128,3 @@ def _unknown(name: str, found: list[str], names: tuple[str, ...]) -> str:
     near = closest_name(name, plain)
     hint = f' did you mean "{plain[near]}"?' if near else ""
     return f'unknown task "{name}";{hint} tasks: {", ".join(names)}'
-
-
-def _load_entry_point(name: str) -> type[Task]:
-    """Load the task class behind an entry point.
-
-    Raises:
-        UserError: It is none, or packages declare several of this name.
-    """
-    entries = entry_points(group=ENTRY_POINT_GROUP, name=name)
-    if len(entries) > 1:
-        raise UserError(f"duplicate task {name}: {', '.join(entry.value for entry in entries)}")
-    (entry,) = entries
-    task = entry.load()
-    if not (isinstance(task, type) and issubclass(task, Task)):
-        raise UserError(f'entry point "{name}" in group "{ENTRY_POINT_GROUP}" is no aidsr.tasks.Task: {entry.value}')
-    return task

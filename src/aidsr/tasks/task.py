@@ -138,8 +138,7 @@ class Task(ABC):
     @property
     def environment(self) -> str:
         """MJCF of the environment, without a robot."""
-        path = Path(str(sys.modules[type(self).__module__].__file__)).with_suffix(".xml")
-        return _edited(path.read_text(encoding="utf-8"), self.edits)
+        return _edited(_environment_path(type(self)).read_text(encoding="utf-8"), self.edits)
 
     def judging(self) -> dict[str, str]:
         """Return by title what differs between episodes, what success is and what counts against it.
@@ -247,10 +246,31 @@ class Task(ABC):
         return f"{before[-1] if before else 'begun'}, not yet {after[0]}"
 
 
+def find_fault(task: type[Task]) -> str:
+    """Return what is wrong with a task class, empty if nothing: members, environment or required names missing."""
+    constants = ("base", "time_limit_s", "hold_s", "required_names", "sensors", "features")
+    if missing := [*sorted(task.__abstractmethods__), *(name for name in constants if not hasattr(task, name))]:
+        return f"{task.__name__} does not define {', '.join(missing)}"
+    path = _environment_path(task)
+    if task.environment is Task.environment and not path.is_file():
+        return f"{path} not found"
+    elements = list(parse_document(task.at("standard").environment).root.iter())
+    if any(element.tag in ("include", "attach", "replicate") for element in elements):
+        return ""  # more names than the text has
+    names = {element.get("name") for element in elements}
+    if missing := [name for name in task.required_names if name not in names]:
+        return f"required_names not in the environment: {', '.join(missing)}"
+    return ""
+
+
 def span(low_high: tuple[float, float], scale: float = 1.0) -> str:
     """Return a range as "0.6 to 1.2", or as one number where both ends are the same."""
     low, high = (f"{scale * number:g}" for number in low_high)
     return low if low == high else f"{low} to {high}"
+
+
+def _environment_path(task: type[Task]) -> Path:
+    return Path(str(sys.modules[task.__module__].__file__)).with_suffix(".xml")
 
 
 def _edited(mjcf: str, edits: Edits) -> str:

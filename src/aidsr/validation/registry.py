@@ -10,15 +10,13 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import UserError
+from aidsr.core.plugins import Plugin, PluginGroup
 from aidsr.core.suggestions import closest_name
 from aidsr.validation import rules
 from aidsr.validation.rule import Rule, Stage
-
-ENTRY_POINT_GROUP = "aidsr.rules"
 
 
 @cache
@@ -29,21 +27,30 @@ def builtin_rules() -> tuple[Rule, ...]:
     return _ordered([*dict.fromkeys(found)])
 
 
+PLUGINS = PluginGroup[Rule](
+    group="aidsr.rules",
+    noun="rule",
+    kind=Rule,
+    name_attribute="code",
+    builtin=lambda: {rule.code for rule in builtin_rules()},
+)
+
+
 @cache
 def all_rules() -> tuple[Rule, ...]:
     """Return all rules in the order of application: by stage, and within a stage causes before consequences.
 
     Raises:
-        UserError: A package adds something that is not a rule, a code that exists, or a circle of explanations.
+        UserError: A rule of another package cannot be loaded, its code is taken, or rules explain each other.
     """
-    added = [rule for rule, _ in _added_rules()]
+    added = [plugin.value for plugin in _added_rules()]
     return _ordered([*builtin_rules(), *added]) if added else builtin_rules()
 
 
 @cache
 def packages_with_rules() -> dict[str, str]:
     """Return the version of each package that adds rules, by name."""
-    return dict(package for _, package in _added_rules())
+    return {plugin.package: plugin.version for plugin in _added_rules()}
 
 
 def find_rule(code: str) -> Rule | None:
@@ -123,29 +130,9 @@ def _consequences() -> dict[str, frozenset[str]]:
     }
 
 
-def load_rules(entries: Iterable[EntryPoint]) -> dict[str, tuple[Rule, tuple[str, str]]]:
-    """Return the rules of entry points by code, each with the name and version of its package.
-
-    Raises:
-        UserError: An entry is not a rule of that code, or its code exists.
-    """
-    found: dict[str, tuple[Rule, tuple[str, str]]] = {}
-    known = {rule.code for rule in builtin_rules()}
-    for entry in sorted(entries, key=lambda entry: entry.name):
-        rule = entry.load()
-        if not isinstance(rule, Rule) or rule.code != entry.name:
-            raise UserError(
-                f"entry point {entry.name} of group {ENTRY_POINT_GROUP} is not a rule of that code: {entry.value}"
-            )
-        if rule.code in known or rule.code in found:
-            raise UserError(f"duplicate rule: {rule.code}")
-        found[rule.code] = rule, (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
-    return found
-
-
 @cache
-def _added_rules() -> tuple[tuple[Rule, tuple[str, str]], ...]:
-    return tuple(load_rules(entry_points(group=ENTRY_POINT_GROUP)).values())
+def _added_rules() -> tuple[Plugin[Rule], ...]:
+    return tuple(PLUGINS.load_all())
 
 
 def _ordered(found: Sequence[Rule]) -> tuple[Rule, ...]:

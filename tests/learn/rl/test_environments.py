@@ -15,7 +15,7 @@ from aidsr.core.artifacts import ActuatorGroup
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.rl.single_env import TaskEnv, environment_id, register_environments
 from aidsr.learn.rl.vector_env import BatchedVecEnv
-from aidsr.tasks import task_names
+from aidsr.tasks import load_task, task_names
 from scenes import Breaking, QuickPushing, builtin_scene, small_learning, small_scene
 
 BUTTON = "aidsr/ButtonPushing-v0"
@@ -162,6 +162,7 @@ def test_a_task_of_the_same_name_as_another_has_an_id_of_its_own(tmp_path, monke
     code = "from aidsr.tasks.reaching.button_pushing import ButtonPushing\n"
     code += "class Doorbell(ButtonPushing):\n    name = 'home/button_pushing'\n"
     (tmp_path / "aidsr_doorbell.py").write_text(code)
+    (tmp_path / "aidsr_doorbell.xml").write_text(load_task("button_pushing").environment)
     info = tmp_path / "aidsr_doorbell-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: aidsr-doorbell\nVersion: 1.0\n")

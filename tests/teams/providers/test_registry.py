@@ -205,8 +205,14 @@ def write_answers(folder: Path, task: str) -> None:
     [
         ("answers = aidsr_answers:NOTHING", 'cannot load provider "answers" of aidsr-answers (AttributeError'),
         ("answers = no_such_module:PROVIDER", 'cannot load provider "answers" of aidsr-answers (ModuleNotFoundError'),
-        ("replies = aidsr_answers:PROVIDER", 'entry point "replies" is not a Provider with that prefix'),
-        ("openai = aidsr.teams.providers.openai:OPENAI", "duplicate provider: openai"),
+        (
+            "replies = aidsr_answers:PROVIDER",
+            'cannot load provider "replies" of aidsr-answers (its prefix is "answers"; use one name)',
+        ),
+        (
+            "openai = aidsr.teams.providers.openai:OPENAI",
+            "duplicate provider: openai is built in; uninstall aidsr-answers",
+        ),
     ],
 )
 def test_a_broken_package_is_named_and_leaves_the_built_in_providers_alone(

@@ -16,7 +16,7 @@ from aidsr.loop.run import create_run, parts_of
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
 from aidsr.teams.rules import team
-from aidsr.teams.rules.families import BUILT_IN, ENTRY_POINT_GROUP, Family, load_families
+from aidsr.teams.rules.families import BUILT_IN, PLUGINS, Family, load_families
 
 PAGE = (Path(__file__).parents[3] / "docs" / "add_a_family.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL))
@@ -31,7 +31,7 @@ def install(folder: Path, points: dict[str, str]) -> None:
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-robots\nVersion: 1.0\n")
     lines = "".join(f"{name} = {value}\n" for name, value in points.items())
-    (info / "entry_points.txt").write_text(f"[{ENTRY_POINT_GROUP}]\n{lines}")
+    (info / "entry_points.txt").write_text(f"[{PLUGINS.group}]\n{lines}")
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def installed(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
 
     def make(**points: str) -> None:
-        declared = tomllib.loads(FILES["pyproject.toml"])["project"]["entry-points"][ENTRY_POINT_GROUP]
+        declared = tomllib.loads(FILES["pyproject.toml"])["project"]["entry-points"][PLUGINS.group]
         install(tmp_path, points or declared)
         invalidate_caches()
 
@@ -87,9 +87,13 @@ def test_it_is_changed_by_feedback_and_reinforced_like_any_other(installed) -> N
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        ({"finger": "my_robots.finger:SEGMENTS"}, r'entry point "finger" in group "aidsr\.families" is no Family'),
-        ({"thumb": "my_robots.finger:FINGER"}, 'entry point "thumb" names the family "finger"'),
-        ({"arm": "aidsr.teams.rules.families.arm:ARM"}, "duplicate family arm"),
+        (
+            {"finger": "my_robots.finger:SEGMENTS"},
+            r'cannot load family "finger" of my-robots \(.* is not Family\); update or uninstall',
+        ),
+        ({"thumb": "my_robots.finger:FINGER"}, 'cannot load family "thumb" of my-robots .its name is "finger"'),
+        ({"arm": "aidsr.teams.rules.families.arm:ARM"}, "duplicate family: arm is built in; uninstall my-robots"),
+        ({"finger": "my_robots.finger:THUMB"}, r'cannot load family "finger" of my-robots \(AttributeError: '),
     ],
 )
 def test_an_entry_point_that_is_no_new_family_is_refused(installed, points, message) -> None:

@@ -9,7 +9,7 @@ import tempfile
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic", "lxml", "pydantic-ai-slim", "av")
 
@@ -25,7 +25,7 @@ class Check:
 
 
 def doctor(*, test_isolation: bool = False) -> int:
-    """Check this installation: versions, graphics, isolation, keys.
+    """Check this installation: versions, graphics, isolation, plug-ins, keys.
 
     Says which keys are set and never what they are. Exit code 0 means that AID-SR works here, 1 that something is
     wrong.
@@ -54,7 +54,7 @@ def doctor(*, test_isolation: bool = False) -> int:
 def checks(*, test_isolation: bool = False) -> tuple[Check, ...]:
     """Return everything the doctor looks at."""
     tested = (_tested_isolation(),) if test_isolation else ()
-    return (*_versions(), _extras(), *_machine(), *_isolation(), *tested, *_keys())
+    return (*_versions(), _extras(), *_machine(), *_isolation(), *tested, *_plugins(), *_keys())
 
 
 def _versions() -> tuple[Check, ...]:
@@ -117,14 +117,35 @@ def _tested_isolation() -> Check:
     return Check("isolation", "ok", f"tested, holds: {', '.join(each.name for each in tried if each.holds)}")
 
 
+def _plugins() -> tuple[Check, ...]:
+    """One line on what other packages add, and one for each entry point that cannot be loaded."""
+    from aidsr.core.errors import UserError
+    from aidsr.core.plugins import PluginGroup
+    from aidsr.tasks import PLUGINS as TASKS
+    from aidsr.teams.providers.registry import PLUGINS as PROVIDERS
+    from aidsr.teams.rules.families import PLUGINS as FAMILIES
+    from aidsr.validation.registry import PLUGINS as RULES
+
+    groups: tuple[PluginGroup[Any], ...] = (TASKS, RULES, FAMILIES, PROVIDERS)
+    loaded, broken = [], []
+    for group in groups:
+        for entry in group.entries():
+            try:
+                loaded.append(f"{group.noun} {entry.name} of {group.load(entry).package}")
+            except UserError as error:
+                broken.append(Check("plug-ins", "problem", str(error)))
+    return (Check("plug-ins", "ok", ", ".join(loaded)), *broken) if loaded else tuple(broken)
+
+
 def _keys() -> tuple[Check, ...]:
     from aidsr.core.errors import UserError
-    from aidsr.teams.providers import providers
+    from aidsr.teams.providers.registry import BUILT_IN, providers
 
     try:
-        variables = dict.fromkeys(variable for provider in providers() for variable in provider.key_variables)
-    except UserError as error:
-        return (Check("models", "problem", str(error)),)
+        known = providers()
+    except UserError:  # reported with the plug-ins
+        known = BUILT_IN
+    variables = dict.fromkeys(variable for provider in known for variable in provider.key_variables)
     present = [variable for variable in variables if os.environ.get(variable, "").strip()]
     if present:
         return (Check("keys", "ok", f"set: {', '.join(present)}; used only when you name a model of theirs"),)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from pydantic import SecretStr
 
 from aidsr.core.errors import UserError
 from aidsr.core.model import Model
+from aidsr.core.plugins import PluginGroup
 from aidsr.core.suggestions import closest_name
 from aidsr.teams.providers.anthropic import ANTHROPIC
 from aidsr.teams.providers.google import GOOGLE
@@ -41,8 +41,14 @@ BUILT_IN = (
 )
 """The order is that of docs/models.md and of the web app."""
 
-ENTRY_POINTS = "aidsr.models"
-"""Group of entry points by which an installed package adds a provider; the entry's name is the provider's prefix."""
+PLUGINS = PluginGroup[Provider](
+    group="aidsr.models",
+    noun="provider",
+    kind=Provider,
+    name_attribute="prefix",
+    builtin=lambda: {provider.prefix for provider in BUILT_IN},
+)
+"""Providers of other packages; the entry point's name is the provider's prefix."""
 
 
 def providers() -> tuple[Provider, ...]:
@@ -51,12 +57,7 @@ def providers() -> tuple[Provider, ...]:
     Raises:
         UserError: A package's provider cannot be loaded, or its prefix is taken.
     """
-    added = tuple(_load(entry) for entry in entry_points(group=ENTRY_POINTS))
-    prefixes = [provider.prefix for provider in BUILT_IN + added]
-    for provider in added:
-        if prefixes.count(provider.prefix) > 1:
-            raise UserError(f"duplicate provider: {provider.prefix}; uninstall one of the packages that add it")
-    return BUILT_IN + added
+    return (*BUILT_IN, *(plugin.value for plugin in PLUGINS.load_all()))
 
 
 def provider_of(name: str) -> Provider | None:
@@ -71,7 +72,7 @@ def provider_of(name: str) -> Provider | None:
     known = next((provider for provider in BUILT_IN if provider.prefix == prefix != ""), None)
     if known:
         return known
-    return next((_load(entry) for entry in entry_points(group=ENTRY_POINTS, name=prefix)), None)
+    return PLUGINS.load_named(prefix)
 
 
 def parse_model_name(name: str) -> tuple[Provider, str]:
@@ -172,20 +173,6 @@ def price_usd(
     if provider.price_id is None or provider.url(environ) != provider.base_url:
         return None
     return list_price_usd(provider.price_id, argument, input_tokens, output_tokens)
-
-
-def _load(entry: EntryPoint) -> Provider:
-    package = entry.dist.name if entry.dist else entry.value
-    try:
-        provider = entry.load()
-    except Exception as error:
-        raise UserError(
-            f'cannot load provider "{entry.name}" of {package} ({type(error).__name__}: {error}); update or uninstall '
-            "that package"
-        ) from error
-    if not isinstance(provider, Provider) or provider.prefix != entry.name:
-        raise UserError(f'{package}: entry point "{entry.name}" is not a Provider with that prefix; update the package')
-    return provider
 
 
 def _secrets(provider: Provider, environ: Mapping[str, str]) -> tuple[SecretStr, ...]:

@@ -7,10 +7,9 @@ A package adds a family through the entry-point group "aidsr.families": the entr
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.metadata import entry_points
 from typing import Any
 
-from aidsr.core.errors import UserError
+from aidsr.core.plugins import PluginGroup
 from aidsr.teams.rules.families.arm import ARM
 from aidsr.teams.rules.families.crawler import CRAWLER
 from aidsr.teams.rules.families.family import (
@@ -29,7 +28,7 @@ from aidsr.teams.rules.job_kinds import JobKindName, words_in
 
 __all__ = [
     "BUILT_IN",
-    "ENTRY_POINT_GROUP",
+    "PLUGINS",
     "Description",
     "Families",
     "Family",
@@ -42,31 +41,21 @@ __all__ = [
     "variants_for",
 ]
 
-ENTRY_POINT_GROUP = "aidsr.families"
-
 Families = Mapping[str, Family[Any]]
 """By name."""
 
 BUILT_IN: Families = {family.name: family for family in (ARM, TENTACLE, GRIPPER, CRAWLER, WORM, RING)}
+
+PLUGINS = PluginGroup[Family[Any]](group="aidsr.families", noun="family", kind=Family, builtin=lambda: BUILT_IN.keys())
 
 
 def load_families() -> Families:
     """Return all families: the built-in ones, then those of other packages by name.
 
     Raises:
-        UserError: An entry point is no family, or two families have one name.
+        UserError: A family of another package cannot be loaded, or its name is taken.
     """
-    families = dict(BUILT_IN)
-    for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
-        family = entry.load()
-        if not isinstance(family, Family):
-            raise UserError(f'entry point "{entry.name}" in group "{ENTRY_POINT_GROUP}" is no Family: {entry.value}')
-        if family.name != entry.name:
-            raise UserError(f'entry point "{entry.name}" names the family "{family.name}"; use one name')
-        if family.name in families:
-            raise UserError(f"duplicate family {family.name}: {entry.value}")
-        families[family.name] = family
-    return families
+    return dict(BUILT_IN) | {plugin.name: plugin.value for plugin in PLUGINS.load_all()}
 
 
 def variants_for(kind: JobKindName, families: Families) -> dict[str, tuple[str, ...]]:
