@@ -175,7 +175,8 @@ def make_brief(
     try:
         summary = summarize_environment(mjcf)
     except MjcfError as error:
-        raise UserError(f"the environment cannot be loaded: {error}") from None
+        name = "" if mjcf == environment else f" {environment}"
+        raise UserError(f"the environment{name} cannot be loaded: {error}") from None
     brief = Brief(objective=objective.strip(), environment=mjcf, summary=summary, starting_robot=starting_robot)
     if not goal:
         return brief

@@ -234,7 +234,7 @@ class Run:
         """
         record = self.record.read()
         if record is None:
-            raise UserError(f"{self.path} is not a run folder: run.json not found")
+            raise UserError(f"{self.path} is not a run folder: run.json not found; give the folder of a run, as runs/…")
         return record
 
     @property

@@ -27,6 +27,11 @@ def run_main(*words: str) -> int:
     return ended.value.code
 
 
+def test_an_objective_without_quotes_is_pointed_out(capsys) -> None:
+    assert run_main("design", "press", "it") == 2
+    assert "Unexpected words: it; put an objective in quotes" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -47,7 +52,8 @@ def run_main(*words: str) -> int:
             "task_training requires task_feedback",
         ),
         (["show"], "no run given; name the folder of one"),
-        (["show", "."], "run.json"),
+        (["show", "."], ". is not a run folder: run.json not found; give the folder of a run, as runs/…"),
+        (["view", PLACE, "--picture", "ball.gif"], "name a file that ends in .png"),
         (["resume", "nowhere"], "run.json"),
         (["validate", "nowhere.xml"], "nowhere.xml"),
         (["view", "nowhere.xml"], "nowhere.xml"),

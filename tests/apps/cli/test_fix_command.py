@@ -37,7 +37,10 @@ def slip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_without_a_place_to_write_it_says_what_it_would_fix(slip: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("slip.xml") == 1
     printed = capsys.readouterr().out
-    assert printed == "slip.xml: 1 fix, not written\n- <joint> 'j' in line 3: wrote stiffness for stifness.\n"
+    assert (
+        printed == "slip.xml: 1 fix, not written; add --in-place or --out FILE to write\n"
+        "- <joint> 'j' in line 3: wrote stiffness for stifness.\n"
+    )
     assert slip.read_text() == SLIP
 
 

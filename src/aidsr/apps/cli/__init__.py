@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
+from typing import TYPE_CHECKING
 
-from cyclopts import App
+from cyclopts import App, CycloptsError, CycloptsPanel, UnusedCliTokensError
 
 from aidsr import __version__
 from aidsr.apps.cli import (
@@ -28,6 +29,17 @@ from aidsr.apps.cli import (
 )
 from aidsr.core.errors import AidsrError, UserError
 
+if TYPE_CHECKING:
+    from rich.panel import Panel
+
+
+def _format_error(error: CycloptsError) -> Panel:
+    """Return what the terminal shows of a mistake in a command line."""
+    if isinstance(error, UnusedCliTokensError):
+        return CycloptsPanel(f"Unexpected words: {' '.join(error.unused_tokens or ())}; put an objective in quotes")
+    return CycloptsPanel(error)
+
+
 app = App(
     name="aidsr",
     version=__version__,
@@ -40,6 +52,7 @@ app = App(
     help_format="markdown",
     version_flags=["--version"],
     result_action="return_value",
+    error_formatter=_format_error,
 )
 
 for command in (

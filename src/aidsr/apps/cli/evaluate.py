@@ -43,11 +43,14 @@ def evaluate(
     from rich.console import Console
 
     from aidsr import api
-    from aidsr.apps.cli.training import print_evaluation
+    from aidsr.apps.cli.training import print_evaluating, print_evaluation
 
+    console = Console(highlight=False)
+    if not json:
+        print_evaluating(console, episodes, videos=videos)
     evaluation = api.evaluate(training, episodes=episodes, threads=threads, videos=videos)
     if json:
         sys.stdout.write(evaluation.model_dump_json(indent=2) + "\n")
     else:
-        print_evaluation(Console(highlight=False), training, evaluation)
+        print_evaluation(console, training, evaluation)
     return 0 if evaluation.successful else 1

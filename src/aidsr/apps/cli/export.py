@@ -72,11 +72,13 @@ def _print_export(console: Console, exported: Exported) -> None:
         names = ", ".join(fault.names[:3]) + (" …" if len(fault.names) > 3 else "")
         line(f"  {fault.severity} {fault.code}{' at ' * bool(names)}{names}: {format_fault(fault)}")
     printed = sum(len(part.used_for) for part in made.parts)
-    line(f"  {printed} parts of {len(made.parts)} kinds, limbs of {made.material.label}")
+    line(f"  {_count(printed, 'part')} of {_count(len(made.parts), 'kind')}, limbs of {made.material.label}")
     line(f"  moving mass {verdict.moving_built_g:g} g (simulated {verdict.moving_simulated_g:g} g)")
     motors = sorted({winch.fit.motor.name for winch in made.winches if winch.fit is not None})
     unknown = f", and {len(verdict.unpriced)} without a known price" if verdict.unpriced else ""
-    line(f"  {len(made.winches)} winches ({'; '.join(motors)}); about {verdict.cost_usd:.0f} USD{unknown}")
+    named = f" ({'; '.join(motors)})" if motors else ""
+    winches = f"{len(made.winches)} winch{'es' * (len(made.winches) != 1)}{named}" if made.winches else "no winches"
+    line(f"  {winches}; about {verdict.cost_usd:.0f} USD{unknown}")
     if verdict.retest is not None:
         stable = "stable" if verdict.retest.stable else "not stable"
         reach = f"{1000 * verdict.retest.reach_m:.0f} mm (designed {1000 * verdict.retest.designed_reach_m:.0f} mm)"
@@ -85,4 +87,9 @@ def _print_export(console: Console, exported: Exported) -> None:
             line(
                 f"  trained policy with the robot as built: {verdict.retest.success_share:.0%} of its episodes succeed"
             )
-    line(f"{exported.folder}/sheet.html: open it to build the robot")
+    use = "what stands in the way" if verdict.verdict == "not buildable" else "open it to build the robot"
+    line(f"{exported.folder}/sheet.html: {use}")
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'s' * (number != 1)}"

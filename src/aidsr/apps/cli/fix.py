@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 _Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 _STANDARD_INPUT = "-"
+_NOT_WRITTEN = ", not written; add --in-place or --out FILE to write"
 
 
 def fix(
@@ -94,7 +95,7 @@ def _account(name: str, result: FixResult, target: Path | None, *, written: bool
     """Return what was fixed in a file, what was written, and what is left, a line each."""
     count = "1 fix" if result.total == 1 else f"{result.total} fixes"
     place = f", written to {target}" if target is not None else ""
-    head = "nothing to fix" if not result.total else f"{count}{place if written else ', not written'}"
+    head = "nothing to fix" if not result.total else f"{count}{place if written else _NOT_WRITTEN}"
     left = f"left: {', '.join(result.unfixed)}; see aidsr validate" if result.unfixed else ""
     return "\n".join([f"{name}: {head}", *(f"- {note}" for note in result.notes), *([left] if left else []), ""])
 

@@ -126,11 +126,11 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     solved = sum(one.episode.ended == "succeeded" for one in report.variations)
     all_of_them = len(report.variations)
     console.print(
-        f"[bold]{escape(report.task)}[/]: some motion succeeds in [bold]{solved} of {all_of_them}[/] variations, one "
-        f"and the same in {round(report.same_motion_share * all_of_them)}; progress {report.progress:.2f}",
+        f"[bold]{escape(report.task)}[/]: solved [bold]{solved} of {all_of_them}[/] variations; the best single motion "
+        f"solves {round(report.same_motion_share * all_of_them)}; progress {report.progress:.2f}",
         soft_wrap=True,
     )
-    console.print(f"The best came so far: {escape(report.reached)}.", soft_wrap=True)
+    console.print(f"Farthest stage reached: {escape(report.reached)}.", soft_wrap=True)
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
     for title in ("variation", "ended", "progress", "after", "best motion"):
         table.add_column(title, overflow="fold")
@@ -142,4 +142,4 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     console.print(table)
     console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
     if kept is not None:
-        console.print(f"The motions stand in {escape(str(kept))}", soft_wrap=True)
+        console.print(f"Motions written to {escape(str(kept))}", soft_wrap=True)

@@ -10,7 +10,7 @@ from aidsr.core.config import BUILTIN
 from aidsr.core.formatting import format_cost, format_duration, format_tokens
 from aidsr.runs import DesignStatus, Run, RunStatus, read_status
 from aidsr.runs.trainings import trainings_of, verdict_in_words
-from aidsr.teams.providers import is_offline
+from aidsr.teams.providers import is_offline, provider_of
 from aidsr.teams.providers.manual import prompts_directory
 
 _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "red", "waiting": "yellow"}
@@ -19,6 +19,7 @@ _COLOR = {"approved": "green", "invalid": "red", "quit": "yellow", "stopped": "r
 def print_introduction(console: Console, run: Run) -> None:
     """Print what is designed, by which model, and where it is kept."""
     record = run.asked()
+    provider = provider_of(record.config.model)
     console.print(f"[bold]{escape(record.objective)}[/]")
     if record.config.model == BUILTIN:
         console.print(
@@ -32,6 +33,8 @@ def print_introduction(console: Console, run: Run) -> None:
             f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "
             "beside it; Control-C and `aidsr resume` lose nothing."
         )
+    elif provider is not None and provider.is_free:
+        console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Its calls cost nothing.")
     else:
         console.print(f"Model: [cyan]{escape(record.config.model)}[/]. Every call may cost money.")
     console.print(f"Folder: {escape(str(run.path))}\n", soft_wrap=True)
@@ -75,6 +78,12 @@ def print_result(console: Console, run: Run) -> int:
     console.print()
     print_status(console, run, status)
     return 0 if status.approved else 1
+
+
+def print_unwrapped(console: Console, table: Table) -> None:
+    """Print a table that keeps names and paths whole: each row on one line, however narrow the console."""
+    table.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
+    console.print(table, crop=False)
 
 
 def print_files(console: Console, run: Run) -> None:

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from aidsr.apps.cli.options import Options, options_for
-from aidsr.core.config import Budget, RunConfig
+from aidsr.core.config import BUILTIN, Budget, RunConfig
 
 
 def limit_name(field: str) -> str:
@@ -54,10 +54,16 @@ def print_estimate(config: RunConfig, runs: Path) -> None:
 
     from aidsr.core.formatting import format_cost
     from aidsr.loop.estimate import estimate
+    from aidsr.teams.providers import is_offline
 
+    console = Console(highlight=False)
+    if is_offline(config.model):
+        who = "the built-in rules call" if config.model == BUILTIN else f"{config.model} calls"
+        console.print(f"Nothing to pay: {who} no language model.", soft_wrap=True, markup=False)
+        return
     found = estimate(config, runs)
     used = found.usage
-    Console(highlight=False).print(
+    console.print(
         f"Estimate: about {used.calls} calls, {used.input_tokens:,} tokens in, {used.output_tokens:,} out, cost "
         f"{format_cost(used)} ({found.basis}; the real figures may differ several times over).",
         soft_wrap=True,

@@ -26,6 +26,7 @@ def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] =
     from rich.console import Console
     from rich.table import Table
 
+    from aidsr.apps.cli.reporting import print_unwrapped
     from aidsr.tasks import TASKS, load_task, task_names
     from aidsr.tasks.reference import task_reference
 
@@ -34,9 +35,13 @@ def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] =
         return 0
     table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), header_style="dim")
     for title in ("task", "levels", "objective"):
-        table.add_column(title, overflow="fold", vertical="top")
+        table.add_column(title, overflow="fold", no_wrap=title == "task", vertical="top")
     for name in task_names():
         task = load_task(name)
         table.add_row(f"[bold]{name}[/]", "standard, hard" if task.hard else "standard", task.objective)
-    Console().print(table)
+    console = Console()
+    if console.is_terminal:
+        console.print(table)
+    else:
+        print_unwrapped(console, table)
     return 0

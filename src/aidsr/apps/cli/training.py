@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from aidsr.apps.cli.reporting import print_unwrapped
 from aidsr.core.artifacts import Evaluation
 from aidsr.core.formatting import format_check
 
@@ -82,6 +83,8 @@ class Trainer:
         from aidsr.runs.trainings import Training
 
         known = Training(folder).evaluation.read()
+        if known is None:
+            print_evaluating(self.console, videos=self.videos)
         evaluation = known or evaluate(folder, threads=self.threads, videos=self.videos)
         print_evaluation(self.console, folder, evaluation)
         return evaluation.successful
@@ -151,6 +154,11 @@ class TrainingBar:
             self._console.print(escape(line), soft_wrap=True)
 
 
+def print_evaluating(console: Console, episodes: int = 20, *, videos: bool) -> None:
+    """Say what takes half a minute or more."""
+    console.print(f"evaluating {episodes} episodes{' and drawing films' * videos} …", style="dim")
+
+
 def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:
     """Print the evaluation of a policy, and which plausibility checks it fails."""
     print_evaluations(console, {folder: evaluation})
@@ -170,4 +178,4 @@ def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> 
         won = round(evaluation.success_share * len(evaluation.episodes))
         share = f"{evaluation.success_share:.0%} ({won} of {len(evaluation.episodes)})"
         table.add_row(escape(str(folder)), share, f"{progress:.2f}", *verdict)
-    console.print(table)
+    print_unwrapped(console, table)

@@ -24,9 +24,12 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     from rich.console import Console
     from rich.markup import escape
 
+    from aidsr.core.errors import UserError
     from aidsr.mjcf.read import open_mjcf
     from aidsr.render.viewer import view as look
 
+    if picture.suffix.lower() != ".png":
+        raise UserError(f"--picture writes PNG; name a file that ends in .png, found {picture}")
     drawn = look(open_mjcf(model_of(path)), picture)
     if drawn is not None:
         Console(highlight=False, soft_wrap=True).print(

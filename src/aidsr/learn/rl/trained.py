@@ -40,9 +40,11 @@ class FinishedTraining:
             result = home.read("training.json", TrainingResult)
         except FileNotFoundError as error:
             missing = Path(error.filename).name
-            raise UserError(
-                f"{folder} is not a finished training: {missing} not found. Train first, with aidsr train"
-            ) from None
+            trainings = sorted(folder.glob("training/*/training.json"))
+            advice = (
+                f"Name one of its trainings: {trainings[-1].parent}" if trainings else "Train first, with aidsr train"
+            )
+            raise UserError(f"{folder} is not a finished training: {missing} not found. {advice}") from None
         _check_version(folder, config)
         scene = TaskScene.of(
             folder / "scene.xml",
