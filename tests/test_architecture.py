@@ -71,3 +71,13 @@ def test_the_design_page_has_the_layers_of_the_contract() -> None:
 def test_no_exception_is_swallowed() -> None:
     for path in SOURCES:
         assert not re.search(r"except( Exception| BaseException)?:\s*\n\s*(pass|continue)\b", path.read_text()), path
+
+
+def test_benchmarks_import_what_exists() -> None:
+    for path in sorted((ROOT / "benchmarks").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "aidsr":
+                module = importlib.import_module(str(node.module))
+                for alias in node.names:
+                    known = hasattr(module, alias.name) or f"{node.module}.{alias.name}" in MODULES
+                    assert known, f"{path.relative_to(ROOT)}: {node.module} has no {alias.name}"

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 
-from aidsr.artifacts import Evaluation
-from aidsr.benchmark.tables import PAPER
+from aidsr.core.artifacts import Evaluation
 from aidsr.runs import Run, read_status
 from aidsr.runs.trainings import trainings_of
+from aidsr.studies.tables import PAPER
 from aidsr.validation import validate
 
 HERE = Path(__file__).parent

@@ -21,13 +21,13 @@ from statistics import fmean
 
 import aidsr
 from aidsr.api import find_scene
-from aidsr.artifacts import Evaluation
-from aidsr.benchmark.statistics import Rate
-from aidsr.rl.recipe import Recipe
-from aidsr.rl.trained import evaluate_training
-from aidsr.rl.training import BUDGET_STEPS, train
+from aidsr.core.artifacts import Evaluation
+from aidsr.learn.rl.recipe import Recipe
+from aidsr.learn.rl.trained import evaluate_training
+from aidsr.learn.rl.training import BUDGET_STEPS, train
 from aidsr.runs import Run, read_status
 from aidsr.runs.folders import DesignFolder
+from aidsr.studies.statistics import Rate
 
 HERE = Path(__file__).parent
 TRANSCRIPTS = HERE / "transcripts"
