@@ -81,3 +81,8 @@ def test_benchmarks_import_what_exists() -> None:
                 for alias in node.names:
                     known = hasattr(module, alias.name) or f"{node.module}.{alias.name}" in MODULES
                     assert known, f"{path.relative_to(ROOT)}: {node.module} has no {alias.name}"
+
+
+def test_no_two_test_files_share_a_name() -> None:
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert not {name for name in names if names.count(name) > 1}, "pytest cannot collect both"
