@@ -500,6 +500,7 @@ def test_what_a_run_will_cost_rests_on_runs_here_and_says_so(tmp_path: Path) -> 
     said = estimated_cost(site, "ollama:made", 2)
     assert said.startswith("About 2 calls, 2000 in, 1000 out tokens, cost $0.5000: the mean of 3 designs")
     assert estimated_cost(site, "no model", 2) == ""
+    assert estimated_cost(site, "builtin", 2) == "No language model: no calls, no cost."
 
 
 def test_limits_become_a_budget() -> None:

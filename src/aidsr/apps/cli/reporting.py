@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import Console
 from rich.markup import escape
+from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from aidsr.core.config import BUILTIN
 from aidsr.core.formatting import format_cost, format_duration, format_tokens
@@ -42,22 +46,7 @@ def print_introduction(console: Console, run: Run) -> None:
 
 def print_status(console: Console, run: Run, status: RunStatus) -> None:
     """Print one line for each design, what went wrong, and the page to open."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    for title in ("design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"):
-        table.add_column(title, overflow="fold", no_wrap=title != "concept")
-    for design in status.designs:
-        state = design.outcome.outcome if design.outcome else design.state
-        table.add_row(
-            str(design.number),
-            escape(design.concept),
-            f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
-            str(design.iteration),
-            str(design.mechanical_repairs),
-            format_tokens(design.usage),
-            format_cost(design.usage),
-            format_duration(design.latency_s),
-        )
-    console.print(table)
+    _print_designs(console, status.designs)
     for design in status.designs:
         _print_reason(console, design)
     for folder in run.designs:
@@ -70,6 +59,39 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
     if status.state != "finished":
         when = "Resume" if status.state == "stopped" else "If no process is at work on it, resume"
         console.print(f"{when} with [bold]aidsr resume {escape(str(run.path))}[/]", soft_wrap=True)
+
+
+def _print_designs(console: Console, designs: Sequence[DesignStatus]) -> None:
+    """Print one row of a table for each design; where the console is too narrow for it, a few lines for each."""
+    rows = [(design, _facts(design)) for design in designs]
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    table.add_column("design")
+    table.add_column("concept", overflow="fold")
+    for title in rows[0][1] if rows else ():
+        cells = [title, *(facts[title] for _, facts in rows)]
+        table.add_column(title, min_width=max(Text.from_markup(cell).cell_len for cell in cells))
+    for design, facts in rows:
+        table.add_row(str(design.number), escape(design.concept), *facts.values())
+    whole = console.options.update(max_width=10_000)
+    if console.measure(table, options=whole).minimum <= console.width:
+        console.print(table)
+        return
+    for design, facts in rows:
+        console.print(f"design {design.number}: {escape(design.concept)}")
+        console.print(Padding("; ".join(f"[dim]{title}:[/] {value}" for title, value in facts.items()), (0, 0, 0, 2)))
+
+
+def _facts(design: DesignStatus) -> dict[str, str]:
+    """How far a design is and what it took, by title, as markup."""
+    state = design.outcome.outcome if design.outcome else design.state
+    return {
+        "state": f"[{_COLOR.get(state, 'cyan')}]{state}[/]",
+        "iterations": str(design.iteration),
+        "repairs": str(design.mechanical_repairs),
+        "tokens": format_tokens(design.usage),
+        "paid": format_cost(design.usage),
+        "time": format_duration(design.latency_s),
+    }
 
 
 def print_result(console: Console, run: Run) -> int:

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 
 def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default=False)] = False) -> int:
-    """List the rules of the validator, or describe some in full.
+    """List the rules of the validator, or describe some in full; a file or pipe gets the description as Markdown.
 
         aidsr rules
 
@@ -21,9 +21,11 @@ def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default
     page
         Print all that is known about the built-in rules, as Markdown.
     """
+    import re
     import sys
 
     from rich.console import Console
+    from rich.markdown import Markdown
     from rich.table import Table
 
     from aidsr.validation.registry import all_rules, builtin_rules, require_rule
@@ -32,7 +34,11 @@ def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default
     if page:
         sys.stdout.write(rules_page(builtin_rules()))
     elif codes:
-        sys.stdout.write("\n".join(rule_section(require_rule(code)) for code in codes))
+        text = "\n".join(rule_section(require_rule(code)) for code in codes)
+        if sys.stdout.isatty():
+            Console().print(Markdown(re.sub(r"\[([^]]+)\]\([^)]*\)", r"\1", text)))  # its links lead nowhere here
+        else:
+            sys.stdout.write(text)
     else:
         table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
         for title in ("code", "stage", "finds"):

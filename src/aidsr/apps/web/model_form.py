@@ -17,7 +17,7 @@ from aidsr.core.config import BUILTIN, Budget, RunConfig, checked_config
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_cost, format_tokens_in_thousands
 from aidsr.loop.estimate import estimate
-from aidsr.teams.providers import providers
+from aidsr.teams.providers import is_offline, providers
 from aidsr.teams.providers.manual import MANUAL
 from aidsr.teams.providers.offline import RULES
 from aidsr.teams.providers.openai import OPENAI
@@ -125,6 +125,8 @@ def budget_from(form: dict[str, Any]) -> Budget:
 
 def estimated_cost(site: Site, model: str, concepts: int) -> str:
     """Say what a run will about cost, and on what that rests; empty while no model is named that is understood."""
+    if is_offline(model):
+        return "No language model: no calls, no cost."
     try:
         found = estimate(RunConfig(model=model, concepts=concepts), site.library.path)
     except (UserError, ValidationError):
