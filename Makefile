@@ -57,8 +57,8 @@ fuzz: $(VENV)/core  ## give CASES=1000 broken documents to the validator, simula
 bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=runs can be built, and why not the others: JOBS=2
 	$(BIN)/python benchmarks/fabrication/run.py $(or $(RUNS),runs) --jobs $(or $(JOBS),2)
 
-tasks-study: $(VENV)/dev  ## idle bodies, goals by hand and open-loop motions for every task (hours, resumable)
-	$(BIN)/python benchmarks/tasks/study.py
+tasks-study: $(VENV)/core  ## what wins each task without a designed policy, and open-loop motions (hours, resumable)
+	$(BIN)/python -m benchmarks.tasks.study
 
 film: $(VENV)/dev  ## make the film of the README again (minutes)
 	rm -rf build/readme

@@ -1,220 +1,319 @@
-"""Are the tasks good tasks? What idling, a goal reached by hand, and open-loop motions come to at each of them.
+"""Are the tasks good tasks? What wins without a designed policy, and how far open-loop motions come.
 
-    make tasks-study
+    make tasks-study                                                        # everything, hours
+    python -m benchmarks.tasks.study --tasks button_pushing --try           # one task, a minute; nothing is kept
 
-A task is wrong whose idle body succeeds, whose goal cannot be held, whose variations do not matter, or at which no body
-gets anywhere. What was measured is kept in results.jsonl, one line for each task, level and design, and is not measured
-again; results.md is made of it. With nothing measured before, it takes some hours on two cores.
+A task at which a body wins that idles, holds a constant action or moves at random gives its success away: more than 5 %
+of the held-out episodes is marked. Bodies are the built-in team's designs of seeds 0, 1 and 2 for the task. Each plays
+
+- idle: controls nearest to 0;
+- constant: the best of 27 constant actions, -1, 0 or 1 for each group of actuators;
+- random 25 Hz, random 0.5 s: uniform random actions, a new one 25 times a second or every half second;
+- rule: the best of a family with two parameters. Reaching: pull a set of groups within 2 s, with a strength. Grasping:
+  pull a set of groups at a time. Locomotion, manipulation: sinusoids with a period and a lag from group to group.
+
+"Best of" is chosen on development variations and counted on held-out ones. Without --only-floors each body is also
+probed: a search of open-loop motions for single development variations. What was measured stands in results.jsonl, one
+line for each task, level, body and policy, and is not measured again while task, version, scene and number of episodes
+are the same; results.md is made of it. For a quick look give --try with --only-floors, --levels standard, --bodies 1,
+--episodes 20 or --policies idle constant: it prints the table and writes nothing.
 """
 
 from __future__ import annotations
 
 import argparse
+import fcntl
+import hashlib
+import inspect
 import json
+import subprocess
 import sys
-from collections.abc import Iterator
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
+from benchmarks.tasks.floors import POLICIES, Measured, measure
 
-from aidsr import probe
-from aidsr.core.artifacts import ActuatorGroup
-from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.rollout import rollout
+import aidsr
+from aidsr.api import find_scene
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
-from aidsr.sim.assembly import assemble
-from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
-from aidsr.teams import rules as builtin
+from aidsr.tasks import BENCHMARK_VERSION, Task, load_task, task_names
 
 HERE = Path(__file__).parent
 FACTS, TABLE = HERE / "results.jsonl", HERE / "results.md"
-VARIATIONS = 20
-
-HANDS = HERE.parents[1] / "tests" / "tasks"
-"""Where the hands are that play a task to its goal."""
+UNDESIGNED = tuple(name for name in POLICIES if name != "rule")
+MOST_SHARE = 0.05
+"""What a policy that nobody chose anything for may win. Our choice: one episode in twenty."""
 
 Fact = dict[str, Any]
+Keep = Callable[[Fact], None]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A design for a task, in its environment."""
+
+    name: str
+    concept: str
+    scene: TaskScene
 
 
 def main() -> None:
     """Measure what is not measured yet, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tasks", nargs="+", default=list(TASKS))
+    parser.add_argument("--tasks", nargs="+", default=list(task_names()), help="all unless named")
     parser.add_argument("--levels", nargs="+", default=["standard", "hard"])
-    parser.add_argument("--designs", type=int, default=3, help="built-in designs of each task")
-    parser.add_argument("--max-steps", type=int, default=2_000_000, help="physics steps of the probe of a design")
-    parser.add_argument("--candidates", type=int, default=128, help="motions tried for each design and variation")
-    parser.add_argument("--variations", type=int, default=2, help="each is searched for itself")
-    parser.add_argument("--idle", type=int, default=10, help="held-out episodes in which a body does nothing")
-    parser.add_argument("--threads", type=int, default=0)
-    options = parser.parse_args()
-    known = {(fact["task"], fact["level"], fact["design"]) for fact in facts()}
-    for name in options.tasks:
-        for level in options.levels:
-            task = load_task(name, level)
-            for number in range(options.designs + 1):
-                if (task.name, level, number) in known:
-                    continue
-                fact = by_hand(task) if number == 0 else by_design(task, number, options)
-                with FACTS.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(fact) + "\n")
-    TABLE.write_text(table(), encoding="utf-8")
+    parser.add_argument("--bodies", type=int, default=3, help="designs of the built-in team, of seeds 0, 1, …")
+    parser.add_argument("--policies", nargs="+", choices=list(POLICIES), default=list(POLICIES), metavar="POLICY")
+    parser.add_argument("--episodes", type=int, default=40, help="held-out ones of each body and policy")
+    parser.add_argument("--only-floors", action="store_true", help="no probe")
+    parser.add_argument("--threads", type=int, default=0, help="native threads for physics; 0 takes all processors")
+    parser.add_argument("--try", dest="scratch", action="store_true", help="print the table, keep nothing")
+    parser.add_argument(
+        "--table-only", action="store_true", help="write the table of what was measured, measure nothing"
+    )
+    asked = parser.parse_args()
+    found: list[Fact] = []
+    keep = found.append if asked.scratch else append
+    known = [] if asked.scratch else facts()
+    for name in () if asked.table_only else asked.tasks:
+        for level in asked.levels:
+            study(load_task(name, level), asked, known, keep)
+    if asked.scratch:
+        sys.stdout.write("\n" + table(found))
+    else:
+        compact()
+        TABLE.write_text(table(facts()), encoding="utf-8")
 
 
-def facts() -> list[Fact]:
-    """Return what was measured so far for this version of the benchmark."""
-    lines = FACTS.read_text(encoding="utf-8").splitlines() if FACTS.exists() else []
-    return [fact for line in lines if (fact := json.loads(line))["version"] == BENCHMARK_VERSION]
+def study(task: Task, asked: argparse.Namespace, known: list[Fact], keep: Keep) -> None:
+    """Measure one task at one level, as far as that is not known."""
+    for seed in range(asked.bodies):
+        began = time.monotonic()
+        body, outcome = built_in(task, seed)
+        if body is None:
+            keep({**_about(task), "kind": "body", "body": f"seed {seed}", "outcome": outcome})
+            continue
+        say(f"{task.name} {task.level}, {body.name}: {body.concept} ({time.monotonic() - began:.0f} s)")
+        mine = [fact for fact in known if _is_of(fact, task, body)]
+        there = {fact["policy"] for fact in mine if fact["kind"] == "floor" and fact["episodes"] >= asked.episodes}
+        began = time.monotonic()
+        for found in measure(
+            body.scene, [name for name in asked.policies if name not in there], asked.episodes, asked.threads
+        ):
+            fact = floor(task, body, found, time.monotonic() - began)
+            say(f"  {fact['policy']}: {fact['wins']} of {fact['episodes']} {fact['chosen']} ({fact['wall_s']:.0f} s)")
+            keep(fact)
+            began = time.monotonic()
+        if not asked.only_floors and not any(fact["kind"] == "probe" for fact in mine):
+            fact = probe(task, body, asked.threads)
+            say(f"  probe: {fact['success_share']:.0%}, progress {fact['progress']:.2f}")
+            keep(fact)
 
 
-def by_hand(task: Task) -> Fact:
-    """Return what a goal reached by hand comes to, and how the first sight of the task varies (as design 0)."""
-    sys.path.insert(0, str(HANDS))
-    import goals
-    from stick import Episode
-
-    episode = getattr(goals, task.name.rpartition("/")[2])(task)
-    seen = []
-    for index in range(VARIATIONS):
-        fresh = Episode(task, index=index)
-        seen.append(task.observe(fresh.look(), fresh.state.task_state)[0])
-    differ = int((np.ptp(np.array(seen), axis=0) > 1e-6).sum())
-    facts = {"goal_held": episode.won, "features": len(seen[0]), "features_differ": differ}
-    return {"task": task.name, "level": task.level, "version": BENCHMARK_VERSION, "design": 0, **facts}
+def built_in(task: Task, seed: int) -> tuple[Body | None, str]:
+    """Return the first design of the built-in team for a task, or none and why."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = aidsr.design(task=task.name, level=task.level, seed=seed, concepts=1, runs=folder)
+        (design,) = run.designs
+        if not design.final_scene.path.exists():
+            outcome = design.outcome.read()
+            return None, str(outcome and outcome.model_dump(mode="json", exclude_none=True))
+        concepts = run.concepts.read()
+        return Body(f"seed {seed}", concepts[0].name if concepts else "", find_scene(design).for_learning("auto")), ""
 
 
-def by_design(task: Task, number: int, options: argparse.Namespace) -> Fact:
-    """Return what a built-in design, as its author first wrote it, comes to when idle and by open-loop motions."""
-    concept, mjcf, groups = design(task, number)
-    scene = TaskScene.of(mjcf, task, groups=groups)
-    idle = idling(scene, options.idle, options.threads)
-    given = {name: getattr(options, name) for name in ("candidates", "variations", "max_steps", "threads")}
-    found = probe(mjcf, task, groups=groups, **given)
+def floor(task: Task, body: Body, found: Measured, wall_s: float) -> Fact:
+    """Return the line that is kept of a policy."""
+    outcomes = found.outcomes
     return {
-        "task": task.name,
-        "level": task.level,
-        "version": BENCHMARK_VERSION,
-        "design": number,
-        "concept": concept,
-        "mujoco": mujoco.__version__,
-        "idle_episodes": options.idle,
-        "idle_successes": int(idle.success.sum()),
-        "idle_progress": round(float(idle.best_progress.max()), 3),
-        "diverged_idle": int(idle.diverged.sum()),
-        "probe": found.model_dump(mode="json"),
+        **_about(task, body),
+        "kind": "floor",
+        "policy": found.policy,
+        "tried": found.tried,
+        "chosen": found.chosen,
+        "development_wins": found.development_wins,
+        "development_episodes": found.development_episodes,
+        "episodes": int(outcomes.success.size),
+        "wins": int(outcomes.success.sum()),
+        "diverged": int(outcomes.diverged.sum()),
+        "progress": round(float(outcomes.best_progress.mean()), 3),
+        "best_progress": round(float(outcomes.best_progress.max()), 3),
+        "wall_s": round(wall_s, 1),
     }
 
 
-def design(task: Task, number: int) -> tuple[str, str, tuple[ActuatorGroup, ...]]:
-    """Return the concept, the scene and the groups of a design of the built-in team, seed 1."""
-    brief, rules = task.brief(), builtin.team(1)
-    concept = rules.designer.propose(brief, max(3, number))[number - 1]
-    robot = rules.coder.write(brief, concept)
-    scene = assemble(robot, brief.environment, rules.integrator.place(brief, concept, robot), task.sensors)
-    return concept.name, scene.mjcf, robot.actuator_groups
+def probe(task: Task, body: Body, threads: int) -> Fact:
+    """Return the line that is kept of a probe with its defaults."""
+    found = aidsr.probe(body.scene.mjcf, task, groups=body.scene.actions.groups, threads=threads)
+    names = ("success_share", "same_motion_share", "progress", "reached", "motions", "max_steps", "ended_by")
+    report = found.model_dump(mode="json")
+    return {
+        **_about(task, body),
+        "kind": "probe",
+        "policy": "probe",
+        "episodes": len(found.variations),
+        **{name: report[name] for name in names},
+    }
 
 
-def idling(scene: TaskScene, count: int, threads: int) -> Any:
-    """Return how held-out episodes go in which the body does nothing."""
-    rest = tuple(
-        GroupMotion(group=group.name, first=value, last=value)
-        for group, value in zip(scene.actions.groups, scene.actions.rest.tolist(), strict=True)
+def _about(task: Task, body: Body | None = None) -> Fact:
+    common = {"task": task.name, "level": task.level, "version": BENCHMARK_VERSION, "task_sha256": digest(task)}
+    made = {"commit": commit(), "mujoco": mujoco.__version__}
+    if body is None:
+        return {**common, **made}
+    scene = {"scene_sha256": body.scene.fingerprint[:12], "groups": body.scene.actions.size}
+    return {**common, "body": body.name, "concept": body.concept, **scene, **made}
+
+
+def _is_of(fact: Fact, task: Task, body: Body) -> bool:
+    now = _about(task, body)
+    return all(fact.get(key) == now[key] for key in (*_TASK, "body", "scene_sha256"))
+
+
+_TASK = ("task", "level", "version", "task_sha256")
+
+
+def digest(task: Task) -> str:
+    """Return what a task's facts depend on beside the scene: its module, those of the classes it extends, its XML."""
+    modules = {module for cls in type(task).__mro__ if (module := inspect.getmodule(cls)) and cls is not object}
+    texts = sorted(inspect.getsource(module) for module in modules if module.__name__.startswith("aidsr."))
+    return hashlib.sha256("\0".join([*texts, task.environment]).encode()).hexdigest()[:12]
+
+
+def commit() -> str:
+    """Return the commit of the sources, with a + where they differ from it."""
+
+    def git(*arguments: str) -> str:
+        return subprocess.run(["git", *arguments], cwd=HERE, capture_output=True, text=True, check=False).stdout.strip()
+
+    changed = "+" if git("status", "--porcelain", "--", HERE.parents[1] / "src", HERE / "floors.py") else ""
+    return git("rev-parse", "--short=9", "HEAD") + changed
+
+
+def say(line: str) -> None:
+    """Print a line now."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+# --- what was measured ---
+
+
+def facts() -> list[Fact]:
+    """Return what was measured so far: of each task, level, body and policy the latest."""
+    lines = FACTS.read_text(encoding="utf-8").splitlines() if FACTS.exists() else []
+    return _latest(json.loads(line) for line in lines)
+
+
+def _latest(found: Iterable[Fact]) -> list[Fact]:
+    return list(
+        {(*(fact[key] for key in ("task", "level", "body")), fact.get("policy")): fact for fact in found}.values()
     )
-    still = Motion(begin_s=0.0, ramp_s=1.0, frequency_hz=1.0, groups=rest)
-    drawn = [scene.task.variation("held_out", index) for index in range(count)]
-    episodes = Episodes(scene.model, scene.task, scene.actions, drawn, threads=threads)
-    return rollout(episodes, OpenLoopPolicy(Motions.of([still] * count), scene.task.control_dt_s))
 
 
-def table() -> str:
-    """Return all that was measured as a page."""
-    known = facts()
-    bodies = [fact for fact in known if fact["design"]]
-    if not bodies:
-        return f"# Are the tasks good tasks?\n\nNothing was measured in version {BENCHMARK_VERSION} yet.\n"
-    return _head(bodies) + "\n".join(_rows(known)) + "\n"
+def append(fact: Fact) -> None:
+    """Keep a line; several processes may measure at the same time."""
+    with FACTS.open("a", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.write(json.dumps(fact) + "\n")
 
 
-def _head(bodies: list[Fact]) -> str:
-    versions = sorted({fact["mujoco"] for fact in bodies})
-    motions = sorted(fact["probe"]["motions"] for fact in bodies)
-    steps = " or ".join(f"{most:,}" for most in sorted({fact["probe"]["max_steps"] for fact in bodies}))
-    return f"""# Are the tasks good tasks?
+def compact() -> None:
+    """Drop lines that newer ones replace, and put the rest into the order of the tasks."""
+    with FACTS.open("a", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        places = {name: place for place, name in enumerate(task_names())}
+        rank = {name: place for place, name in enumerate(POLICIES)}
+        order = sorted(
+            facts(),
+            key=lambda f: (
+                places.get(f["task"], len(places)),
+                f["level"] != "standard",
+                f["body"],
+                rank.get(f.get("policy", ""), len(rank)),
+            ),
+        )
+        FACTS.write_text("".join(json.dumps(fact) + "\n" for fact in order), encoding="utf-8")
 
-Made with MuJoCo {", ".join(versions)}, version {BENCHMARK_VERSION} of the benchmark, by
 
-{_commands(bodies)}
+# --- the page ---
 
-Bodies are those of the built-in team as first written, seed 1, {len(bodies)} in all; motions are open-loop
-([probe](../../docs/learning.md)): at most {steps} physics steps a body, which was room
-for {motions[0]} to {motions[-1]} motions. So few say what is possible, not what is impossible.
-results.jsonl has all that was measured.
+_HEAD = """# Are the tasks good tasks?
 
-- *goal*: a stick or the object is pulled to the goal by hand, and that succeeds.
-- *idle*: successes among held-out episodes in which the bodies do nothing, and their largest progress.
-- *differ*: how many of the task's features differ between the first moments of {VARIATIONS} variations; friction and
-  mass cannot be seen there.
-- *solved*: variations in which some motion of the best body succeeds; *alike*: in which one and the same motion does.
-- *PPO*: success on held-out variations of the best design in [benchmarks/builtin](../builtin/results.md); empty where
-  it was not trained yet.
+What wins without a designed policy. Made by `make tasks-study`; `python -m benchmarks.tasks.study --help` explains the
+policies, and results.jsonl has every body and policy. A cell is the largest share of one body, and in brackets wins and
+held-out episodes of all bodies. **Bold**: an idle body, a constant action or random actions win more than {most:.0%}.
+*Probe*: development variations for which an open-loop motion was found that wins ([probe](../../docs/learning.md)), of
+those of all bodies, and the best body's mean progress.
 
-| task | level | goal | idle | differ | best body | solved | alike | progress | it came so far | PPO |
-|---|---|---|---|---|---|---|---|---|---|---|
+| task | level | bodies | {policies} | probe | version | commit |
+|---|---|---|{lines}|---|---|---|
 """
 
 
-def _commands(bodies: list[Fact]) -> str:
-    """Return the commands by which bodies were probed, one for each way."""
-    ways: dict[tuple[str, int, int], int] = {}
-    for one in bodies:
-        way = (one["level"], one["probe"]["max_steps"], one["probe"]["candidates"])
-        ways[way] = max(ways.get(way, 0), one["design"])
-    return "\n".join(
-        f"    python benchmarks/tasks/study.py --levels {level} --designs {designs} --max-steps {steps} "
-        f"--candidates {count}"
-        for (level, steps, count), designs in ways.items()
-    )
+def table(known: list[Fact]) -> str:
+    """Return facts as a page."""
+    head = _HEAD.format(most=MOST_SHARE, policies=" | ".join(POLICIES), lines="|".join(["---"] * len(POLICIES)))
+    return head + "".join(f"{row}\n" for row in _rows(known)) + _winners(known)
 
 
 def _rows(known: list[Fact]) -> Iterator[str]:
-    for name in TASKS:
-        for level in ("standard", "hard"):
-            mine = [fact for fact in known if (fact["task"], fact["level"]) == (name, level)]
-            hand = next((fact for fact in mine if fact["design"] == 0), None)
-            bodies = [fact for fact in mine if fact["design"]]
-            if hand is None:
-                continue
-            held = "yes" if hand["goal_held"] else "**no**"
-            cells = [name, level, held, _idle(bodies), f"{hand['features_differ']} of {hand['features']}"]
-            cells += _best(bodies) if bodies else [""] * 5
-            yield "| " + " | ".join([*cells, trained(name, level)]) + " |"
+    for task, level in dict.fromkeys((fact["task"], fact["level"]) for fact in known):
+        mine = [fact for fact in known if (fact["task"], fact["level"]) == (task, level)]
+        bodies = dict.fromkeys(fact["body"] for fact in mine)
+        standing = [body for body in bodies if any(f["body"] == body and f["kind"] != "body" for f in mine)]
+        count = str(len(bodies)) if len(standing) == len(bodies) else f"{len(standing)} of {len(bodies)}"
+        cells = [_cell([f for f in mine if f["kind"] == "floor" and f["policy"] == policy]) for policy in POLICIES]
+        made = [", ".join(dict.fromkeys(str(fact[key]) for fact in mine)) for key in ("version", "commit")]
+        probes = [fact for fact in mine if fact["kind"] == "probe"]
+        yield "| " + " | ".join([task, level, count, *cells, _probed(probes), *made]) + " |"
 
 
-def _idle(bodies: list[Fact]) -> str:
-    if not bodies:
+def _cell(found: list[Fact]) -> str:
+    if not found:
         return ""
-    successes, episodes = (sum(one[f"idle_{key}"] for one in bodies) for key in ("successes", "episodes"))
-    return f"{successes} of {episodes}, {max(one['idle_progress'] for one in bodies):.2f}"
+    wins, episodes = (sum(fact[key] for fact in found) for key in ("wins", "episodes"))
+    most = max(_share(fact) for fact in found)
+    share = f"**{most:.0%}**" if any(_marked(fact) for fact in found) else f"{most:.0%}"
+    return f"{share} ({wins}/{episodes})"
 
 
-def _best(bodies: list[Fact]) -> list[str]:
-    best = max(bodies, key=lambda one: (one["probe"]["success_share"], one["probe"]["progress"]))
-    found = best["probe"]
-    count = len(found["variations"])
-    shares = [f"{round(found[key] * count)} of {count}" for key in ("success_share", "same_motion_share")]
-    return [best["concept"], *shares, f"{found['progress']:.2f}", found["reached"]]
+def _share(fact: Fact) -> float:
+    return float(fact["wins"] / fact["episodes"])
 
 
-def trained(task: str, level: str) -> str:
-    """Return the success share of the best policy of benchmarks/builtin, where it stands in its results."""
-    results = HERE.parent / "builtin" / "results.jsonl"
-    lines = results.read_text(encoding="utf-8").splitlines() if results.exists() else []
-    rows = [row for line in lines if (row := json.loads(line))["task"] == task and row["level"] == level]
-    shares = [row["success_share"] for row in rows if row["benchmark_version"] == BENCHMARK_VERSION]
-    return f"{max(shares):.0%}" if shares else ""
+def _marked(fact: Fact) -> bool:
+    return fact["policy"] in UNDESIGNED and _share(fact) > MOST_SHARE
+
+
+def _probed(found: list[Fact]) -> str:
+    if not found:
+        return ""
+    solved = round(sum(fact["success_share"] * fact["episodes"] for fact in found))
+    return f"{solved}/{sum(fact['episodes'] for fact in found)}, {max(fact['progress'] for fact in found):.2f}"
+
+
+def _winners(known: list[Fact]) -> str:
+    """Return which bodies and policies win more than is given away."""
+    marked = [fact for fact in known if fact["kind"] == "floor" and _share(fact) > MOST_SHARE]
+    if not marked:
+        return ""
+    rows = "".join(
+        f"| {f['task']} | {f['level']} | {f['concept']} ({f['body']}) | {f['policy']} | {f['chosen'] or '-'} | "
+        f"{f['wins']}/{f['episodes']} |\n"
+        for f in sorted(marked, key=lambda f: not _marked(f))
+    )
+    return f"""
+## What wins more than {MOST_SHARE:.0%}
+
+| task | level | body | policy | chosen of its family | wins |
+|---|---|---|---|---|---|
+{rows}"""
 
 
 if __name__ == "__main__":
