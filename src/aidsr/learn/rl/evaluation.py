@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from aidsr.core.artifacts import Evaluation, PlausibilityCheck
 from aidsr.core.errors import UserError
@@ -14,18 +16,27 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
 from aidsr.learn.rl.plausibility import (
+    FEWEST_SUCCESSES,
     behavior_checks,
     exploit_check,
+    necessity_check,
+    nothing_to_check,
     penetration_check,
     structure_check,
     training_check,
 )
 from aidsr.learn.rl.training import DEVELOPMENT
 from aidsr.learn.rl.training_folder import TrainingResult
+from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
+from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, Split, Variation
 
 LEAST_EPISODES = 20
 """Source: docs/tasks.md, evaluation of one design."""
+
+REPLAYED = 20
+"""Successful episodes, evenly spread, that are played again without cables and with a locked body, at most. They run to
+the time limit, so all of a hundred would cost more than the evaluation itself. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +80,14 @@ def evaluate(
     first = 0 if split == "held_out" else DEVELOPMENT
     indices = range(first, first + episodes)
     rolled = rollout_with_stats(scene, policy, indices, threads=threads, smoothing=smoothing, split=split)
-    structure = Episodes(scene.model, scene.task, scene.actions, rolled.variations[:1], threads=1).structure
+    structure = read_structure(scene.model)
     checks = [structure_check(structure)]
     if training is not None:
         checks.append(training_check(training.episodes, training.diverged_episodes))
     checks += behavior_checks(rolled.outcomes, rolled.stats, structure)
     checks.append(penetration_check(rolled.models, rolled.stats, structure))
     checks += _exploit_checks(scene, policy, rolled, threads, smoothing)
+    checks += body_checks(scene, policy, rolled, threads=threads, smoothing=smoothing)
     results = tuple(rolled.outcomes.result(row, index) for row, index in enumerate(indices))
     facts = {"task": scene.task.name, "level": scene.task.level, "benchmark_version": BENCHMARK_VERSION}
     versions = {"mujoco": mujoco.__version__}
@@ -104,27 +116,83 @@ def rollout_with_stats(
     return EvaluationRollout(variations, outcomes, recorder.stats(), models)
 
 
+@dataclass(frozen=True)
+class Replays:
+    """Plays the variations of an evaluation again, in models changed in numbers but not in their elements."""
+
+    scene: TaskScene
+    policy: Policy
+    variations: tuple[Variation, ...]
+    threads: int = 0
+    smoothing: float = 0.0
+
+    def play(self, model: mujoco.MjModel, only: Sequence[int] | None = None) -> EpisodeOutcomes:
+        """Return how the episodes go in a changed model.
+
+        Args:
+            model: The scene's model, changed.
+            only: Rows of the variations to play, all unless given. The others stand still and do not succeed.
+        """
+        task, actions = self.scene.task, self.scene.actions
+        episodes = Episodes(model, task, actions, self.variations, threads=self.threads, smoothing=self.smoothing)
+        if only is not None:
+            episodes.running &= np.isin(np.arange(episodes.n), only)
+        return rollout(episodes, self.policy)
+
+    def survival(self, name: str, how: str, model: mujoco.MjModel, won: int) -> PlausibilityCheck:
+        """Check that successes survive a change.
+
+        All variations are played, and not only those that succeeded: of a policy that wins half of its episodes by the
+        skin of its teeth, only half of those would be won again, in whatever physics.
+        """
+        return exploit_check(name, how, int(self.play(model).success.sum()) if won else 0, won)
+
+    def necessity(self, name: str, how: str, model: mujoco.MjModel, won: Sequence[int]) -> PlausibilityCheck:
+        """Check that successes vanish with a change."""
+        enough = len(won) >= FEWEST_SUCCESSES
+        return necessity_check(name, how, int(self.play(model, won).success.sum()) if enough else 0, len(won))
+
+
 def _exploit_checks(
     scene: TaskScene, policy: Policy, rolled: EvaluationRollout, threads: int, smoothing: float
 ) -> list[PlausibilityCheck]:
-    """Play the same variations again with half the time step and with another integrator.
-
-    All of them, and not only those that succeeded: of a policy that wins half of its episodes by the skin of its teeth,
-    only half of those would be won again, in whatever physics.
-    """
-    won = int(rolled.outcomes.success.sum())
-    finer, other = copy.copy(scene.model), copy.copy(scene.model)
+    """Play the same variations again with half the time step and with another integrator."""
+    replays = Replays(scene, policy, rolled.variations, threads, smoothing)
+    model, won = scene.model, int(rolled.outcomes.success.sum())
+    finer, other = copy.copy(model), copy.copy(model)
     finer.opt.timestep /= 2
     discrete, fast = int(mujoco.mjtIntegrator.mjINT_DISCRETE), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-    other.opt.integrator = discrete if scene.model.opt.integrator != discrete else fast
-    checks = []
-    for name, model, how in (
-        ("survives_half_time_step", finer, "at half the time step"),
-        ("survives_other_integrator", other, "with another integrator"),
-    ):
-        survived = 0
-        if won:
-            again = Episodes(model, scene.task, scene.actions, rolled.variations, threads=threads, smoothing=smoothing)
-            survived = int(rollout(again, policy).success.sum())
-        checks.append(exploit_check(name, how, survived, won))
-    return checks
+    other.opt.integrator = discrete if model.opt.integrator != discrete else fast
+    return [
+        replays.survival("survives_half_time_step", "at half the time step", finer, won),
+        replays.survival("survives_other_integrator", "with another integrator", other, won),
+    ]
+
+
+def body_checks(
+    scene: TaskScene, policy: Policy, rolled: EvaluationRollout, *, threads: int = 0, smoothing: float = 0.0
+) -> list[PlausibilityCheck]:
+    """Play again without cables, with a locked soft body, and without other actuators.
+
+    Args:
+        scene: What the policy acts in.
+        policy: The policy, without noise.
+        rolled: The episodes that it played.
+        threads: Native threads; 0 takes all processors.
+        smoothing: What the policy was trained with.
+    """
+    replays = Replays(scene, policy, rolled.variations, threads, smoothing)
+    model, structure, won = scene.model, read_structure(scene.model), np.flatnonzero(rolled.outcomes.success)
+    some = won[np.linspace(0, won.size - 1, min(won.size, REPLAYED)).astype(int)].tolist()
+    slack, locked = without_cables(model, structure), with_locked_soft_body(model, structure)
+    name, others = "works_without_other_actuators", other_actuators(structure)
+    if others:
+        how = f"without the force of the {len(others)} actuators that pull on no cable"
+        alone = replays.survival(name, how, without_other_actuators(model, structure), won.size)
+    else:
+        alone = nothing_to_check(name, "all actuators of the robot pull on cables")
+    return [
+        replays.necessity("needs_cables", "with every cable slack", slack, some),
+        replays.necessity("needs_soft_body", "with the joints of the soft body locked", locked, some),
+        alone,
+    ]

@@ -37,6 +37,7 @@ DEEP = 1.0
 of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
 
 _ASIDE = "one episode in twenty aside"
+_TOO_FEW = "too few successful episodes to tell"
 
 SURVIVING = 0.5
 """Successes there must be in other physics, as a share of those in the scene's own. Source: our choice, the same half
@@ -45,6 +46,11 @@ FEWEST_SUCCESSES = 4
 """So many must there be to ask. Our choice: a policy that brushed one wall of twenty by luck was called an exploit,
 while one that brushed none was not. Luck remains: who wins a fifth of twenty episodes by chance alone, in any physics,
 fails here about one time in ten; who wins half of them hardly ever."""
+
+VANISHED = 0.1
+"""Successes there may be without cables or with a locked body, as a share of those with them. Our choice: above none,
+since a variation may be so easy that the rest of a motion solves it by luck; far below half, where chance would do as
+much as the cables."""
 
 
 def _max_without_outliers(values: FloatArray) -> float:
@@ -169,3 +175,29 @@ def exploit_check(name: str, how: str, survived: int, successes: int) -> Plausib
         bound="at least",
         message=f"{survived} episodes succeed {how}, {successes} without that{too_few}",
     )
+
+
+def necessity_check(name: str, how: str, left: int, successes: int) -> PlausibilityCheck:
+    """Whether success vanishes, a tenth aside, when a part of the robot does nothing.
+
+    Args:
+        name: Of the check.
+        how: What was changed, in words.
+        left: Episodes that still succeed.
+        successes: Episodes that had succeeded and were played again; few are no statistics.
+    """
+    share = left / successes if successes >= FEWEST_SUCCESSES else None
+    message = f"{left} of {successes} successful episodes succeed {how} too" if share is not None else _TOO_FEW
+    return PlausibilityCheck(
+        name=name,
+        passed=share is None or share <= VANISHED,
+        measured=share,
+        limit=VANISHED,
+        bound="at most",
+        message=message,
+    )
+
+
+def nothing_to_check(name: str, why: str) -> PlausibilityCheck:
+    """Return a check of survival that holds because there is nothing to take away."""
+    return PlausibilityCheck(name=name, passed=True, measured=None, limit=SURVIVING, bound="at least", message=why)
