@@ -50,8 +50,27 @@ class Ownership:
         return self._decide(mujoco.mjtObj.mjOBJ_ACTUATOR, index, bodies)
 
     def sensor(self, index: int) -> bool:
-        """Whether a sensor is the robot's own; the task's sensors in a scene carry no prefix."""
-        return self._decide(mujoco.mjtObj.mjOBJ_SENSOR, index, [])
+        """Whether a sensor is the robot's own; the task's sensors in a scene have names without the prefix."""
+        return self._decide(mujoco.mjtObj.mjOBJ_SENSOR, index, self._measured_bodies(index))
+
+    def _measured_bodies(self, sensor: int) -> list[int]:
+        """Bodies that a sensor measures something of."""
+        model, target = self.model, int(self.model.sensor_objid[sensor])
+        owners = {
+            int(mujoco.mjtObj.mjOBJ_JOINT): model.jnt_bodyid,
+            int(mujoco.mjtObj.mjOBJ_SITE): model.site_bodyid,
+            int(mujoco.mjtObj.mjOBJ_GEOM): model.geom_bodyid,
+        }
+        kind = int(model.sensor_objtype[sensor])
+        if kind in owners:
+            return [int(owners[kind][target])]
+        if kind in (int(mujoco.mjtObj.mjOBJ_BODY), int(mujoco.mjtObj.mjOBJ_XBODY)):
+            return [target]
+        if kind == int(mujoco.mjtObj.mjOBJ_TENDON):
+            return tendon_bodies(model, target)
+        if kind == int(mujoco.mjtObj.mjOBJ_ACTUATOR):
+            return list(self.bodies[:1]) if self.actuator(target) else []
+        return []
 
     def _decide(self, kind: mujoco.mjtObj, index: int, bodies: list[int]) -> bool:
         if not self.is_scene:

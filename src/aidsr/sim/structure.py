@@ -226,13 +226,18 @@ def _soft_joints_of(model: mujoco.MjModel, body: int) -> list[int]:
 
 def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:
     """Return the pairs of bodies that an active equality constraint joins at a point, named by bodies or by sites."""
-    pairs = set()
-    for equality in np.flatnonzero(np.isin(model.eq_type, _JOINING) & (model.eq_active0 != 0)):
-        ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
-        if int(model.eq_objtype[equality]) == _OF_SITES:
-            ends = (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]]))
-        pairs.add(frozenset(ends))
-    return pairs
+    joining = np.flatnonzero(np.isin(model.eq_type, _JOINING) & (model.eq_active0 != 0))
+    return {frozenset(equality_bodies(model, equality)) for equality in joining.tolist()}
+
+
+def equality_bodies(model: mujoco.MjModel, equality: int) -> tuple[int, ...]:
+    """Return the bodies that an equality constraint is between; none where it is between other things than bodies."""
+    if int(model.eq_type[equality]) not in _JOINING:
+        return ()
+    ends = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
+    if int(model.eq_objtype[equality]) == _OF_SITES:
+        return tuple(int(model.site_bodyid[end]) for end in ends)
+    return ends
 
 
 def _moving_bodies(model: mujoco.MjModel, owned: tuple[int, ...]) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.validation.drive import Drive
+from aidsr.sim.drive import Drive
 
 Array = NDArray[np.float64]
 

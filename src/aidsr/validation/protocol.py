@@ -15,10 +15,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.rollout import Recording, Simulation, integration_state, simulate
 from aidsr.sim.structure import Structure
 from aidsr.validation.battery import BatteryTest, commands_at_end, list_tests, random_commands, slack_in
-from aidsr.validation.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.validation.points import drawn_seen_from_root, seen_from_root
 
 Array = NDArray[np.float64]

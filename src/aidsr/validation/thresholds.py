@@ -5,9 +5,6 @@ large a robot is. Motor and material limits are absolute on purpose: real motors
 our choice, placed between robots known to be good and robots known to be bad.
 """
 
-SERIES_JOINTS = 3
-"""A continuum limb bends in at least this many places in series; with two it is a linkage."""
-
 JOINT_SPEED_RAD_S = 200.0
 BODY_SPEED_M_S = 50.0
 """Speeds that no cable and motor of this size reach: the integration has failed or is about to."""

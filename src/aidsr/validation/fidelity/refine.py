@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.mjcf.compile import compile_mjcf
+from aidsr.sim.drive import neutral_ctrl, read_drives, set_act
 from aidsr.sim.elastica import Rod, Tip
 from aidsr.sim.rollout import Simulation, integration_state, simulate
 from aidsr.sim.structure import Chain, Structure, read_structure
-from aidsr.validation.drive import neutral_ctrl, read_drives, set_act
 from aidsr.validation.fidelity.cables import Cable, Guide, guides_of
 from aidsr.validation.fidelity.compare import (
     arc_of,

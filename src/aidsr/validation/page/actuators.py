@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from aidsr.sim.drive import Drive
 from aidsr.sim.structure import name_of
 from aidsr.validation.curves import downsample, moved_over_length
-from aidsr.validation.drive import Drive
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.signals import ActuatorTrace
 

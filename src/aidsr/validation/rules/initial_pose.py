@@ -11,8 +11,8 @@ import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.overlap import OVERLAP_LENGTH, OVERLAP_NOTICED, OVERLAP_SHARE
+from aidsr.sim.poses import bent_pose
 from aidsr.validation.consequences import COLLAPSE, FALL, NO_MOTION, SHAKING
-from aidsr.validation.poses import bent_pose
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.soft_body import SERIES_JOINTS
 from aidsr.sim.structure import Chain
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.thresholds import SERIES_JOINTS
 
 CHAIN_BEND_DEG = 30.0
 """Bend that all joint limits of a chain allow together; less is a range in radians read as degrees. Our choice."""

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
-from aidsr.validation.drive import Drive
+from aidsr.sim.drive import Drive
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 

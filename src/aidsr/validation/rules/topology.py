@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.soft_body import SERIES_JOINTS
 from aidsr.sim.structure import Chain, joined_bodies
 from aidsr.validation.consequences import FALL, NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.thresholds import SERIES_JOINTS
 
 GAP_SHARE = 0.5
 """Gap between neighbouring segments / segment length. Drawn joints leave gaps of up to a fifth. Our choice."""

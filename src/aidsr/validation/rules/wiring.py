@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.poses import bent_pose
 from aidsr.sim.structure import Tendon
 from aidsr.validation.consequences import NO_MOTION
-from aidsr.validation.poses import bent_pose
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
+from aidsr.sim.drive import Drive
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of
-from aidsr.validation.drive import Drive
 
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
-_UNLIMITED_END = 1.0  # as in `aidsr.validation.drive`
+_UNLIMITED_END = 1.0  # as in `aidsr.sim.drive`
 
 
 def control_facts(model: mujoco.MjModel, drives: Sequence[Drive], neutral: NDArray[np.float64]) -> list[dict[str, Any]]:

@@ -19,8 +19,8 @@ from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.render.camera import frame_robot
 from aidsr.render.stage import compile_for_display
 from aidsr.render.view import View
+from aidsr.sim.drive import Drive, neutral_ctrl, read_drives
 from aidsr.sim.structure import Structure, read_structure
-from aidsr.validation.drive import Drive, neutral_ctrl, read_drives
 from aidsr.validation.mount import mount_model
 from aidsr.validation.validator import Mount
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.tendons import tensions_n
+from aidsr.sim.drive import Drive
 from aidsr.sim.rollout import simulate
 from aidsr.sim.structure import name_of
 from aidsr.validation.battery import BatteryTest
-from aidsr.validation.drive import Drive
 from aidsr.validation.protocol import PlannedTests, Protocol, plan_tests
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from aidsr.apps.web.view3d.frames import Snapshot
 from aidsr.apps.web.view3d.motions import Motion
 from aidsr.apps.web.view3d.tendons import tensions_n
 from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
-from aidsr.validation.drive import set_act
+from aidsr.sim.drive import set_act
 
 SPEED_BOUNDS = (0.02, 4.0)
 """Times real time."""

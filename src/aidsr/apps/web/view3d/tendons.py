@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.parts import MAX_SHAPES
+from aidsr.sim.drive import Drive
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.structure import name_of
-from aidsr.validation.drive import Drive
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,277 @@
+"""What of a robot its cables bend, and what of it is rigid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.drive import read_drives
+from aidsr.sim.poses import bent_pose
+from aidsr.sim.structure import Structure
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SERIES_JOINTS = 3
+"""A continuum limb bends in at least this many places in series; with two it is a linkage. Our choice."""
+
+CHAIN_BEND_RAD = 0.2
+"""Bend of a limb, shared evenly by its joints, from which a joint counts as bent. Our choice: a limb bent by 11
+degrees moves its tip by a tenth of its length, twice what the validator asks of an actuator."""
+
+_BENT_RAD = 0.02
+"""Bend in which moment arms are read: straight, a cable through the axes is at an extreme of its length."""
+_SLOWEST_S = 10.0
+"""Time within which a joint has to follow: damping and armature that hold it longer make it rigid. Our choice, about
+the length of an episode."""
+_LEVER = 1e-4
+"""Moment arm / L below which a cable does not act on a joint. Our choice: a tenth of a millimetre on one metre."""
+_LOCKED = 1e-3
+"""Share of a joint's motion that equality constraints leave, below which it is locked. Our choice, above rounding."""
+_SAME_POINT = 1e-3
+"""Joints nearer than this share of L turn about one point, as in `aidsr.sim.structure`."""
+_LONG_LINK = 2.0
+"""Link length / median link length above which the rest of a link counts as rigid. Our choice."""
+_GRAVITY_M_S2 = 9.81
+
+_HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+
+
+@dataclass(frozen=True)
+class SoftBody:
+    """A robot divided into what its cables bend and what is rigid.
+
+    Attributes:
+        bent: Bodies behind the joints that cables bend, in series of three or more.
+        length_m: Length of those series together [m].
+        largest_part: Bodies of the largest rigid part, joined to each other without a joint that can bend.
+        largest_part_m: Its extent [m]: the farthest distance between two points of its colliding geoms.
+        heaviest_part: Bodies of the heaviest rigid part that can move.
+        heaviest_share: Its mass / mass of all that moves.
+        unmoved: Moving bodies of a robot with a fixed root that stand before every joint that cables bend.
+        unmoved_share: Their mass / mass of all that moves; 0 for a free root, which moves with its limbs.
+    """
+
+    bent: tuple[int, ...]
+    length_m: float
+    largest_part: tuple[int, ...]
+    largest_part_m: float
+    heaviest_part: tuple[int, ...]
+    heaviest_share: float
+    unmoved: tuple[int, ...]
+    unmoved_share: float
+
+
+def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable[int]) -> SoftBody:
+    """Return what of a robot some of its actuators bend, in the reference pose and statically.
+
+    A joint is bent where the strongest cable turns it by its share of `CHAIN_BEND_RAD` against its springs, within its
+    range. A joint that neither a cable nor the robot's weight on a lever of L turns by as much is rigid.
+
+    Args:
+        model: Compiled model.
+        structure: Its robot.
+        cables: Actuators that pull on cables.
+    """
+    if not structure.bodies:
+        return SoftBody((), 0.0, (), 0.0, (), 0.0, (), 0.0)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    least_rad = CHAIN_BEND_RAD / max(structure.longest_series, SERIES_JOINTS)
+    free = unlocked_dofs(model, data)
+    holding = _holding(model)
+    room_rad = _room(model)
+    torque = _cable_torques(model, data, structure, cables)
+    weight = structure.mass_kg * _GRAVITY_M_S2 * structure.characteristic_length_m
+    lengths_m = _slide_unit(model, structure)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend_rad = np.where(torque > 0, np.minimum(torque / holding, room_rad), 0.0) / lengths_m
+        sag_rad = np.minimum(weight / holding, room_rad) / lengths_m
+    bends, gives = free & (bend_rad >= least_rad), free & (sag_rad >= least_rad)
+    bent, length_m = _series(model, data, structure, bends)
+    parts = _parts(model, structure, bends | gives)
+    extents = {root: _extent_m(model, data, bodies) for root, bodies in parts.items()}
+    largest = max(extents, key=lambda root: extents[root])
+    masses = {
+        root: sum(float(model.body_mass[b]) for b in bodies if b in structure.moving) for root, bodies in parts.items()
+    }
+    heaviest = max(masses, key=lambda root: masses[root])
+    unmoved = () if structure.free_roots else _unmoved(model, structure, bent)
+    whole_kg = max(structure.mass_kg, np.finfo(float).tiny)
+    return SoftBody(
+        bent=bent,
+        length_m=length_m,
+        largest_part=parts[largest],
+        largest_part_m=extents[largest],
+        heaviest_part=parts[heaviest],
+        heaviest_share=masses[heaviest] / whole_kg,
+        unmoved=unmoved,
+        unmoved_share=sum(float(model.body_mass[body]) for body in unmoved) / whole_kg,
+    )
+
+
+def _cable_torques(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, cables: Iterable[int]) -> Vector:
+    """Largest force of a single cable on each degree of freedom, (nv,) [N m, N of a slide]."""
+    bent = bent_pose(model, structure, _BENT_RAD)
+    largest = np.zeros(model.nv)
+    wanted = set(cables)
+    for drive in read_drives(model, data, structure):
+        if drive.actuator not in wanted:
+            continue
+        pull_n = max(-drive.force_low_n, -drive.force_high_n, 0.0)
+        tendon = int(model.actuator_trnid[drive.actuator, 0])
+        first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+        columns = model.ten_J_colind[first : first + count]
+        arms = np.abs(bent.ten_J.reshape(-1)[first : first + count])
+        arms[arms < _LEVER * structure.characteristic_length_m] = 0.0
+        largest[columns] = np.maximum(largest[columns], pull_n * arms)
+    return np.asarray(np.maximum(largest - np.asarray(model.dof_frictionloss), 0.0))
+
+
+def _holding(model: mujoco.MjModel) -> Vector:
+    """What holds each degree of freedom: spring, and within the slowest time damper and inertia, (nv,) [N m/rad]."""
+    joints = np.asarray(model.dof_jntid)
+    springs = np.abs(np.asarray(model.jnt_stiffness)[joints])
+    dampers = np.abs(np.asarray(model.dof_damping)) / _SLOWEST_S
+    return np.asarray(springs + dampers + 2.0 * np.asarray(model.dof_armature) / _SLOWEST_S**2)
+
+
+def _room(model: mujoco.MjModel) -> Vector:
+    """How far each degree of freedom may turn from the reference pose, (nv,) [rad]."""
+    joints = np.asarray(model.dof_jntid)
+    start = np.array(
+        [
+            model.qpos0[model.jnt_qposadr[joint]] if model.jnt_type[joint] in (_HINGE, _SLIDE) else 0.0
+            for joint in joints
+        ]
+    )
+    ends = np.abs(np.asarray(model.jnt_range)[joints] - start[:, None]).max(axis=1, initial=0.0)
+    return np.where(np.asarray(model.jnt_limited, dtype=bool)[joints], ends, np.inf)
+
+
+def unlocked_dofs(model: mujoco.MjModel, data: mujoco.MjData) -> Mask:
+    """Return which degrees of freedom the active equality constraints leave any motion, (nv,).
+
+    Args:
+        model: Compiled model.
+        data: Its data after `mj_forward`.
+    """
+    rows = np.flatnonzero(np.asarray(data.efc_type) == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY))
+    if not rows.size:
+        return np.ones(model.nv, dtype=bool)
+    jacobian = np.zeros((data.nefc, model.nv))
+    if mujoco.mj_isSparse(model):
+        mujoco.mju_sparse2dense(jacobian, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+    else:
+        jacobian = np.asarray(data.efc_J).reshape(data.nefc, model.nv)
+    equal = jacobian[rows]
+    left = 1.0 - np.einsum("ij,ji->i", np.linalg.pinv(equal, rcond=1e-6), equal)
+    return np.asarray(left > _LOCKED)
+
+
+def _dofs(model: mujoco.MjModel, body: int) -> list[int]:
+    first = int(model.body_dofadr[body])
+    return list(range(first, first + int(model.body_dofnum[body]))) if first >= 0 else []
+
+
+def _turns(model: mujoco.MjModel, body: int) -> list[int]:
+    """Degrees of freedom of a body's hinges and balls."""
+    return [dof for dof in _dofs(model, body) if int(model.jnt_type[model.dof_jntid[dof]]) in (_HINGE, _BALL)]
+
+
+def _series(
+    model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, bends: Mask
+) -> tuple[tuple[int, ...], float]:
+    """Bodies whose joints bend in series of three or more, branches passed through, and the length of them all [m]."""
+    parents = model.body_parentid
+    bending = [body for body in structure.moving if any(bends[dof] for dof in _turns(model, body))]
+    anchors = {body: np.array(data.xanchor[int(model.body_jntadr[body])]) for body in bending}
+    before: dict[int, int] = {}
+    for body in bending:
+        parent = int(parents[body])
+        while parent and parent not in anchors:
+            parent = int(parents[parent])
+        before[body] = parent
+    ways_m = {
+        body: float(np.linalg.norm(anchors[body] - anchors[parent])) if parent else 0.0
+        for body, parent in before.items()
+    }
+    counts = {
+        body: 0 if before[body] and ways_m[body] < _SAME_POINT * structure.characteristic_length_m else 1
+        for body in bending
+    }
+    above: dict[int, int] = {}
+    for body in bending:
+        above[body] = above.get(before[body], 0) + counts[body]
+    below = dict.fromkeys(bending, 0)
+    for body in reversed(bending):
+        if before[body]:
+            below[before[body]] = max(below[before[body]], below[body] + counts[body])
+    kept = [body for body in bending if above[body] + below[body] >= SERIES_JOINTS]
+    links_m = [ways_m[body] for body in kept if before[body] in kept and counts[body]]
+    if not links_m:
+        return tuple(kept), 0.0
+    median_m = float(np.median(links_m))
+    ends = sum(body not in {before[other] for other in kept} for body in kept)
+    return tuple(kept), sum(min(link_m, _LONG_LINK * median_m) for link_m in links_m) + ends * median_m
+
+
+def _parts(model: mujoco.MjModel, structure: Structure, moves: Mask) -> dict[int, tuple[int, ...]]:
+    """Rigid parts by their first body: bodies without a joint between them that can move."""
+    first: dict[int, int] = {}
+    for body in structure.bodies:
+        parent = int(model.body_parentid[body])
+        stays = not any(moves[dof] for dof in _dofs(model, body))
+        first[body] = first[parent] if stays and parent in first else body
+    parts: dict[int, list[int]] = {}
+    for body, root in first.items():
+        parts.setdefault(root, []).append(body)
+    return {root: tuple(bodies) for root, bodies in parts.items()}
+
+
+def _extent_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> float:
+    """Farthest distance between corners of the boxes around the colliding geoms of some bodies [m]."""
+    points = []
+    for body in bodies:
+        for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
+            solid = model.geom_contype[geom] or model.geom_conaffinity[geom]
+            if solid and int(model.geom_type[geom]) not in _FLAT:
+                box = model.geom_aabb[geom]
+                rotation = data.geom_xmat[geom].reshape(3, 3)
+                points.append(data.geom_xpos[geom] + (box[:3] + _CORNERS * box[3:]) @ rotation.T)
+    if not points:
+        return 0.0
+    cloud = np.concatenate(points)
+    directions = _directions()
+    along = cloud @ directions.T
+    return float((along.max(axis=0) - along.min(axis=0)).max())
+
+
+def _directions() -> Vector:
+    """Directions spread over half a sphere, (n, 3): the longest shadow on them is the extent within 2 %."""
+    count = 128
+    k = np.arange(count) + 0.5
+    height, turn = k / count, np.pi * (1 + 5**0.5) * k
+    ring = np.sqrt(1 - height**2)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
+
+
+def _slide_unit(model: mujoco.MjModel, structure: Structure) -> Vector:
+    """L of a slide and 1 of a turning joint, (nv,): motion along a slide counts as a share of L."""
+    kinds = np.asarray(model.jnt_type)[np.asarray(model.dof_jntid)]
+    return np.where(kinds == _SLIDE, structure.characteristic_length_m, 1.0)
+
+
+def _unmoved(model: mujoco.MjModel, structure: Structure, bent: tuple[int, ...]) -> tuple[int, ...]:
+    moved: set[int] = set(bent)
+    for body in structure.bodies:
+        if int(model.body_parentid[body]) in moved:
+            moved.add(body)
+    return tuple(body for body in structure.moving if body not in moved)

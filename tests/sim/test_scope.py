@@ -1,0 +1,96 @@
+"""What of a compiled model is out of scope, and what only looks like it; `tests/validation` has a robot for each."""
+
+from __future__ import annotations
+
+import pytest
+
+from aidsr.mjcf.compile import compile_mjcf
+from aidsr.sim.scope import find_out_of_scope
+from aidsr.sim.soft_body import read_soft_body
+from aidsr.sim.structure import read_structure
+from scenes import builtin_scene, small_arm, small_scene
+
+
+def codes(mjcf: str) -> set[str]:
+    model = compile_mjcf(mjcf)
+    return {finding.code for finding in find_out_of_scope(model, read_structure(model))}
+
+
+def changed(*pairs: tuple[str, str]) -> str:
+    text = small_arm()
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+@pytest.mark.parametrize("task", ["flat_ground", "gap", "drawer_opening", "simple_grasping"])
+def test_built_in_robots_at_their_tasks_are_in_scope(task: str) -> None:
+    assert codes(builtin_scene(task)) == set()
+
+
+def test_motors_of_the_environment_are_not_the_robots() -> None:
+    model = compile_mjcf(small_scene("drawer_opening"))
+    structure = read_structure(model)
+    assert model.nactuator > len(structure.actuators)
+    assert structure.sensors, "a sensor without a name is the robot's where what it measures is"
+    assert find_out_of_scope(model, structure) == ()
+
+
+def test_a_motor_of_the_robot_is_found_in_its_scene() -> None:
+    scene = small_scene("drawer_opening", third='<motor name="turn" joint="bend1" ctrlrange="-1 1"/>')
+    (finding,) = [found for found in find_out_of_scope(*_read(scene)) if found.code == "motorized_joint"]
+    assert finding.names == ("robot/turn",)
+    assert (finding.measured, finding.limit) == (1, 0)
+
+
+def _read(mjcf: str):
+    model = compile_mjcf(mjcf)
+    return model, read_structure(model)
+
+
+def test_a_joint_that_only_a_stiff_spring_holds_is_no_axle() -> None:
+    assert codes(changed((' range="-40 40"', ""))) == set()
+    assert codes(changed((' range="-40 40"', ""), ('stiffness="0.2"', 'stiffness="0"'))) >= {"wheel"}
+
+
+def test_a_limb_too_stiff_for_its_cables_counts_as_rigid() -> None:
+    model, structure = _read(small_arm())
+    soft = read_soft_body(model, structure, structure.tendon_actuators)
+    assert len(soft.bent) == 4
+    assert soft.length_m == pytest.approx(0.24)
+    model, structure = _read(small_arm().replace('stiffness="0.2"', 'stiffness="200"'))
+    soft = read_soft_body(model, structure, structure.tendon_actuators)
+    assert soft.bent == ()
+    assert soft.largest_part_m > 0.24
+    assert "cables_bend_nothing" in {finding.code for finding in find_out_of_scope(model, structure)}
+
+
+def test_damping_that_holds_a_joint_for_a_whole_episode_makes_it_rigid() -> None:
+    assert "cables_bend_nothing" in codes(small_arm(damping=2000.0))
+
+
+def test_discs_that_collide_stand_for_the_backbone_between_them() -> None:
+    bare = changed(('mass="0.01"/>', 'mass="0.01" contype="0" conaffinity="0"/>'))
+    assert "ghost_shape" in codes(bare)
+    disc = 'mass="0.01" contype="0" conaffinity="0"/>'
+    for at in (0.01, 0.03, 0.05):
+        disc += f'<geom type="cylinder" size="0.012 0.001" pos="0 0 {at}" mass="0.001"/>'
+    assert codes(changed(('mass="0.01"/>', disc))) == set()
+
+
+def test_a_gap_that_lets_others_enter_is_as_good_as_no_contact() -> None:
+    assert "ghost_shape" in codes(changed(('mass="0.01"/>', 'mass="0.01" gap="0.5"/>')))
+
+
+def test_an_exclusion_between_parts_of_the_robot_and_with_its_mount_is_allowed() -> None:
+    inside = "<contact><exclude body1='seg1' body2='seg3'/></contact><tendon>"
+    assert codes(changed(("<tendon>", inside))) == set()
+    mount = "<contact><exclude body1='world' body2='seg1'/></contact><tendon>"
+    assert codes(changed(("<tendon>", mount))) == set()
+    free = changed(("<tendon>", mount), ('<body name="base">', '<body name="base"><freejoint/>'))
+    assert codes(free) == {"contact_excluded"}
+
+
+def test_a_robot_without_bodies_has_no_tendons() -> None:
+    assert "no_tendons" in codes("<mujoco><worldbody><geom size='0.1'/></worldbody></mujoco>")
