@@ -15,6 +15,7 @@ from aidsr.core.arguments import check_type, check_whole_number
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
+from aidsr.core.plain_tree import require_plain_tree, require_regular_file
 from aidsr.runs.folders import DesignFolder, Run
 from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training, trainings_of
@@ -399,6 +400,8 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
             "runs/…/designs/1, or the file of a scene"
         )
     run = Run(design.path.parent.parent)
+    require_plain_tree(design.path)
+    require_regular_file(run.record.path)
     record = run.record.read()
     known_task, known_level = (record.task, record.level) if record and record.task else ("", "")
     if not (task or goal or known_task):

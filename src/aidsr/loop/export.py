@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from aidsr.core.artifacts import Placement, Robot, ValidationReport
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
+from aidsr.core.plain_tree import require_plain_tree
 from aidsr.fabrication.as_built import as_built
 from aidsr.fabrication.build import RobotBuild, build_robot
 from aidsr.fabrication.force_response import responses
@@ -110,6 +111,7 @@ def _read(subject: Path) -> _Subject:
     if not subject.is_dir():
         return _Subject(subject.stem, open_mjcf(subject), (), "", "auto", None)
     design = DesignFolder(subject.resolve())
+    require_plain_tree(design.path)
     robot = design.final_robot.read()
     if robot is None:
         raise UserError(

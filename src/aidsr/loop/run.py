@@ -19,9 +19,10 @@ from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.loop.task_trial import check_trial, trial_of
 from aidsr.loop.teams import check_model, model_name, require_object, team_of
-from aidsr.runs import EventLog, Run, RunRecord, new_run
+from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
 from aidsr.runs.files import replace_file
-from aidsr.teams.providers import absolute_name
+from aidsr.runs.origin import require_ours
+from aidsr.teams.providers import absolute_name, destination
 
 if TYPE_CHECKING:
     from aidsr.core.model import Model
@@ -84,6 +85,7 @@ def resume(
     *,
     budget: Budget | None = None,
     model: str | Model | None = None,
+    trust: bool = False,
 ) -> Run:
     """Continue a run that was stopped or killed, and return it. No answered call is asked again.
 
@@ -94,17 +96,34 @@ def resume(
         listen: As for `design`.
         budget: Replaces the run's budget, what was spent before included; designs that ran out of budget continue.
         model: Required for a run that was designed by an object: that object, or another of the same name.
+        trust: Whether a run that was not made here may send its prompts, and a key, where its run.json says; see
+            docs/safety.md.
 
     Raises:
+        ForeignFolderError: The run was not made here, its model is asked elsewhere, and `trust` is false.
         UserError: The folder is not a run, another process is at work on it, the budget cannot be kept, or the model is
             not the run's.
         ModelError: The language model could not be reached before there were concepts.
     """
     found = run if isinstance(run, Run) else Run(run)
     client = _same_model(found, model)
+    require_object(found, client)
     if budget is not None:
         replace_budget(found, budget, client)
+    if client is None:
+        require_run_is_ours(found, trust=trust)
     return run_designs(found, parts_of(found, client), listen)
+
+
+def require_run_is_ours(run: Run, *, trust: bool) -> None:
+    """Refuse to resume a run that was not made here and sends something elsewhere, unless its user trusts it.
+
+    Raises:
+        ForeignFolderError: It is one, it is not finished, and `trust` is false.
+        UserError: The folder is not a run.
+    """
+    if read_status(run).state != "finished":
+        require_ours(run.record.path, [destination(run.asked().config.model)], trust=trust)
 
 
 def _same_model(run: Run, model: str | Model | None) -> Model | None:

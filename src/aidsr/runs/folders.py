@@ -31,8 +31,10 @@ from aidsr.core.artifacts import (
 from aidsr.core.calls import CallRecord
 from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
+from aidsr.core.plain_tree import require_plain_tree
 from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
+from aidsr.runs.origin import mark_as_ours
 from aidsr.runs.record import RunRecord
 
 
@@ -230,8 +232,9 @@ class Run:
         """Return what was asked of the run.
 
         Raises:
-            UserError: The folder is not a run, or its run.json is damaged.
+            UserError: The folder is not a run, its run.json is damaged, or it holds links or other special files.
         """
+        require_plain_tree(self.path)
         record = self.record.read()
         if record is None:
             raise UserError(f"{self.path} is not a run folder: run.json not found; give the folder of a run, as runs/…")
@@ -284,6 +287,7 @@ def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> R
     facts = brief.model_dump(mode="json", exclude={"environment", "starting_robot"})
     JsonFile(path / "brief.json", dict[str, Any]).write(facts)
     run.record.write(record)
+    mark_as_ours(run.record.path)
     return run
 
 
@@ -291,7 +295,8 @@ def _numbered(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     return sorted(
-        (path for path in folder.iterdir() if path.name.isdigit() and path.is_dir()), key=lambda p: int(p.name)
+        (path for path in folder.iterdir() if path.name.isdigit() and path.is_dir()),
+        key=lambda p: int(p.name),
     )
 
 

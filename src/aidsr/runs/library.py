@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from aidsr.core.errors import UserError
+from aidsr.core.plain_tree import require_plain_tree
 from aidsr.runs.events import at_work
 from aidsr.runs.folders import Run
 
@@ -26,16 +27,18 @@ class Library:
         """Return all runs, the newest first; a folder copied here from elsewhere is one of them."""
         if not self.path.is_dir():
             return ()
-        found = (path for path in self.path.iterdir() if _NAME.fullmatch(path.name) and (path / "run.json").is_file())
+        found = (path for path in self.path.iterdir() if _NAME.fullmatch(path.name) and _is_run(path))
         return tuple(Run(path) for path in sorted(found, key=_begun, reverse=True))
 
     def run(self, name: str) -> Run:
         """Return the run of that name.
 
         Raises:
-            UserError: There is none directly in this folder.
+            UserError: There is none directly in this folder, or it holds links or other special files.
         """
-        return Run(self._inside(self.path, name))
+        run = Run(self._inside(self.path, name))
+        require_plain_tree(run.path)
+        return run
 
     def trash(self, name: str) -> None:
         """Move a run to the folder .trash; `restore` moves it back until that folder is emptied.
@@ -67,7 +70,7 @@ class Library:
     def _inside(self, folder: Path, name: str) -> Path:
         path = folder / name
         ours = _NAME.fullmatch(name) and path.resolve().parent == folder.resolve()
-        if not (ours and (path / "run.json").is_file()):
+        if not (ours and _is_run(path)):
             raise UserError(f'"{name[:80]}" is not a run under {folder}')
         return path
 
@@ -84,6 +87,11 @@ def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:
     for design in run.designs:
         paths += [design.path, *(path for pattern in (*each, *trainings) for path in design.path.glob(pattern))]
     return tuple(mark for path in paths if (mark := _mark(path)) is not None)
+
+
+def _is_run(path: Path) -> bool:
+    file = path / "run.json"
+    return file.is_file() and not file.is_symlink()
 
 
 def _mark(path: Path) -> tuple[str, int, int] | None:

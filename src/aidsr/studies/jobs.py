@@ -19,6 +19,7 @@ from aidsr.loop.run import create_run, make_brief, parts_of, replace_budget
 from aidsr.loop.runner import run_designs
 from aidsr.runs import DesignFolder, Run, read_status
 from aidsr.runs.files import JsonFile
+from aidsr.runs.origin import MARK, mark_as_ours
 from aidsr.studies.study import Cell, Study, open_study
 from aidsr.tasks import load_task
 from aidsr.validation import validate
@@ -196,7 +197,9 @@ def _continue_run(study: Study, before: Cell, home: Path, config: RunConfig) -> 
         raise AidsrError(f"{before.name} must be designed before {home}")
     copy = Run(home / origin.path.name)
     shutil.copytree(origin.path, copy.path, ignore=shutil.ignore_patterns(*_NOT_DESIGNING))
+    (copy.path / MARK).unlink(missing_ok=True)
     copy.record.write(origin.asked().model_copy(update={"config": config}))
+    mark_as_ours(copy.record.path)
     return copy
 
 

@@ -17,9 +17,12 @@ from pydantic import Field, ValidationError, model_validator
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
+from aidsr.core.plain_tree import require_plain_tree
 from aidsr.runs import Run
+from aidsr.runs.origin import mark_as_ours, require_ours
 from aidsr.studies.file_errors import first_error
 from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.teams.providers import destination
 from aidsr.teams.providers.offline import REFERENCE, SEARCH
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim", "stable-baselines3", "torch")
@@ -182,15 +185,26 @@ def create_study(path: Path, plan: StudyPlan) -> Study:
     part = file.with_suffix(".part")
     part.write_text(_toml(plan.model_dump(mode="json")), encoding="utf-8")
     part.replace(file)
+    mark_as_ours(file)
     return Study(path, plan)
+
+
+def require_study_is_ours(study: Study, *, trust: bool) -> None:
+    """Refuse to resume a study that was not made here and sends something elsewhere, unless its user trusts it.
+
+    Raises:
+        ForeignFolderError: It is one, and `trust` is false.
+    """
+    require_ours(study.path / "study.toml", [destination(arm.config.model) for arm in study.plan.arms], trust=trust)
 
 
 def open_study(path: Path) -> Study:
     """Return the study in a folder.
 
     Raises:
-        UserError: There is none, or its plan cannot be read.
+        UserError: There is none, its plan cannot be read, or it holds links or other special files.
     """
+    require_plain_tree(path)
     try:
         text = (path / "study.toml").read_text(encoding="utf-8")
         return Study(path, StudyPlan.model_validate(tomllib.loads(text)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,7 @@ def benchmark(
     jobs: Annotated[int, Parameter(validator=Number(gte=1, lte=512))] = 2,
     ray: str = "",
     resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    trust: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     dry_run: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
     """Design, train and judge robots for many tasks, and write the tables.
@@ -52,17 +54,20 @@ def benchmark(
         Address of a Ray cluster to do the jobs on, "auto" for the one that is running here; needs the extra "ray".
     resume
         Resume the study with the plan in its folder.
+    trust
+        Let a study that was not made here send its prompts, and your keys, where its study.toml says.
     dry_run
         Print the estimated cost and exit.
     """
     from rich.console import Console
 
     from aidsr.apps.cli.studies import StudyTable, print_forecast, print_unfinished
+    from aidsr.apps.cli.trust import confirmed
     from aidsr.core.extras import require_extra
     from aidsr.studies.budget import check_budget, read_budget, set_budget
     from aidsr.studies.report import write_report
     from aidsr.studies.runner import run_study
-    from aidsr.studies.study import create_study
+    from aidsr.studies.study import create_study, require_study_is_ours
 
     console = Console(highlight=False)
     found = _study(study, options or PlanOptions(), resume)
@@ -75,6 +80,8 @@ def benchmark(
         _check_this_machine(found)
     if dry_run:
         return 0
+    if (study / "study.toml").exists():
+        confirmed(partial(require_study_is_ours, found), trust)
     create_study(study, found.plan)
     if limits:
         set_budget(found, limit)

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from aidsr.apps.cli.spending import Limits
 
 
-def resume(run: Path, /, *, limits: Limits | None = None) -> int:
+def resume(
+    run: Path,
+    /,
+    *,
+    limits: Limits | None = None,
+    trust: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+) -> int:
     """Continue a run that was stopped or killed.
 
     What is finished is kept, and no question that a language model answered is asked again. A limit given here
@@ -21,12 +31,16 @@ def resume(run: Path, /, *, limits: Limits | None = None) -> int:
     ----------
     run
         Folder of the run.
+    trust
+        Let a run that was not made here send its prompts, and your key, where its run.json says.
     """
     from aidsr.apps.cli.progress import follow_run
-    from aidsr.loop.run import parts_of, replace_budget
+    from aidsr.apps.cli.trust import confirmed
+    from aidsr.loop.run import parts_of, replace_budget, require_run_is_ours
     from aidsr.runs import Run
 
     found = Run(run)
     if limits is not None and limits != Limits():
         replace_budget(found, limits.value())
+    confirmed(partial(require_run_is_ours, found), trust)
     return follow_run(found, parts_of(found))

@@ -8,6 +8,7 @@ from typing import Self
 
 from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
+from aidsr.core.plain_tree import require_plain_tree
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
 from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
@@ -34,6 +35,7 @@ class FinishedTraining:
             UserError: There is none, it is not finished, an earlier version made it, or its task or scene is another
                 one by now.
         """
+        require_plain_tree(folder)
         home = TrainingFolder(folder)
         try:
             config = home.read("config.json", TrainingConfig)

@@ -12,6 +12,7 @@ from aidsr.teams.providers.provider import Endpoint, Provider
 from aidsr.teams.providers.registry import (
     absolute_name,
     connect,
+    destination,
     is_offline,
     parse_model_name,
     price_usd,
@@ -28,6 +29,7 @@ __all__ = [
     "RetryPolicy",
     "absolute_name",
     "connect",
+    "destination",
     "is_offline",
     "parse_model_name",
     "price_usd",

@@ -143,6 +143,25 @@ def is_offline(name: str) -> bool:
     return provider is not None and provider.is_offline
 
 
+def destination(name: str, environ: Mapping[str, str] | None = None) -> str:
+    """Return in words where the prompts for a model go, and which key goes with them; empty where none leave.
+
+    Args:
+        name: Name of the model, as for `connect`.
+        environ: Environment variables; those of this process by default.
+
+    Raises:
+        UserError: The name is unknown.
+    """
+    provider, argument = parse_model_name(name)
+    if provider.is_offline or (provider.is_free and not provider.base_url):
+        return ""
+    environ = os.environ if environ is None else environ
+    where = argument.partition("@")[2] or provider.url(environ) or provider.name_of(argument)
+    variable = next((each for each in provider.key_variables if environ.get(each, "").strip()), "")
+    return f"{where} with the key in {variable}" if variable else where
+
+
 def absolute_name(name: str) -> str:
     """Return a model's name as it holds in every directory: a path in it made absolute."""
     provider = provider_of(name)

@@ -1,0 +1,31 @@
+"""Asking a person whether a folder that was not made here may be resumed."""
+
+from __future__ import annotations
+
+import sys
+from typing import Protocol
+
+
+class _Check(Protocol):
+    def __call__(self, *, trust: bool) -> None: ...
+
+
+def confirmed(require_ours: _Check, trust: bool) -> None:
+    """Check the origin of a folder; in a terminal, ask whether one that was not made here is trusted.
+
+    Raises:
+        ForeignFolderError: It is not trusted, or nobody can be asked.
+    """
+    from rich.markup import escape
+    from rich.prompt import Confirm
+
+    from aidsr.runs.origin import ForeignFolderError
+
+    try:
+        require_ours(trust=trust)
+    except ForeignFolderError as error:
+        if not (sys.stdin.isatty() and sys.stdout.isatty()):
+            raise
+        if not Confirm.ask(f"{escape(str(error))}.\nResume it?", default=False):
+            raise
+        require_ours(trust=True)
