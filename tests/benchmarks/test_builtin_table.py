@@ -84,7 +84,9 @@ def test_a_policy_of_the_study_is_told_with_what_it_was_trained_with(program, st
     (trained / "config.json").write_text(json.dumps(config | {"versions": {"mujoco": "3.16.0"}}))
     check = PlausibilityCheck(name="still", passed=False, measured=0.0, limit=1.0, message="it stays still")
     episode = EpisodeResult(variation=0, ended="failed", progress=0.1, best_progress=0.4, reward=0.0, time_s=1.0)
-    evaluation = Evaluation(task=cell.task, level="standard", benchmark_version=3, episodes=[episode], checks=[check])
+    evaluation = Evaluation(
+        task=cell.task, level="standard", benchmark_version=BENCHMARK_VERSION, episodes=[episode], checks=[check]
+    )
     row = DesignRow(arm="builtin", task=cell.task, run=1, design=1, outcome="approved", evaluations=(evaluation,))
     found = program.row_of(row, study)
     assert (found.mujoco, found.recipe, found.scene_sha256) == ("3.16.0", {"epochs": 3}, "5e")

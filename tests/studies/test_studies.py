@@ -190,7 +190,8 @@ def evaluation(won: int, *, of: int = 4, plausible: bool = True) -> Evaluation:
         for n, ended in enumerate(ends)
     ]
     check = PlausibilityCheck(name="moves", passed=plausible, measured=1.0, limit=1.0, message="")
-    return Evaluation(task=TASK, level="standard", benchmark_version=3, episodes=episodes, checks=[check])
+    version = StudyPlan.model_fields["benchmark_version"].default
+    return Evaluation(task=TASK, level="standard", benchmark_version=version, episodes=episodes, checks=[check])
 
 
 @pytest.mark.parametrize(

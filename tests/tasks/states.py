@@ -104,11 +104,12 @@ def drawer_opening(task, seen, stage=12.0, open_m=(0.0099, 0.0, 0.0099)):
     return altered(seen, openings), {"stage": stage}
 
 
-def force_controlled_brushing(task, seen, brushed=None, stroke_s=0.1, band_s=6.001):
+def force_controlled_brushing(task, seen, brushed=None, stroke_s=0.1, band_s=6.001, too_hard_s=0.5):
     cells = task.cells_a_side**2
     brushed = int(np.ceil(task.coverage * cells - JUST)) if brushed is None else brushed
     cells_s = np.where(np.arange(cells) < brushed, stroke_s, 0.0)
-    return seen, {"cells_s": cells_s, "band_s": band_s, "contact_s": 10.0}
+    times_s = {"band_s": band_s, "contact_s": 10.0, "touching_s": 10.0, "too_hard_s": too_hard_s}
+    return seen, {"cells_s": cells_s, **times_s}
 
 
 def _held(seen, object_way_m=(0.0, 0.0, 0.0), tip_way_m=(0.0, 0.0, 0.0), *, away_m=None, opposed=False) -> dict:

@@ -15,7 +15,8 @@ CELLS = 25
 def memory(*brushed: int) -> dict[str, np.ndarray]:
     cells_s = np.zeros((1, CELLS))
     cells_s[0, list(brushed)] = 0.1
-    return {"cells_s": cells_s, "band_s": np.ones(1), "contact_s": np.ones(1)}
+    times_s = {"band_s": np.ones(1), "contact_s": np.ones(1), "touching_s": np.ones(1), "too_hard_s": np.zeros(1)}
+    return {"cells_s": cells_s, **times_s}
 
 
 @pytest.mark.parametrize(

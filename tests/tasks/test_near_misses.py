@@ -6,10 +6,11 @@ The states are those of `states`.
 import numpy as np
 import pytest
 import states
-from sights import altered, first, stacked, touches
+from sights import altered, first, outlined, stacked, touches
 from states import JUST
 
 from aidsr.tasks import TASKS, load_task
+from aidsr.tasks.scoring import reset, score
 
 MISSES = [
     ("button_pushing", "standard", {"travel_m": 0.0049}),
@@ -53,6 +54,7 @@ MISSES = [
     ("force_controlled_brushing", "hard", {"brushed": 89}),
     ("force_controlled_brushing", "standard", {"stroke_s": 0.099}),
     ("force_controlled_brushing", "standard", {"band_s": 5.999}),
+    ("force_controlled_brushing", "standard", {"too_hard_s": 0.501}),
 ]
 
 
@@ -95,6 +97,37 @@ def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n,
     memory = task.update_state(pressed_and_not, {"steps": np.full(2, 7.0), "pressed": np.full(2, 2.0)})
     assert memory["steps"].tolist() == [8.0, 8.0]
     assert memory["pressed"].tolist() == [2.0 + counted, 2.0]
+
+
+@pytest.mark.parametrize(("force_n", "times_s"), [(0.04, (7.0, 2.0)), (3.0, (7.04, 2.0)), (3.01, (7.04, 2.04))])
+def test_each_step_that_presses_the_wall_too_hard_is_remembered(force_n, times_s):
+    task = load_task("force_controlled_brushing")
+    seen = first(task.name)
+    memory = {**task.reset_state(seen), "touching_s": np.full(1, 7.0), "too_hard_s": np.full(1, 2.0)}
+    after = task.update_state(altered(seen, {"robot_contacts": touches(force_n)}), memory)
+    assert (after["touching_s"][0], after["too_hard_s"][0]) == pytest.approx(times_s)
+
+
+@pytest.mark.parametrize(("other_m", "stage"), [(0.0099, 3.0), (0.0101, 2.0), (0.08, 2.0)])
+def test_a_drawer_counts_as_open_only_while_the_others_are_shut(other_m, stage):
+    task = load_task("drawer_opening")
+    seen = first(task.name)
+    turn, after = (f"drawer_{int(drawer) + 1}_opening" for drawer in seen.parameters["order"][0, :2])
+    memory = {**task.reset_state(seen), "stage": np.full(1, 2.0)}
+    then = altered(seen, {turn: 0.061, after: other_m})
+    assert task.update_state(then, memory)["stage"] == [stage]
+    worth = float(task.progress(then, memory)[0])
+    assert (worth > 2.5 / 12) == (stage == 3.0)
+
+
+@pytest.mark.parametrize(("before_m", "lost"), [(0.01, False), (0.004, True), (-0.03, True)])
+def test_a_robot_that_starts_among_the_handles_has_lost(before_m, lost):
+    task = load_task("drawer_opening")
+    seen = first(task.name)
+    bar_m = seen["drawer_1_position"][0] - (before_m + 0.008, 0.0, 0.0)
+    start = outlined(seen, np.array([bar_m - (0.1, 0.0, 0.0), bar_m]))
+    _, worth = score(task, reset(task, start), seen, np.zeros((1, 1)))
+    assert worth.failure.tolist() == [lost]
 
 
 @pytest.mark.parametrize(("time_s", "away_m", "left"), [(2.9, 0.2, 0.0), (3.0, 0.049, 0.0), (3.0, 0.051, 1.0)])

@@ -23,7 +23,7 @@ from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
-BENCHMARK_VERSION = 3
+BENCHMARK_VERSION = 4
 """Changes whenever a dimension, a threshold, a variation or an end of a task does; every result carries it.
 
 Version 2 ends an episode that cannot be recovered: a robot 0.1 m outside its lane, an object off the table, on the
@@ -31,6 +31,12 @@ floor or out of reach. Before, policies paid for it to the time limit, which dro
 
 Version 3 makes the pipe's walls 8 mm thick and not 3, through which a tip that was pressed hard came half out. It also
 changes the progress of the drawers, and lets the checks of policies ignore one episode in twenty.
+
+Version 4 closes ways to success that need no soft body, and tests by success what designers are told:
+- force_controlled_brushing: success also asks that the whole robot hardly ever presses with more than 3 N, which was
+  asked for and not tested.
+- drawer_opening: a drawer counts as open only while the others are shut, and a robot that starts among the handles has
+  lost. Three hooks that opened all drawers at once had won every episode, two of them from behind the bars.
 """
 
 Level = Literal["standard", "hard"]

@@ -19,6 +19,7 @@ STAGES = 4
 ALL_STAGES = STAGES * len(DRAWERS)
 OPEN_M = 0.06
 SHUT_M = 0.01
+BAR_RADIUS_M = 0.006
 FULLY_OPEN_M = 0.10
 """Where the environment's joints end."""
 NEAR_SHARE = 0.3
@@ -46,6 +47,7 @@ class DrawerOpening(Task):
     stages: ClassVar = ((1 / 12, "at a handle"), (3 / 12, "one drawer open"), (7 / 12, "two open"), (1.0, "all done"))
     required_names: ClassVar = ("mount", "cabinet", *DRAWERS, *(f"{drawer}_handle" for drawer in DRAWERS))
     policy_actuators: ClassVar = ("base_x", "base_z")
+    needs_outline: ClassVar = True
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),
         *(TaskSensor(name=f"{d}_force", quantity="contact_force", target=f"{d}_handle") for d in DRAWERS),
@@ -70,9 +72,9 @@ class DrawerOpening(Task):
     def objective(self) -> str:
         return (
             "Open three drawers by their bar handles (12 mm thick, 60 mm wide, 25 mm in front), 0.10, 0.20 and 0.30 "
-            f"m above the floor, one after the other in a given order: at least {1000 * OPEN_M:g} mm out, then back "
-            f"to {1000 * SHUT_M:g} mm or less, against {self.friction_n:g} N of friction. The mount, 0.25 m before "
-            "them, moves between floor and 0.35 m and 0.10 m to and fro."
+            f"m above the floor, one after the other in a given order: at least {1000 * OPEN_M:g} mm out while the two "
+            f"others are shut, then back to {1000 * SHUT_M:g} mm or less, against {self.friction_n:g} N of friction. "
+            "The mount, 0.25 m before them, moves between floor and 0.35 m and 0.10 m to and fro."
         )
 
     @property
@@ -86,10 +88,14 @@ class DrawerOpening(Task):
             progress=(
                 "Stages done, and the share of the present one; after the last one its share is that of all being "
                 "shut. A part of pulling and pushing is to be near the handle, in pulling behind its bar, so that a "
-                "robot that has lost it gains by going back."
+                "robot that has lost it gains by going back. While another drawer is open, pulling is worth nothing."
             ),
-            success="All twelve stages are done and all drawers are shut.",
+            success=(
+                "All twelve stages are done and all drawers are shut. A drawer counts as open in its turn only, and "
+                f"only while the two others are open by {1000 * SHUT_M:g} mm or less."
+            ),
             violation=f"More than {MAX_FORCE_N:g} N on a handle.",
+            failure="A part of the robot is level with the bars of the handles, or behind them, at the start.",
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
@@ -104,20 +110,24 @@ class DrawerOpening(Task):
         return np.column_stack([to_handle, *turn, *base_m, openings_m(readings) / OPEN_M])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        return {"stage": np.zeros(readings.n)}
+        outline, bars_m = readings.body, np.min([readings[f"{drawer}_position"][:, 0] for drawer in DRAWERS], axis=0)
+        front_m = (outline.center_m[:, :, 0] + outline.radius_m).max(axis=1)
+        return {"stage": np.zeros(readings.n), "among": np.asarray(front_m > bars_m - BAR_RADIUS_M, dtype=np.float64)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         # in order, every stage of the wanted drawer whose goal is reached
         to_handle, opening_m, force_n = wanted(readings, state)
         arrived, touched = np.linalg.norm(to_handle, axis=1) < NEAR_M, force_n > TOUCH_N
         stage, first = state["stage"], state["stage"] // STAGES * STAGES
-        for done, reached in enumerate((arrived | touched, touched, opening_m >= OPEN_M, opening_m <= SHUT_M)):
+        opened = (opening_m >= OPEN_M) & alone(readings, opening_m)
+        for done, reached in enumerate((arrived | touched, touched, opened, opening_m <= SHUT_M)):
             stage = np.where((stage == first + done) & reached & (stage < ALL_STAGES), stage + 1, stage)
-        return {"stage": stage}
+        return {"stage": stage, "among": state["among"]}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         to_handle, opening_m, _ = wanted(readings, state)
-        return staged(state, nearness(state, to_handle), opening_m, openings_m(readings).max(axis=1))
+        counted_m = np.where(to_be_shut(state) | alone(readings, opening_m), opening_m, 0.0)
+        return staged(state, nearness(state, to_handle), counted_m, openings_m(readings).max(axis=1))
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(np.max([readings.peak_force_n(f"{drawer}_force") for drawer in DRAWERS], axis=0), MAX_FORCE_N)
@@ -125,10 +135,24 @@ class DrawerOpening(Task):
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         return (state["stage"] >= ALL_STAGES) & (openings_m(readings) <= SHUT_M).all(axis=1)
 
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        del readings
+        return state["among"] > 0.0
+
 
 def openings_m(readings: Readings) -> FloatArray:
     """Return how far the drawers are open, (n, 3) [m]."""
     return np.column_stack([readings[f"{drawer}_opening"] for drawer in DRAWERS])
+
+
+def alone(readings: Readings, opening_m: FloatArray) -> BoolArray:
+    """Return whether all drawers but one are shut, (n,).
+
+    Args:
+        readings: Of now.
+        opening_m: Opening of that one, (n,) [m].
+    """
+    return np.asarray((openings_m(readings) > SHUT_M).sum(axis=1) <= (opening_m > SHUT_M))
 
 
 def wanted(readings: Readings, state: TaskState) -> tuple[FloatArray, FloatArray, FloatArray]:

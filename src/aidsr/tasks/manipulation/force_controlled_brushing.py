@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Criteria, Feature, Task, TaskState
@@ -71,9 +72,9 @@ class ForceControlledBrushing(Task):
             f"Brush an upright wall of {WALL_M:g} x {WALL_M:g} m: the functional part, whose contact alone counts, has "
             f"to press on at least {100 * self.coverage:g} % of its {n} x {n} cells ({size_mm:g} mm each) with "
             f"{BAND_N[0]:.1f} to {BAND_N[1]:.1f} N for {STROKE_S:g} s each and stay in that range for "
-            f"{100 * STEADY:g} % of its time in contact; no part of the robot may press with more than "
-            f"{MAX_FORCE_N:g} N. The mount faces the wall's middle from {CENTER_M[1]:g} m and moves 0.10 m up, down "
-            "and to either side."
+            f"{100 * STEADY:g} % of its time in contact; the whole robot may press with more than {MAX_FORCE_N:g} N in "
+            f"at most {100 * SELDOM:g} % of its time in contact. The mount faces the wall's middle from "
+            f"{CENTER_M[1]:g} m and moves 0.10 m up, down and to either side."
         )
 
     @property
@@ -87,7 +88,10 @@ class ForceControlledBrushing(Task):
                 "Cells brushed in order, weighted by how steady the force was; a twentieth for coming to the wanted "
                 "cell."
             ),
-            success="Enough cells are brushed, with the force in the band most of the time.",
+            success=(
+                "Enough cells are brushed, with the force in the band most of the time and hardly ever more than "
+                f"{MAX_FORCE_N:g} N."
+            ),
             violation=f"A peak of more than {MAX_FORCE_N:g} N.",
         )
 
@@ -109,7 +113,8 @@ class ForceControlledBrushing(Task):
 
     def reset_state(self, readings: Readings) -> TaskState:
         cells = np.zeros((readings.n, self.cells_a_side**2))
-        return {"cells_s": cells, "band_s": np.zeros(readings.n), "contact_s": np.zeros(readings.n)}
+        times_s = {"band_s": np.zeros(readings.n), "contact_s": np.zeros(readings.n)}
+        return {"cells_s": cells, **times_s, **untouched(readings.n)}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         force_n, dt = self._force_n(readings), self.control_dt_s
@@ -118,7 +123,8 @@ class ForceControlledBrushing(Task):
         cells_s = state["cells_s"].copy()
         cells_s[np.arange(readings.n), touched] += dt * band
         contact_s = state["contact_s"] + dt * (force_n > TOUCH_N)
-        return {"cells_s": cells_s, "band_s": state["band_s"] + dt * band, "contact_s": contact_s}
+        pressing = after_touch(state, self._robot_n(readings), MAX_FORCE_N, dt)
+        return {"cells_s": cells_s, "band_s": state["band_s"] + dt * band, "contact_s": contact_s, **pressing}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         covered = done(state, self.coverage) * share(steady(state), STEADY)
@@ -126,11 +132,16 @@ class ForceControlledBrushing(Task):
         return 0.95 * covered + 0.05 * np.where(covered < 1.0, near, 1.0)
 
     def violation(self, readings: Readings) -> FloatArray:
-        return excess(readings.peak_contact_n("robot_contacts", together=True), MAX_FORCE_N)
+        return excess(self._robot_n(readings), MAX_FORCE_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         del readings
-        return np.asarray((brushed(state).mean(axis=1) >= self.coverage) & (steady(state) >= STEADY))
+        enough = brushed(state).mean(axis=1) >= self.coverage
+        return np.asarray(enough & (steady(state) >= STEADY) & is_gentle(state))
+
+    def _robot_n(self, readings: Readings) -> FloatArray:
+        """Return the largest force of the whole robot on the wall in a control step, (n,) [N]."""
+        return readings.peak_contact_n("robot_contacts", together=True)
 
     def _force_n(self, readings: Readings) -> FloatArray:
         """Return the mean force of the functional part on the wall over a control step, (n,) [N]."""
