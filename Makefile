@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study bench-fabrication film
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study cheats bench-fabrication film
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -59,6 +59,9 @@ bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=runs can
 
 tasks-study: $(VENV)/core  ## what wins each task without a designed policy, and open-loop motions (hours, resumable)
 	$(BIN)/python -m benchmarks.tasks.study
+
+cheats: $(VENV)/dev  ## try robots that are no cable-driven soft bodies on every task, and show how each is refused (hours, resumable): STATIC=1 JOBS=2
+	$(BIN)/python -m benchmarks.cheats.matrix --jobs $(or $(JOBS),2) $(if $(STATIC),--static)
 
 film: $(VENV)/dev  ## make the film of the README again (minutes)
 	rm -rf build/readme

@@ -1,0 +1,1202 @@
+"""Bodies that win a task and are no cable-driven soft robots: each with what it exploits and the rule that wins.
+
+Every one is physically stable. `tail` is the decoration that made such a body pass as a continuum robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from benchmarks.cheats.parts import (
+    Commands,
+    FloatArray,
+    MakeRule,
+    Parts,
+    Rule,
+    chain,
+    constant,
+    idle,
+    radial,
+    tail,
+    then,
+)
+from lxml import etree
+
+from aidsr.core.artifacts import Robot, Vec3
+from aidsr.tasks import TASKS
+
+
+@dataclass(frozen=True)
+class Cheat:
+    """One body, where it is meant to win, and how."""
+
+    name: str
+    exploits: str
+    """What it exploits."""
+    task: str
+    """Where it is meant to win, without the category."""
+    mjcf: str
+    rule: MakeRule
+    """The rule that wins it."""
+    part: str = "root"
+    """Its functional part."""
+    offset_m: Vec3 = (0.0, 0.0, 0.0)
+    """Where it is placed in the mount's frame."""
+    edit: Callable[[etree._Element], None] | None = None
+    """What it changes in the scene, where it brings along its own."""
+
+    @property
+    def category(self) -> str:
+        """Of the task it is meant to win."""
+        return next(name for name in TASKS if name.rpartition("/")[2] == self.task).partition("/")[0]
+
+    @property
+    def robot(self) -> Robot:
+        """The body as a team would hand it in."""
+        return Robot(mjcf=self.mjcf, functional_part=self.part)
+
+
+# --- on wheels ---
+
+_WHEELS = 'type="cylinder" size="0.03 0.006" euler="90 0 0" density="600"'
+
+
+def _cart(half_m: float, axles: tuple[float, ...], drive: Callable[[str], Parts], *, joint: str = "") -> Parts:
+    """Return wheels left and right on axles; `drive` returns what drives the wheel of a name."""
+    parts = Parts()
+    for number, x in enumerate(axles):
+        for side, y in (("left", half_m), ("right", -half_m)):
+            name = f"{side}_{number}"
+            wheel = (
+                f'<body name="wheel_{name}" pos="{x} {y} 0.03"><joint name="{name}" axis="0 1 0" damping="0.0005" '
+                f'armature="1e-5" {joint}/><geom name="wheel_{name}" {_WHEELS}/></body>'
+            )
+            parts += Parts(bodies=wheel) + drive(name)
+    return parts
+
+
+_CHASSIS = '<geom name="chassis" type="box" size="0.05 0.025 0.008" pos="0 0 0.035"/>'
+
+
+def _chassis(length_m: float = 0.05, half_m: float = 0.025) -> str:
+    return f'<geom name="chassis" type="box" size="{length_m} {half_m} 0.008" pos="0 0 0.035"/>'
+
+
+def _passive(name: str) -> Parts:
+    del name
+    return Parts()
+
+
+def _motor(name: str) -> Parts:
+    return Parts(
+        actuators=f'<velocity name="{name}" joint="{name}" kv="0.02" ctrlrange="-10 10" forcerange="-0.1 0.1"/>'
+    )
+
+
+def _wheels(
+    axles: tuple[float, ...], half_m: float = 0.035, length_m: float = 0.05, place: str = 'pos="0 0 0.043"'
+) -> str:
+    return (_cart(half_m, axles, _motor) + tail(place)).document(_chassis(length_m, half_m - 0.01))
+
+
+def follow(speed: float = 0.6) -> Rule:
+    """Return the rule of a cart in the tunnel: keep to its middle line, which turns half way."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        del time_s
+        middle = np.tan(seen[:, 10]) * np.maximum(seen[:, 0] - 0.6, 0.0)
+        turn = np.clip(
+            6.0 * (seen[:, 1] - middle) + 3.0 * (seen[:, 4] - np.tan(seen[:, 10]) * (seen[:, 0] > 0.6) * 0.15),
+            -0.4,
+            0.4,
+        )
+        return {"left_*": speed + turn, "right_*": speed - turn}
+
+    return rule
+
+
+def steer(speed: float = 0.6, gain: float = 3.0) -> Rule:
+    """Return the rule of a cart: faster on the side from which it has drifted away."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        del time_s
+        turn = np.clip(gain * (seen[:, 1] + seen[:, 4]), -0.4, 0.4)
+        return {"left_*": speed + turn, "right_*": speed - turn}
+
+    return rule
+
+
+def _fixed_tendon(name: str) -> Parts:
+    return Parts(
+        tendons=f'<fixed name="belt_{name}"><joint joint="{name}" coef="1"/></fixed>',
+        actuators=(
+            f'<velocity name="{name}" tendon="belt_{name}" kv="0.02" ctrlrange="-10 10" forcerange="-0.1 0.1"/>'
+        ),
+    )
+
+
+def _muscle(name: str) -> Parts:
+    return Parts(
+        tendons=f'<fixed name="belt_{name}"><joint joint="{name}" coef="1"/></fixed>',
+        actuators=f'<motor name="{name}" tendon="belt_{name}" gear="1" ctrlrange="0 0.03"/>',
+    )
+
+
+def _crank_engine() -> str:
+    """Three cables on the pin of a crank turn each rear wheel, as in a radial engine."""
+    parts = _cart(0.04, (0.045,), _passive)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        y = sign * 0.04
+        wheel = (
+            f'<body name="wheel_{side}" pos="-0.045 {y} 0.03"><joint name="{side}" axis="0 1 0" damping="0.0008" '
+            f'armature="1e-5"/><geom name="wheel_{side}" {_WHEELS}/>'
+            f'<site name="pin_{side}" pos="0 {sign * 0.012} 0.012"/></body>'
+        )
+        anchors = tendons = actuators = sensors = ""
+        for cable in range(3):
+            angle = math.radians(120.0 * cable)
+            x, z = -0.045 + 0.05 * math.cos(angle), 0.03 - 0.05 * math.sin(angle)
+            anchors += f'<site name="anchor_{side}_{cable}" pos="{x:.5f} {y + sign * 0.012} {z:.5f}"/>'
+            tendons += (
+                f'<spatial name="{side}_{cable}"><site site="anchor_{side}_{cable}"/><site '
+                f'site="pin_{side}"/></spatial>'
+            )
+            actuators += f'<motor name="{side}_{cable}" tendon="{side}_{cable}" gear="-1" ctrlrange="0 4"/>'
+            sensors += f'<tendonpos name="{side}_{cable}_length" tendon="{side}_{cable}"/>'
+        parts += Parts(bodies=anchors + wheel, tendons=tendons, actuators=actuators, sensors=sensors)
+    return (parts + tail('pos="0 0 0.043"')).document(_chassis())
+
+
+def crank(rad_s: float = 3.0) -> Rule:
+    """Return the rule of a radial engine: a pull that goes round, faster on the side that lags."""
+    phase = {"left": 0.0, "right": 0.0}
+    last = [0.0]
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        nonlocal phase
+        turn = np.clip(3.0 * (seen[:, 1] + seen[:, 4]), -0.5, 0.5)
+        step_s, last[0] = time_s - last[0], time_s
+        commands = {}
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            phase[side] = phase[side] + step_s * rad_s * (1.0 + sign * turn)  # type: ignore[assignment]
+            for cable in range(3):
+                # the pin runs after the pull; angles count as the wheel turns forward
+                commands[f"{side}_{cable}"] = 2.0 * np.maximum(np.cos(phase[side] - 2 * np.pi * cable / 3), 0.0) - 1.0
+        return commands
+
+    return rule
+
+
+def _necks() -> str:
+    """Crank engines whose wheels hang on short soft necks, so that wheels are joints of a soft chain."""
+    parts = Parts()
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for end, x in (("rear", -0.045), ("front", 0.045)):
+            name, y = f"{side}_{end}", sign * 0.026
+            driven = end == "rear"
+            anchors = ""
+            for cable in range(3 * driven):
+                angle = math.radians(120.0 * cable)
+                anchors += (
+                    f'<site name="anchor_{side}_{cable}" pos="{0.05 * math.cos(angle):.5f} {sign * 0.022} '
+                    f'{-0.05 * math.sin(angle):.5f}"/>'
+                )
+                parts += Parts(
+                    tendons=f'<spatial name="{side}_{cable}"><site site="anchor_{side}_{cable}"/>'
+                    f'<site site="pin_{side}"/></spatial>',
+                    actuators=f'<motor name="{side}_{cable}" tendon="{side}_{cable}" gear="-1" ctrlrange="0 4"/>',
+                    sensors=f'<tendonpos name="{side}_{cable}_length" tendon="{side}_{cable}"/>',
+                )
+            pin = f'<site name="pin_{side}" pos="0 {sign * 0.012} 0.012"/>' if driven else ""
+            inner = (
+                f'{anchors}<body name="wheel_{name}" pos="0 {sign * 0.01} 0"><joint name="{name}" axis="0 1 0" '
+                f'damping="0.0008" armature="1e-5"/><geom name="wheel_{name}" {_WHEELS}/>{pin}</body>'
+            )
+            for link in reversed(range(3)):
+                inner = (
+                    f'<body name="neck_{name}_{link}" pos="{x if link == 0 else 0} '
+                    f"{y if link == 0 else sign * 0.008} "
+                    f'{0.03 if link == 0 else 0}"><joint name="neck_{name}_{link}" axis="1 0 0" range="-12 12" '
+                    f'stiffness="6" damping="0.05" armature="1e-5" solreflimit="0.004 1"/>'
+                    f'<geom name="neck_{name}_{link}" type="box" size="0.006 0.004 0.006" pos="0 {sign * 0.004} 0" '
+                    f'density="1000"/>{inner}</body>'
+                )
+            parts += Parts(bodies=inner)
+    return (parts + tail('pos="0 0 0.043"')).document(_CHASSIS)
+
+
+def _weight_cart() -> str:
+    """A falling weight drives the wheels through a gear, as in a clock."""
+
+    def geared(name: str) -> Parts:
+        return Parts(constraints=f'<joint joint1="{name}" joint2="drop" polycoef="0 -430 0 0 0" solref="0.01 1"/>')
+
+    weight = (
+        '<body name="weight" pos="0 0 0.15"><joint name="drop" type="slide" axis="0 0 1" range="-0.1 0" damping="60" '
+        'solreflimit="0.004 1"/><geom name="weight" type="box" size="0.02 0.02 0.012" mass="0.5"/></body>'
+        '<geom name="mast" type="box" size="0.004 0.004 0.06" pos="-0.03 0 0.1"/>'
+    )
+    parts = _cart(0.04, (-0.06, 0.06), geared) + Parts(bodies=weight) + tail('pos="0.07 0 0.035" euler="0 90 0"')
+    return parts.document(_chassis(0.07))
+
+
+def _limit_cart() -> str:
+    """A slide joint that starts outside its range drives the wheels as its soft limit brings it there."""
+
+    def geared(name: str) -> Parts:
+        return Parts(constraints=f'<joint joint1="{name}" joint2="slide" polycoef="0 -1300 0 0 0" solref="0.01 1"/>')
+
+    bolt = (
+        '<body name="bolt" pos="0 0 0.05"><joint name="slide" type="slide" axis="1 0 0" range="-0.06 -0.04" '
+        'armature="400" '
+        'solreflimit="0.1 8"/><geom name="bolt" type="box" size="0.008 0.008 0.006"/></body>'
+    )
+    parts = _cart(0.04, (-0.06, 0.06), geared) + Parts(bodies=bolt) + tail('pos="0.07 0 0.035" euler="0 90 0"')
+    return parts.document(_chassis(0.07))
+
+
+def _spring_wheels(joint: str) -> str:
+    return (_cart(0.04, (-0.05, 0.05), _passive, joint=joint) + tail('pos="0 0 0.043"')).document(_chassis())
+
+
+def _whegs() -> str:
+    """Six wheels of four spokes each."""
+    parts = Parts()
+    for number, x in enumerate((-0.09, 0.0, 0.09)):
+        for side, y in (("left", 0.05), ("right", -0.05)):
+            name = f"{side}_{number}"
+            spokes = "".join(
+                f'<geom name="spoke_{name}_{k}" type="capsule" size="0.006" fromto="0 0 0 {0.04 * math.cos(a):.5f} 0 '
+                f'{0.04 * math.sin(a):.5f}"/>'
+                for k, a in enumerate(math.radians(90.0 * k) for k in range(4))
+            )
+            body = (
+                f'<body name="wheg_{name}" pos="{x} {y} 0.046"><joint name="{name}" axis="0 1 0" '
+                f'damping="0.001" armature="1e-5"/>{spokes}</body>'
+            )
+            actuator = f'<velocity name="{name}" joint="{name}" kv="0.1" ctrlrange="-8 8" forcerange="-0.6 0.6"/>'
+            parts += Parts(bodies=body, actuators=actuator)
+    chassis = '<geom name="chassis" type="box" size="0.11 0.03 0.008" pos="0 0 0.05"/>'
+    return (parts + tail('pos="0 0 0.058"')).document(chassis)
+
+
+def _legs() -> str:
+    """Four rigid legs of two motor joints."""
+    parts = Parts()
+    for end, x in (("front", 0.06), ("rear", -0.06)):
+        for side, y in (("left", 0.045), ("right", -0.045)):
+            name = f"{end}_{side}"
+            leg = (
+                f'<body name="thigh_{name}" pos="{x} {y} 0.095"><joint name="hip_{name}" axis="0 1 0" range="-50 50" '
+                f'damping="0.01" armature="1e-4" solreflimit="0.004 1"/><geom name="thigh_{name}" '
+                f'type="capsule" size="0.007" '
+                f'fromto="0 0 0 0 0 -0.04"/><body name="shin_{name}" pos="0 0 -0.045"><joint name="knee_{name}" '
+                f'axis="0 1 0" range="-60 60" damping="0.01" armature="1e-4" solreflimit="0.004 1"/><geom '
+                f'name="shin_{name}" '
+                f'type="capsule" size="0.007" fromto="0 0 0 0 0 -0.042"/></body></body>'
+            )
+            actuators = "".join(
+                f'<position name="{joint}_{name}" joint="{joint}_{name}" kp="3" kv="0.05" ctrlrange="-0.7 0.7" '
+                f'forcerange="-1 1"/>'
+                for joint in ("hip", "knee")
+            )
+            parts += Parts(bodies=leg, actuators=actuators)
+    return (parts + tail('pos="0 0 0.115"')).document(
+        '<geom name="trunk" type="box" size="0.08 0.035 0.012" pos="0 0 0.1"/>'
+    )
+
+
+def trot(hertz: float = 1.5) -> Rule:
+    """Return the rule of a trot: hips swing, knees lift the feet that come forward."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        turn = np.clip(3.0 * (seen[:, 1] + seen[:, 4]), -0.3, 0.3)
+        commands: dict[str, FloatArray] = {}
+        for name, phase in (("front_left", 0.0), ("rear_right", 0.0), ("front_right", np.pi), ("rear_left", np.pi)):
+            angle = 2 * np.pi * hertz * time_s + phase
+            size = 0.5 * (1.0 + (turn if "left" in name else -turn))
+            commands[f"hip_{name}"] = size * np.sin(angle)
+            commands[f"knee_{name}"] = 0.7 * max(np.cos(angle + np.pi), 0.0) * np.ones(len(seen))
+        return commands
+
+    return rule
+
+
+def _jet() -> str:
+    """A weightless puck with thrusters."""
+    parts = Parts(
+        actuators='<general name="thrust" site="nozzle" gear="1 0 0 0 0 0" ctrlrange="0 0.5"/>'
+        '<general name="aside" site="nozzle" gear="0 1 0 0 0 0" ctrlrange="-0.5 0.5"/>',
+    )
+    root = (
+        '<geom name="puck" type="cylinder" size="0.03 0.015" pos="0 0 0.016" mass="1"/><site name="nozzle" '
+        'pos="0 0 0.016"/>'
+    )
+    body = (parts + tail('pos="0 0 0.031"')).document(root, attributes='gravcomp="1"')
+    return body.replace("<body ", '<body gravcomp="1" ').replace(
+        '<body gravcomp="1" name="root" gravcomp="1"', '<body name="root" gravcomp="1"'
+    )
+
+
+def fly(speed_m_s: float = 0.08) -> Rule:
+    """Return the rule of a puck on thrusters: keep a speed forward and the middle of the lane."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        del time_s
+        ahead, aside = 40.0 * (speed_m_s - seen[:, 3]), -20.0 * (seen[:, 1] + 2.0 * seen[:, 4])
+        x, y = seen[:, 6], seen[:, 7]
+        return {"thrust": np.clip(ahead * x - aside * y, -1, 1), "aside": np.clip(ahead * y + aside * x, -1, 1)}
+
+    return rule
+
+
+def _flywheel() -> str:
+    """A closed drum with a motor wheel inside, that pushes against its own inertia and an off-centre weight."""
+    rim = '<geom name="drum" type="cylinder" size="0.05 0.04" pos="0 0 0.05" euler="90 0 0" mass="0.1"/>'
+    rotor = (
+        '<body name="rotor" pos="0 0 0.05"><joint name="spin" axis="0 1 0" damping="0.0005" armature="1e-5"/>'
+        '<geom name="rotor" type="box" size="0.008 0.02 0.008" pos="0 0 -0.03" mass="0.6" contype="0" '
+        'conaffinity="0"/></body>'
+    )
+    parts = Parts(
+        bodies=rotor,
+        actuators='<velocity name="spin" joint="spin" kv="0.05" ctrlrange="-10 10" forcerange="-0.12 0.12"/>',
+    )
+    return (parts + chain("tail", 'pos="0 0.041 0.05" euler="-90 0 0"', link_m=0.012, radius_m=0.004)).document(rim)
+
+
+def _eccentric_hoop() -> str:
+    """A hoop of which one side is heavy and starts up: it rolls by itself."""
+    hoop = '<geom name="hoop" type="cylinder" size="0.2 0.03" pos="0 0 0.2" euler="90 0 0" density="40"/>'
+    weight = '<geom name="weight" type="sphere" size="0.02" pos="0.03 0 0.37" mass="0.8" contype="0" conaffinity="0"/>'
+    return chain("tail", 'pos="0 0.031 0.2" euler="-90 0 0"', link_m=0.012, radius_m=0.004).document(hoop + weight)
+
+
+def _piston_sled(kind: str) -> str:
+    """Two blocks on a slide that push each other, on wheels with pawls that only fold one way."""
+
+    def block(name: str) -> str:
+        text = f'<geom name="block_{name}" type="box" size="0.03 0.025 0.01" pos="0 0 0.035" density="500"/>'
+        for side, y in (("left", 0.036), ("right", -0.036)):
+            text += (
+                f'<body name="wheel_{name}_{side}" pos="0 {y} 0.02"><joint name="wheel_{name}_{side}" axis="0 1 0" '
+                f'damping="0.00002" armature="1e-6"/><geom name="wheel_{name}_{side}" type="cylinder" '
+                f'size="0.02 0.005" '
+                f'euler="90 0 0"/></body><body name="pawl_{name}_{side}" pos="-0.012 {y / 2} 0.025"><joint '
+                f'name="pawl_{name}_{side}" axis="0 1 0" range="0 80" stiffness="0.0005" springref="-20" '
+                f'damping="0.00005" '
+                f'armature="1e-6" solreflimit="0.004 1"/><geom name="pawl_{name}_{side}" type="capsule" size="0.003" '
+                f'fromto="0 0 0 -0.008 0 -0.0228"/></body>'
+            )
+        return text
+
+    spring = 'stiffness="100"' if kind == "cable" else ""
+    slider = (
+        f'<body name="slider" pos="0.11 0 0"><joint name="stroke" type="slide" axis="1 0 0" range="-0.04 0.01" '
+        f"{spring} "
+        f'damping="4" solreflimit="0.004 1"/>{block("front")}<site name="pull_front" pos="-0.03 0 0.035"/></body>'
+    )
+    drive = Parts(
+        actuators='<position name="pull" joint="stroke" kp="300" kv="5" ctrlrange="-0.04 0.01" forcerange="-20 20"/>'
+    )
+    if kind == "cable":
+        drive = Parts(
+            tendons='<spatial name="pull"><site site="pull_rear"/><site site="pull_front"/></spatial>',
+            actuators='<motor name="pull" tendon="pull" gear="-1" ctrlrange="0 10"/>',
+        )
+    root = f'{block("rear")}<site name="pull_rear" pos="0.03 0 0.035"/>'
+    return (drive + Parts(bodies=slider) + tail('pos="0 0 0.045"')).document(root)
+
+
+def beat(hertz: float, pattern: str) -> Rule:
+    """Return the rule that switches some actuators between their ends."""
+    return lambda time_s, _seen: {pattern: 1.0 if (time_s * hertz) % 1.0 < 0.5 else -1.0}
+
+
+def _riser() -> str:
+    """A block that starts at the end of its way, with a jack that lifts most of its weight."""
+    jack = (
+        '<body name="head" pos="0 0 0.03"><joint name="jack" type="slide" axis="0 0 1" range="0 0.12" damping="5" '
+        'solreflimit="0.004 1"/><geom name="head" type="box" size="0.03 0.03 0.008" density="1500"/></body>'
+    )
+    parts = Parts(
+        bodies=jack,
+        actuators='<position name="jack" joint="jack" kp="300" kv="10" ctrlrange="0 0.12" forcerange="-40 40"/>',
+    )
+    return (parts + chain("tail", 'pos="-0.045 0 0.01" euler="0 -90 0"', link_m=0.015)).document(
+        '<geom name="block" type="box" size="0.04 0.04 0.01" pos="0 0 0.01"/>'
+    )
+
+
+def _plain_worm() -> str:
+    """A soft chain with cables that lies on the ground: nothing about it is a cheat but where it starts."""
+    return chain("worm", 'pos="-0.06 0 0.012" euler="0 90 0"', links=6, radius_m=0.01).document(
+        '<geom name="plate" type="box" size="0.012 0.012 0.01" pos="-0.075 0 0.012"/>'
+    )
+
+
+# --- on a mount ---
+
+_TAIL_UP = 'pos="0.03 0 0" euler="0 90 0"'
+"""From the mount sideways."""
+
+
+def _jaws(
+    drive: str, *, hinge_m: float = 0.12, end_m: float = 0.24, half_m: float = 0.062, free_m: float = 0.003
+) -> str:
+    """Two rigid jaws on a hinge each. `drive`: "motor", "cable", "fixed" or "spring"."""
+    parts = Parts()
+    root = (
+        f'<geom name="stem" type="cylinder" size="0.01 {hinge_m / 2}" pos="0 0 {hinge_m / 2}"/>'
+        f'<geom name="palm" type="box" size="0.02 {half_m} 0.005" pos="0 0 {hinge_m}"/>'
+    )
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        spring = 'stiffness="0.6" damping="0.02"' if drive == "cable" else 'damping="0.02"'
+        if drive == "spring":
+            spring = 'stiffness="3" springref="60" damping="20"'
+        length = end_m - hinge_m
+        root += f'<site name="pull_{side}" pos="0 {sign * 0.01:g} {hinge_m + 0.006:g}"/>'
+        body = (
+            f'<body name="jaw_{side}" pos="0 {sign * half_m:g} {hinge_m + 0.006:g}"><joint name="{side}" '
+            f'axis="{sign:g} 0 0" '
+            f'range="-10 24" armature="1e-4" solreflimit="0.004 1" {spring}/><geom name="jaw_{side}" type="box" '
+            f'size="0.025 0.004 {(length - 0.003 - free_m) / 2:g}" pos="0 0 {(length - 0.003 + free_m) / 2:g}"/>'
+            f'<site name="jaw_{side}" pos="0 {-sign * 0.005:g} {0.45 * length:g}"/></body>'
+        )
+        parts += Parts(bodies=body)
+        if drive == "motor":
+            parts += Parts(actuators=f'<motor name="{side}" joint="{side}" ctrlrange="-0.5 0.7"/>')
+        if drive == "fixed":
+            parts += Parts(
+                tendons=f'<fixed name="belt_{side}"><joint joint="{side}" coef="1"/></fixed>',
+                actuators=f'<motor name="{side}" tendon="belt_{side}" ctrlrange="-0.5 0.7"/>',
+            )
+        if drive == "cable":
+            parts += Parts(
+                tendons=f'<spatial name="{side}"><site site="pull_{side}"/><site site="jaw_{side}"/></spatial>',
+                actuators=f'<motor name="{side}" tendon="{side}" gear="-1" ctrlrange="0 25"/>',
+            )
+    root += f'<site name="grip" pos="0 0 {end_m - 0.02:g}"/>'
+    return (parts + tail(_TAIL_UP)).document(root)
+
+
+CLOSE = constant({"left": 1.0, "right": 1.0})
+OPEN_CLOSE = then({"left": -1.0, "right": -1.0}, 1.3, {"left": 1.0, "right": 1.0})
+
+
+def _knuckles() -> str:
+    """Fingers of five links, all compliance in the first hinge: rigid jaws that look like soft fingers."""
+    parts = Parts()
+    root = (
+        '<geom name="stem" type="cylinder" size="0.01 0.06" pos="0 0 0.06"/><geom name="palm" type="box" '
+        'size="0.02 0.062 0.005" pos="0 0 0.12"/>'
+    )
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        turn = 90.0 if sign > 0 else -90.0
+        finger = chain(
+            f"finger_{side}",
+            f'pos="0 {sign * 0.062} 0.127" euler="0 0 {turn}"',
+            links=5,
+            link_m=0.024,
+            radius_m=0.007,
+            stiffness=(0.4, 60.0, 60.0, 60.0, 60.0),
+            pull_n=30.0,
+            sides=("back",),
+            geom='density="900"',
+            end=f'<geom name="pad_{side}" type="box" size="0.004 0.022 0.012" pos="-0.006 0 0.012" density="400"/>',
+        )
+        parts += finger
+    return parts.document(root + '<site name="grip" pos="0 0 0.22"/>')
+
+
+def _adhesion(reach_m: float, travel_m: float) -> str:
+    """A pad that sticks to what it touches, on a weak spring."""
+    pad = (
+        f'<body name="pad" pos="0 0 {reach_m}"><joint name="give" type="slide" axis="0 0 1" range="{-travel_m} 0" '
+        'stiffness="10" damping="1" solreflimit="0.004 1"/><geom name="pad" type="cylinder" size="0.025 0.004" '
+        'margin="0.002"/></body>'
+    )
+    stem = reach_m - travel_m - 0.012
+    parts = Parts(bodies=pad, actuators='<adhesion name="stick" body="pad" gain="15" ctrlrange="0 1"/>')
+    return (parts + tail(_TAIL_UP)).document(
+        f'<geom name="stem" type="cylinder" size="0.006 {stem / 2:g}" pos="0 0 {stem / 2:g}"/>'
+    )
+
+
+def _basket() -> str:
+    """A rigid cup where the ball arrives."""
+    walls = '<geom name="bottom" type="cylinder" size="0.062 0.004" pos="0 0 0.07"/>'
+    for k in range(12):
+        a = math.radians(30.0 * k)
+        walls += (
+            f'<geom name="wall_{k}" type="box" size="0.004 0.018 0.032" pos="{0.064 * math.cos(a):.4f} '
+            f'{0.064 * math.sin(a):.4f} 0.102" euler="0 0 {30 * k}"/>'
+        )
+    stem = '<geom name="stem" type="cylinder" size="0.01 0.03" pos="0 0 0.03"/>'
+    return tail('pos="0.02 0 0.01" euler="0 90 0"').document(stem + walls + '<site name="cup" pos="0 0 0.12"/>')
+
+
+def _petals() -> str:
+    """A cup of passive petals of three hinges each, with a ring that keeps the ball from bouncing out."""
+    parts = Parts()
+    for k in range(8):
+        a = 45.0 * k
+        text = ""
+        for link in reversed(range(3)):
+            where = 'pos="0.02 0 0.07" euler="0 80 0"' if link == 0 else 'pos="0 0 0.031" euler="0 -34 0"'
+            joint = (
+                f'<joint name="petal_{k}_{link}" axis="0 1 0" range="-40 40" stiffness="0.4" damping="0.03" '
+                'armature="1e-5" solreflimit="0.004 1"/>'
+            )
+            text = (
+                f'<body name="petal_{k}_{link}" {where}>{joint}<geom name="petal_{k}_{link}" type="box" '
+                f'size="0.003 {(0.007, 0.015, 0.02)[link]} 0.014" pos="0 0 0.016"/>{text}</body>'
+            )
+        parts += Parts(bodies=f'<body name="stalk_{k}" euler="0 0 {a}">{text}</body>')
+    stem = '<geom name="stem" type="cylinder" size="0.02 0.034" pos="0 0 0.034"/><site name="cup" pos="0 0 0.12"/>'
+    return (parts + tail('pos="0.02 0 0.01" euler="0 90 0"')).document(stem)
+
+
+def _rod() -> str:
+    """A straight rigid rod."""
+    root = '<geom name="rod" type="capsule" size="0.008" fromto="0 0 0.01 0 0 0.27"/><site name="tip" pos="0 0 0.278"/>'
+    return tail(_TAIL_UP).document(root)
+
+
+def _rope() -> str:
+    """A limp chain that hangs down: gravity bends it."""
+    text = ""
+    for link in reversed(range(14)):
+        where = 'pos="0 0 0.02"' if link else 'pos="0 0 0.005"'
+        joints = "".join(
+            f'<joint name="rope_{link}_{k}" axis="{axis}" range="-60 60" damping="0.006" stiffness="0.004" '
+            'armature="1e-6" solreflimit="0.004 1"/>'
+            for k, axis in enumerate(("1 0 0", "0 1 0"))
+        )
+        end = '<site name="tip" pos="0 0 0.02"/>' if link == 13 else ""
+        text = (
+            f'<body name="rope_{link}" {where}>{joints}<geom name="rope_{link}" type="capsule" size="0.006" '
+            f'fromto="0 0 0.004 0 0 0.016" density="3000"/>{end}{text}</body>'
+        )
+    return (Parts(bodies=text) + tail(_TAIL_UP)).document('<geom name="plate" type="cylinder" size="0.02 0.004"/>')
+
+
+DOWN = constant({"feed": 1.0})
+
+
+def _ghost_arm() -> str:
+    """An arm of which only a ball at its tip collides."""
+    arm = chain(
+        "arm",
+        'pos="0 0 0.01"',
+        links=12,
+        link_m=0.025,
+        radius_m=0.008,
+        stiffness=0.25,
+        pull_n=4.5,
+        geom='density="500" contype="0" conaffinity="0"',
+        end='<geom name="ball" type="sphere" size="0.009" pos="0 0 0.028"/>',
+    )
+    return arm.document('<geom name="plate" type="cylinder" size="0.02 0.004" contype="0" conaffinity="0"/>')
+
+
+def lean() -> Rule:
+    """Return the rule that pulls towards the side on which the surface is."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        pull = min(time_s / 12.0, 1.0)
+        right = seen[:, 3] < 0.0  # the surface looks towards -x: it stands at +x
+        return {"*front": np.where(right, 2 * pull - 1, -1.0), "*back": np.where(right, -1.0, 2 * pull - 1)}
+
+    return rule
+
+
+def _fingers13(drive: str) -> str:
+    """Thirteen fingers spread over the half circle in which the button may be. `drive`: "cable" or "spring"."""
+    parts = Parts()
+    for k in range(13):
+        angle = -radial(k, 13, 180.0, -90.0)  # the mount looks down: +y of the robot is -y of the world
+        place = (
+            f'pos="{0.06 * math.cos(math.radians(angle)):.5f} {0.06 * math.sin(math.radians(angle)):.5f} '
+            f'0.01" euler="0 0 {angle:.3f}"'
+        )
+        if drive == "cable":
+            parts += chain(
+                f"finger_{k}",
+                place,
+                links=4,
+                link_m=0.065,
+                radius_m=0.005,
+                stiffness=0.35,
+                pull_n=14.0,
+                sides=("front",),
+            )
+            continue
+        body = (
+            f'<body name="stalk_{k}" {place}><body name="finger_{k}"><joint name="finger_{k}" axis="0 1 0" '
+            f'range="0 50" '
+            'stiffness="0.35" springref="75" damping="0.25" armature="1e-5" solreflimit="0.004 1"/><geom '
+            f'name="finger_{k}" type="capsule" size="0.006" fromto="0 0 0.012 0 0 0.265"/></body></body>'
+        )
+        parts += Parts(bodies=body)
+    if drive == "spring":
+        parts += tail('pos="-0.07 0 0" euler="0 -90 0"')
+    return parts.document('<geom name="plate" type="cylinder" size="0.07 0.004"/><site name="hub" pos="0 0 0.26"/>')
+
+
+def _pointer(drive: str) -> str:
+    """A rigid rod on two hinges about one point; with the drive "cable" an arm that bends in one place only."""
+    if drive == "cable":
+        arm = chain(
+            "arm",
+            'pos="0 0 0.01"',
+            links=6,
+            link_m=0.05,
+            radius_m=0.008,
+            stiffness=(0.4, 80.0, 80.0, 80.0, 80.0, 80.0),
+            pull_n=40.0,
+            sides=("front", "back", "left", "right"),
+            geom='density="300"',
+        )
+        return arm.document('<geom name="plate" type="cylinder" size="0.03 0.004"/>')
+    rod = (
+        '<body name="rod" pos="0 0 0.01"><joint name="about_y" axis="0 1 0" range="-60 60" damping="0.05" '
+        'armature="1e-4" '
+        'solreflimit="0.004 1"/><joint name="about_x" axis="1 0 0" range="-60 60" damping="0.05" '
+        'armature="1e-4" solreflimit="0.004 1"/>'
+        '<geom name="rod" type="capsule" size="0.008" fromto="0 0 0.015 0 0 0.282"/><site name="tip" pos="0 0 '
+        '0.29"/></body>'
+    )
+    servos = "".join(
+        f'<position name="{name}" joint="{name}" kp="8" kv="0.3" ctrlrange="-1 1" forcerange="-2 2"/>'
+        for name in ("about_y", "about_x")
+    )
+    return (Parts(bodies=rod, actuators=servos) + tail('pos="0.045 0 0" euler="0 90 0"')).document(
+        '<geom name="plate" type="cylinder" size="0.03 0.004"/>'
+    )
+
+
+def point(kind: str) -> Callable[[], Rule]:
+    """Return the maker of the rule that turns a rod towards the button and on: it adds up what is left."""
+
+    def make() -> Rule:
+        sums: list[FloatArray] = []
+
+        def rule(time_s: float, seen: FloatArray) -> Commands:
+            del time_s
+            aim = seen[:, :2] + 0.02 * seen[:, 3:5]
+            sums[:] = [np.clip((sums[0] if sums else 0.0) + 0.15 * aim, -1.0, 1.0)]
+            x, y = sums[0][:, 0], sums[0][:, 1]
+            if kind == "motor":
+                return {"about_y": x, "about_x": y}
+            pulls = {"*front": x, "*back": -x, "*left": -y, "*right": y}
+            return {name: 2.0 * np.clip(pull, 0.0, 1.0) - 1.0 for name, pull in pulls.items()}
+
+        return rule
+
+    return make
+
+
+def _hook() -> str:
+    """A rigid hook on a mount that moves by itself."""
+    root = (
+        '<geom name="rod" type="capsule" size="0.004" fromto="0 0 0 0 0 0.235"/>'
+        '<geom name="finger" type="capsule" size="0.004" fromto="0 0 0.235 0.032 0 0.235"/><site name="tip" '
+        'pos="0.02 0 0.235"/>'
+    )
+    return tail('pos="-0.03 0 0.0" euler="0 -90 0"').document(root)
+
+
+def hook() -> Rule:
+    """Return the rule of the hook: over the bar, behind it, down, back; forward again; up and away."""
+    phase: list[list[str]] = []
+    wanted: list[FloatArray] = []
+
+    def one(row: FloatArray, state: str) -> tuple[str, float, float]:
+        x, z, shut, opened = -row[0], -row[2], row[5] < 0, row[3]  # of the tip, from the handle
+        if state == "leave":  # up over the bar first, then back
+            if z < 0.034 and x > -0.03:
+                return state, 0.0, 1.0
+            return ("travel" if x < -0.045 else state), -1.0, 0.0
+        if state == "travel":
+            return ("over" if abs(z - 0.028) < 0.003 else state), 0.0, 20.0 * (0.028 - z)
+        if state == "over":
+            return ("down" if x > 0.016 else state), 15.0 * (0.019 - x), 20.0 * (0.028 - z)
+        if state == "down":
+            return ("hooked" if abs(z) < 0.004 else state), 20.0 * (0.018 - x), 20.0 * (0.0 - z)
+        if shut:
+            return state, 1.0 if opened > 0.1 else 0.3, 0.0
+        return state, -1.0, 0.0
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        del time_s
+        if not phase:
+            phase.append(["travel"] * len(seen))
+            wanted.append(seen[:, 2].copy())
+        speeds = np.zeros((len(seen), 2))
+        for k, row in enumerate(seen):
+            if phase[0][k] == "hooked" and row[5] > 0 and abs(row[2] - wanted[0][k]) > 0.05:
+                phase[0][k] = "rise"  # another drawer is wanted
+            if phase[0][k] == "rise":
+                moved = seen[k, 7] - started[k]
+                speeds[k] = (0.0, 1.0) if moved < 0.027 else (-1.0, 0.0)
+                if -row[0] < -0.045:
+                    phase[0][k] = "travel"
+            else:
+                started[k] = seen[k, 7]
+                phase[0][k], *speeds[k] = one(row, phase[0][k])
+            wanted[0][k] = row[2]
+        speeds = np.clip(speeds, -1, 1)
+        return {"base_x": speeds[:, 0], "base_z": speeds[:, 1]}
+
+    started: dict[int, float] = {}
+    return rule
+
+
+def _brush() -> str:
+    """A pin that a soft spring presses on the wall with nearly the same force wherever the wall is."""
+    pin = (
+        '<body name="pin" pos="0 0 0.205"><joint name="give" type="slide" axis="0 0 1" range="-0.01 0.075" '
+        'stiffness="3.5" '
+        'springref="0.24" damping="3" solreflimit="0.004 1"/><geom name="pin" type="capsule" size="0.006" '
+        'fromto="0 0 -0.15 0 0 0.0"/></body>'
+    )
+    stem = '<geom name="stem" type="cylinder" size="0.009 0.02" pos="0 0 0.02"/>'
+    return (Parts(bodies=pin) + tail('pos="-0.03 0 0" euler="0 -90 0"')).document(stem)
+
+
+def sweep() -> Rule:
+    """Return the rule of a brush on a mount that moves: go to the wanted cell."""
+    return lambda _time_s, seen: {
+        "base_x": np.clip(20.0 * seen[:, 0], -0.6, 0.6),
+        "base_z": np.clip(20.0 * seen[:, 2], -0.6, 0.6),
+    }
+
+
+def _force_field() -> str:
+    """Jaws driven by cables whose contacts act 10 mm before they touch."""
+    return (
+        _jaws("cable", free_m=0.016)
+        .replace('<geom name="jaw_left"', '<geom name="jaw_left" margin="0.01"')
+        .replace('<geom name="jaw_right"', '<geom name="jaw_right" margin="0.01"')
+    )
+
+
+# --- scenes that were changed ---
+
+
+def _section(root: etree._Element, tag: str) -> etree._Element:
+    found = root.find(tag)
+    return found if found is not None else etree.SubElement(root, tag)
+
+
+def _tilted(root: etree._Element) -> None:
+    _section(root, "option").set("gravity", "0.6 0 -9.8")
+
+
+def _welded(root: etree._Element) -> None:
+    weld = {"body1": "robot/root", "body2": "object", "solref": "0.05 1", "relpose": "0 0 0.215 0 1 0 0"}
+    etree.SubElement(_section(root, "equality"), "weld", weld)
+
+
+def _sticky(root: etree._Element) -> None:
+    """Pairs with huge friction between the object and the robot."""
+    contact = _section(root, "contact")
+    for side in ("left", "right"):
+        attributes = {"geom1": f"robot/jaw_{side}", "geom2": "object", "condim": "6", "friction": "50 50 5 5 5"}
+        etree.SubElement(contact, "pair", attributes)
+
+
+def _own_motor(root: etree._Element) -> None:
+    """An actuator of the robot that lifts the object."""
+    attributes = {"name": "robot/lift", "joint": "object_free", "gear": "0 0 1 0 0 0", "ctrlrange": "0 5"}
+    etree.SubElement(_section(root, "actuator"), "motor", attributes)
+
+
+def levitate() -> Rule:
+    """Return the rule that lifts the object as the carriage rises."""
+
+    def rule(time_s: float, seen: FloatArray) -> Commands:
+        low = -0.215 - seen[:, 8]  # the object lies that far below where the mount carries it
+        lift_n = 0.3 + 10.0 * low + 1.0 * (0.1 * (3.0 < time_s < 4.5) - seen[:, 5])
+        return {"lift": np.where(time_s > 3.0, np.clip(lift_n / 2.5 - 1.0, -1.0, 1.0), -1.0)}
+
+    return rule
+
+
+CHEATS: tuple[Cheat, ...] = (
+    Cheat(
+        "four_wheels",
+        "Four motor wheels carry it; the tail with its two cables hangs idle on top.",
+        "flat_ground",
+        _wheels((-0.05, 0.05)),
+        steer,
+    ),
+    Cheat(
+        "six_wheels",
+        "Three pairs of motor wheels: one of them may hang over the gap. The tail is idle.",
+        "gap",
+        _wheels((-0.09, 0.0, 0.09), length_m=0.1),
+        steer,
+    ),
+    Cheat(
+        "narrow_wheels",
+        "A narrow cart on motor wheels that slides along the walls. The tail is idle.",
+        "tunnel",
+        _wheels((-0.032, 0.032), 0.028, 0.035, 'pos="-0.07 0 0.035" euler="0 -90 0"'),
+        follow,
+    ),
+    Cheat(
+        "spoked_wheels",
+        "Six motor wheels of four spokes each step over edges. The tail is idle.",
+        "stairs",
+        _whegs(),
+        lambda: steer(0.8),
+    ),
+    Cheat(
+        "spoked_wheels_obstacles",
+        "The same spoked motor wheels drive over what the task wants passed.",
+        "obstacles",
+        _whegs(),
+        lambda: steer(0.8),
+    ),
+    Cheat(
+        "belt_wheels",
+        "A fixed tendon over the joint of one wheel is a motor with another name, and makes its actuator one "
+        "that pulls on "
+        "a tendon.",
+        "flat_ground",
+        (_cart(0.04, (-0.05, 0.05), _fixed_tendon) + tail('pos="0 0 0.043"')).document(_chassis()),
+        steer,
+    ),
+    Cheat(
+        "pull_only_wheels",
+        "Fixed tendons again, with commands that only pull, as a muscle does: on a joint without limits that is "
+        "a motor.",
+        "flat_ground",
+        (_cart(0.04, (-0.05, 0.05), _muscle) + tail('pos="0 0 0.043"')).document(_chassis()),
+        lambda: steer(-0.6),
+    ),
+    Cheat(
+        "crank_engine",
+        "Three cables pull on a crank pin of each rear wheel in turn, as in a radial engine. All actuators are "
+        "cables and "
+        "the cables do the work; what they drive is rigid.",
+        "flat_ground",
+        _crank_engine(),
+        crank,
+    ),
+    Cheat(
+        "wheels_on_necks",
+        "The crank engine again, each wheel at the end of a soft neck of three hinges: now the wheels belong to soft "
+        "chains, and whoever locks those chains stops the wheels as well.",
+        "flat_ground",
+        _necks(),
+        crank,
+    ),
+    Cheat(
+        "weight_clock",
+        "A falling weight drives the wheels through a joint equality, as in a clock. Energy stored in the "
+        "initial pose does "
+        "the work.",
+        "flat_ground",
+        _weight_cart(),
+        lambda: idle,
+    ),
+    Cheat(
+        "wound_wheels",
+        "Wheels on wound-up springs: springref is hundreds of turns away, so a spring is a motor that needs no "
+        "command.",
+        "flat_ground",
+        _spring_wheels('stiffness="0.00012" springref="20000"'),
+        lambda: idle,
+    ),
+    Cheat(
+        "limit_cart",
+        "A slide joint that starts outside its range is geared to the wheels: its soft limit is a motor.",
+        "flat_ground",
+        _limit_cart(),
+        lambda: idle,
+    ),
+    Cheat(
+        "rigid_legs",
+        "Four rigid legs with a servo in each hip and knee trot. The tail is idle.",
+        "flat_ground",
+        _legs(),
+        trot,
+    ),
+    Cheat(
+        "jet_puck",
+        "A puck without weight (gravcomp) that two thrusters at a site push along. The tail is idle.",
+        "flat_ground",
+        _jet(),
+        fly,
+    ),
+    Cheat(
+        "jet_over_gap",
+        "The weightless puck with thrusters does not need the ground at all.",
+        "gap",
+        _jet(),
+        fly,
+        offset_m=(0.0, 0.0, 0.03),
+    ),
+    Cheat(
+        "flywheel_drum",
+        "A closed drum with a motor and an off-centre weight inside rolls; nothing outside moves against it.",
+        "flat_ground",
+        _flywheel(),
+        lambda: constant({"spin": -0.5}),
+    ),
+    Cheat(
+        "heavy_hoop",
+        "A hoop whose heavy side starts at the top rolls one turn by itself: energy stored in an unstable pose.",
+        "gap",
+        _eccentric_hoop(),
+        lambda: idle,
+    ),
+    Cheat(
+        "piston_sled",
+        "A slide joint with a servo is a piston; passive pawls beside its wheels make its strokes a walk.",
+        "flat_ground",
+        _piston_sled("motor"),
+        lambda: beat(1.0, "pull"),
+    ),
+    Cheat(
+        "cable_piston_sled",
+        "The same sled whose piston is pulled by a cable and pushed back by a spring: all actuators are cables, "
+        "and no "
+        "soft chain takes part.",
+        "flat_ground",
+        _piston_sled("cable"),
+        lambda: beat(1.0, "pull"),
+    ),
+    Cheat(
+        "starts_behind_the_gap",
+        "A worm that its placement puts on the far side: it has crossed before it moves.",
+        "gap",
+        _plain_worm(),
+        lambda: idle,
+        offset_m=(0.8, 0.0, 0.0),
+    ),
+    Cheat(
+        "starts_behind_the_tunnel",
+        "A worm that its placement puts behind the far end of the tunnel.",
+        "tunnel",
+        _plain_worm(),
+        lambda: idle,
+        offset_m=(1.2, 0.0, 0.0),
+    ),
+    Cheat(
+        "riser_on_top",
+        "A block placed on the last step that lifts most of its weight with a jack: it has climbed by what its "
+        "centre of "
+        "mass rises.",
+        "stairs",
+        _riser(),
+        lambda: then({"jack": -1.0}, 1.0, {"jack": 1.0}),
+        offset_m=(1.1, 0.0, 0.075),
+    ),
+    Cheat(
+        "motor_jaws",
+        "Two rigid jaws with a motor in the hinge of each. The tail is idle.",
+        "simple_grasping",
+        _jaws("motor"),
+        lambda: OPEN_CLOSE,
+        part="grip",
+    ),
+    Cheat(
+        "belt_jaws",
+        "Rigid jaws, each on a fixed tendon over its one hinge: a motor with another name.",
+        "simple_grasping",
+        _jaws("fixed"),
+        lambda: OPEN_CLOSE,
+        part="grip",
+    ),
+    Cheat(
+        "cable_jaws",
+        "Rigid jaws, each pulled shut by a real cable. No soft chain takes part in the grip.",
+        "simple_grasping",
+        _jaws("cable"),
+        lambda: then({}, 1.3, {"left": 1.0, "right": 1.0}),
+        part="grip",
+    ),
+    Cheat(
+        "knuckle_jaws",
+        "Jaws of five links of which only the first hinge is soft and the others are 150 times stiffer: rigid jaws "
+        "on cables that count as soft chains.",
+        "simple_grasping",
+        _knuckles(),
+        lambda: then({}, 1.3, {"finger_*": 1.0}),
+        part="grip",
+    ),
+    Cheat(
+        "spring_jaws",
+        "Jaws on preloaded springs and strong dampers that close while the carriage comes down, and need no command.",
+        "simple_grasping",
+        _jaws("spring"),
+        lambda: idle,
+        part="grip",
+    ),
+    Cheat(
+        "force_field",
+        "Cable jaws whose contacts have a margin of 10 mm: they press without touching.",
+        "simple_grasping",
+        _force_field(),
+        lambda: then({}, 1.3, {"left": 1.0, "right": 1.0}),
+        part="grip",
+    ),
+    Cheat(
+        "sticky_pad",
+        "An adhesion actuator holds the object. The tail is idle.",
+        "simple_grasping",
+        _adhesion(0.21, 0.05),
+        lambda: constant({"stick": 1.0}),
+        part="pad",
+    ),
+    Cheat(
+        "sticky_pad_in_space",
+        "An adhesion actuator holds the ball where nothing has weight.",
+        "zero_gravity_grasping",
+        _adhesion(0.075, 0.05),
+        lambda: constant({"stick": 1.0}),
+        part="pad",
+    ),
+    Cheat(
+        "gentle_jaws",
+        "Rigid motor jaws with little torque: at a fragile object they need no softness, only a small command.",
+        "delicate_grasping",
+        _jaws("motor", half_m=0.045),
+        lambda: then({"left": -1.0, "right": -1.0}, 1.3, {"left": -0.04, "right": -0.04}),
+        part="grip",
+    ),
+    Cheat(
+        "basket",
+        "A rigid cup stands where the ball comes down. Nothing is driven.",
+        "dynamic_catching",
+        _basket(),
+        lambda: idle,
+        part="cup",
+    ),
+    Cheat(
+        "passive_petals",
+        "A cup of soft petals without a cable: the ball is caught by springs alone.",
+        "dynamic_catching",
+        _petals(),
+        lambda: idle,
+        part="cup",
+    ),
+    Cheat("rigid_rod", "A straight rigid rod goes down the pipe.", "pipe_inserting", _rod(), lambda: DOWN, part="tip"),
+    Cheat(
+        "limp_rope",
+        "A limp chain hangs into the pipe: gravity bends it around the corner, and no cable does.",
+        "pipe_inserting",
+        _rope(),
+        lambda: DOWN,
+        part="tip",
+    ),
+    Cheat(
+        "ghost_rope",
+        "A limp chain that touches nothing goes through the walls of the pipe.",
+        "pipe_inserting",
+        _rope().replace('density="3000"', 'density="3000" contype="0" conaffinity="0"'),
+        lambda: DOWN,
+        part="tip",
+    ),
+    Cheat(
+        "ghost_arm",
+        "An arm of which only a ball at the tip collides: what cannot touch does not count, so the ball is all "
+        "of the body that has to lie on the surface.",
+        "surface_adapting",
+        _ghost_arm(),
+        lean,
+        part="arm_tip",
+    ),
+    Cheat(
+        "thirteen_fingers",
+        "Thirteen fingers spread over all places where the button may be: pulling all of them always presses it.",
+        "button_pushing",
+        _fingers13("cable"),
+        lambda: constant({"finger_*": 1.0}),
+    ),
+    Cheat(
+        "spring_umbrella",
+        "Thirteen rigid ribs on preloaded springs open by themselves and press the button wherever it is.",
+        "button_pushing",
+        _fingers13("spring"),
+        lambda: idle,
+    ),
+    Cheat(
+        "motor_pointer",
+        "A rigid rod on two motor hinges turns towards the button. The tail is idle.",
+        "button_pushing",
+        _pointer("motor"),
+        point("motor"),
+        part="tip",
+    ),
+    Cheat(
+        "one_hinge_arm",
+        "An arm of six links of which only the first joint is soft and the others are 200 times stiffer: a "
+        "rigid rod on "
+        "cables that counts as a soft chain.",
+        "button_pushing",
+        _pointer("cable"),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "rigid_hook",
+        "A rigid hook: the moving mount does all the work, and the robot none.",
+        "drawer_opening",
+        _hook(),
+        hook,
+        part="tip",
+    ),
+    Cheat(
+        "spring_pin",
+        "A pin on a soft preloaded spring presses with the same force wherever the wall is; the moving mount "
+        "does the rest.",
+        "force_controlled_brushing",
+        _brush(),
+        sweep,
+        part="pin",
+    ),
+    Cheat(
+        "tilted_world",
+        "A cart on wheels without motors, and a scene of its own whose gravity points a little down the lane.",
+        "flat_ground",
+        (_cart(0.04, (-0.05, 0.05), _passive) + tail('pos="0 0 0.043"')).document(_chassis()),
+        lambda: idle,
+        edit=_tilted,
+    ),
+    Cheat(
+        "welded_object",
+        "Its scene welds the object to the robot: a magnet made of an equality constraint.",
+        "delicate_grasping",
+        _jaws("cable"),
+        lambda: idle,
+        part="grip",
+        edit=_welded,
+    ),
+    Cheat(
+        "glued_jaws",
+        "Its scene has contact pairs with a friction of 50 between jaws and object, which overrule those of the task.",
+        "simple_grasping",
+        _jaws("cable"),
+        lambda: then({}, 1.3, {"left": -0.2, "right": -0.2}),
+        part="grip",
+        edit=_sticky,
+    ),
+    Cheat(
+        "lifts_the_object",
+        "Its scene has an actuator of the robot that acts on the object itself.",
+        "delicate_grasping",
+        _jaws("cable"),
+        levitate,
+        part="grip",
+        edit=_own_motor,
+    ),
+)
+"""All of them, by the task they are meant to win."""

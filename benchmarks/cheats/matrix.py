@@ -1,0 +1,251 @@
+"""Every body that cheats at every task: how it is refused, as a table.
+
+    make cheats
+    make cheats STATIC=1
+
+A cell is decided by what is cheapest: the placement, the validator, then simple rules on few episodes, and on as many
+as an evaluation takes where one of them wins. results.jsonl keeps a line for each cell, which is not decided again for
+the same body and code; results.md is made of it. `--static` stops before playing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from benchmarks.cheats.bodies import CHEATS, Cheat
+from benchmarks.cheats.parts import Player
+from benchmarks.cheats.playing import is_own, place, play, rules
+from benchmarks.cheats.wins import BEFORE, commit, fingerprint, read_rows
+
+import aidsr
+from aidsr import validate
+from aidsr.core.artifacts import ValidationReport
+from aidsr.core.errors import MjcfError, UserError
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.evaluation import evaluate
+from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
+
+HERE = Path(__file__).parent
+RESULTS, PAGE = HERE / "results.jsonl", HERE / "results.md"
+TRIED = 4
+"""Episodes of a rule before it is judged on as many as an evaluation takes."""
+JUDGES = ("validation", "learn", "tasks", "sim", "mjcf")
+"""Packages whose code decides a cell."""
+
+WAYS = {
+    "placement": "it cannot be placed",
+    "validator": "the validator",
+    "scene": "its scene is not one of the task",
+    "evaluation": "it wins, and the evaluation does not believe it",
+    "unsuccessful": "none of its rules wins half of the episodes",
+    "undecided": "not played",
+    "NOT REFUSED": "valid and successful",
+}
+"""How a body is refused, in the order in which that is looked for."""
+
+Row = dict[str, Any]
+
+
+def main() -> None:
+    """Decide what is not decided yet, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tasks", nargs="+", default=[name.rpartition("/")[2] for name in TASKS])
+    parser.add_argument("--bodies", nargs="+", default=[cheat.name for cheat in CHEATS])
+    parser.add_argument("--static", action="store_true", help="do not play what the validator lets pass")
+    parser.add_argument("--jobs", type=int, default=2)
+    asked = parser.parse_args()
+    known = {key(row) for row in current()}
+    todo = [
+        (cheat, name, asked.static)
+        for cheat in CHEATS
+        for name in asked.tasks
+        if cheat.name in asked.bodies and (cheat.name, fingerprint(cheat), name) not in known
+    ]
+    with ProcessPoolExecutor(asked.jobs) as workers:
+        for row in workers.map(cell, *zip(*todo, strict=True)) if todo else ():
+            with RESULTS.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+def key(row: Row) -> tuple[str, str, str]:
+    """Return what a cell is about."""
+    return row["body"], row["sha256"], row["task"]
+
+
+@functools.cache
+def judges() -> str:
+    """Return what changes with the code of the judges."""
+    home, seen = Path(aidsr.__file__).parent, hashlib.sha256()
+    for path in sorted(path for name in JUDGES for path in (home / name).rglob("*") if path.suffix in (".py", ".xml")):
+        seen.update(path.read_bytes())
+    return seen.hexdigest()[:12]
+
+
+def current() -> list[Row]:
+    """Return the rows of this code and of bodies as they are, undecided cells left out."""
+    bodies = {(cheat.name, fingerprint(cheat)) for cheat in CHEATS}
+    return [
+        row
+        for row in read_rows(RESULTS)
+        if row["judges"] == judges() and (row["body"], row["sha256"]) in bodies and row["how"] != "undecided"
+    ]
+
+
+def cell(cheat: Cheat, name: str, static: bool = False) -> Row:
+    """Return how a body is refused at a task."""
+    task = load_task(name)
+    facts = {"body": cheat.name, "sha256": fingerprint(cheat), "task": name, "benchmark_version": BENCHMARK_VERSION}
+    return {**facts, "commit": commit(), "judges": judges(), **refusal(cheat, task, static)}
+
+
+def refusal(cheat: Cheat, task: Task, static: bool) -> Row:
+    """Return how, by which codes or checks and with which sentence a body is refused at a task, and what it won."""
+    report = _alone(cheat, task.environment if is_own(cheat, task) else "", task.base == "free")
+    if not report.stable:
+        return _by_validator(report)
+    try:
+        mjcf = place(cheat, task)
+    except MjcfError as error:
+        return {
+            "how": "placement",
+            "codes": [fault.code for fault in error.faults],
+            "sentence": error.faults[0].message,
+        }
+    report = validate(mjcf, needs_contact=task.needs_contact)
+    if not report.stable:
+        return _by_validator(report)
+    try:
+        scene = TaskScene.of(mjcf, task, grouping="off")
+    except UserError as error:
+        return {"how": "scene", "codes": [], "sentence": str(error)}
+    return {"how": "undecided", "codes": [], "sentence": ""} if static else _by_playing(cheat, task, scene)
+
+
+@functools.cache
+def _alone(cheat: Cheat, environment: str, free: bool) -> ValidationReport:
+    return validate(cheat.mjcf, mount="free" if free else "fixed", environment=environment)
+
+
+def _by_validator(report: ValidationReport) -> Row:
+    first = report.errors[0]
+    return {"how": "validator", "codes": sorted({fault.code for fault in report.errors}), "sentence": first.message}
+
+
+def _by_playing(cheat: Cheat, task: Task, scene: TaskScene) -> Row:
+    """Return what the best of some simple rules comes to."""
+    best: Row = {"how": "unsuccessful", "codes": [], "wins": 0, "episodes": TRIED, "rule": ""}
+    for name, make in rules(cheat, task, scene):
+        if not play(scene, make, TRIED).success.any():
+            continue
+        evaluation, _ = evaluate(scene, Player(scene, make), threads=1)
+        wins, failed = round(20 * evaluation.success_share), [one for one in evaluation.checks if not one.passed]
+        found = {
+            "codes": [one.name for one in failed],
+            "wins": wins,
+            "episodes": len(evaluation.episodes),
+            "rule": name,
+        }
+        if evaluation.successful:
+            sentence = f"{name} wins {wins} of {len(evaluation.episodes)} episodes, and every check passes"
+            return {"how": "NOT REFUSED", "sentence": sentence, **found}
+        if evaluation.success_share >= 0.5:
+            return {"how": "evaluation", "sentence": failed[0].message, **found}
+        best = max(best, {**best, **found}, key=lambda row: row["wins"] / row["episodes"])
+    rule = f" by {best['rule']}" if best["rule"] else ""
+    return {**best, "sentence": f"wins {best['wins']} of {best['episodes']} episodes{rule}"}
+
+
+# --- the page ---
+
+
+def page() -> str:
+    """Return all that was decided as a page."""
+    rows = {(row["body"], row["task"]): row for row in current()}
+    if not rows:
+        return f"# Bodies that cheat\n\nNothing was decided in version {BENCHMARK_VERSION} yet.\n"
+    return "\n".join([*_head(list(rows.values())), "", *_own(rows), "", *_grid(rows), "", *_notes()]) + "\n"
+
+
+def _head(rows: Sequence[Row]) -> list[str]:
+    counts = Counter(row["how"] for row in rows)
+    commits = ", ".join(sorted({row["commit"] for row in rows}))
+    return [
+        "# Bodies that cheat",
+        "",
+        f"{len(CHEATS)} bodies that could win a task without being a cable-driven soft robot, at {len(TASKS)} tasks: "
+        f"version {BENCHMARK_VERSION} of the benchmark, commit {commits}, by",
+        "",
+        "    make cheats",
+        "",
+        f"{counts['NOT REFUSED']} of {len(rows)} decided cells are valid and successful. How the others are refused:",
+        "",
+        "| by | cells |",
+        "|---|---|",
+        *(f"| {words} | {counts[how]} |" for how, words in WAYS.items() if counts[how]),
+    ]
+
+
+def _own(rows: dict[tuple[str, str], Row]) -> list[str]:
+    before = {row["body"]: row for row in read_rows(BEFORE)}
+    lines = [
+        "## Each at the task it is meant to win",
+        "",
+        "*before*: episodes won of 20 with the code of commit 2a7e353, from before such bodies were refused, and "
+        "what that code found wrong with it (`python -m benchmarks.cheats.wins`).",
+        "",
+        "| body | task | before | refused by | why |",
+        "|---|---|---|---|---|",
+    ]
+    for cheat in CHEATS:
+        row, old = rows.get((cheat.name, cheat.task)), before.get(cheat.name)
+        was = f"{old['wins']} of {old['episodes']}, {_called(old)}" if old else ""
+        how, why = (f"{row['how']}: {', '.join(row['codes'])}".rstrip(": "), row["sentence"]) if row else ("", "")
+        lines.append(f"| {cheat.name} | {cheat.task} | {was} | {how} | {why} |")
+    return lines
+
+
+def _called(row: Row) -> str:
+    faults = [*row["errors"], *row["failed_checks"]]
+    return "valid" if not faults else f"but {', '.join(faults)}"
+
+
+def _grid(rows: dict[tuple[str, str], Row]) -> list[str]:
+    names = [name.rpartition("/")[2] for name in TASKS]
+    marks = {
+        "validator": "v",
+        "placement": "p",
+        "scene": "s",
+        "evaluation": "e",
+        "unsuccessful": "u",
+        "NOT REFUSED": "**!**",
+    }
+    lines = [
+        "## All at all tasks",
+        "",
+        "v: the validator, p: cannot be placed, s: its scene is not one of the task, e: the evaluation, u: no rule "
+        "wins half of the episodes; !: not refused; empty: not decided.",
+        "",
+        "| body | " + " | ".join(name.replace("_", " ") for name in names) + " |",
+        "|---|" + "---|" * len(names),
+    ]
+    for cheat in CHEATS:
+        cells = [marks[rows[cheat.name, name]["how"]] if (cheat.name, name) in rows else "" for name in names]
+        lines.append(f"| {cheat.name} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _notes() -> list[str]:
+    return ["## What each exploits", "", *(f"- **{cheat.name}**: {cheat.exploits}" for cheat in CHEATS)]
+
+
+if __name__ == "__main__":
+    main()
