@@ -6,7 +6,7 @@ import re
 import pytest
 
 from aidsr.core.artifacts import ActuatorGroup, Critique, Decision, Keep, Outcome, ValidationReport
-from aidsr.core.errors import IsolationError, ModelError, ReplyError
+from aidsr.core.errors import IsolationError, ModelError, ReplyError, WorkerLostError
 from aidsr.fixes import FixResult, leave_as_written
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_events, read_status
@@ -319,3 +319,18 @@ def test_quitting_ends_the_design(tmp_path) -> None:
 def test_stopped_event_is_written_for_each_stop(tmp_path) -> None:
     run, _, _ = grow(tmp_path, Script(robots=[ModelError("gone")]))
     assert [type(event) for event in read_events(run.design(1).events)].count(Stopped) == 1
+
+
+def test_a_lost_worker_stops_a_design_without_a_verdict(tmp_path) -> None:
+    run = new_run(tmp_path)
+
+    def lost(*_: object, **__: object) -> ValidationReport:
+        raise WorkerLostError("examine could not be run")
+
+    run_designs(run, parts(Scripted(), validate=lost))
+    status = read_status(run)
+    assert status.state == "stopped"
+    assert status.designs[0].stopped.message == "examine could not be run"
+    assert status.designs[0].outcome is None
+    run_designs(run, parts(Scripted()))
+    assert read_status(run).approved == 1

@@ -17,7 +17,7 @@ import misbehaving
 import pytest
 from misbehaving import Parcel
 
-from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.core.errors import IsolationError, MjcfError, UserError, WorkerLostError
 from aidsr.sandbox.child import Child
 from aidsr.sandbox.environment import child_environment
 from aidsr.sandbox.guarantees import guarantees, try_guarantees
@@ -130,7 +130,6 @@ def test_a_bug_keeps_the_traceback_of_the_child(call: Callable[[], object], kind
     [
         (misbehaving.crash, "crash"),
         (lambda: misbehaving.die_by("SIGABRT"), "crash"),
-        (lambda: misbehaving.die_by("SIGKILL"), "memory"),
         (misbehaving.sleep_too_long, "time"),
         (misbehaving.hang, "time"),
     ],
@@ -142,6 +141,18 @@ def test_the_pool_survives_the_end_of_a_worker(call: Callable[[], None], kind: s
     assert caught.value.kind == kind
     assert misbehaving.process() != before
     assert not alive(before)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM"])
+def test_a_worker_that_is_always_ended_from_outside_is_nobodys_fault(name: str) -> None:
+    with pytest.raises(WorkerLostError, match=f"lost 3 times, the last time because it was ended by {name}"):
+        misbehaving.die_by(name)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+def test_a_call_whose_worker_was_killed_is_made_again(tmp_path: Path) -> None:
+    assert misbehaving.die_until(tmp_path / "tries", 3) == 3
 
 
 def test_a_crash_says_what_the_process_last_printed() -> None:

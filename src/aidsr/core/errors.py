@@ -5,7 +5,8 @@ A bad design is never an exception: the validator returns it as faults (see `aid
     AidsrError
     ├── UserError         the person must change something: one sentence, exit 2, no traceback
     ├── MjcfError         an MJCF text that cannot be loaded, as faults; callers turn it into a report
-    ├── IsolationError    a child process ran past its limits or died
+    ├── IsolationError    a child process ran past its limits, or crashed on what it was given
+    ├── WorkerLostError   a child process was ended from outside, again and again: the machine's fault, never a design's
     ├── ReplyError        a language model's reply could not be used: asked again, a bounded number of times
     ├── BudgetError       the next call could cost more than the person allowed
     └── ModelError        a language model could not be reached or refused for good
@@ -49,7 +50,7 @@ class MjcfError(AidsrError):
 
 
 class IsolationError(AidsrError):
-    """A child process did not come back with an answer.
+    """A child process did not come back with an answer, because of what it was given.
 
     Attributes:
         kind: "time" or "memory" when it ran past a limit, "crash" when it died for another reason.
@@ -58,6 +59,13 @@ class IsolationError(AidsrError):
     def __init__(self, kind: Literal["time", "memory", "crash"], message: str) -> None:
         self.kind = kind
         super().__init__(message)
+
+
+class WorkerLostError(AidsrError):
+    """Child processes were ended from outside or could not start, as where the machine runs out of memory.
+
+    It says nothing about what they were given, so no caller turns it into a fault of a design.
+    """
 
 
 class ReplyError(AidsrError):

@@ -18,6 +18,17 @@ _START_LIMIT_S = 120.0  # our choice: importing MuJoCo takes 1 s, and many times
 _MAX_CALLS = 200  # our choice: then a fresh process, in case a native library loses memory on each model
 _OUTPUT_TAIL = 1500  # characters of a dead child's output kept in the error
 
+_FROM_OUTSIDE = {
+    getattr(signal, name) for name in ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT") if hasattr(signal, name)
+}
+"""Signals that no model causes: a person, a job scheduler, or the system when the machine runs out of memory."""
+
+
+def _reason_not_started(start: dict[str, Any]) -> str:
+    if "time" in start:
+        return f"it was not ready after {_START_LIMIT_S:g} s"
+    return f"it could not start: {start.get('lost') or start.get('crash') or 'no memory'}"
+
 
 class Child:
     """A worker process, its private folder and the pipes to it."""
@@ -45,7 +56,9 @@ class Child:
         return not (self._busy or self._late) and self._calls < _MAX_CALLS and self._process.poll() is None
 
     def call(self, request: dict[str, Any], wall_s: float) -> dict[str, Any]:
-        """Return the child's reply, or {"time" | "memory" | "crash": …} saying how it ended instead.
+        """Return the child's reply, or {"time" | "memory" | "crash" | "lost": …} saying how it ended instead.
+
+        "lost" says nothing about the request: the child could not start, or was ended from outside.
 
         Raises:
             TypeError: The request cannot be expressed in JSON.
@@ -54,7 +67,7 @@ class Child:
         if not self._ready:
             start = self._exchange(None, _START_LIMIT_S)
             if "ready" not in start:
-                return start if "crash" in start else {"crash": f"it was not ready after {_START_LIMIT_S:g} s"}
+                return {"lost": _reason_not_started(start)}
             self._ready = True
         self._calls += 1
         reply = self._exchange(request, wall_s)
@@ -99,8 +112,9 @@ class Child:
         if sys.platform != "win32" and code == -signal.SIGXCPU:
             return {"time": "cpu"}
         output = (self._folder / "output.txt").read_text("utf-8", "replace")
-        # Killed and not by us: the system does that when memory runs out. C++ prints bad_alloc before it aborts.
-        if (sys.platform != "win32" and code == -signal.SIGKILL) or "bad_alloc" in output or "MemoryError" in output:
+        if "bad_alloc" in output or "MemoryError" in output:  # C++ prints bad_alloc before it aborts
             return {"memory": True}
+        if -code in _FROM_OUTSIDE:
+            return {"lost": f"it was ended by {signal.Signals(-code).name}"}
         name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return {"crash": f"{name}\n{output[-_OUTPUT_TAIL:]}".strip()}

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import inspect
 import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, wraps
@@ -27,10 +28,13 @@ from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
 from pydantic import ConfigDict, TypeAdapter
 
 from aidsr.core.artifacts import Fault
-from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.core.errors import IsolationError, MjcfError, UserError, WorkerLostError
 from aidsr.sandbox.environment import inside_worker
 from aidsr.sandbox.limits import Limits
 from aidsr.sandbox.pool import call_in_worker
+
+_PAUSES_S = (0.0, 0.5, 3.0)
+"""Before each try of a call [s]. Our choice: memory that another process took is often free again after seconds."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -52,7 +56,8 @@ def isolated(
 
     Besides what the function raises itself (MjcfError and UserError as they are), calling it raises:
 
-        IsolationError: The call ran past a limit or its process died.
+        IsolationError: The call ran past a limit or its process crashed.
+        WorkerLostError: Its process was ended from outside, in every one of three tries.
         RuntimeError: A bug of ours in the function; the child's traceback is a note on the error.
 
     Args:
@@ -125,7 +130,12 @@ class _Function:
             "limits": {"cpu_s": self.limits.cpu_s, "memory_mib": self.limits.memory_mib},
             "path": [entry for entry in sys.path if Path(entry).is_absolute()],  # a worker finds what its caller finds
         }
-        reply = call_in_worker(request, self.limits.wall_s)
+        reply = _reply(request, self.limits.wall_s)
+        if "lost" in reply:
+            raise WorkerLostError(
+                f"{self.function.__name__} could not be run: its worker process was lost {len(_PAUSES_S)} times, the "
+                f"last time because {reply['lost']}. Free memory on this machine, or run fewer jobs, then try again"
+            )
         if "result" not in reply:
             raise _error(self.function.__name__, reply, self.limits)
         (result,) = self._result.validate_python(reply["result"])
@@ -136,6 +146,16 @@ class _Function:
         values = self._arguments.validate_python(arguments)
         result = self.function(**dict(zip(self._signature.parameters, values, strict=True)))
         return self._result.dump_python((result,), mode="json", warnings="error")
+
+
+def _reply(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
+    """Return the reply of a worker; another one is asked where it was lost through no fault of the request."""
+    for pause_s in _PAUSES_S:
+        time.sleep(pause_s)
+        reply = call_in_worker(request, wall_s)
+        if "lost" not in reply:
+            break
+    return reply
 
 
 def _adapter(*types: Any) -> TypeAdapter[Any]:
