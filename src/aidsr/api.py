@@ -107,6 +107,7 @@ def train(
     grouping: Grouping = "auto",
     from_probe: bool = False,
     smoothing: float = 0.0,
+    randomize: bool = False,
     threads: int = 0,
     tensorboard: bool = False,
     again: bool = False,
@@ -131,6 +132,8 @@ def train(
         grouping: As for `probe`.
         from_probe: Search an open-loop motion first, as `probe` does; where one succeeds, the policy begins with it.
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
+        randomize: Let each training episode differ from the model as a real robot may: parameters, delay, friction of
+            cables.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         tensorboard: Also write logs for TensorBoard.
         again: Train from scratch, into the next folder, even if earlier calls left a finished or stopped training.
@@ -156,7 +159,7 @@ def train(
         Path(out) if out else found.home / "training",
         steps=steps,
         seed=seed,
-        recipe=Recipe(from_probe=from_probe, smoothing=smoothing),
+        recipe=Recipe(from_probe=from_probe, smoothing=smoothing, randomize=randomize),
         threads=threads,
         tensorboard=tensorboard,
         again=again,
@@ -215,7 +218,12 @@ def _check_seed_and_threads(seed: int, threads: int) -> None:
 
 
 def evaluate(
-    training: str | Path | Training | DesignFolder, *, episodes: int = 20, threads: int = 0, videos: bool = True
+    training: str | Path | Training | DesignFolder,
+    *,
+    episodes: int = 20,
+    threads: int = 0,
+    videos: bool = True,
+    perturbed: bool = False,
 ) -> Evaluation:
     """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
 
@@ -229,6 +237,8 @@ def evaluate(
         episodes: How many held-out variations, at least 20.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
+        perturbed: Whether to play the same variations again with parameters of the model off by up to 20 %, with late
+            actions and with friction of cables: `Evaluation.perturbed`. The verdict stays the same.
 
     Raises:
         TypeError: An argument is of another type.
@@ -246,7 +256,7 @@ def evaluate(
             raise UserError(f"{training.path} has no finished training; train it first")
         training = finished[-1]
     folder = training.path if isinstance(training, Training) else Path(training)
-    return evaluate_training(folder, episodes=episodes, threads=threads, videos=videos)
+    return evaluate_training(folder, episodes=episodes, threads=threads, videos=videos, perturbed=perturbed)
 
 
 def export(

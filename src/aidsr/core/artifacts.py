@@ -348,6 +348,49 @@ class PlausibilityCheck(Artifact):
     message: str
 
 
+PerturbationKind = Literal[
+    "stiffness",
+    "damping",
+    "friction",
+    "mass",
+    "cable_force",
+    "delay",
+    "low_cable_friction",
+    "high_cable_friction",
+    "combined",
+]
+"""In which way a scene is made to differ from its model; see docs/learning.md, robustness."""
+
+
+class PerturbedEpisodes(Artifact):
+    """How a policy does when the scene differs from its model in one way, at the variations of its evaluation."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    kind: PerturbationKind
+    summary: str
+    """What differs, in words."""
+    episodes: Annotated[int, Field(ge=1)]
+    succeeded: tuple[int, ...]
+    """Indices of the variations that succeeded."""
+    diverged: int = 0
+    """Episodes in which the simulation diverged."""
+    nominal_successes: int
+    """Episodes that succeed without the perturbation."""
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def success_share(self) -> float:
+        """Share of the episodes that succeeded."""
+        return len(self.succeeded) / self.episodes
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def kept_share(self) -> float | None:
+        """Successes as a share of those without the perturbation; None where there are none."""
+        return len(self.succeeded) / self.nominal_successes if self.nominal_successes else None
+
+
 class Evaluation(Artifact):
     """What a trained policy did at variations of its task it had never seen, and whether to believe it.
 
@@ -364,6 +407,8 @@ class Evaluation(Artifact):
     versions: dict[str, str] = Field(default_factory=dict)
     split: Literal["held_out", "development"] = "held_out"
     """Only held-out variations score a design; a verdict on others is advice to its designers."""
+    perturbed: tuple[PerturbedEpisodes, ...] = ()
+    """The same variations in scenes that differ from their model, where asked for; the verdict leaves them out."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -28,7 +28,15 @@ from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
-from aidsr.core.artifacts import Critique, CritiqueIssue, Outcome, PlausibilityCheck, TaskReport
+from aidsr.core.artifacts import (
+    Critique,
+    CritiqueIssue,
+    Evaluation,
+    Outcome,
+    PerturbedEpisodes,
+    PlausibilityCheck,
+    TaskReport,
+)
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.runs import EventLog
@@ -298,6 +306,22 @@ async def test_a_trained_design_is_shown_and_a_persons_word_kept(user: User, sit
     await user.should_see("trained already")
     await user.open("/")
     await user.should_see("1 of 1 approved")
+
+
+@visiting
+async def test_success_left_by_a_perturbation_is_shown(user: User, site: Site) -> None:
+    run = made_run(site.library.path, designs=1)
+    folder = made_training(run.design(1), (True, True, True, True))
+    verdict = Evaluation.model_validate_json((folder / "evaluation.json").read_bytes())
+    rubbed = PerturbedEpisodes(
+        kind="high_cable_friction", summary="cable friction 0.3", episodes=4, succeeded=(2,), nominal_successes=4
+    )
+    verdict = verdict.model_copy(update={"perturbed": (rubbed,)})
+    replace_file(folder / "evaluation.json", verdict.model_dump_json().encode())
+    await user.open(f"/run/{run.path.name}/1")
+    user.find("Training").click()
+    for expected in ("Where the scene differs from its model", "cable friction 0.3", "1 of 4", "5% to 70%", "25%"):
+        await user.should_see(expected)
 
 
 @visiting

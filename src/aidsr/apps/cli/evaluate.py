@@ -16,6 +16,7 @@ def evaluate(
     episodes: Annotated[int, Parameter(validator=Number(gte=20))] = 20,
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     videos: bool = True,
+    perturbed: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
     """Evaluate a trained policy on variations of its task that it has never seen.
@@ -35,6 +36,10 @@ def evaluate(
         Native threads for physics; 0 takes all processors.
     videos
         Draw the best and the median episode.
+    perturbed
+        Play the same variations again with parameters of the model off by up to 20 %, with actions 40 ms late and with
+        friction of cables, and report what share of the success is kept. Takes nine times as many episodes; the verdict
+        stays the same.
     json
         Print the whole evaluation as JSON.
     """
@@ -48,7 +53,7 @@ def evaluate(
     console = Console(highlight=False)
     if not json:
         print_evaluating(console, episodes, videos=videos)
-    evaluation = api.evaluate(training, episodes=episodes, threads=threads, videos=videos)
+    evaluation = api.evaluate(training, episodes=episodes, threads=threads, videos=videos, perturbed=perturbed)
     if json:
         sys.stdout.write(evaluation.model_dump_json(indent=2) + "\n")
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -14,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from aidsr.apps.cli.reporting import print_unwrapped
-from aidsr.core.artifacts import Evaluation
+from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
 from aidsr.core.formatting import format_check
 
 if TYPE_CHECKING:
@@ -165,6 +166,27 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
     for check in evaluation.checks:
         if not check.passed:
             console.print(f"[red]{check.name}[/]: {escape(check.message)}: {format_check(check)}", soft_wrap=True)
+    if evaluation.perturbed:
+        print_perturbed(console, evaluation.perturbed)
+
+
+def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) -> None:
+    """Print how much success is left where the scene differs from its model."""
+    from aidsr.studies.statistics import Rate
+
+    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+    for title in ("scene other than its model", "success", "95 % interval", "kept"):
+        table.add_column(title, overflow="fold")
+    for one in perturbed:
+        won, interval = len(one.succeeded), Rate(len(one.succeeded), one.episodes).interval
+        table.add_row(
+            one.summary,
+            f"{one.success_share:.0%} ({won} of {one.episodes})",
+            f"{interval.low:.0%} to {interval.high:.0%}",
+            "–" if one.kept_share is None else f"{one.kept_share:.0%}",
+        )
+    console.print()
+    print_unwrapped(console, table)
 
 
 def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:

@@ -14,11 +14,12 @@ from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.recorded_episodes import Stage, replay_name
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notice, text
-from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
+from aidsr.studies.statistics import Rate
 from aidsr.tasks import task_names
 
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
@@ -211,6 +212,9 @@ def _verdict(verdict: Evaluation) -> None:
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
                     text(f"{check.name.replace('_', ' ')}: {format_check(check)}", "small soft numbers")
+    if verdict.perturbed:
+        text("Where the scene differs from its model", "label")
+        _perturbed(verdict.perturbed)
     with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
         _episodes(episodes)
 
@@ -228,6 +232,22 @@ def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
                     for number in (one.progress, one.best_progress, one.reward):
                         text(f"{number:.2f}", "num", "td")
                     text(f"{one.time_s:.1f} s", "num", "td")
+
+
+def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
+    with box("scroll"), box("list plain", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for title in ("what differs", "success", "95 % interval", "kept"):
+                text(title, "" if title == "what differs" else "num", "th")
+        with box(tag="tbody"):
+            for one in perturbed:
+                interval = Rate(len(one.succeeded), one.episodes).interval
+                kept = "–" if one.kept_share is None else f"{one.kept_share:.0%}"
+                with box(tag="tr"):
+                    text(one.summary, "", "td")
+                    text(f"{len(one.succeeded)} of {one.episodes}", "num", "td")
+                    text(f"{interval.low:.0%} to {interval.high:.0%}", "num", "td")
+                    text(kept, "num", "td")
 
 
 def _films(addresses: tuple[str, ...]) -> None:

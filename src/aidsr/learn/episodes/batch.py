@@ -13,6 +13,8 @@ from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
 from aidsr.learn.episodes.actions import ActionMap
+from aidsr.learn.episodes.cable_friction import CableFriction
+from aidsr.learn.episodes.perturbation import DelayLine, PerturbedModels, perturbation_of
 from aidsr.learn.episodes.proprioception import Proprioception
 from aidsr.sim.divergence import batch_diverged, warnings_ignored
 from aidsr.sim.structure import read_structure
@@ -66,7 +68,7 @@ class Episodes:
         model: The compiled scene; it is copied.
         task: Defines observation and score.
         actions: What an action drives.
-        variations: Of each episode; as many episodes are run side by side.
+        variations: Of each episode; as many episodes are run side by side. Those that are perturbed carry how.
         threads: Native threads, this one included; 0 takes all processors. The results do not depend on it.
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
         record: Fields of MjData to keep from every physics step, see `recorded`.
@@ -104,6 +106,10 @@ class Episodes:
         self._reader = Reader.of(task, self.model)
         self._body = Proprioception.of(self.model, self.structure)
         self._last_action = np.tile(actions.rest, (self.n, 1))
+        self._models = PerturbedModels(self.batch, self.structure)
+        self._delay = DelayLine(actions.rest, self.n, task.control_dt_s)
+        self._friction: CableFriction | None = None
+        self._cable_friction = np.zeros(self.n)
         self._template = mujoco.MjData(self.model)
         self._bind_outputs()
         self._apply(np.arange(self.n))
@@ -136,8 +142,16 @@ class Episodes:
         return self.observation
 
     def _apply(self, ids: NDArray[np.intp]) -> None:
+        variations = [self.variations[i] for i in ids.tolist()]
+        perturbations = [perturbation_of(variation) for variation in variations]
+        self._cable_friction[ids] = [one.cable_friction for one in perturbations]
+        if self._friction is None and self._cable_friction.any():
+            self._friction = CableFriction(self.batch, self.structure)
+        self._models.restore(ids)
         with warnings_ignored():
-            apply_to_batch([self.variations[i] for i in ids.tolist()], self.batch, ids.tolist())
+            apply_to_batch(variations, self.batch, ids.tolist())
+        self._models.write(ids, perturbations)
+        self._delay.reset(ids, perturbations)
         self.running[ids] = True
         self.time_limit_s[ids] = self.task.time_limit_s
         self._last_action[ids] = self.actions.rest
@@ -182,23 +196,40 @@ class Episodes:
         ctrl = self.batch.bind("ctrl")
         for name, value in self.task.script(self._read(self._sensordata[:, None])).items():
             ctrl[ids, self.model.actuator(name).id] = value[ids]
-        ctrl[np.ix_(ids, np.array(self.actions.actuators))] = self.actions.ctrl(self._last_action)[ids]
+        arriving = self._delay.send(self._last_action)
+        ctrl[np.ix_(ids, np.array(self.actions.actuators))] = self.actions.ctrl(arriving)[ids]
         samples = np.repeat(self._sensordata[:, None], self.physics_steps, axis=1)
+        failed = np.zeros(self.n, dtype=np.bool_)
         if ids.size:
-            self.recorded = self._rollout(ids)
+            self.recorded, failed = self._rollout(ids)
             samples[ids] = self.recorded["sensordata"]
-        diverged = running & (batch_diverged(self.batch) | (self.batch.status != 0))
+        diverged = running & (batch_diverged(self.batch) | failed)
         samples[diverged] = self._sensordata[diverged, None]
         self._sensordata = samples[:, -1].copy()
         return samples, diverged
 
-    def _rollout(self, ids: NDArray[np.intp]) -> dict[str, FloatArray]:
+    def _rollout(self, ids: NDArray[np.intp]) -> tuple[dict[str, FloatArray], BoolArray]:
+        """Return what is recorded, (n_running, steps, ...) by field, and which simulations had an error, (n,)."""
         shapes = {name: getattr(self._template, name).shape for name in self._record}
         out = {name: np.zeros((ids.size, self.physics_steps, *shape)) for name, shape in shapes.items()}
+        if self._friction is None or not self._cable_friction[ids].any():
+            return out, self._advance(ids, self.physics_steps, out)
+        # friction depends on the pose, so its forces are set again in every physics step
+        failed = np.zeros(self.n, dtype=np.bool_)
+        now = {name: np.zeros((ids.size, 1, *shape)) for name, shape in shapes.items()}
+        for step in range(self.physics_steps):
+            self._friction.apply(ids, self._cable_friction[ids])
+            failed |= self._advance(ids, 1, now)
+            for name, values in now.items():
+                out[name][:, step] = values[:, 0]
+        return out, failed
+
+    def _advance(self, ids: NDArray[np.intp], steps: int, out: dict[str, FloatArray]) -> BoolArray:
+        """Run some physics steps; return which simulations had an error, (n,)."""
         # errors of single simulations are in batch.status
         with warnings_ignored(), contextlib.suppress(SimulationError):
-            self.batch.rollout(self.physics_steps, record=self._record, ids=ids, out=out)
-        return out
+            self.batch.rollout(steps, record=self._record, ids=ids, out=out)
+        return np.asarray(self.batch.status != 0)
 
     def _read(self, samples: FloatArray) -> Readings:
         outline = self.task.needs_outline

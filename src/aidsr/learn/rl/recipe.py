@@ -52,6 +52,9 @@ class Recipe(Artifact):
     nothing happens any more nothing is learned, and a budget holds few episodes of a minute."""
     saturation: Share = 0.95
     """Share of development episodes that succeed without noise when training ends before its budget."""
+    randomize: bool = False
+    """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. Ours;
+    the paper trains in the model."""
     from_probe: bool = False
     """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
     starts from a policy that knows nothing."""

@@ -12,6 +12,7 @@ from aidsr.core.plain_tree import require_plain_tree
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
 from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
+from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, goal_task
 from aidsr.tasks.goal import GOAL_VERSION
@@ -88,7 +89,12 @@ def _check_scene(folder: Path, config: TrainingConfig, scene: TaskScene) -> None
 
 
 def evaluate_training(
-    folder: Path, *, episodes: int = LEAST_EPISODES, threads: int = 0, videos: bool = True
+    folder: Path,
+    *,
+    episodes: int = LEAST_EPISODES,
+    threads: int = 0,
+    videos: bool = True,
+    perturbed: bool = False,
 ) -> Evaluation:
     """Evaluate a finished training on held-out variations; verdict, curve, two motions and films go into its folder.
 
@@ -97,6 +103,7 @@ def evaluate_training(
         episodes: How many held-out variations.
         threads: Native threads; 0 takes all processors.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
+        perturbed: Whether to play the same variations with each kind of perturbation as well.
 
     Raises:
         UserError: The folder holds no finished training.
@@ -113,6 +120,15 @@ def evaluate_training(
             smoothing=training.config.recipe.smoothing,
             training=training.result,
         )
+        if perturbed:
+            robustness = perturbed_episodes(
+                training.scene,
+                training.policy,
+                evaluation,
+                threads=threads,
+                smoothing=training.config.recipe.smoothing,
+            )
+            evaluation = evaluation.model_copy(update={"perturbed": robustness})
     home = training.folder
     if (home / "curve.csv").exists():  # behavior cloning may have used up the budget
         home.write("curve.png", curve_picture(home / "curve.csv"))

@@ -13,12 +13,14 @@ import numpy as np
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
 from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
+from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
 from aidsr.tasks.goal import GOAL_VERSION
 
@@ -170,6 +172,7 @@ class _Training:
         # a resumed training must not sample the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         recipe = config.recipe
+        self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
         self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
@@ -183,7 +186,10 @@ class _Training:
             self._imitate_probe()
 
     def _sample_variation(self) -> Variation:
-        return self.scene.task.variation("development", int(self.rng.integers(DEVELOPMENT)))
+        index = int(self.rng.integers(DEVELOPMENT))
+        if self.config.recipe.randomize:
+            return randomized(self.scene.task, self._structure, index)
+        return self.scene.task.variation("development", index)
 
     def _episodes(self, variations: list[Variation]) -> Episodes:
         scene, smoothing = self.scene, self.config.recipe.smoothing
