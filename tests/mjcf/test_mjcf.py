@@ -299,3 +299,18 @@ def test_the_documentation_states_every_bound() -> None:
     page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
     limits = [value for value in asdict(SizeLimits()).values() if not re.search(rf"\| {value:,}( MiB)? \|", page)]
     assert limits == []
+
+
+def test_a_name_of_many_digits_is_no_number_of_a_series() -> None:
+    """Python refuses to read numbers of more than 4,300 digits."""
+    used = f'<contact><exclude body1="b{"1" * 490}" body2="b1"/></contact>'
+    with pytest.raises(MjcfError, match="names a body that does not exist"):
+        read_mjcf(f'<mujoco><worldbody><body name="b1"/></worldbody>{used}</mujoco>')
+    with pytest.raises(MjcfError, match="characters in 'body1': 5001, at most 500 allowed"):
+        read_mjcf(f'<mujoco><worldbody><body name="b1"/></worldbody>{used.replace("1" * 490, "1" * 5000)}</mujoco>')
+
+
+def test_of_thousands_of_faults_of_a_kind_the_first_are_reported() -> None:
+    with pytest.raises(MjcfError) as caught:
+        read_mjcf("<mujoco><worldbody>" + '<geom sise="1"/>' * 5000 + "</worldbody></mujoco>")
+    assert len(caught.value.faults) == 200

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from aidsr.core.artifacts import Fault
-from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.errors import MjcfError, ReplyError, UserError
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
@@ -135,3 +135,8 @@ def refuse(error: Literal["mjcf", "user", "bug"]) -> None:
 def lie() -> int:
     """Return something else than the annotation says."""
     return object()  # type: ignore[return-value]
+
+
+@isolated
+def refuse_reply() -> None:
+    raise ReplyError("It has no <patch>.")

@@ -17,7 +17,7 @@ import misbehaving
 import pytest
 from misbehaving import Parcel
 
-from aidsr.core.errors import IsolationError, MjcfError, UserError, WorkerLostError
+from aidsr.core.errors import IsolationError, MjcfError, ReplyError, UserError, WorkerLostError
 from aidsr.sandbox.child import Child
 from aidsr.sandbox.environment import child_environment
 from aidsr.sandbox.guarantees import guarantees, try_guarantees
@@ -282,3 +282,8 @@ def test_what_is_promised_is_kept_when_it_is_tried() -> None:
 def test_the_documentation_lists_every_guarantee() -> None:
     page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
     assert [guarantee.name for guarantee in guarantees() if f"| {guarantee.name} |" not in page] == []
+
+
+def test_a_reply_that_cannot_be_used_is_reported_as_such() -> None:
+    with pytest.raises(ReplyError, match="It has no <patch>"):
+        misbehaving.refuse_reply()

@@ -5,6 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable
 
+_LONGEST = 100
+"""Characters of a name that is compared; the time of a comparison grows with their square. Our choice."""
+_MOST_COMPARED = 2000
+"""Names that one is compared with. Our choice: as many as a large robot has."""
+
 
 def closest_name(name: str, known: Iterable[str], *, cutoff: float = 0.6) -> str:
     """Return the known name that is most like a name, for a "did you mean"; "" where none is; see `close_names`."""
@@ -20,7 +25,10 @@ def close_names(name: str, known: Iterable[str], *, most: int, cutoff: float = 0
         most: How many to return.
         cutoff: Least likeness, from 0 to 1, as `difflib` measures it.
     """
-    return difflib.get_close_matches(name, sorted(set(known)), n=most, cutoff=cutoff)
+    if len(name) > _LONGEST:
+        return []
+    compared = sorted({other for other in known if len(other) <= _LONGEST})[:_MOST_COMPARED]
+    return difflib.get_close_matches(name, compared, n=most, cutoff=cutoff)
 
 
 def only_close_name(name: str, known: Iterable[str], *, cutoff: float = 0.6) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from aidsr.fixes.record import EditText, Fix
+from aidsr.mjcf.spans import COMMENT, replaced
 
-_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 _DASHES = re.compile(r"-{2,}|^-|-$")
 
 
@@ -19,14 +19,14 @@ def dashes_in_comments(text: str) -> tuple[str, list[str]]:
     """
     notes = []
 
-    def rewrite(comment: re.Match[str]) -> str:
-        inside = _DASHES.sub(lambda dashes: "=" * len(dashes[0]), comment[1])
-        if inside != comment[1]:
-            line = text.count("\n", 0, comment.start()) + 1
+    def rewrite(line: int, comment: str) -> str:
+        before = comment.removeprefix("<!--").removesuffix("-->")
+        inside = _DASHES.sub(lambda dashes: "=" * len(dashes[0]), before)
+        if inside != before:
             notes.append(f"The comment in line {line}: wrote = for dashes that XML does not allow in comments.")
         return f"<!--{inside}-->"
 
-    return _COMMENT.sub(rewrite, text), notes
+    return replaced(text, rewrite, COMMENT), notes
 
 
 FIXES: tuple[Fix[EditText], ...] = (Fix(dashes_in_comments, cures=("xml_syntax",), safe=True),)

@@ -59,6 +59,8 @@ _KINDS: tuple[tuple[str, str], ...] = (
 one."""
 _PATTERNS = tuple((re.compile(pattern, re.IGNORECASE), code) for code, pattern in _KINDS)
 
+_MOST_READ = 2000
+"""Characters of a message that are read; it may quote long values of the document. Our choice."""
 _PREFIX = re.compile(r"^((XML )?Error:\s*|Schema violation:\s*|engine error:\s*)+")
 _LINE = re.compile(r"\bline (\d+)\s*$")
 _INDEX = re.compile(r"\bid (\d+)")
@@ -71,7 +73,7 @@ _TRAILING_NUMBER = re.compile(r"(\bin \w+(?: \w+)?) \d+$")
 
 def parse_message(message: str) -> CompilerMessage:
     """Return an error message of MuJoCo's parser or compiler as data."""
-    problem, _, place = message.strip().partition("\n")
+    problem, _, place = message[:_MOST_READ].strip().partition("\n")
     problem = _PREFIX.sub("", problem)
     line = _LINE.search(place)
     index = _INDEX.search(place)

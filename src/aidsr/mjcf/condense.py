@@ -14,9 +14,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from lxml import etree
 
-from aidsr.core.errors import MjcfError
+from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.mjcf.elements import Element, attributes
 from aidsr.mjcf.read import parse_document
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
 
 _LEAST_LEFT_OUT = 2
 """A comment in place of fewer elements would save nothing. Our choice."""
@@ -44,9 +46,15 @@ _WHOLE = ("body", "spatial", "fixed", "default")
 def condense(mjcf: str) -> str | None:
     """Return an MJCF text without its repetitions and visual attributes; None when it cannot be read."""
     try:
-        root = copy.deepcopy(parse_document(mjcf).root)
-    except MjcfError:
+        return _condensed(mjcf)
+    except (MjcfError, IsolationError):
         return None
+
+
+@isolated(limits=Limits(wall_s=20.0, memory_mib=2048))
+def _condensed(mjcf: str) -> str:
+    """Do the work of `condense`: comparing parts with each other takes long in a text that was made to."""
+    root = copy.deepcopy(parse_document(mjcf).root)
     _drop_visuals(root)
     for body in list(root.iter("body")):
         _shorten_chain(body)

@@ -12,6 +12,7 @@ from aidsr.core.artifacts import Fault
 Element = etree._Element
 
 _MAX_LISTED = 12  # our choice: what a reader takes in; the rest is counted
+_LONGEST_WORD = 100  # our choice: no tag of MJCF is longer; XML allows 50,000 characters
 
 
 def elements(root: Element, *tags: str) -> Iterator[Element]:
@@ -42,11 +43,11 @@ def numbers(text: str) -> list[float]:
 
 def describe(element: Element) -> str:
     """Return words by which a reader finds the element: its name, or the nearest name around it."""
-    name = element.get("name") or element.get("class")
+    name, tag = element.get("name") or element.get("class"), str(element.tag)[:_LONGEST_WORD]
     if name:
-        return f"<{element.tag}> '{name}'"
+        return f"<{tag}> '{name}'"
     holder = _nearest_named(element)
-    return f"<{element.tag}>" if holder is None else f"<{element.tag}> in <{holder.tag}> '{holder.get('name')}'"
+    return f"<{tag}>" if holder is None else f"<{tag}> in <{holder.tag}> '{holder.get('name')}'"
 
 
 def load_fault(code: str, element: Element, problem: str, *, names: Iterable[str] = (), cure: str = "") -> Fault:

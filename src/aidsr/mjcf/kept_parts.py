@@ -9,11 +9,13 @@ from aidsr.core.artifacts import Keep
 from aidsr.mjcf.defaults import default_classes, described
 from aidsr.mjcf.elements import Element, attributes, describe, elements, numbers
 from aidsr.mjcf.read import parse_document
+from aidsr.sandbox.isolated import isolated
 
 _NAMES = {"name", "class", "childclass"}
 """Which class an attribute comes from does not matter, only its value does."""
 
 
+@isolated
 def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list[str]:
     """Return what was changed of parts that should be kept, one sentence each; empty when nothing was.
 
@@ -27,6 +29,7 @@ def changes_to_kept_parts(before: str, after: str, keep: Sequence[Keep]) -> list
 
     Raises:
         MjcfError: One of the two is not an MJCF document.
+        IsolationError: Comparing them took too long.
     """
     old, new = (parse_document(text).root for text in (before, after))
     return [sentence for each in keep for sentence in _changes_to(each, old, new)]

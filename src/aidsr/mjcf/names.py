@@ -53,12 +53,12 @@ REFERENCES: Mapping[str, str] = {
 """Attributes that name something, and what kind of thing. Source: MuJoCo XML reference, version 3.17."""
 
 _BY_TYPE = {"objname": "objtype", "refname": "reftype"}
-_LISTS = frozenset({"body", "node"})  # of <flex>: several names in one attribute
+LISTS = frozenset({"body", "node"})  # of <flex>: several names in one attribute
 _ELSEWHERE = frozenset({"visual", "option", "compiler", "size", "statistic"})
 """Sections whose attributes bear the same words and name nothing: <rgba joint="1 0 0 1"/> is a colour."""
 _ASSETS = frozenset({"mesh", "hfield", "texture"})
 _PLURALS = {"body": "bodies", "default class": "default classes", "mesh": "meshes", "flex": "flexes"}
-_NUMBERED = re.compile(r"(.*?)(\d+)(\D*)")
+_NUMBERED = re.compile(r"(.*?)(?<!\d)(\d{1,9})(\D*)")
 
 
 def duplicate_names(root: Element) -> Iterator[Fault]:
@@ -93,9 +93,10 @@ def undefined_references(root: Element) -> Iterator[Fault]:
 
 def named(root: Element) -> Iterator[tuple[Element, str]]:
     """Yield each named element and its kind; elements in <default> only describe others."""
+    described = _inside(root, {"default"})
     for element in elements(root):
         parent = element.getparent()
-        if parent is not None and element.get("name") and not _inside(element, {"default"}):
+        if parent is not None and element.get("name") and element not in described:
             section = str(parent.tag)
             kind = section if section in _SECTIONS else _KINDS.get(str(element.tag))
             if kind:
@@ -124,13 +125,14 @@ def _generated(root: Element) -> Iterator[str]:
 
 def references(root: Element) -> Iterator[tuple[Element, str, str]]:
     """Yield each use of a name: where, the kind of thing named, the name."""
+    elsewhere = _inside(root, _ELSEWHERE)
     for element in elements(root):
-        if _inside(element, _ELSEWHERE):
+        if element in elsewhere:
             continue
         for name, value in attributes(element):
             kind = _kind_of_reference(element, name)
             if kind:
-                for word in value.split() if element.tag == "flex" and name in _LISTS else [value]:
+                for word in value.split() if element.tag == "flex" and name in LISTS else [value]:
                     yield element, kind, word
 
 
@@ -143,8 +145,13 @@ def _kind_of_reference(element: Element, attribute: str) -> str | None:
     return REFERENCES.get(attribute)
 
 
-def _inside(element: Element, tags: Collection[str]) -> bool:
-    return any(ancestor.tag in tags for ancestor in (element, *element.iterancestors()))
+def _inside(root: Element, tags: Collection[str]) -> set[Element]:
+    """Return the elements of these kinds and all that is in them."""
+    found = set[Element]()
+    for each in elements(root, *tags):
+        if each not in found:
+            found.update(elements(each))
+    return found
 
 
 def _cure(kind: str, names: list[str], known: set[str]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -23,15 +23,21 @@ from aidsr.mjcf.forbidden import check_forbidden
 from aidsr.mjcf.names import duplicate_names, undefined_references
 from aidsr.mjcf.schema import check_schema
 from aidsr.mjcf.size_limits import SizeLimits, check_requested_sizes, check_tree_size
+from aidsr.mjcf.spans import CDATA, COMMENT, DOCTYPE, INSTRUCTION, blanked, without
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
 
 SIZE_LIMITS = SizeLimits()
+
+_MOST_FAULTS = 200
+"""Faults of one check. Our choice: more than anybody repairs at once; a hostile document could have 20,000."""
 
 _FENCED = re.compile(r"^[ \t]*```[^\n]*\n(.*?)^[ \t]*```", re.DOTALL | re.MULTILINE)
 _FIRST_TAG = re.compile(r"<mujoco(?=[\s/>])")
 _END = re.compile(r"</mujoco\s*>")
-_MISC = re.compile(r"<!--.*?-->|<\?.*?\?>|<!DOCTYPE[^\[>]*(\[.*?\]\s*)?>", re.DOTALL)
-_COMMENT = re.compile(r"<!--.*?-->|<!\[CDATA\[.*?\]\]>", re.DOTALL)
 _DECLARATION = re.compile(r"<!(DOCTYPE|ENTITY|ELEMENT|ATTLIST|NOTATION)\b")
+_MOST_SAID = 200
+"""Characters of the parser's message, which may quote a name of 50,000. Our choice."""
 _FOREIGN = {"robot": " (this is URDF)", "sdf": " (this is SDFormat)"}
 
 
@@ -111,6 +117,17 @@ def read_mjcf(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
     return document
 
 
+@isolated(limits=Limits(wall_s=20.0))
+def check_mjcf(text: str) -> None:
+    """Check a text as `read_mjcf` does, in an isolated process.
+
+    Raises:
+        MjcfError: With every fault that can be read off the document.
+        IsolationError: Checking it exceeded its limits of time or memory.
+    """
+    read_mjcf(text)
+
+
 def parse_document(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
     """Return the document in a text, parsed and not checked any further.
 
@@ -122,14 +139,14 @@ def parse_document(text: str, limits: SizeLimits = SIZE_LIMITS) -> Document:
     if len(text) > limits.characters:
         raise MjcfError([_too_large(len(text), limits)])
     body, first_line, notes = _extract_document(text)
-    declared = _DECLARATION.search(_COMMENT.sub(_blank, body))
+    declared = _DECLARATION.search(blanked(body, COMMENT, CDATA))
     if declared:
         line = first_line + body.count("\n", 0, declared.start())
         problem = f"<!{declared[1]}> is not allowed, because models here use no entities"
         raise MjcfError([_fault("forbidden", problem, line, "write the values out")])
     root = _parse(body, first_line, limits)
     if root.tag != "mujoco":
-        problem = f"the root element is <{root.tag}>{_FOREIGN.get(str(root.tag), '')}, expected <mujoco>"
+        problem = f"the root element is <{str(root.tag)[:100]}>{_FOREIGN.get(str(root.tag), '')}, expected <mujoco>"
         raise MjcfError([_fault("unknown_element", problem, line_of(root), "write the model as MJCF")])
     faults = list(check_tree_size(root, limits))
     if faults:
@@ -145,7 +162,8 @@ def check_safety(document: Document, limits: SizeLimits = SIZE_LIMITS) -> list[F
 def check_document(document: Document) -> list[Fault]:
     """Return the faults of elements, attributes and names, in the order of their lines."""
     checks = (check_schema, duplicate_names, undefined_references, check_fromto, check_finite)
-    return sorted(chain.from_iterable(check(document.root) for check in checks), key=lambda fault: fault.line or 0)
+    found = chain.from_iterable(islice(check(document.root), _MOST_FAULTS) for check in checks)
+    return sorted(found, key=lambda fault: fault.line or 0)
 
 
 def canonical(root: Element) -> tuple[str, list[Element]]:
@@ -189,7 +207,7 @@ def _parse(body: str, first_line: int, limits: SizeLimits) -> Element:
         if "depth" in (error.msg or ""):
             problem = f"elements inside each other: more than {limits.depth}, at most {limits.depth} allowed"
             raise MjcfError([_fault("forbidden", problem, line)]) from error
-        says = (error.msg or "").partition(", line ")[0].strip()
+        says = (error.msg or "").partition(", line ")[0].strip()[:_MOST_SAID]
         problem = f"not well-formed XML at line {line}, column {column}: {says}"
         raise MjcfError([_fault("xml_syntax", problem, line)]) from error
 
@@ -202,14 +220,14 @@ def _extract_document(text: str) -> tuple[str, int, tuple[str, ...]]:
     if blocks:
         start, end = max((block.span(1) for block in blocks), key=lambda span: span[1] - span[0])
     # Comments may hold anything, an example document too, and must not be mistaken for the beginning or the end.
-    visible = _COMMENT.sub(_blank, text)
+    visible = blanked(text, COMMENT, CDATA)
     first = _FIRST_TAG.search(visible, start, end)
     if first is None:
         return text, 1, ()
-    if _MISC.sub("", text[start : first.start()]).strip():
+    if without(text[start : first.start()], COMMENT, INSTRUCTION, DOCTYPE).strip():
         start = first.start()
     last = max((tag.end() for tag in _END.finditer(visible, start, end)), default=end)
-    if _MISC.sub("", text[last:end]).strip():
+    if without(text[last:end], COMMENT, INSTRUCTION, DOCTYPE).strip():
         end = last
     around = (text[:start] + text[end:]).strip()
     notes = (f"Put aside what stood around the document, {len(around)} characters beginning {around[:40]!r}.",)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.suggestions import closest_name
@@ -124,17 +124,21 @@ def _check(element: Element, schema: ElementSchema) -> Iterator[Fault]:
 
 
 def _unknown_attribute(element: Element, attribute: str, schema: ElementSchema) -> Fault:
+    cure = _cure_of_attribute(attribute, schema)
+    return load_fault("unknown_attribute", element, f"has no attribute '{attribute[:100]}'", cure=cure)
+
+
+@lru_cache(1000)
+def _cure_of_attribute(attribute: str, schema: ElementSchema) -> str:
     everywhere = {name for other in mjcf_schema().walk() for name in other.attributes}
     near = _nearest(attribute, schema.attributes)
     elsewhere = _nearest(attribute, everywhere)
     if near and attribute not in everywhere:
-        cure = f"did you mean '{near}'?"
-    elif elsewhere:
+        return f"did you mean '{near}'?"
+    if elsewhere:
         homes = sorted({other.name for other in mjcf_schema().walk() if elsewhere in other.attributes})
-        cure = f"'{elsewhere}' belongs to {_tags(homes)}"
-    else:
-        cure = "remove it; no element of MJCF has such an attribute"
-    return load_fault("unknown_attribute", element, f"has no attribute '{attribute}'", cure=cure)
+        return f"'{elsewhere}' belongs to {_tags(homes)}"
+    return "remove it; no element of MJCF has such an attribute"
 
 
 def _unknown_element(element: Element, schema: ElementSchema) -> Fault:
@@ -144,9 +148,13 @@ def _unknown_element(element: Element, schema: ElementSchema) -> Fault:
         return load_fault(
             "unknown_element", element, f"cannot stand in <{schema.name}>", cure=f"it belongs in {_tags(homes)}"
         )
+    return load_fault("unknown_element", element, "is not an element of MJCF", cure=_cure_of_element(tag, schema))
+
+
+@lru_cache(1000)
+def _cure_of_element(tag: str, schema: ElementSchema) -> str:
     near = _nearest(tag, schema.children) or _nearest(tag, {other.name for other in mjcf_schema().walk()})
-    cure = f"did you mean <{near}>?" if near else f"<{schema.name}> may hold {_tags(sorted(schema.children))}"
-    return load_fault("unknown_element", element, "is not an element of MJCF", cure=cure)
+    return f"did you mean <{near}>?" if near else f"<{schema.name}> may hold {_tags(sorted(schema.children))}"
 
 
 def _nearest(name: str, right: Iterable[str]) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from aidsr.core.artifacts import Fault
 from aidsr.mjcf.elements import Element, attributes, elements, load_fault, numbers
+from aidsr.mjcf.names import LISTS, REFERENCES
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,10 @@ class SizeLimits:
     characters: int = 4 * 2**20
     elements: int = 20_000
     depth: int = 200
+    attributes: int = 100
+    """Of one element; no element of MJCF has more than 40."""
+    name_characters: int = 500
+    """In a name, and where one is used."""
     bodies: int = 2_000
     parts: int = 20_000
     """Geoms, joints, sites and the like after replication, and the points of a composite or flexcomp."""
@@ -32,6 +37,7 @@ class SizeLimits:
     """What <size memory> may reserve."""
 
 
+_NAMES = frozenset({"name", "class", "prefix", "objname", "refname", *REFERENCES})
 _PARTS = frozenset({"geom", "site", "joint", "freejoint", "camera", "light", "inertial", "frame"})
 _GENERATORS = frozenset({"replicate", "composite", "flexcomp"})
 
@@ -70,6 +76,16 @@ def check_tree_size(root: Element, limits: SizeLimits) -> Iterator[Fault]:
         level = [child for parent in level for child in parent]
     if depth > limits.depth:
         yield _over(first, "elements inside each other", depth, limits.depth)
+    for element in elements(root):
+        if len(element.attrib) > limits.attributes:
+            yield _over(element, "attributes of one element", len(element.attrib), limits.attributes)
+            return
+        for attribute, value in attributes(element):
+            names = value.split() if element.tag == "flex" and attribute in LISTS else [value]
+            length = max(map(len, names), default=0) if attribute in _NAMES else 0
+            if length > limits.name_characters:
+                yield _over(element, f"characters in '{attribute}'", length, limits.name_characters)
+                return
 
 
 def check_requested_sizes(root: Element, limits: SizeLimits) -> Iterator[Fault]:

@@ -72,7 +72,7 @@ class Child:
         self._calls += 1
         reply = self._exchange(request, wall_s)
         # A child that ran out of memory may be in any state; it stays busy for good and is replaced.
-        self._busy = not reply.keys() & {"result", "mjcf", "user", "bug"}
+        self._busy = not reply.keys() & {"result", "mjcf", "user", "reply", "bug"}
         return reply
 
     def close(self) -> None:

@@ -28,7 +28,7 @@ from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
 from pydantic import ConfigDict, TypeAdapter
 
 from aidsr.core.artifacts import Fault
-from aidsr.core.errors import IsolationError, MjcfError, UserError, WorkerLostError
+from aidsr.core.errors import IsolationError, MjcfError, ReplyError, UserError, WorkerLostError
 from aidsr.sandbox.environment import inside_worker
 from aidsr.sandbox.limits import Limits
 from aidsr.sandbox.pool import call_in_worker
@@ -173,6 +173,8 @@ def _error(name: str, reply: dict[str, Any], limits: Limits) -> Exception:
         return MjcfError([Fault.model_validate(fault) for fault in reply["mjcf"]])
     if "user" in reply:
         return UserError(reply["user"])
+    if "reply" in reply:
+        return ReplyError(reply["reply"])
     if "bug" in reply:
         error = RuntimeError(f"{name} failed in its worker: {reply['bug'].strip().splitlines()[-1]}")
         error.add_note("In the worker:\n" + reply["bug"])

@@ -10,7 +10,7 @@ import sys
 import traceback
 from typing import Any, BinaryIO
 
-from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.errors import MjcfError, ReplyError, UserError
 from aidsr.sandbox.limits import call_limits
 from aidsr.sandbox.pipes import connect_to_parent, write_message
 
@@ -45,6 +45,8 @@ def _run(request: dict[str, Any]) -> dict[str, Any]:
         return {"mjcf": [fault.model_dump(mode="json") for fault in error.faults]}
     except UserError as error:
         return {"user": str(error)}
+    except ReplyError as error:
+        return {"reply": str(error)}
     except MemoryError:
         return {"memory": True}
     except Exception:

@@ -174,3 +174,11 @@ def test_a_revision_stays_one_concept() -> None:
         revised = team_at(server).designer.revise(BRIEF, CONCEPT, ROBOT, "Thinner.")
     assert revised.interpretation == "reach down"
     assert "It has 2 concepts; exactly 1 asked for." in turns(server.requests[1])[-1][1]
+
+
+def test_a_reply_that_is_too_long_is_asked_for_again_without_it() -> None:
+    with Loopback([Say("x" * 1_000_001), Say('{"passed": true, "summary": "It can work."}')]) as server:
+        assert team_at(server).judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT).passed
+    last = turns(server.requests[1])[-1][1]
+    assert "The reply has 1,000,001 characters; at most 1,000,000 are read." in last
+    assert len(server.requests[1].body["messages"]) == 2

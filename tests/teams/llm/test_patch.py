@@ -101,3 +101,9 @@ def test_one_patch_to_a_reply(between: str) -> None:
     for reply in (f"{PATCH}{between}{PATCH}", f"```xml\n{PATCH}{between}{PATCH}\n```"):
         with pytest.raises(ReplyError, match="several"):
             extract_patch(reply)
+
+
+def test_a_patch_that_never_ends_is_refused() -> None:
+    copies = '<add sel="//joint"><joint/></add>' * 30
+    with pytest.raises(ReplyError, match=r"takes too long to carry out|characters long; at most"):
+        apply_patch(ROBOT, f"<patch>{copies}</patch>")

@@ -46,6 +46,7 @@ def test_json_is_found_wherever_it_stands(reply: str) -> None:
         ("I think the mount is right.", "It has no JSON object; one was asked for in a fenced block."),
         (f"```json\n{PLACE}\n```\n```json\n{PLACE}\n```", "It has 2 JSON objects; exactly one was asked for."),
         (f"{PLACE}\n{PLACE}", "It has 2 JSON objects; exactly one was asked for."),
+        (f"{PLACE} {PLACE}", "It has 2 JSON objects; exactly one was asked for."),
         ('{"mount": "mount", "base": ', "The JSON is not well-formed: Expecting value at line 1, column 28 of it."),
         (
             '```json\n{"mount": "mount"\n "base": "fixed"}\n```',

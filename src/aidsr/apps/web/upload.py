@@ -84,9 +84,9 @@ def _environment(content: str, _form: Form) -> Facts:
 
 
 def _robot(content: str, _form: Form) -> Facts:
-    from aidsr.mjcf.read import read_mjcf
+    from aidsr.mjcf.read import check_mjcf
 
-    read_mjcf(content)
+    check_mjcf(content)
     return ()
 
 

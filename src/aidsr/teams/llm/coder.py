@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Concept, Critique, Robot
-from aidsr.core.errors import MjcfError, ReplyError
+from aidsr.core.errors import IsolationError, MjcfError, ReplyError
 from aidsr.core.roles import Feedback
 from aidsr.mjcf.condense import condense
 from aidsr.mjcf.kept_parts import changes_to_kept_parts
@@ -125,11 +125,11 @@ def _check_kept(brief: Brief, mjcf: str) -> None:
     """Check that the kept parts of the starting robot are unchanged.
 
     Raises:
-        ReplyError: A part changed. A document that cannot be parsed passes: its faults come first.
+        ReplyError: A part changed. A document that cannot be parsed or takes too long passes: its faults come first.
     """
     try:
         changes = changes_to_kept_parts(brief.starting_robot, mjcf, brief.keep) if brief.keep else []
-    except MjcfError:
+    except (MjcfError, IsolationError):
         return
     if changes:
         more = f" And {len(changes) - _MAX_CHANGES} more." if len(changes) > _MAX_CHANGES else ""

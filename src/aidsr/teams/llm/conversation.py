@@ -11,6 +11,7 @@ from aidsr.core.calls import CallRecord, Message, Question
 from aidsr.core.errors import ReplyError
 from aidsr.core.model import Model
 from aidsr.teams.llm.prompts import render
+from aidsr.teams.llm.replies import MAX_CHARACTERS
 
 T = TypeVar("T")
 
@@ -60,12 +61,16 @@ def _usable_reply(record: CallRecord) -> str:
     """Return the reply.
 
     Raises:
-        ReplyError: It was refused, cut off or empty.
+        ReplyError: It was refused, cut off, too long or empty.
     """
     if record.finish == "refusal":
         raise ReplyError("The reply was a refusal. The job is an ordinary engineering task in a simulator.")
     if record.finish == "length":
         raise ReplyError(f"The reply was cut off {_describe_cutoff(record)}. Reply more briefly, without repetition.")
+    if len(record.reply) > MAX_CHARACTERS:
+        raise ReplyError(
+            f"The reply has {len(record.reply):,} characters; at most {MAX_CHARACTERS:,} are read. Reply more briefly."
+        )
     if not record.reply.strip():
         raise ReplyError("The reply was empty.")
     return record.reply
@@ -85,11 +90,11 @@ def _describe_cutoff(record: CallRecord) -> str:
 def _with_complaint(record: CallRecord, complaint: str) -> tuple[Message, ...]:
     """Return the conversation with the complaint added.
 
-    A reply that was cut off, refused or empty is left out: it would be paid for again, and some providers refuse
-    an empty turn. The complaint then follows the last prompt, which keeps the turns alternating.
+    A reply that was cut off, refused, too long or empty is left out: it would be paid for again, and some providers
+    refuse an empty turn. The complaint then follows the last prompt, which keeps the turns alternating.
     """
     text = render("reask", complaint=complaint)
     messages = record.question.messages
-    if record.finish in {"stop", "other"} and record.reply.strip():
+    if record.finish in {"stop", "other"} and record.reply.strip() and len(record.reply) <= MAX_CHARACTERS:
         return (*messages, Message(role="assistant", text=record.reply), Message(role="user", text=text))
     return (*messages[:-1], messages[-1].model_copy(update={"text": f"{messages[-1].text}\n\n{text}"}))

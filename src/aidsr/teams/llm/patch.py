@@ -18,11 +18,13 @@ import re
 
 from lxml import etree
 
-from aidsr.core.errors import MjcfError, ReplyError
+from aidsr.core.errors import IsolationError, MjcfError, ReplyError
 from aidsr.core.suggestions import close_names
 from aidsr.mjcf.elements import Element, attributes, elements
 from aidsr.mjcf.read import parse_document
-from aidsr.teams.llm.replies import fenced_blocks, find_documents
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+from aidsr.teams.llm.replies import MAX_CHARACTERS, fenced_blocks, find_documents
 
 _OPERATIONS = ("set", "add", "replace", "remove")
 _PLACES = ("last", "first", "before", "after")
@@ -31,6 +33,10 @@ _MAX_SELECTION = 300
 _FUNCTIONS = {"starts-with", "contains", "not", "last", "position", "and", "or"}
 _MAX_SEARCHES = 2
 """How often a selection may say "//". Our choice: each one looks through everything below what is found so far."""
+_SIMPLER = (
+    "use a path such as //joint[@name='bend_3'] or //body[starts-with(@name,'link_')]/joint, with conditions on "
+    "attributes only."
+)
 _NAMED = re.compile(r"@(?:name|class|site|tendon|joint|body1|body2)\s*[=,]\s*['\"]([^'\"]+)['\"]")
 
 
@@ -51,8 +57,18 @@ def apply_patch(mjcf: str, patch: str) -> str:
     """Return the document with all operations carried out, in their order.
 
     Raises:
-        ReplyError: An operation cannot be carried out, or nothing would change. The document is then as it was.
+        ReplyError: An operation cannot be carried out, all of them take too long or make the document too large, or
+            nothing would change. The document is then as it was.
     """
+    try:
+        return _patched(mjcf, patch)
+    except IsolationError:
+        raise ReplyError(f"The <patch> takes too long to carry out; {_SIMPLER}") from None
+
+
+@isolated(limits=Limits(wall_s=5.0, memory_mib=2048))
+def _patched(mjcf: str, patch: str) -> str:
+    """Do the work of `apply_patch`: XPath takes long, and copies of copies grow without end."""
     root = copy.deepcopy(parse_document(mjcf).root)
     before = etree.tostring(root)
     for operation in _parse(patch):
@@ -60,7 +76,13 @@ def apply_patch(mjcf: str, patch: str) -> str:
     if etree.tostring(root) == before:
         raise ReplyError("The <patch> changes nothing: every value in it is the one that was there.")
     etree.indent(root)
-    return str(etree.tostring(root, encoding="unicode")) + "\n"
+    text = str(etree.tostring(root, encoding="unicode")) + "\n"
+    if len(text) > MAX_CHARACTERS:
+        raise ReplyError(
+            f"The <patch> makes the document {len(text):,} characters long; at most {MAX_CHARACTERS:,} are read. "
+            "Add less."
+        )
+    return text
 
 
 def _parse(patch: str) -> list[Element]:
@@ -129,10 +151,7 @@ def _check_cost(operation: Element, selection: str) -> None:
         or "/" in re.sub(r"'[^']*'|\"[^\"]*\"", "", conditions)
         or selection.count("//") > _MAX_SEARCHES
     ):
-        raise ReplyError(
-            f"{_label(operation)} is too involved; use a path such as //joint[@name='bend_3'] or "
-            "//body[starts-with(@name,'link_')]/joint, with conditions on attributes only."
-        )
+        raise ReplyError(f"{_label(operation)} is too involved; {_SIMPLER}")
 
 
 def _nearest(root: Element, selection: str) -> str:

@@ -7,19 +7,26 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from aidsr.core.errors import ReplyError
+from aidsr.mjcf.spans import COMMENT, without
 
 T = TypeVar("T", bound=BaseModel)
 
-_FENCE = re.compile(r"^[ \t]*```[ \t]*([\w+-]*)[ \t]*\n(.*?)(?:^[ \t]*```[ \t]*$|\Z)", re.MULTILINE | re.DOTALL)
+_FENCE = re.compile(r"^[ \t]*+```[ \t]*+([\w+-]*+)[ \t]*+\n(.*?)(?:^[ \t]*+```[ \t]*+$|\Z)", re.MULTILINE | re.DOTALL)
 _LINE_OPENING_OBJECT = re.compile(r"^[ \t]*(?=\{)", re.MULTILINE)
 _OBJECT_OF_KEYS = re.compile(r"(?=\{\s*[\"'])")
 _ANY_OBJECT = re.compile(r"(?=\{)")
+_NEXT_OBJECT = re.compile(r"[ \t]*+(?=\{)")
+_ELEMENT_NEXT = re.compile(r"\s*+<")
+_NAME = re.compile(r"\sname\s*+=\s*+[\"']([^\"']+)[\"']")
+MAX_CHARACTERS = 1_000_000
+"""Characters of a reply that is read. Our choice: ten times what 20,000 tokens hold."""
 _MAX_VALUE_LENGTH = 60
 """Characters of a wrong value in a complaint. Our choice: enough to find it."""
 _MAX_PROBLEMS = 6
@@ -41,9 +48,18 @@ def fenced_blocks(reply: str) -> tuple[Block, ...]:
 
 def find_documents(text: str, root: str) -> list[str]:
     """Return the XML documents with that root; a tag in a sentence, which no element follows, is not one."""
-    likeliest_first = (rf"<{root}\b[^>]*>(?=\s*<).*?</{root}\s*>", rf"<{root}\b[^>]*>.*</{root}\s*>")
-    found = ([match[0] for match in re.finditer(pattern, text, re.DOTALL)] for pattern in likeliest_first)
-    return next(filter(None, found), [])
+    tags = list(_opening_tags(text, root))
+    closings = list(re.finditer(rf"</{root}\s*+>", text))
+    found, end, number = list[str](), 0, 0
+    for start, inside in tags:
+        while number < len(closings) and closings[number].start() < inside:
+            number += 1
+        if start >= end and number < len(closings) and _ELEMENT_NEXT.match(text, inside):
+            end = closings[number].end()
+            found.append(text[start:end])
+    if not found and tags and closings and closings[-1].start() >= tags[0][1]:
+        return [text[tags[0][0] : closings[-1].end()]]
+    return found
 
 
 def validate_as(kind: type[T], value: object) -> T:
@@ -104,13 +120,23 @@ def extract_mjcf(reply: str) -> str | None:
 
 def element_names(mjcf: str, *elements: str) -> frozenset[str]:
     """Return the names given to elements of these kinds, whether the document is well-formed or not."""
-    text = re.sub(r"<!--.*?-->", "", mjcf, flags=re.DOTALL)
-    kinds = "|".join(elements)
-    return frozenset(re.findall(rf"<(?:{kinds})\b[^>]*?\sname\s*=\s*[\"']([^\"']+)[\"']", text))
+    tags = re.findall(rf"<(?:{'|'.join(elements)})\b([^<>]*+)", without(mjcf, COMMENT))
+    return frozenset(name[1] for tag in tags if (name := _NAME.search(tag)))
 
 
 def _starts_with(text: str, prefix: str) -> bool:
     return text.lstrip().startswith(prefix)
+
+
+def _opening_tags(text: str, root: str) -> Iterator[tuple[int, int]]:
+    """Yield where each opening tag of an element begins, and where it ends; of tags with one end only the first."""
+    end = 0
+    for match in re.finditer(rf"<{root}\b", text):
+        if match.end() > end:
+            end = text.find(">", match.end()) + 1
+            if not end:
+                return
+            yield match.start(), end
 
 
 def _bare_objects(reply: str) -> list[str]:
@@ -118,16 +144,17 @@ def _bare_objects(reply: str) -> list[str]:
     rest = _FENCE.sub("\n", reply)
     likeliest_first = (_LINE_OPENING_OBJECT, _OBJECT_OF_KEYS, _ANY_OBJECT)
     opening = next((pattern for pattern in likeliest_first if pattern.search(rest)), _ANY_OBJECT)
-    found: list[str] = []
-    while start := opening.search(rest):
-        rest = rest[start.end() :]
+    found, end = list[str](), 0
+    while True:
+        beside = _NEXT_OBJECT.match(rest, end) if found and opening is _LINE_OPENING_OBJECT else None
+        start = beside or opening.search(rest, end)
+        if start is None:
+            return found
         try:
-            _, end = json.JSONDecoder(strict=False).raw_decode(rest)
+            _, end = json.JSONDecoder(strict=False).raw_decode(rest, start.end())
         except (ValueError, RecursionError):
-            return found or [rest]  # the caller reports what is wrong with the only one
-        found.append(rest[:end])
-        rest = rest[end:]
-    return found
+            return found or [rest[start.end() :]]  # the caller reports what is wrong with the only one
+        found.append(rest[start.end() : end])
 
 
 def _decode(text: str) -> dict[str, Any]:
