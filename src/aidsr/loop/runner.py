@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from aidsr.core.artifacts import Brief, Concept
 from aidsr.core.errors import AidsrError, ReplyError
+from aidsr.core.storage_errors import StorageError
 from aidsr.loop.loop import DesignLoop
 from aidsr.loop.parts import Parts
 from aidsr.loop.steps import HaltedError, Steps
@@ -134,6 +135,10 @@ def _errors_logged(log: EventLog, halted: threading.Event) -> Iterator[None]:
     """Log why work ended before its outcome, and raise the error again."""
     try:
         yield
+    except StorageError as error:
+        with suppress(StorageError):  # the log may stand on the same full disk
+            log.write(Stopped(cause="error", message=str(error)))
+        raise
     except (KeyboardInterrupt, HaltedError):
         log.write(Stopped(cause="interrupted", message="interrupted by the person at the keyboard"))
         raise

@@ -20,6 +20,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from aidsr.core.artifacts import Artifact, Outcome
 from aidsr.core.errors import UserError
+from aidsr.core.storage_errors import storage_errors
 
 Step = Literal[
     "concepts",
@@ -176,10 +177,12 @@ class EventLog:
         listen: Callable[[Event], None] = lambda _event: None,
         now: Callable[[], datetime] = _utc_now,
     ) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        with storage_errors(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
         self._listen = listen
         self._now = now
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        self._path = path
         try:
             _lock(self._file, path)
             content = path.read_bytes()
@@ -190,10 +193,23 @@ class EventLog:
             raise
 
     def write(self, event: Event) -> None:
-        """Append one event with the present time, then call the listener."""
+        """Append one event with the present time, then call the listener.
+
+        Raises:
+            StorageError: It cannot be written, as on a full disk.
+        """
         timed = event.model_copy(update={"time": self._now().isoformat(timespec="milliseconds")})
-        os.write(self._file, timed.model_dump_json(exclude_none=True).encode() + b"\n")
+        self._append(timed.model_dump_json(exclude_none=True).encode() + b"\n")
         self._listen(timed)
+
+    def _append(self, line: bytes) -> None:
+        """Write a whole line or nothing: a full disk takes the beginning of one."""
+        before = os.fstat(self._file).st_size
+        with storage_errors(self._path):
+            written = os.write(self._file, line)
+            if written < len(line):
+                os.ftruncate(self._file, before)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def __enter__(self) -> Self:
         return self

@@ -18,6 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from aidsr.core.artifacts import Robot, Scene
 from aidsr.core.errors import UserError
+from aidsr.core.storage_errors import storage_errors
 
 Value = TypeVar("Value")
 Drawn = TypeVar("Drawn", Robot, Scene)
@@ -41,7 +42,16 @@ def write_once(path: Path, content: bytes) -> None:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Put `content` at `path` in one step, whatever was there; only for files computed from others, as summary.html."""
+    """Put `content` at `path` in one step, whatever was there; only for files computed from others, as summary.html.
+
+    Raises:
+        StorageError: It cannot be written, as on a full disk; what was there is still there.
+    """
+    with storage_errors(path):
+        _replace(path, content)
+
+
+def _replace(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
     try:

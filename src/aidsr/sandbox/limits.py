@@ -28,10 +28,19 @@ def set_process_limits(memory_mib: int | None = None) -> None:
     if sys.platform != "win32":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_FSIZE, (_MAX_FILE_BYTES, _MAX_FILE_BYTES))
+        limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: _MAX_FILE_BYTES}
         if memory_mib is not None and sys.platform == "linux":  # macOS ignores RLIMIT_AS
-            resource.setrlimit(resource.RLIMIT_AS, (memory_mib * 2**20, memory_mib * 2**20))
+            limits[resource.RLIMIT_AS] = memory_mib * 2**20
+        for kind, limit in limits.items():
+            both = _within(limit, resource.getrlimit(kind)[1])
+            resource.setrlimit(kind, (both, both))
+
+
+def _within(limit: int, hard: int) -> int:
+    """Return a limit that does not exceed the hard one that this process was started with, for example by ulimit."""
+    import resource
+
+    return limit if hard == resource.RLIM_INFINITY else min(limit, hard)
 
 
 def renew_cpu_limit(cpu_s: float) -> None:
@@ -40,7 +49,7 @@ def renew_cpu_limit(cpu_s: float) -> None:
         import resource
 
         _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + cpu_s), hard))
+        resource.setrlimit(resource.RLIMIT_CPU, (_within(math.ceil(time.process_time() + cpu_s), hard), hard))
 
 
 @contextlib.contextmanager
@@ -60,7 +69,8 @@ def call_limits(cpu_s: float, memory_mib: int) -> Iterator[None]:
         limits[resource.RLIMIT_AS] = memory_mib * 2**20
     before = {kind: resource.getrlimit(kind) for kind in limits}
     for kind, soft in limits.items():
-        resource.setrlimit(kind, (soft, before[kind][1]))
+        hard = before[kind][1]
+        resource.setrlimit(kind, (_within(soft, hard), hard))
     try:
         yield
     finally:

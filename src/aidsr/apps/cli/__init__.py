@@ -28,6 +28,7 @@ from aidsr.apps.cli import (
     web,
 )
 from aidsr.core.errors import AidsrError, UserError
+from aidsr.core.storage_errors import storage_problem
 
 if TYPE_CHECKING:
     from rich.panel import Panel
@@ -92,12 +93,18 @@ def main(arguments: list[str] | None = None) -> None:
     except AidsrError as error:
         _print_error(error)
         code = 1
+    except OSError as error:
+        problem = storage_problem(error)
+        if problem is None:
+            raise
+        _print_error(problem)
+        code = 2
     except KeyboardInterrupt:
         code = 130
     sys.exit(code)
 
 
-def _print_error(error: AidsrError) -> None:
+def _print_error(error: AidsrError | str) -> None:
     from rich.console import Console
     from rich.markup import escape
 

@@ -94,28 +94,15 @@ def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None
     """Keep the report where it is to be kept, and print it."""
     from rich.console import Console
 
+    from aidsr.runs.files import replace_file
+
     text = report.model_dump_json(indent=2) + "\n"
     if kept is not None:
-        _keep(kept, text)
+        replace_file(kept, text.encode())
     if json:
         sys.stdout.write(text)
     else:
         _print(Console(highlight=False), report, kept)
-
-
-def _keep(path: Path, text: str) -> None:
-    """Write the report; a later probe takes its place.
-
-    Raises:
-        UserError: The file cannot be written.
-    """
-    from aidsr.core.errors import UserError
-    from aidsr.runs.files import replace_file
-
-    try:
-        replace_file(path, text.encode())
-    except OSError as error:
-        raise UserError(f"the report cannot be written to {path} ({error.strerror}); name another file") from None
 
 
 def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from aidsr.core.artifacts import ActuatorGroup, Artifact
 from aidsr.core.directory_lock import DirectoryLock
 from aidsr.core.errors import UserError
+from aidsr.core.storage_errors import storage_errors
 from aidsr.learn.episodes.actions import GroupsFrom
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.tasks import Level
@@ -96,8 +97,13 @@ class TrainingFolder:
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
-        temporary.replace(target)
+        with storage_errors(target):
+            try:
+                temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+                temporary.replace(target)
+            except OSError:
+                temporary.unlink(missing_ok=True)
+                raise
         return target
 
     def write_json(self, name: str, value: Mapping[str, Any]) -> Path:
