@@ -438,6 +438,22 @@ def _plain_worm() -> str:
     )
 
 
+def _coil(ahead_m: float = 0.0, *, links: int = 10, stiffness: float = 0.03, pull_n: float = 5.0) -> str:
+    """A soft chain on the ground that its cables coil up over the plate before it; drawn ahead of its own origin."""
+    front_m = ahead_m + 0.025 * links
+    return chain(
+        "worm",
+        f'pos="{front_m} 0 0.013" euler="0 -90 0"',
+        links=links,
+        radius_m=0.009,
+        stiffness=stiffness,
+        pull_n=pull_n,
+        damping=max(0.02, 0.1 * stiffness),
+    ).document(f'<geom name="plate" type="box" size="0.01 0.05 0.009" pos="{front_m + 0.011} 0 0.013"/>')
+
+
+COIL = constant({"worm_front": 1.0, "worm_back": -1.0})
+
 # --- on a mount ---
 
 _TAIL_UP = 'pos="0.03 0 0" euler="0 90 0"'
@@ -445,7 +461,14 @@ _TAIL_UP = 'pos="0.03 0 0" euler="0 90 0"'
 
 
 def _jaws(
-    drive: str, *, hinge_m: float = 0.12, end_m: float = 0.24, half_m: float = 0.062, free_m: float = 0.003
+    drive: str,
+    *,
+    hinge_m: float = 0.12,
+    end_m: float = 0.24,
+    half_m: float = 0.062,
+    free_m: float = 0.003,
+    limb: Parts | None = None,
+    spatial: bool = True,
 ) -> str:
     """Two rigid jaws on a hinge each. `drive`: "motor", "cable", "fixed" or "spring"."""
     parts = Parts()
@@ -476,11 +499,13 @@ def _jaws(
             )
         if drive == "cable":
             parts += Parts(
-                tendons=f'<spatial name="{side}"><site site="pull_{side}"/><site site="jaw_{side}"/></spatial>',
+                tendons=f'<spatial name="{side}"><site site="pull_{side}"/><site site="jaw_{side}"/></spatial>'
+                if spatial
+                else "",
                 actuators=f'<motor name="{side}" tendon="{side}" gear="-1" ctrlrange="0 25"/>',
             )
     root += f'<site name="grip" pos="0 0 {end_m - 0.02:g}"/>'
-    return (parts + tail(_TAIL_UP)).document(root)
+    return (parts + (limb or tail(_TAIL_UP))).document(root)
 
 
 CLOSE = constant({"left": 1.0, "right": 1.0})
@@ -510,6 +535,50 @@ def _knuckles() -> str:
         )
         parts += finger
     return parts.document(root + '<site name="grip" pos="0 0 0.22"/>')
+
+
+def _threaded_jaws() -> str:
+    """Rigid jaws whose cables run along a heavy tail first: each of them acts on a soft limb as well."""
+    heavy = chain("tail", _TAIL_UP, radius_m=0.007, stiffness=0.4, geom='density="2700"')
+    routes = {"left": "front", "right": "back"}
+    tendons = "".join(
+        f'<spatial name="{jaw}">'
+        + "".join(f'<site site="tail_{side}_{link}"/>' for link in reversed(range(5)))
+        + f'<site site="tail_{side}_base"/><site site="pull_{jaw}"/><site site="jaw_{jaw}"/></spatial>'
+        for jaw, side in routes.items()
+    )
+    sensors = "".join(f'<tendonpos name="{jaw}_length" tendon="{jaw}"/>' for jaw in routes)
+    plain = Parts(bodies=heavy.bodies, tendons=tendons, sensors=sensors)
+    return _jaws("cable", limb=plain, spatial=False)
+
+
+def _heavy_spring_jaws() -> str:
+    """Spring jaws beside a soft limb so heavy that the energy of the springs is small for the robot."""
+    limb = chain(
+        "tail", 'pos="0 0 -0.01" euler="180 0 0"', links=8, link_m=0.03, radius_m=0.014, stiffness=2.5, pull_n=40.0,
+        geom='density="4000"',
+    )  # fmt: skip
+    return (
+        _jaws("spring", limb=limb)
+        .replace('stiffness="3" springref="60"', 'stiffness="2.2" springref="45"')
+        .replace('damping="20"', 'damping="9"')
+    )
+
+
+def _margin_arm() -> str:
+    """An arm too short for the button, with a ball at its tip that presses on what is 90 mm away."""
+    arm = chain(
+        "arm",
+        'pos="0 0 0.01"',
+        links=8,
+        radius_m=0.008,
+        stiffness=0.25,
+        pull_n=12.0,
+        sides=("front", "back", "left", "right"),
+        end='<geom name="ball" type="sphere" size="0.01" pos="0 0 0.028" margin="0.09"/>',
+    )
+    own = "".join(f'<exclude body1="arm_7" body2="{name}"/>' for name in ("root", *(f"arm_{k}" for k in range(6))))
+    return (arm + Parts(contacts=own)).document('<geom name="plate" type="cylinder" size="0.02 0.004"/>')
 
 
 def _adhesion(reach_m: float, travel_m: float) -> str:
@@ -647,7 +716,7 @@ def _fingers13(drive: str) -> str:
     return parts.document('<geom name="plate" type="cylinder" size="0.07 0.004"/><site name="hub" pos="0 0 0.26"/>')
 
 
-def _pointer(drive: str) -> str:
+def _pointer(drive: str, rest: float = 80.0) -> str:
     """A rigid rod on two hinges about one point; with the drive "cable" an arm that bends in one place only."""
     if drive == "cable":
         arm = chain(
@@ -656,7 +725,7 @@ def _pointer(drive: str) -> str:
             links=6,
             link_m=0.05,
             radius_m=0.008,
-            stiffness=(0.4, 80.0, 80.0, 80.0, 80.0, 80.0),
+            stiffness=(0.4, *5 * (rest,)),
             pull_n=40.0,
             sides=("front", "back", "left", "right"),
             geom='density="300"',
@@ -990,6 +1059,37 @@ CHEATS: tuple[Cheat, ...] = (
         offset_m=(1.2, 0.0, 0.0),
     ),
     Cheat(
+        "coils_behind_the_gap",
+        "A soft chain that is placed with its tail over the gap and coils up: cables and a soft body do what is left.",
+        "gap",
+        _coil(),
+        lambda: COIL,
+        offset_m=(0.45, 0.0, 0.0),
+    ),
+    Cheat(
+        "drawn_behind_the_gap",
+        "The same chain placed where the task starts, and drawn half a metre ahead of its own origin.",
+        "gap",
+        _coil(0.45),
+        lambda: COIL,
+    ),
+    Cheat(
+        "coils_behind_the_tunnel",
+        "A soft chain that is placed at the far end of the tunnel and coils up.",
+        "tunnel",
+        _coil(),
+        lambda: COIL,
+        offset_m=(0.9, 0.0, 0.0),
+    ),
+    Cheat(
+        "rears_up_on_the_stairs",
+        "A soft chain that is placed on the last step and rears up: its centre of mass rises by what the stairs ask.",
+        "stairs",
+        _coil(links=20, stiffness=0.4, pull_n=12.0),
+        lambda: COIL,
+        offset_m=(0.82, 0.0, 0.075),
+    ),
+    Cheat(
         "riser_on_top",
         "A block placed on the last step that lifts most of its weight with a jack: it has climbed by what its "
         "centre of "
@@ -1037,6 +1137,23 @@ CHEATS: tuple[Cheat, ...] = (
         "Jaws on preloaded springs and strong dampers that close while the carriage comes down, and need no command.",
         "simple_grasping",
         _jaws("spring"),
+        lambda: idle,
+        part="grip",
+    ),
+    Cheat(
+        "threaded_jaws",
+        "Rigid jaws whose cables run along a heavy soft tail before they reach the jaws, so that each acts on a soft "
+        "limb and cables move most of the mass.",
+        "simple_grasping",
+        _threaded_jaws(),
+        lambda: then({}, 1.3, {"left": 1.0, "right": 1.0}),
+        part="grip",
+    ),
+    Cheat(
+        "heavy_spring_jaws",
+        "Spring jaws beside a soft limb so heavy that the energy in the springs is little for the robot's weight.",
+        "simple_grasping",
+        _heavy_spring_jaws(),
         lambda: idle,
         part="grip",
     ),
@@ -1143,6 +1260,23 @@ CHEATS: tuple[Cheat, ...] = (
         "cables that counts as a soft chain.",
         "button_pushing",
         _pointer("cable"),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "one_soft_hinge_arm",
+        "The same arm, its other joints only 30 times stiffer: each bends just enough to count as soft, and nearly all "
+        "of the bending is in one place.",
+        "button_pushing",
+        _pointer("cable", 12.0),
+        point("cable"),
+        part="arm_tip",
+    ),
+    Cheat(
+        "margin_arm",
+        "An honest arm that is too short, whose tip has a contact margin of 90 mm: it presses the button from afar.",
+        "button_pushing",
+        _margin_arm(),
         point("cable"),
         part="arm_tip",
     ),

@@ -71,6 +71,7 @@ def chain(
     pull_n: float = 3.0,
     sides: tuple[str, ...] = ("front", "back"),
     geom: str = "",
+    damping: float | None = None,
     end: str = "",
     last_geom: str | None = None,
 ) -> Parts:
@@ -86,6 +87,7 @@ def chain(
         pull_n: Greatest tension [N].
         sides: "front", "back", "left", "right": with the last two, links turn about both axes.
         geom: Further attributes of the geoms.
+        damping: Of the hinges, a twentieth of their stiffness unless given [N m s/rad].
         end: Elements of the last link.
         last_geom: Attributes of the last link's geom in the place of `geom`.
     """
@@ -95,9 +97,10 @@ def chain(
     axes = ["0 1 0", "1 0 0"] if "left" in sides else ["0 1 0"]
     text = ""
     for link in reversed(range(links)):
+        damped = max(each[link] * 0.05, 0.002) if damping is None else damping
         joints = "".join(
             f'<joint name="{name}_{link}_{axis}" axis="{turn}" range="-45 45" stiffness="{each[link]:g}" '
-            f'damping="{max(each[link] * 0.05, 0.002):g}" armature="1e-5" solreflimit="0.004 1"/>'
+            f'damping="{damped:g}" armature="1e-5" solreflimit="0.004 1"/>'
             for axis, turn in enumerate(axes)
         )
         sites = "".join(

@@ -68,7 +68,8 @@ def win(cheat: Cheat) -> Row:
     """Return how a body does at its own task, and what validator and evaluation find wrong with it."""
     task = load_task(cheat.task)
     mjcf = place(cheat, task)
-    alone, placed = validate(cheat.mjcf, environment=task.environment), validate(mjcf, needs_contact=task.needs_contact)
+    alone = validate(cheat.mjcf, mount="free" if task.base == "free" else "fixed", environment=task.environment)
+    placed = validate(mjcf, needs_contact=task.needs_contact)
     scene = TaskScene.of(mjcf, task, grouping="off")
     evaluation, _ = evaluate(scene, Player(scene, cheat.rule), threads=1)
     return {

@@ -8,6 +8,7 @@ import pytest
 from benchmarks.cheats.bodies import CHEATS
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
+from benchmarks.cheats.wins import BEFORE, read_rows
 
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.structure import read_structure
@@ -27,6 +28,14 @@ def test_a_body_that_cheats_has_what_a_continuum_robot_is_counted_by(cheat):
     assert structure.longest_series >= 3
     assert structure.tendon_actuators
     assert len(structure.roots) == 1
+
+
+def test_before_they_were_refused_most_of_them_were_valid_and_successful():
+    rows = read_rows(BEFORE)
+    assert {row["commit"] for row in rows} == {"2a7e353"}
+    called = {row["body"] for row in rows if 2 * row["wins"] >= row["episodes"] and row["valid"] and not row["errors"]}
+    assert called <= set(BY_NAME)
+    assert len(called) >= 18
 
 
 def test_a_body_is_lifted_until_it_stands():
