@@ -1,0 +1,170 @@
+"""What policies keep of their success where the scene differs from its model, trained without and with such changes.
+
+    python benchmarks/robustness/measure.py
+
+One built-in design of each task (seed 0) is trained twice with every training seed, once with `randomize`, and each
+policy plays the same held-out variations without and with every kind of perturbation. Policies are kept under
+build/robustness and what they did in results.jsonl beside this file, so a stopped run continues; results.md is made of
+that. What was measured with another version of the benchmark has no place beside the rest: name another file with
+--out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import aidsr
+from aidsr.core.artifacts import Artifact, Evaluation, PerturbedEpisodes
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.rl.policy import one_torch_thread
+from aidsr.learn.rl.robustness import SUMMARIES, perturbed_episodes
+from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.runs.files import replace_file
+from aidsr.studies.statistics import Rate
+from aidsr.tasks import BENCHMARK_VERSION
+
+HOME = Path(__file__).parent
+TASKS = ("button_pushing", "simple_grasping", "flat_ground")
+DESIGN_SEED = 0
+
+
+class Row(Artifact):
+    """What one policy did."""
+
+    task: str
+    randomize: bool
+    seed: int
+    steps: int
+    """Budget."""
+    trained_steps: int
+    training_s: float
+    won: int
+    """Held-out episodes that succeeded without a perturbation."""
+    episodes: int
+    perturbed: tuple[PerturbedEpisodes, ...]
+    benchmark_version: int
+    mujoco: str
+    commit: str
+
+
+def main() -> None:
+    """Measure what is missing, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tasks", nargs="+", default=TASKS)
+    parser.add_argument("--steps", type=int, default=100_000, help="control steps of each training")
+    parser.add_argument("--seeds", type=int, default=1, help="trainings of each kind")
+    parser.add_argument("--episodes", type=int, default=50, help="held-out variations")
+    parser.add_argument("--threads", type=int, default=0, help="native threads; 0 takes all processors")
+    parser.add_argument("--out", type=Path, default=HOME / "results", help="name of the .jsonl and the .md")
+    parser.add_argument("--folder", type=Path, default=Path("build/robustness"), help="where policies are kept")
+    args = parser.parse_args()
+    raw = args.out.with_suffix(".jsonl")
+    lines = raw.read_text(encoding="utf-8").splitlines() if raw.exists() else []
+    rows = [Row.model_validate_json(line) for line in lines]
+    if any(row.benchmark_version != BENCHMARK_VERSION for row in rows):
+        sys.exit(f"{raw} is of another version of the benchmark than {BENCHMARK_VERSION}; name another file with --out")
+    for seed in range(args.seeds):
+        for task in args.tasks:
+            for randomize in (False, True):
+                case = (task, randomize, seed, args.steps)
+                if case not in [(row.task, row.randomize, row.seed, row.steps) for row in rows]:
+                    rows.append(measured(*case, args.episodes, args.threads, args.folder))
+                    replace_file(raw, "".join(row.model_dump_json() + "\n" for row in rows).encode())
+                    replace_file(args.out.with_suffix(".md"), page(rows).encode())
+
+
+def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, threads: int, folder: Path) -> Row:
+    """Train a policy and play the held-out variations."""
+    home = folder / task
+    made = sorted(home.glob("*/designs/1/final.xml"))
+    design = made[0].parent if made else aidsr.design(task=task, concepts=1, seed=DESIGN_SEED, runs=home).design(1).path
+    out = home / f"{steps}-{'randomized' if randomize else 'nominal'}"
+    training = aidsr.train(design, steps=steps, seed=seed, out=out, randomize=randomize, threads=threads)
+    trained = FinishedTraining.load(training.path)
+    scene = trained.scene
+    variations = [scene.task.variation("held_out", index) for index in range(episodes)]
+    with one_torch_thread():
+        nominal = rollout(Episodes(scene.model, scene.task, scene.actions, variations, threads=threads), trained.policy)
+        evaluation = Evaluation(
+            task=scene.task.name,
+            level=scene.task.level,
+            benchmark_version=BENCHMARK_VERSION,
+            episodes=tuple(nominal.result(index, index) for index in range(episodes)),
+            checks=(),
+        )
+        perturbed = perturbed_episodes(scene, trained.policy, evaluation, threads=threads)
+    return Row(
+        task=task,
+        randomize=randomize,
+        seed=seed,
+        steps=steps,
+        trained_steps=trained.result.steps,
+        training_s=trained.result.wall_s,
+        won=int(nominal.success.sum()),
+        episodes=episodes,
+        perturbed=perturbed,
+        benchmark_version=BENCHMARK_VERSION,
+        mujoco=version("mujoco"),
+        commit=_commit(),
+    )
+
+
+def _commit() -> str:
+    found = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], cwd=HOME, capture_output=True, text=True, check=True
+    )
+    return found.stdout.strip()
+
+
+# --- the page ---
+
+
+def page(rows: Sequence[Row]) -> str:
+    """Return a table for each task."""
+    commits = ", ".join(sorted({row.commit for row in rows}))
+    parts = [
+        "# Robustness of policies",
+        f"Made by `python benchmarks/robustness/measure.py` at commit {commits}, MuJoCo {rows[0].mujoco}, version "
+        f"{BENCHMARK_VERSION} of the benchmark. For each task the built-in team's first design of seed {DESIGN_SEED}, "
+        "trained without and with `randomize`. Each cell: held-out episodes won, their Wilson interval at 95 %, and "
+        "what that keeps of the episodes won in the model. [What differs](../../docs/learning.md#robustness).",
+    ]
+    for task in dict.fromkeys(row.task for row in rows):
+        of_task = [row for row in rows if row.task == task]
+        parts += [f"## {task}", _table(of_task), "\n".join(_trainings(of_task))]
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(rows: Sequence[Row]) -> str:
+    heads = [f"{'randomized' if row.randomize else 'nominal'}, seed {row.seed}" for row in rows]
+    lines = [f"| scene | {' | '.join(heads)} |", "|---" * (len(rows) + 1) + "|"]
+    lines.append(f"| as its model | {' | '.join(_cell(row.won, row.episodes) for row in rows)} |")
+    for position, summary in enumerate(SUMMARIES.values()):
+        found = [row.perturbed[position] for row in rows]
+        cells = [_cell(len(one.succeeded), one.episodes, one.kept_share) for one in found]
+        lines.append(f"| {summary} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _cell(won: int, of: int, kept: float | None = None) -> str:
+    interval = Rate(won, of).interval
+    share = f"{won} of {of} ({interval.low:.0%} to {interval.high:.0%})"
+    return share if kept is None else f"{share}, keeps {kept:.0%}"
+
+
+def _trainings(rows: Sequence[Row]) -> list[str]:
+    return [
+        f"- {'randomized' if row.randomize else 'nominal'}, seed {row.seed}: {row.trained_steps:,} of {row.steps:,} "
+        f"control steps in {row.training_s:.0f} s"
+        for row in rows
+    ]
+
+
+if __name__ == "__main__":
+    main()
