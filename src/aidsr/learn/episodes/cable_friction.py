@@ -43,6 +43,7 @@ class CableFriction:
     def __init__(self, batch: Batch, structure: Structure) -> None:
         model = batch.model
         self._batch, self._nbody = batch, model.nbody
+        self._site_body, self._geom_body = np.append(model.site_bodyid, 0), np.append(model.geom_bodyid, 0)
         cables = [
             tendon
             for tendon in structure.tendons
@@ -55,15 +56,15 @@ class CableFriction:
         """Tension of each cable for a unit force of each actuator: a negative force pulls."""
         for row, cable in enumerate(cables):
             self._pulls[list(cable.actuators), row] = -model.actuator_gear[list(cable.actuators), 0]
-        self._sites = np.zeros((len(cables), max((len(cable.sites) for cable in cables), default=1)), dtype=np.intp)
-        """Body of each site along each cable."""
-        for row, cable in enumerate(cables):
-            self._sites[row, : len(cable.sites)] = model.site_bodyid[list(cable.sites)]
         # a geom that the cable touches is two points of its path, one that it does not touch none
         longest = [2 * len(tendon_wraps(model, cable.id)) - len(cable.sites) for cable in cables]
-        self._points = np.arange(max(longest, default=0))
-        self._geom_body = np.append(model.geom_bodyid, 0)
-        for field in ("wrap_xpos", "wrap_obj", "ten_wrapadr", "ten_wrapnum", "actuator_force", "xipos"):
+        self._sites = np.full((len(cables), max(longest, default=0)), -1, dtype=np.intp)
+        """Sites along each cable, then -1."""
+        for row, cable in enumerate(cables):
+            self._sites[row, : len(cable.sites)] = cable.sites
+        self._only_sites = all(len(tendon_wraps(model, cable.id)) == len(cable.sites) for cable in cables)
+        fields = ("site_xpos",) if self._only_sites else ("wrap_xpos", "wrap_obj", "ten_wrapadr", "ten_wrapnum")
+        for field in (*fields, "actuator_force", "xipos"):
             batch.bind(field)
 
     def apply(self, ids: NDArray[np.intp], coefficients: FloatArray) -> None:
@@ -77,12 +78,12 @@ class CableFriction:
 
     def _wrenches(self, ids: NDArray[np.intp], coefficients: FloatArray) -> FloatArray:
         """Return what friction does to each body, force and torque about its centre of mass, (n, nbody, 6)."""
-        points, bodies, there = self._paths(ids)
-        step = np.diff(points, axis=2)
-        length = _lengths(step)[..., None]
-        section = there[:, :, 1:, None] & (length > _SHORTEST_M)
-        along = np.where(section, step / np.maximum(length, _SHORTEST_M), 0.0)
-        turn = _lengths(np.diff(along, axis=2)) * (section[:, :, 1:, 0] & section[:, :, :-1, 0])
+        points, bodies, there = self._paths(ids) if not self._only_sites else self._paths_of_sites(ids)
+        step = points[:, :, 1:] - points[:, :, :-1]
+        length = _lengths(step)
+        section = there[:, :, 1:] & (length > _SHORTEST_M)
+        along = step * (section / np.maximum(length, _SHORTEST_M))[..., None]
+        turn = _lengths(along[:, :, 1:] - along[:, :, :-1]) * (section[:, :, 1:] & section[:, :, :-1])
         angle = 2.0 * np.arcsin(np.minimum(turn / 2.0, 1.0))
         tension = np.maximum(self._batch.bind("actuator_force")[ids] @ self._pulls, 0.0)
         lost = tension[:, :, None] * -np.expm1(-coefficients[:, None, None] * np.cumsum(angle, axis=2))
@@ -93,22 +94,28 @@ class CableFriction:
         force[:, :, 2:] += pushed
         return self._sum_by_body(ids, points, force, bodies)
 
+    def _paths_of_sites(self, ids: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.intp], NDArray[np.bool_]]:
+        """Return what `_paths` does, for cables that run through sites alone."""
+        points = self._batch.bind("site_xpos")[ids[:, None, None], self._sites]
+        there = np.broadcast_to(self._sites >= 0, points.shape[:3])
+        return points, np.broadcast_to(self._site_body[self._sites], points.shape[:3]), there
+
     def _paths(self, ids: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.intp], NDArray[np.bool_]]:
         """Return the points of each cable's path, the body of each, and whether there is one.
 
         (n, n_cables, n_points, 3) [m], and twice (n, n_cables, n_points).
         """
-        n = len(ids)
         first, count = (
             self._batch.bind(name)[ids][:, self._tendons].astype(np.intp)[..., None]
             for name in ("ten_wrapadr", "ten_wrapnum")
         )
-        there = self._points < count
-        rows, at = np.arange(n)[:, None, None], np.where(there, first + self._points, 0)
-        points = self._batch.bind("wrap_xpos")[ids].reshape(n, -1, 3)[rows, at]
-        geoms = self._batch.bind("wrap_obj")[ids].reshape(n, -1)[rows, at].astype(np.intp)
-        passed = np.cumsum((geoms < 0) & there, axis=2) - 1
-        of_site = self._sites[np.arange(len(self._tendons))[:, None], np.clip(passed, 0, self._sites.shape[1] - 1)]
+        slots = np.arange(self._sites.shape[1])
+        there = slots < count
+        rows, at = np.arange(len(ids))[:, None, None], np.where(there, first + slots, 0)
+        points = self._batch.bind("wrap_xpos")[ids].reshape(len(ids), -1, 3)[rows, at]
+        geoms = self._batch.bind("wrap_obj")[ids].reshape(len(ids), -1)[rows, at].astype(np.intp)
+        passed = np.maximum(np.cumsum((geoms < 0) & there, axis=2) - 1, 0)
+        of_site = self._site_body[self._sites[np.arange(len(self._tendons))[:, None], passed]]
         return points, np.where(geoms < 0, of_site, self._geom_body[geoms]).astype(np.intp), there
 
     def _sum_by_body(
@@ -116,13 +123,20 @@ class CableFriction:
     ) -> FloatArray:
         n = len(ids)
         slots = (np.arange(n)[:, None, None] * self._nbody + bodies).ravel()
-        at_points = np.concatenate([force, np.cross(points, force)], axis=-1).reshape(-1, 6)
-        summed = [np.bincount(slots, weights=column, minlength=n * self._nbody) for column in at_points.T]
-        wrench = np.stack(summed, axis=-1).astype(np.float64).reshape(n, self._nbody, 6)
-        wrench[..., 3:] -= np.cross(self._batch.bind("xipos")[ids], wrench[..., :3])
+        wrench = np.empty((n, self._nbody, 6))
+        for axis, column in enumerate((*np.moveaxis(force, -1, 0), *_cross(points, force))):
+            summed = np.bincount(slots, weights=column.ravel(), minlength=n * self._nbody)
+            wrench[..., axis] = summed.reshape(n, self._nbody)
+        wrench[..., 3:] -= np.stack(_cross(self._batch.bind("xipos")[ids], wrench[..., :3]), axis=-1)
         return wrench
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:
     """Return the lengths of vectors, (..., 3) -> (...)."""
     return np.asarray(np.sqrt(np.einsum("...i,...i->...", vectors, vectors)))
+
+
+def _cross(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the components of the cross product of vectors, (..., 3) -> (...) each. `np.cross` takes twice as long."""
+    (x, y, z), (u, v, w) = np.moveaxis(one, -1, 0), np.moveaxis(other, -1, 0)
+    return y * w - z * v, z * u - x * w, x * v - y * u
