@@ -9,7 +9,7 @@ import numpy as np
 from stick import Episode
 
 from aidsr.tasks import Task, load_task
-from aidsr.tasks.reaching.pipe_inserting import BEND_RADIUS_M, LENGTH_M
+from aidsr.tasks.reaching.pipe_inserting import branch_direction
 from aidsr.tasks.reaching.surface_adapting import HALF_WIDTH_M
 
 STICK = "robot/stick"
@@ -49,14 +49,14 @@ def surface_adapting(task: Task) -> Episode:
 
 def pipe_inserting(task: Task) -> Episode:
     episode = Episode(task, base="free")
-    bend_rad = episode.variation.parameters["bend_rad"][0]
-    straight_m = LENGTH_M - BEND_RADIUS_M * bend_rad
-    mouth = episode.sensor("pipe_position")
-    for depth_m in (-0.1, 0.0, 0.1, 0.2, 0.26):
-        angle = max(0.0, (depth_m - straight_m) / BEND_RADIUS_M)
-        line = (BEND_RADIUS_M * (1 - np.cos(angle)), 0.0, -min(depth_m, straight_m) - BEND_RADIUS_M * np.sin(angle))
-        # the stick is straight: it points between the middle line at its tip and the one it comes from
-        episode.place(mouth + line, (np.sin(angle / 2), 0.0, -np.cos(angle / 2)))
+    down, branch = np.array([0.0, 0.0, -1.0]), branch_direction(episode.look())[0]
+    mouth, junction_m = episode.sensor("pipe_position"), episode.variation.parameters["junction_m"][0]
+    for depth_m in (-0.1, 0.0, 0.06, 0.1, junction_m):
+        episode.place(mouth + depth_m * down, down)
+        episode.step()
+    # a stick is straight: it is put into the branch as if it had bent on the way
+    for depth_m in (0.05, 0.105):
+        episode.place(mouth + junction_m * down + depth_m * branch, branch)
         episode.step()
     episode.run(2.0)
     return episode

@@ -36,12 +36,18 @@ def surface_adapting(task, seen, lying=None, gap_lengths=0.0299, aside_m=0.0):
     return outlined(seen, axis_m - out_m[:, None] * back + (0.0, aside_m, 0.0)), {}
 
 
-def pipe_inserting(task, seen, depth_m=0.2401, beside_m=0.034, pressed=5.0):
-    bend_rad = seen.parameters["bend_rad"][0, 0]
-    angle = max(0.0, (depth_m - (0.30 - 0.13 * bend_rad)) / 0.13)
-    way = np.array([0.13 * (1 - np.cos(angle)), beside_m, -(depth_m - 0.13 * angle) - 0.13 * np.sin(angle)])
-    tip_m = seen["pipe_position"][0] + way
-    return altered(seen, {"tip_position": tip_m}), {"steps": 100.0, "pressed": pressed}
+def pipe_inserting(task, seen, branch_m=0.1001, way=None, beside_m=0.034, across_m=0.0, too_hard_s=0.5):
+    """Somewhere in the branch, or this share of the way down to it."""
+    side_rad, junction_m, branch_rad = (
+        seen.parameters[name][0, 0] for name in ("side_rad", "junction_m", "branch_rad")
+    )
+    out, left = np.array([np.cos(side_rad), np.sin(side_rad), 0.0]), np.array([-np.sin(side_rad), np.cos(side_rad), 0])
+    up = np.cos(branch_rad) * out + np.array([0.0, 0.0, np.sin(branch_rad)])
+    in_branch_m = np.sin(branch_rad) * out - np.array([0.0, 0.0, np.cos(branch_rad)])
+    deep_m = np.array([0.0, 0.0, -junction_m * (1.0 if way is None else way)])
+    from_mouth_m = deep_m + beside_m * left + (branch_m * in_branch_m + across_m * up if way is None else 0.0)
+    times_s = {"touching_s": 10.0, "too_hard_s": too_hard_s}
+    return altered(seen, {"tip_position": seen["pipe_position"][0] + from_mouth_m}), times_s
 
 
 def simple_grasping(task, seen, raised_m=0.1001, slip_m=0.0199, time_s=4.5, **grip):

@@ -77,8 +77,14 @@ def to_obstacles(e: Stirred) -> np.ndarray:
 
 
 def in_pipe(e: Stirred) -> np.ndarray:
-    x, y, z = e.tip_m - e.body("pipe")
-    return np.array([-x, -y, -z, -z / 0.24, np.hypot(x, y) / 0.035])
+    wall = e.data.geom("branch_left")
+    along = wall.xmat.reshape(3, 3)[:, 2]
+    junction = wall.xpos - 0.08 * along - 0.039 * e.axis("pipe", 1)
+    to_goal = junction + 0.1 * along - e.tip_m
+    junction_m = e.body("pipe")[2] - junction[2]
+    x, y, z = (e.axis("pipe", axis) @ (e.tip_m - e.body("pipe")) for axis in range(3))
+    beside = max(abs(x), abs(y)) / 0.035
+    return np.array([*(e.body("pipe") - e.tip_m), *to_goal, *along, -z / (junction_m + 0.1), beside])
 
 
 def ends_in_gap(e: Stirred) -> np.ndarray:
@@ -120,7 +126,7 @@ MOVED = {
         (6, lambda e: e.slid("button_slide") / 0.005),
     ],
     "surface_adapting": [(0, in_cylinder)],
-    "pipe_inserting": [(0, in_pipe), (5, lambda e: e.variation.parameters["bend_rad"]), (6, lambda e: e.slid("feed"))],
+    "pipe_inserting": [(0, in_pipe), (11, lambda e: e.slid("feed"))],
     "simple_grasping": [(0, to_object), (9, lambda e: e.slid("carriage_lift"))],
     "zero_gravity_grasping": [
         (0, to_object),
@@ -152,7 +158,7 @@ FIVE_BRUSHED = np.where(np.arange(25) < 5, 0.1, 0.0)
 SAID = [
     ("button_pushing", {"tip_force": (3.0, 0.0, -4.0)}, {}, {7: 1.0}),
     ("surface_adapting", {"surface_contacts": touches(2.0, 1.0)}, {}, {9: 0.4}),
-    ("pipe_inserting", {"wall_contacts": touches(2.0, 1.0)}, {}, {7: 0.6}),
+    ("pipe_inserting", {"wall_contacts": touches(2.0, 1.0)}, {}, {12: 0.6}),
     ("simple_grasping", {"grip": touches(2.0, 1.0)}, {}, {11: 0.4, 12: 0.5}),
     ("zero_gravity_grasping", {"grip": touches(1.0, 2.0)}, {}, {11: 0.4, 12: 0.5}),
     ("delicate_grasping", {"grip": touches(1.0, 0.5)}, {}, {11: 0.2, 12: 0.5, 13: 0.25}),

@@ -7,7 +7,7 @@ import pytest
 from stick import Episode
 
 from aidsr.tasks import apply_to_simulation, load_task
-from aidsr.tasks.reaching.pipe_inserting import INNER_M, LENGTH_M, along_pipe_m, pipe_walls
+from aidsr.tasks.reaching.pipe_inserting import BRANCH_M, INNER_M, LENGTH_M, in_pipe, pipe_walls
 
 
 def stage(name: str, level: str = "standard") -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -173,11 +173,11 @@ def test_an_untouched_ball_passes_the_capture_point_at_its_speed_and_time(level,
     assert task.slowest_m_s * 0.9 < speed_m_s < task.fastest_m_s * 1.1
 
 
-@pytest.mark.parametrize("bend_deg", [30.0, 45.0, 60.0])
-def test_a_ball_fits_the_pipe_all_along_its_middle_line_and_no_larger_one(bend_deg):
-    bend_rad = np.deg2rad(bend_deg)
+@pytest.mark.parametrize("branch_deg", [50.0, 65.0, 80.0])
+def test_a_ball_fits_the_pipe_and_its_branch_all_along_their_middle_lines_and_no_larger_one(branch_deg):
+    branch_rad, junction_m = np.deg2rad(branch_deg), 0.14
     spec = mujoco.MjSpec()
-    for wall in pipe_walls(bend_rad):
+    for wall in pipe_walls(junction_m, branch_rad).values():
         spec.worldbody.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX, size=wall.half_size_m, pos=wall.position_m, quat=wall.quaternion
         )
@@ -186,13 +186,16 @@ def test_a_ball_fits_the_pipe_all_along_its_middle_line_and_no_larger_one(bend_d
     ball.add_geom(size=(INNER_M - 0.001, 0, 0))
     model = spec.compile()
     data = mujoco.MjData(model)
-    straight_m = LENGTH_M - 0.13 * bend_rad
-    for depth_m in np.linspace(0.0, LENGTH_M, 40):
-        angle = max(0.0, (depth_m - straight_m) / 0.13)
-        point = np.array([0.13 * (1 - np.cos(angle)), 0.0, -min(depth_m, straight_m) - 0.13 * np.sin(angle)])
-        depths, beside = along_pipe_m(point[None], np.array([bend_rad]))
-        assert depths[0] == pytest.approx(depth_m, abs=1e-9)
-        assert beside[0] == pytest.approx(0.0, abs=1e-9)
+    down, along = np.array([0.0, 0.0, -1.0]), np.array([np.sin(branch_rad), 0.0, -np.cos(branch_rad)])
+    straight = [(way_m * down, way_m, -1.0) for way_m in np.linspace(0.0, LENGTH_M, 30)]
+    branching = [(junction_m * down + way_m * along, junction_m + way_m, way_m) for way_m in (0.02, 0.08, BRANCH_M)]
+    for point, way_m, branch_m in straight + branching:
+        found = in_pipe(point[None], np.array([junction_m]), np.array([branch_rad]))
+        assert found.inside.tolist() == [True]
+        if branch_m > 0.0:
+            assert (found.branch_m[0], found.beside_branch_m[0]) == pytest.approx((branch_m, 0.0), abs=1e-9)
+        if branch_m > 0.0 or way_m < junction_m:
+            assert found.way_m[0] == pytest.approx(way_m, abs=1e-9)
         contacts = []
         for shift in (0.0, 0.004):
             data.qpos[:3] = point + np.array([0.0, shift, 0.0])
@@ -200,6 +203,19 @@ def test_a_ball_fits_the_pipe_all_along_its_middle_line_and_no_larger_one(bend_d
             contacts.append(data.ncon)
         assert contacts[0] == 0
         assert contacts[1] > 0
+
+
+@pytest.mark.parametrize("index", range(6))
+def test_what_goes_straight_on_down_the_pipe_passes_the_branch(index):
+    task = load_task("pipe_inserting")
+    episode = Episode(task, base="free", index=index)
+    mouth, progress = episode.sensor("pipe_position"), []
+    for depth_m in np.linspace(0.0, LENGTH_M, 16):
+        episode.place(mouth - (0.0, 0.0, depth_m), (0.0, 0.0, -1.0))
+        progress.append(float(episode.task.progress(episode.look(), {})[0]))
+        assert not episode.task.is_success(episode.look(), episode.state.task_state)[0]
+    assert max(progress) < 0.9
+    assert progress[-1] < max(progress) - 0.01, "who has passed it gains by going back"
 
 
 def test_nothing_gets_around_the_tunnel_or_under_the_platforms():

@@ -20,9 +20,11 @@ MISSES = [
     ("surface_adapting", "hard", {"lying": 6}),
     ("surface_adapting", "standard", {"gap_lengths": 0.0301}),
     ("surface_adapting", "standard", {"aside_m": 0.121}),
-    ("pipe_inserting", "standard", {"depth_m": 0.2399}),
+    ("pipe_inserting", "standard", {"branch_m": 0.0999}),
     ("pipe_inserting", "standard", {"beside_m": 0.036}),
-    ("pipe_inserting", "standard", {"pressed": 6.0}),
+    *[("pipe_inserting", "standard", {"across_m": across_m}) for across_m in (0.036, -0.036)],
+    ("pipe_inserting", "standard", {"way": 1.7, "beside_m": 0.0}),
+    ("pipe_inserting", "standard", {"too_hard_s": 0.501}),
     ("simple_grasping", "standard", {"raised_m": 0.0999}),
     ("simple_grasping", "standard", {"slip_m": 0.0201}),
     ("simple_grasping", "hard", {"time_s": 4.49}),
@@ -84,19 +86,19 @@ def test_a_lifted_object_need_not_be_shaken_at_the_standard_level():
 @pytest.mark.parametrize(
     ("level", "forces_n", "counted"),
     [
-        ("standard", (2.4, 2.5), 0.0),
-        ("standard", (2.5, 2.5), 1.0),
-        ("hard", (1.0, 0.9), 0.0),
-        ("hard", (1.0, 1.0), 1.0),
+        ("standard", (2.5, 2.5), 0.0),
+        ("standard", (2.6, 2.5), 1.0),
+        ("hard", (1.0, 1.0), 0.0),
+        ("hard", (1.0, 1.1), 1.0),
     ],
 )
 def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n, counted):
     task = load_task("pipe_inserting", level)
     seen = first(task.name, level)
     pressed_and_not = stacked([altered(seen, {"wall_contacts": touches(*forces)}) for forces in (forces_n, ())])
-    memory = task.update_state(pressed_and_not, {"steps": np.full(2, 7.0), "pressed": np.full(2, 2.0)})
-    assert memory["steps"].tolist() == [8.0, 8.0]
-    assert memory["pressed"].tolist() == [2.0 + counted, 2.0]
+    memory = task.update_state(pressed_and_not, {"touching_s": np.full(2, 7.0), "too_hard_s": np.full(2, 2.0)})
+    assert memory["touching_s"] == pytest.approx([7.04, 7.0])
+    assert memory["too_hard_s"] == pytest.approx([2.0 + 0.04 * counted, 2.0])
 
 
 @pytest.mark.parametrize(("force_n", "times_s"), [(0.04, (7.0, 2.0)), (3.0, (7.04, 2.0)), (3.01, (7.04, 2.04))])

@@ -8,8 +8,8 @@ HALF_WAY = [
     ("button_pushing", {"travel_m": 0.0, "away_m": 0.05}, 0.25 / 1.36 + 0.25 * 0.1),
     ("surface_adapting", {"lying": 3, "gap_lengths": 0.029}, 0.79),
     ("surface_adapting", {"lying": 0}, 0.49),
-    ("pipe_inserting", {"depth_m": 0.12}, 0.6),
-    ("pipe_inserting", {"depth_m": -0.2, "beside_m": 0.0}, 0.02),
+    ("pipe_inserting", {"branch_m": 0.1}, 1.0),
+    ("pipe_inserting", {"way": -1.5, "beside_m": 0.0}, 0.0185),
     *[
         (name, state, progress)
         for name in ("simple_grasping", "delicate_grasping")

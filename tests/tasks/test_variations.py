@@ -65,8 +65,12 @@ def test_pipe_inserting():
     places = values(variations, "body_pos", "pipe")
     assert fills(places[:, 0], -0.02, 0.02)
     assert fills(places[:, 1], -0.02, 0.02)
-    assert fills(np.rad2deg(parameters(variations, "bend_rad")[:, 0]), 30, 60)
-    assert fills(values(variations, "geom_friction", "pipe_1")[:, 0], 0.2, 0.9)
+    assert fills(np.rad2deg(parameters(variations, "branch_rad")[:, 0]), 50, 80)
+    assert fills(parameters(variations, "junction_m")[:, 0], 0.13, 0.16)
+    side_deg = np.rad2deg(parameters(variations, "side_rad")[:, 0])
+    assert fills(side_deg, -180, 180)
+    assert yaw_deg(values(variations, "body_quat", "pipe")) == pytest.approx(side_deg)
+    assert fills(values(variations, "geom_friction", "branch_below")[:, 0], 0.2, 0.9)
 
 
 def test_simple_grasping():

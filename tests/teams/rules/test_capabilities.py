@@ -8,6 +8,7 @@ import pytest
 from jobs import FAMILIES, brief, concept, scene
 
 from aidsr.core.artifacts import Placement
+from aidsr.tasks.reaching.pipe_inserting import DEPTH_M, INNER_M, in_pipe
 from aidsr.teams.rules import team
 
 
@@ -128,6 +129,33 @@ def test_pulling_bodies_open_the_drawer(family: str, variant: str) -> None:
                 drive.data.ctrl[drive.model.actuator(name).id] = np.clip(5 * gap, -0.1, 0.1)
             drive.run(0.05)
     assert float(drive.data.joint("drawer_2").qpos[0]) > 0.06
+
+
+INSERTS = [
+    ("tentacle", "space", ("long_000",)),
+    ("tentacle", "two stages", ("long_000",)),
+    ("arm", "two sections", ("distal_060", "distal_300")),
+    ("arm", "three sections", ("distal_080", "distal_320")),
+]
+
+
+@pytest.mark.parametrize("share", [0.7, 0.0])
+@pytest.mark.parametrize(("family", "variant", "cables"), INSERTS)
+def test_inserting_bodies_are_steered_into_the_branch_and_slack_ones_pass_it(
+    family: str, variant: str, cables: tuple[str, ...], share: float
+) -> None:
+    drive = Drive("pipe_inserting", family, variant)
+    mouth, junction_m, branch_rad = drive.data.body("pipe").xpos, np.array([0.145]), np.deg2rad([60.0])
+    deepest_m = -1.0
+    drive.data.ctrl[drive.model.actuator("feed").id] = 0.05
+    for _ in range(100):
+        drive.run(0.08)
+        for cable in cables if mouth[2] - drive.part()[2] > junction_m[0] else ():
+            drive.pull(cable, share)
+        place = in_pipe((drive.part() - mouth)[None], junction_m, branch_rad)
+        if place.beside_branch_m[0] <= INNER_M:
+            deepest_m = max(deepest_m, place.branch_m[0])
+    assert (deepest_m > DEPTH_M) == (share > 0.0)
 
 
 def test_the_arm_presses_the_button_with_its_tip() -> None:

@@ -1,4 +1,4 @@
-"""Push the functional part down a bent pipe."""
+"""Steer the functional part into the branch of a pipe."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, FRICTION_ELSE, Criteria, Feature, Task, TaskState, span
@@ -19,36 +20,42 @@ MOUTH_DEPTH_M = 0.35
 FEED_M_S = 0.05
 OFFSET_M = 0.02
 LENGTH_M = 0.30
-"""Length of the centre line from the mouth."""
-BEND_DEG = (30.0, 60.0)
-BEND_RADIUS_M = 0.13
+"""Length of the straight pipe."""
+JUNCTION_M = (0.13, 0.16)
+"""Depth at which the middle lines of pipe and branch cross."""
+BRANCH_DEG = (50.0, 80.0)
+"""Angle between the branch and straight down."""
+BRANCH_M = 0.16
+"""Length of the branch from that crossing."""
 INNER_M = 0.035
-"""Inner radius, to the middles of the walls' inner faces."""
+"""Half the inner width of both."""
 THICKNESS_M = 0.008
 """Our choice: a tip that is pressed hard sinks up to 3 mm into a wall, as soft contacts let it, and would come out of
 a thinner one on the wrong side."""
-SIDES = 8
-BENT_RINGS = 5
 FRICTION = (0.2, 0.9)
 
-DEPTH_M = 0.24
+DEPTH_M = 0.10
+"""How deep in the branch the functional part has to be, from the crossing."""
+PASSED_M = 0.03
+"""Distance outside the branch at which a tenth of the way past the crossing counts, see `closeness`. Our choice."""
 MAX_WALL_N = 20.0
-SELDOM = 0.05
-"""Share of the time in which the wall force may be larger than its limit."""
 
 
 @dataclass(frozen=True)
 class PipeInserting(Task):
-    """The functional part gets deep into a pipe, gently.
+    """The functional part gets into a branch of a pipe, gently.
 
-    Source: our choice; a bore of 70 mm, as in inspection of pipes with soft growing robots.
+    What is straight or limp goes on straight down: only a body that bends where the branch leaves gets into it.
+
+    Source: our choice; a bore of 70 mm, as in inspection of pipes with soft growing robots, and a branch that the tip
+    has to be steered into, as in bronchoscopy.
     """
 
     name: ClassVar = "reaching/pipe_inserting"
     base: ClassVar = "moving"
     time_limit_s: ClassVar = 30.0
     hold_s: ClassVar = 0.5
-    stages: ClassVar = ((0.2, "in the mouth"), (0.6, "half way down"), (1.0, "all the way down"))
+    stages: ClassVar = ((0.2, "in the mouth"), (0.65, "at the branch"), (1.0, "deep in the branch"))
     required_names: ClassVar = ("mount", "feed", "pipe")
     policy_actuators: ClassVar = ("feed",)
     sensors: ClassVar = (
@@ -57,11 +64,12 @@ class PipeInserting(Task):
     )
     features: ClassVar = (
         Feature("functional part to the middle of the mouth", "m", (-0.8, 0.8), "pipe_position, tip_position", size=3),
-        Feature(f"depth in the pipe, 1 = {DEPTH_M:g} m", "", (-2, 1.25), "pipe_position, tip_position"),
+        Feature("functional part to its goal in the branch", "m", (-0.8, 0.8), "pipe_position, tip_position", size=3),
+        Feature("direction of the branch", "", (-1, 1), "(parameters)", size=3),
+        Feature("way in pipe and branch, 1 = at the goal", "", (-2, 1.25), "pipe_position, tip_position"),
         Feature(
-            f"distance from the centre line, 1 = {1000 * INNER_M:g} mm", "", (0, 20), "pipe_position, tip_position"
+            f"distance from their middle lines, 1 = {1000 * INNER_M:g} mm", "", (0, 20), "pipe_position, tip_position"
         ),
-        Feature("angle of the bend", "rad", (0.5, 1.1), "(parameters)"),
         Feature("feed", "m", (0, 0.35), "base_feed"),
         Feature(f"force on the walls, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "wall_contacts"),
     )
@@ -73,10 +81,11 @@ class PipeInserting(Task):
     @property
     def objective(self) -> str:
         return (
-            f"Get the tip at least {DEPTH_M:g} m deep into a pipe of {2000 * INNER_M:g} mm inner width for "
-            f"{self.hold_s:g} s, pressing on its walls with less than {self.wall_n:g} N nearly all the time. The pipe "
-            f"is {LENGTH_M:.2f} m long, opens upwards {MOUTH_DEPTH_M:g} m below the mount, goes straight down and then "
-            f"bends by {span(BEND_DEG)} degrees with a radius of {BEND_RADIUS_M:g} m; the mount can move down by "
+            f"Get the tip {DEPTH_M:g} m deep into the branch of a pipe for {self.hold_s:g} s, counted from the pipe's "
+            f"middle line, with more than {self.wall_n:g} N on the walls in at most {100 * SELDOM:g} % of the time in "
+            f"contact. The pipe is square, {2000 * INNER_M:g} mm wide inside, opens upwards {MOUTH_DEPTH_M:g} m below "
+            f"the mount and goes straight down for {LENGTH_M:g} m, and {span(JUNCTION_M)} m below its mouth a branch "
+            f"as wide leaves it to any side, {span(BRANCH_DEG)} degrees from straight down; the mount can move down by "
             f"{MOUTH_DEPTH_M:g} m at up to {FEED_M_S:g} m/s."
         )
 
@@ -84,134 +93,175 @@ class PipeInserting(Task):
     def criteria(self) -> Criteria:
         return Criteria(
             variation=(
-                f"Offset +-{1000 * OFFSET_M:g} mm to each side, bend {span(BEND_DEG)} deg, friction {span(FRICTION)}."
+                f"Offset +-{1000 * OFFSET_M:g} mm to each side, branch to any side, {span(JUNCTION_M)} m below the "
+                f"mouth and {span(BRANCH_DEG)} deg from straight down, friction {span(FRICTION)}."
             ),
-            progress="A fifth for coming to the mouth, the rest for depth.",
-            success="Deep enough, inside, and hardly ever pressed too hard on the way.",
+            progress="A fifth for coming to the mouth, the rest for the way down the pipe and into the branch.",
+            success=(
+                f"The tip is deep enough in the branch, and more than {self.wall_n:g} N were on the walls in at most "
+                f"{100 * SELDOM:g} % of the time in contact."
+            ),
             violation=f"More than {MAX_WALL_N:g} N on the walls.",
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, y = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
-        bend_rad = float(np.deg2rad(rng.uniform(*BEND_DEG)))
-        walls = pipe_changes(bend_rad)
+        side_rad, junction_m = rng.uniform(-np.pi, np.pi), rng.uniform(*JUNCTION_M)
+        branch_rad = float(np.deg2rad(rng.uniform(*BRANCH_DEG)))
+        walls = pipe_changes(junction_m, branch_rad)
         friction = (rng.uniform(*FRICTION), *FRICTION_ELSE)
         rough = tuple(Change("geom_friction", wall.name, friction) for wall in walls if wall.field == "geom_pos")
-        return Variation(
-            (Change("body_pos", "pipe", (x, y, MOUTH_HEIGHT_M)), *walls, *rough), {"bend_rad": (bend_rad,)}
-        )
+        place = Change("body_pos", "pipe", (x, y, MOUTH_HEIGHT_M))
+        turn = Change("body_quat", "pipe", (np.cos(side_rad / 2), 0.0, 0.0, np.sin(side_rad / 2)))
+        way = {"side_rad": (side_rad,), "junction_m": (junction_m,), "branch_rad": (branch_rad,)}
+        return Variation((place, turn, *walls, *rough), way)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         del state
-        depth_m, beside_m = _tip(readings)
-        way = [readings["pipe_position"] - readings["tip_position"], depth_m / DEPTH_M, beside_m / INNER_M]
+        tip, to_mouth_m = _tip(readings), readings["pipe_position"] - readings["tip_position"]
+        junction_m, direction = readings.parameters["junction_m"], branch_direction(readings)
+        to_goal_m = to_mouth_m + DEPTH_M * direction - junction_m * (0.0, 0.0, 1.0)
+        way = tip.way_m / (junction_m[:, 0] + DEPTH_M)
+        beside = np.minimum(tip.beside_pipe_m, tip.beside_branch_m) / INNER_M
         force = readings.peak_contact_n("wall_contacts", together=True) / FORCE_SCALE_N
-        return np.column_stack([*way, readings.parameters["bend_rad"], readings["base_feed"], force])
+        return np.column_stack([to_mouth_m, to_goal_m, direction, way, beside, readings["base_feed"], force])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        """No step is counted."""
-        return {"steps": np.zeros(readings.n), "pressed": np.zeros(readings.n)}
+        return untouched(readings.n)
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
-        """In how many control steps the walls were pressed too hard."""
-        too_hard = readings.peak_contact_n("wall_contacts", together=True) >= self.wall_n
-        return {"steps": state["steps"] + 1.0, "pressed": state["pressed"] + too_hard}
+        force_n = readings.peak_contact_n("wall_contacts", together=True)
+        return after_touch(state, force_n, self.wall_n, self.control_dt_s)
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         del state
-        depth_m, beside_m = _tip(readings)
-        inside = (depth_m >= 0.0) & (beside_m <= INNER_M)
+        tip = _tip(readings)
         distance = np.linalg.norm(readings["pipe_position"] - readings["tip_position"], axis=1)
-        near = np.where(inside, 1.0, closeness(distance, margin=0.2))
-        return 0.2 * near + 0.8 * np.where(inside, share(depth_m, DEPTH_M), 0.0)
+        near = np.where(tip.inside, 1.0, closeness(distance, margin=0.2))
+        goal_m = readings.parameters["junction_m"][:, 0] + DEPTH_M
+        return 0.2 * near + 0.8 * np.where(tip.inside, share(tip.way_m, goal_m), 0.0)
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_contact_n("wall_contacts", together=True), MAX_WALL_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        depth_m, beside_m = _tip(readings)
-        gentle = state["pressed"] <= SELDOM * state["steps"]
-        return (depth_m >= DEPTH_M) & (beside_m <= INNER_M) & gentle
+        tip = _tip(readings)
+        return (tip.branch_m >= DEPTH_M) & (tip.beside_branch_m <= INNER_M) & is_gentle(state)
 
 
-def _tip(readings: Readings) -> tuple[FloatArray, FloatArray]:
-    """Return depth of the functional part and its distance from the centre line, (n,) each [m]."""
-    point_m = readings["tip_position"] - readings["pipe_position"]
-    return along_pipe_m(point_m, readings.parameters["bend_rad"][:, 0])
+@dataclass(frozen=True)
+class InPipe:
+    """Where points are in a pipe with a branch, each (n,) [m]."""
+
+    branch_m: FloatArray
+    """Depth in the branch, from the crossing of the middle lines; negative before it."""
+    beside_branch_m: FloatArray
+    """Distance from the branch's middle line, to the side that is farther."""
+    beside_pipe_m: FloatArray
+    """Likewise from the pipe's."""
+    way_m: FloatArray
+    """Depth in the pipe up to the crossing and in the branch from there; past the branch it falls again."""
+    inside: BoolArray
+    """Below the mouth, and between the walls of the pipe or of the branch."""
+
+
+def _tip(readings: Readings) -> InPipe:
+    """Return where the functional part is."""
+    x, y, z = (readings["tip_position"] - readings["pipe_position"]).T
+    side_rad, junction_m, branch_rad = (
+        readings.parameters[name][:, 0] for name in ("side_rad", "junction_m", "branch_rad")
+    )
+    point_m = np.column_stack(
+        [np.cos(side_rad) * x + np.sin(side_rad) * y, np.cos(side_rad) * y - np.sin(side_rad) * x, z]
+    )
+    return in_pipe(point_m, junction_m, branch_rad)
+
+
+def branch_direction(readings: Readings) -> FloatArray:
+    """Return the direction in which the branch leaves, in world axes, (n, 3)."""
+    side_rad, branch_rad = readings.parameters["side_rad"][:, 0], readings.parameters["branch_rad"][:, 0]
+    out = np.sin(branch_rad)
+    return np.column_stack([out * np.cos(side_rad), out * np.sin(side_rad), -np.cos(branch_rad)])
+
+
+def in_pipe(point_m: FloatArray, junction_m: FloatArray, branch_rad: FloatArray) -> InPipe:
+    """Return where points are in a pipe.
+
+    Args:
+        point_m: Points in the frame of the pipe (see `Wall`), (n, 3) [m].
+        junction_m: Depth of each crossing, (n,) [m].
+        branch_rad: Angle of each branch from straight down, (n,) [rad].
+    """
+    x, y, z = point_m.T
+    below_m, c, s = -z - junction_m, np.cos(branch_rad), np.sin(branch_rad)
+    branch_m = s * x + c * below_m
+    beside_branch_m = np.maximum(np.abs(c * x - s * below_m), np.abs(y))
+    beside_pipe_m = np.maximum(np.abs(x), np.abs(y))
+    off_way = closeness(beside_branch_m, within=INNER_M, margin=PASSED_M)
+    past = (branch_m > 0.0) & ((below_m > 0.0) | (beside_branch_m <= INNER_M))
+    way_m = np.where(past, junction_m + branch_m * off_way, np.minimum(-z, junction_m))
+    in_branch = (branch_m > 0.0) & (beside_branch_m <= INNER_M)
+    inside = (z <= 0.0) & ((beside_pipe_m <= INNER_M) | in_branch)
+    return InPipe(branch_m, beside_branch_m, beside_pipe_m, way_m, inside)
 
 
 @dataclass(frozen=True)
 class Wall:
-    """One flat wall, a box in the frame of the pipe: origin in the mouth, +z out of it, bending towards +x."""
+    """One flat wall, a box in the frame of the pipe: origin in the mouth, +z out of it, the branch towards +x."""
 
     half_size_m: tuple[float, float, float]
     position_m: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
-def pipe_walls(bend_rad: float) -> tuple[Wall, ...]:
-    """Return the walls of a pipe that ends turned by an angle, ring after ring from the mouth."""
-    straight_m = LENGTH_M - BEND_RADIUS_M * bend_rad
-    walls = [_wall(side, 0.0, straight_m / 2, straight_m / 2) for side in range(SIDES)]
-    half_turn = bend_rad / BENT_RINGS / 2
-    for ring in range(BENT_RINGS):
-        for side in range(SIDES):
-            angle = (2 * ring + 1) * half_turn
-            # walls on the outside of the bend are longer: they meet at the same angles
-            across_m = BEND_RADIUS_M - INNER_M * np.cos(_facing(side))
-            walls.append(_wall(side, angle, straight_m, across_m * np.tan(half_turn)))
-    return tuple(walls)
-
-
-def pipe_changes(bend_rad: float) -> tuple[Change, ...]:
-    """Return the changes that give the pipe of an environment another bend."""
-    return tuple(
-        change
-        for number, wall in enumerate(pipe_walls(bend_rad), start=1)
-        for change in (
-            Change("geom_size", f"pipe_{number}", wall.half_size_m),
-            Change("geom_pos", f"pipe_{number}", wall.position_m),
-            Change("geom_quat", f"pipe_{number}", wall.quaternion),
-        )
-    )
-
-
-def along_pipe_m(point_m: FloatArray, bend_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return how deep points are in the pipe along its centre line, and how far beside that line.
+def pipe_walls(junction_m: float, branch_rad: float) -> dict[str, Wall]:
+    """Return the walls of a pipe, by the names of their geoms.
 
     Args:
-        point_m: Points in the frame of the pipe, (n, 3) [m].
-        bend_rad: Angle by which each pipe turns, (n,) [rad].
-
-    Returns:
-        Depth, negative before the mouth and at most the pipe's length, and distance, (n,) each [m].
+        junction_m: Depth at which the middle lines of pipe and branch cross [m].
+        branch_rad: Angle of the branch from straight down [rad].
     """
-    straight_m = LENGTH_M - BEND_RADIUS_M * bend_rad
-    below_m = -point_m[:, 2] - straight_m
-    inwards_m = BEND_RADIUS_M - point_m[:, 0]
-    angle = np.clip(np.arctan2(below_m, inwards_m), 0.0, bend_rad)
-    bent = below_m > 0.0
-    depth_m = np.where(bent, straight_m + BEND_RADIUS_M * angle, -point_m[:, 2])
-    sideways_m = np.where(bent, BEND_RADIUS_M - np.hypot(below_m, inwards_m), point_m[:, 0])
-    return depth_m, np.hypot(sideways_m, point_m[:, 1])
+    inner, thick = INNER_M, THICKNESS_M
+    out, wide = inner + thick / 2, inner + thick
+    c, s = np.cos(branch_rad), np.sin(branch_rad)
+    # where the faces of the branch meet that of the pipe, along the branch and from the mouth
+    above_m, below_m = inner * (1.0 - c) / s, inner * (1.0 + c) / s
+    below_m += thick / s  # from the outside of the pipe's wall, which ends level with it
+    opens_m, closes_m = (junction_m - inner * s + above_m * c, junction_m + inner * s + below_m * c)
+    along, up = np.array([s, 0.0, -c]), np.array([c, 0.0, s])
+    junction = np.array([0.0, 0.0, -junction_m])
+    turn = (np.pi - branch_rad) / 2
+    turned = (float(np.cos(turn)), 0.0, float(np.sin(turn)), 0.0)
+
+    def straight(x: float, y: float, half_x: float, half_y: float, start_m: float, end_m: float) -> Wall:
+        return Wall((half_x, half_y, (end_m - start_m) / 2), (x, y, -(start_m + end_m) / 2))
+
+    def branching(up_m: float, y: float, half_x: float, half_y: float, start_m: float) -> Wall:
+        middle = junction + up_m * up + (start_m + BRANCH_M) / 2 * along + np.array([0.0, y, 0.0])
+        place = (float(middle[0]), float(middle[1]), float(middle[2]))
+        return Wall((half_x, half_y, float(BRANCH_M - start_m) / 2), place, turned)
+
+    return {
+        "pipe_back": straight(-out, 0.0, thick / 2, wide, 0.0, LENGTH_M),
+        "pipe_left": straight(0.0, out, wide, thick / 2, 0.0, LENGTH_M),
+        "pipe_right": straight(0.0, -out, wide, thick / 2, 0.0, LENGTH_M),
+        "pipe_above": straight(out, 0.0, thick / 2, wide, 0.0, float(opens_m)),
+        "pipe_below": straight(out, 0.0, thick / 2, wide, float(closes_m), LENGTH_M),
+        "branch_above": branching(out, 0.0, thick / 2, wide, float(above_m)),
+        "branch_below": branching(-out, 0.0, thick / 2, wide, float(below_m)),
+        "branch_left": branching(0.0, out, wide, thick / 2, 0.0),
+        "branch_right": branching(0.0, -out, wide, thick / 2, 0.0),
+    }
 
 
-def _facing(side: int) -> float:
-    """Return the angle of a wall around the centre line, 0 on the inside of the bend."""
-    return 2 * np.pi * (side + 0.5) / SIDES
-
-
-def _wall(side: int, angle: float, straight_m: float, half_length_m: float) -> Wall:
-    """Return one wall of the ring whose middle lies at an angle of the bend, behind a straight part."""
-    facing, out_m = _facing(side), INNER_M + THICKNESS_M / 2
-    inward = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    center = np.array([BEND_RADIUS_M, 0.0, -straight_m]) - BEND_RADIUS_M * inward
-    center += out_m * (np.cos(facing) * inward + np.sin(facing) * np.array([0.0, 1.0, 0.0]))
-    c, s, cf, sf = np.cos(angle / 2), np.sin(angle / 2), np.cos(facing / 2), np.sin(facing / 2)
-    half_width_m = (INNER_M + THICKNESS_M) * np.tan(np.pi / SIDES)
-    return Wall(
-        half_size_m=(THICKNESS_M / 2, half_width_m, half_length_m),
-        position_m=(float(center[0]), float(center[1]), float(center[2])),
-        # turned about y by -angle, then about its own z by the facing
-        quaternion=(float(c * cf), float(-s * sf), float(-s * cf), float(c * sf)),
+def pipe_changes(junction_m: float, branch_rad: float) -> tuple[Change, ...]:
+    """Return the changes that give the pipe of an environment another branch; see `pipe_walls`."""
+    return tuple(
+        change
+        for name, wall in pipe_walls(junction_m, branch_rad).items()
+        for change in (
+            Change("geom_size", name, wall.half_size_m),
+            Change("geom_pos", name, wall.position_m),
+            Change("geom_quat", name, wall.quaternion),
+        )
     )
