@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import robots
 from robots import Limb
+
+from aidsr.validation.registry import require_rule
+from aidsr.validation.rules_page import EXAMPLE_ARM
 
 ARM = Limb(segments=8, length_m=0.2, mass_kg=0.07)
 
@@ -79,14 +83,6 @@ def _closed_too_early() -> str:
 
 def _gaps() -> str:
     return swapped(r'(<geom name="g\d+" type="cylinder" size="0\.011) 0\.01125"', r'\1 0.004"', arm())
-
-
-def _fully_actuated() -> str:
-    text = robots.arm(Limb(segments=3, tendons=2))
-    motors = "".join(
-        f'<motor name="n{i}{a}" joint="j{i}{a}" gear="0.2" ctrlrange="-1 1"/>' for i in range(3) for a in "xy"
-    )
-    return text.replace("</actuator>", motors + "</actuator>")
 
 
 def _degrees_for_radians() -> str:
@@ -161,7 +157,7 @@ def overrun(bend_rad: float, radius_m: float) -> str:
 def hammering_servos() -> str:
     """Servos whose velocity gain the explicit integrator cannot follow: they hammer between their force limits."""
     servo = "".join(
-        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20000" ctrlrange="0.18 0.2" forcerange="-40 40"/>'
+        f'<position name="m{i}" tendon="t{i}" kp="2000" kv="20000" ctrlrange="0.18 0.2" forcerange="-40 0"/>'
         for i in range(4)
     )
     text = swapped("implicitfast", "Euler", arm())
@@ -273,6 +269,30 @@ def _of_lead_and_more() -> str:
     return swapped(r'(<geom name="g7" type="cylinder" size=")[^"]*"', r'\g<1>0.001 0.002"', arm())
 
 
+def example(code: str) -> str:
+    """The example of a rule."""
+    shown = require_rule(code).example
+    assert shown is not None
+    return shown.fails(EXAMPLE_ARM)
+
+
+SHOWN = (
+    "few_bent_joints",
+    "cable_on_linkage",
+    "mostly_rigid",
+    "motorized_joint",
+    "thruster",
+    "wheel",
+    "loaded_spring",
+    "outside_force",
+    "held_from_outside",
+    "joint_locked",
+    "ghost_shape",
+    "contact_excluded",
+    "fully_actuated",
+)
+"""Codes whose example has that fault and no other."""
+
 REALIZABLE = {"realizable": True}
 
 BAD = (
@@ -283,7 +303,8 @@ BAD = (
     Bad("no_soft_chain", _side_by_side_chain),
     Bad("disconnected", _closed_too_early),
     Bad("segments_gap", _gaps),
-    Bad("fully_actuated", _fully_actuated),
+    *(Bad(code, partial(example, code)) for code in SHOWN),
+    Bad("adhesion", partial(example, "adhesion"), warned=("no_effect",)),
     Bad("ctrlrange_missing", lambda: swapped(r' ctrlrange="[^"]*"', "", arm())),
     Bad("ctrlrange_missing", lambda: swapped(r'ctrlrange="0 [^"]*"', 'ctrlrange="6 0"', arm())),
     Bad("range_inverted_ignored", lambda: swapped(r'range="-45 45"', 'range="45 -45"', arm(), count=2)),
@@ -323,7 +344,7 @@ BAD = (
     Bad("sensor_constant", still_sensors),
     Bad("tendon_skips_segments", _skipping, REALIZABLE, severity="warning"),
     Bad("tendon_through_body", _through_parts, REALIZABLE, warned=("tendon_skips_segments",)),
-    Bad("tendon_pushes", pushing, REALIZABLE),
+    Bad("tendon_pushes", pushing),
     Bad("tendon_slack", lambda: long_servos(0.3), REALIZABLE, severity="warning"),
     Bad("thin_wall", lambda: thin_plate(0.0004), REALIZABLE, severity="warning"),
     Bad("actuator_overforce", lambda: arm(bend_rad=3), REALIZABLE),

@@ -42,7 +42,7 @@ def test_a_bad_robot_has_a_page() -> None:
     text, found = strong_arm()
     html = page(text, found)
     said = words(html)
-    assert "Stable, with warnings" in said
+    assert "Sound, in scope, with warnings" in said
     assert "actuator_overforce" in said
     assert "limit 34.3" in said
     assert "What each actuator did" in said
@@ -52,7 +52,7 @@ def test_a_bad_robot_has_a_page() -> None:
 
 def test_a_good_robot_has_a_page_with_its_motors() -> None:
     said = words(good_page())
-    assert "Stable no faults found" in said
+    assert "Sound, in scope no faults found" in said
     assert "Feetech" in said
     assert "What is wrong" not in said
 

@@ -18,7 +18,7 @@ from aidsr.core.formatting import format_faults
 Vec3 = tuple[float, float, float]
 Role = Literal["designer", "coder", "integrator", "judge"]
 Base = Literal["fixed", "free", "moving", "any"]
-Layer = Literal["load", "structure", "simulate", "realizability"]
+Layer = Literal["load", "structure", "scope", "simulate", "realizability"]
 
 
 class Artifact(BaseModel):
@@ -246,13 +246,17 @@ class Fault(Artifact):
     """Line of the MJCF text, where that is known."""
 
 
+_VERDICTS = ("sound", "in_scope")
+"""Verdicts of a report that follow from its faults."""
+
+
 class ValidationReport(Artifact):
     """All faults of one model and the measurements behind them."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 
     stable: bool
-    """False exactly when a fault of severity "error" is among them."""
+    """Sound and in scope: false exactly when a fault of severity "error" is among them."""
     faults: tuple[Fault, ...] = ()
     """Errors first."""
     measurements: dict[str, Any] = Field(default_factory=dict)
@@ -260,6 +264,24 @@ class ValidationReport(Artifact):
     versions: dict[str, str] = Field(default_factory=dict)
     notes: tuple[str, ...] = ()
     """What was put aside before looking, for example Markdown fences around the document."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_verdicts(cls, data: Any) -> Any:
+        """The verdicts of a file are computed again from its faults."""
+        return {k: v for k, v in data.items() if k not in _VERDICTS} if isinstance(data, dict) else data
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def sound(self) -> bool:
+        """Whether the physics holds: no error but those of the layer "scope"."""
+        return all(fault.layer == "scope" for fault in self.errors)
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def in_scope(self) -> bool:
+        """Whether it is a tendon-driven continuum robot: no error of the layer "scope", in a document that loads."""
+        return all(fault.layer not in ("scope", "load") for fault in self.errors)
 
     @property
     def errors(self) -> tuple[Fault, ...]:

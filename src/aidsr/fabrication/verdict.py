@@ -90,9 +90,13 @@ def _mass_reasons(simulated_kg: float, built_kg: float) -> list[Fault]:
     ]
 
 
+_BUILDING = ("scope", "realizability")
+"""Layers whose faults say what cannot be built of cables, winches and printed limbs."""
+
+
 def _unsound(faults: tuple[Fault, ...]) -> list[Fault]:
     """Errors in how a robot moves, which do not bear on whether it can be built."""
-    return [fault for fault in faults if fault.severity == "error" and fault.layer != "realizability"]
+    return [fault for fault in faults if fault.severity == "error" and fault.layer not in _BUILDING]
 
 
 def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
@@ -110,7 +114,7 @@ def _design_reasons(retest: Retest, known: tuple[Fault, ...]) -> list[Fault]:
     found += [
         _as_reported(fault)
         for fault in retest.designed_faults
-        if fault.layer == "realizability"
+        if fault.layer in _BUILDING
         and not any((fault.code, _as_reported(fault).severity, name) in reported for name in fault.names)
     ]
     return found
@@ -126,7 +130,7 @@ def _retest_reasons(retest: Retest) -> list[Fault]:
     found = [
         _as_reported(fault).model_copy(update={"message": f"as built, {fault.message}"})
         for fault in retest.faults
-        if fault.severity == "error" and fault.layer == "realizability" and fault.code not in had
+        if fault.severity == "error" and fault.layer in _BUILDING and fault.code not in had
     ]
     if unsound := [fault for fault in _unsound(retest.faults) if fault.code not in had]:
         message = "is unstable with the masses, springs and stops it is built with"

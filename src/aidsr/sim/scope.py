@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.sim.drive import read_drives
+from aidsr.sim.extent import bounding_box_m
 from aidsr.sim.soft_body import SERIES_JOINTS, SoftBody, read_soft_body, unlocked_dofs
 from aidsr.sim.structure import Structure, equality_bodies, name_of
 
 Vector = NDArray[np.float64]
 
-PUSH_SHARE = 0.05
-"""Greatest push / greatest pull of an actuator on a cable; servos overshoot a little. Our choice."""
+PUSH_SHARE = 0.1
+"""Greatest push / greatest pull of an actuator on a cable. Our choice."""
 FREE_TURN_RAD = 1.5 * np.pi
 """Range of a joint without a spring from which it is an axle. Our choice: joints of a limb turn half of that
 at most."""
@@ -40,6 +41,8 @@ COVER_SHARE = 0.05
 backbone. Our choice: half the spacing of ten discs."""
 GAP_SHARE = 0.01
 """Depth / L that a geom's `gap` lets others enter without force, from which it counts as one that does not collide."""
+MOUNTED_SHARE = 0.3
+"""Distance / L from the mounted part within which a limb begins, and may pass through the mount. Our choice."""
 RIGID_SHARE = 1.0
 """Extent of the largest rigid part / length of the limbs that cables bend. Our choice: 0.6 of a robot on legs."""
 MOUNT_SHARE = 2.5
@@ -73,6 +76,7 @@ class ScopeFinding:
         names: Parts concerned.
         measured, limit: The figure, and what is allowed; None where there is none.
         unit: Of both; empty for that of the rule.
+        whole, whole_unit: What 1 of the unit is, where it is relative.
     """
 
     code: str
@@ -81,6 +85,8 @@ class ScopeFinding:
     measured: float | None = None
     limit: float | None = None
     unit: str = ""
+    whole: float | None = None
+    whole_unit: str = ""
 
 
 def find_out_of_scope(model: mujoco.MjModel, structure: Structure) -> tuple[ScopeFinding, ...]:
@@ -221,10 +227,21 @@ class _Reader:
             if tendon is not None and tendon.spatial and limited and push > PUSH_SHARE * pull and push > 0:
                 pushing[actuator] = push / pull if pull > 0 else np.inf
         if pushing:
-            worst = max(pushing.values())
+            worst = max(pushing, key=lambda actuator: pushing[actuator])
             names = tuple(self._name("ACTUATOR", actuator) for actuator in pushing)
-            message = "pushes on its tendon" if np.isfinite(worst) else "pushes on its tendon and never pulls"
-            yield ScopeFinding("tendon_pushes", message, names, worst if np.isfinite(worst) else None, PUSH_SHARE)
+            pull = self.pushes[worst][1]
+            if pull > 0:
+                yield ScopeFinding(
+                    "tendon_pushes",
+                    "pushes on its tendon",
+                    names,
+                    pushing[worst],
+                    PUSH_SHARE,
+                    whole=pull,
+                    whole_unit="N",
+                )
+            else:
+                yield ScopeFinding("tendon_pushes", "pushes on its tendon and never pulls", names, None, PUSH_SHARE)
 
     # --- joints and springs ------------------------------------------------------------------------------------------
 
@@ -281,11 +298,15 @@ class _Reader:
         whole = sum(energy.values())
         if whole > allowed_j:
             names = tuple(name for name, joules in energy.items() if joules > 0.05 * whole or np.isinf(joules))
-            share = whole / (self.weight_n * self.length_m) if self.weight_n > 0 and np.isfinite(whole) else None
-            message = (
-                "springs are loaded in the initial pose" if np.isfinite(whole) else "a spring pushes away from its rest"
-            )
-            yield ScopeFinding("loaded_spring", message, names, share, LOADED_SHARE)
+            message = "springs are loaded in the initial pose"
+            if np.isfinite(whole) and self.weight_n > 0:
+                unit_j = self.weight_n * self.length_m
+                yield ScopeFinding(
+                    "loaded_spring", message, names, whole / unit_j, LOADED_SHARE, whole=unit_j, whole_unit="J"
+                )
+            else:
+                message = message if np.isfinite(whole) else "a spring with negative stiffness pushes from its rest"
+                yield ScopeFinding("loaded_spring", message, names, None, LOADED_SHARE)
         elif away:
             message = "starts outside the range of the joint, whose limit throws it back"
             yield ScopeFinding(
@@ -298,13 +319,14 @@ class _Reader:
         model = self.model
         lifted = [body for body in self.structure.bodies if model.body_gravcomp[body] != 0]
         if lifted:
-            mass = sum(abs(float(model.body_gravcomp[body])) * float(model.body_mass[body]) for body in lifted)
-            share = mass * _GRAVITY_M_S2 / self.weight_n if self.weight_n > 0 else None
+            force_n = _GRAVITY_M_S2 * sum(
+                abs(float(model.body_gravcomp[body])) * float(model.body_mass[body]) for body in lifted
+            )
             names = tuple(self._name("BODY", body) for body in lifted)
-            yield ScopeFinding("outside_force", "its weight is compensated", names, share, 0)
+            yield ScopeFinding("outside_force", "gravity compensation carries it", names, force_n, 0)
         elif np.any(model.opt.wind) and not self.structure.is_scene:
             speed = float(np.linalg.norm(model.opt.wind))
-            yield ScopeFinding("outside_force", "the robot's own option makes wind", (), speed, 0, "m/s")
+            yield ScopeFinding("outside_force", "the robot's own <option> makes wind", (), speed, 0, "m/s of wind")
 
     def _outside_holds(self) -> Iterator[ScopeFinding]:
         """Find constraints, cables and rails between the robot and what is not the robot."""
@@ -375,10 +397,12 @@ class _Reader:
             return
         lengths = {g: 2 * float(np.max(model.geom_aabb[g][3:])) for g in moving}
         bare = {g: self._uncovered(g, solid) * lengths[g] for g in ghosts}
-        share = sum(bare.values()) / max(sum(lengths.values()), 1e-12)
+        whole_m = sum(lengths.values())
+        share = sum(bare.values()) / whole_m if whole_m > 0 else 0.0
         if share > GHOST_SHARE:
             names = tuple(dict.fromkeys(self._geom(g) for g in ghosts if bare[g] > 0))
-            yield ScopeFinding("ghost_shape", "passes through what is around it", names, share, GHOST_SHARE)
+            message = "passes through what is around it"
+            yield ScopeFinding("ghost_shape", message, names, share, GHOST_SHARE, whole=whole_m, whole_unit="m")
 
     def _uncovered(self, geom: int, solid: list[int]) -> float:
         """Share of a shape's surface that is far from every shape that collides."""
@@ -393,27 +417,38 @@ class _Reader:
         return float(np.mean(away_m > COVER_SHARE * self.length_m))
 
     def _excluded_contacts(self) -> Iterator[ScopeFinding]:
-        """Find contact exclusions and pairs between the robot and its surroundings, its mount aside."""
+        """Find contact exclusions and pairs between the robot and its surroundings.
+
+        A limb may pass through what it is mounted on where it begins.
+        """
         model, structure = self.model, self.structure
         ours = set(structure.bodies)
-        held = {
-            int(model.body_weldid[int(model.body_parentid[root])])
-            for root in structure.roots
-            if root not in structure.free_roots
-        }
-        names = []
+        found: list[int] = []
         for signature in np.asarray(model.exclude_signature).tolist():
             ends = (signature >> 16, signature & 0xFFFF)
-            others = [end for end in ends if end not in ours]
-            if len(others) == 1 and int(model.body_weldid[others[0]]) not in held:
-                names += [self._name("BODY", end) for end in ends if end in ours]
+            mine = [end for end in ends if end in ours]
+            if len(mine) == 1 and not self._begins_on_mount(mine[0], ends[0] if mine[0] == ends[1] else ends[1]):
+                found += mine
         for one, other in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True):
-            bodies = [int(model.geom_bodyid[geom]) for geom in (one, other)]
-            if len([body for body in bodies if body in ours]) == 1:
-                names += [self._name("BODY", body) for body in bodies if body in ours]
-        if names:
+            mine = [int(model.geom_bodyid[geom]) for geom in (one, other) if int(model.geom_bodyid[geom]) in ours]
+            found += mine if len(mine) == 1 else []
+        if found:
+            names = tuple(dict.fromkeys(self._name("BODY", body) for body in found))
             message = "has contact settings of its own towards its surroundings"
-            yield ScopeFinding("contact_excluded", message, tuple(dict.fromkeys(names)), len(names), 0)
+            yield ScopeFinding("contact_excluded", message, names, len(names), 0)
+
+    def _begins_on_mount(self, body: int, other: int) -> bool:
+        """Whether a body of a robot with a fixed root is close to it, and the other is what the root stands on."""
+        model, structure = self.model, self.structure
+        fixed = [root for root in structure.roots if root not in structure.free_roots]
+        if int(model.body_weldid[other]) not in {
+            int(model.body_weldid[int(model.body_parentid[root])]) for root in fixed
+        }:
+            return False
+        base = [b for b in structure.bodies if b not in structure.moving]
+        low, high = bounding_box_m(model, self.data, base or fixed)
+        at = self.data.xpos[body]
+        return bool(np.linalg.norm(np.maximum(0.0, np.maximum(low - at, at - high))) <= MOUNTED_SHARE * self.length_m)
 
     # --- soft body ---------------------------------------------------------------------------------------------------
 
@@ -422,10 +457,9 @@ class _Reader:
         structure, soft = self.structure, self.soft
         if not self.cables or structure.longest_series < SERIES_JOINTS:
             return
-        if not soft.bent:
-            yield ScopeFinding(
-                "cables_bend_nothing", "no cable bends three or more joints one after the other", (), 0, SERIES_JOINTS
-            )
+        if soft.series < SERIES_JOINTS:
+            message = f"cables bend {soft.series} joints one after the other"
+            yield ScopeFinding("few_bent_joints", message, (), soft.series, SERIES_JOINTS)
             return
         idle = [a for a in self.cables if not self._acts_on(a, soft.bent)]
         if idle:
@@ -433,21 +467,20 @@ class _Reader:
             yield ScopeFinding("cable_on_linkage", "pulls on a cable that acts on no soft limb", names, len(idle), 0)
         fixed = not structure.free_roots and soft.largest_part[0] not in structure.moving
         limit = MOUNT_SHARE if fixed else RIGID_SHARE
-        share = soft.largest_part_m / soft.length_m if soft.length_m > 0 else np.inf
+        share = soft.largest_part_m / soft.length_m
         if share > limit:
             names = tuple(self._name("BODY", body) for body in soft.largest_part)
-            message = f"a rigid part of {soft.largest_part_m:.3g} m, and cables bend {soft.length_m:.3g} m of limbs"
-            yield ScopeFinding("mostly_rigid", message, names, share if np.isfinite(share) else None, limit)
-        elif soft.heaviest_share > HEAVIEST_SHARE:
-            names = tuple(self._name("BODY", body) for body in soft.heaviest_part)
-            message = "a rigid part has nearly all of the robot's mass"
-            yield ScopeFinding(
-                "mostly_rigid", message, names, soft.heaviest_share, HEAVIEST_SHARE, "of the moving mass"
-            )
-        elif soft.unmoved_share > UNMOVED_SHARE:
-            names = tuple(self._name("BODY", body) for body in soft.unmoved)
-            message = "no cable moves these bodies"
-            yield ScopeFinding("mostly_rigid", message, names, soft.unmoved_share, UNMOVED_SHARE, "of the moving mass")
+            message = f"a rigid part of {soft.largest_part_m:.3g} m"
+            yield ScopeFinding("mostly_rigid", message, names, share, limit, whole=soft.length_m, whole_unit="m")
+        for bodies, mass_share, limit, message in (
+            (soft.heaviest_part, soft.heaviest_share, HEAVIEST_SHARE, "a rigid part has nearly all of the mass"),
+            (soft.unmoved, soft.unmoved_share, UNMOVED_SHARE, "no cable moves these bodies"),
+        ):
+            if mass_share > limit:
+                names = tuple(self._name("BODY", body) for body in bodies)
+                yield ScopeFinding(
+                    "mostly_rigid", message, names, mass_share, limit, "of the moving mass", structure.mass_kg, "kg"
+                )
 
     def _acts_on(self, actuator: int, bodies: tuple[int, ...]) -> bool:
         model = self.model

@@ -49,6 +49,7 @@ class SoftBody:
     """A robot divided into what its cables bend and what is rigid.
 
     Attributes:
+        series: Joints that cables bend one after the other, at most.
         bent: Bodies behind the joints that cables bend, in series of three or more.
         length_m: Length of those series together [m].
         largest_part: Bodies of the largest rigid part, joined to each other without a joint that can bend.
@@ -59,6 +60,7 @@ class SoftBody:
         unmoved_share: Their mass / mass of all that moves; 0 for a free root, which moves with its limbs.
     """
 
+    series: int
     bent: tuple[int, ...]
     length_m: float
     largest_part: tuple[int, ...]
@@ -81,7 +83,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
         cables: Actuators that pull on cables.
     """
     if not structure.bodies:
-        return SoftBody((), 0.0, (), 0.0, (), 0.0, (), 0.0)
+        return SoftBody(0, (), 0.0, (), 0.0, (), 0.0, (), 0.0)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     least_rad = CHAIN_BEND_RAD / max(structure.longest_series, SERIES_JOINTS)
@@ -95,7 +97,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
         bend_rad = np.where(torque > 0, np.minimum(torque / holding, room_rad), 0.0) / lengths_m
         sag_rad = np.minimum(weight / holding, room_rad) / lengths_m
     bends, gives = free & (bend_rad >= least_rad), free & (sag_rad >= least_rad)
-    bent, length_m = _series(model, data, structure, bends)
+    series, bent, length_m = _series(model, data, structure, bends)
     parts = _parts(model, structure, bends | gives)
     extents = {root: _extent_m(model, data, bodies) for root, bodies in parts.items()}
     largest = max(extents, key=lambda root: extents[root])
@@ -106,6 +108,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
     unmoved = () if structure.free_roots else _unmoved(model, structure, bent)
     whole_kg = max(structure.mass_kg, np.finfo(float).tiny)
     return SoftBody(
+        series=series,
         bent=bent,
         length_m=length_m,
         largest_part=parts[largest],
@@ -188,8 +191,8 @@ def _turns(model: mujoco.MjModel, body: int) -> list[int]:
 
 def _series(
     model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, bends: Mask
-) -> tuple[tuple[int, ...], float]:
-    """Bodies whose joints bend in series of three or more, branches passed through, and the length of them all [m]."""
+) -> tuple[int, tuple[int, ...], float]:
+    """Most joints that bend in series, branches passed through; bodies of series of three or more, their length [m]."""
     parents = model.body_parentid
     bending = [body for body in structure.moving if any(bends[dof] for dof in _turns(model, body))]
     anchors = {body: np.array(data.xanchor[int(model.body_jntadr[body])]) for body in bending}
@@ -214,13 +217,14 @@ def _series(
     for body in reversed(bending):
         if before[body]:
             below[before[body]] = max(below[before[body]], below[body] + counts[body])
+    series = max((above[body] + below[body] for body in bending), default=0)
     kept = [body for body in bending if above[body] + below[body] >= SERIES_JOINTS]
     links_m = [ways_m[body] for body in kept if before[body] in kept and counts[body]]
     if not links_m:
-        return tuple(kept), 0.0
+        return series, tuple(kept), 0.0
     median_m = float(np.median(links_m))
     ends = sum(body not in {before[other] for other in kept} for body in kept)
-    return tuple(kept), sum(min(link_m, _LONG_LINK * median_m) for link_m in links_m) + ends * median_m
+    return series, tuple(kept), sum(min(link_m, _LONG_LINK * median_m) for link_m in links_m) + ends * median_m
 
 
 def _parts(model: mujoco.MjModel, structure: Structure, moves: Mask) -> dict[int, tuple[int, ...]]:

@@ -26,7 +26,7 @@ from aidsr.validation.rules.document import LOAD_ERROR
 from aidsr.validation.rules.winches import motor_measurements
 from aidsr.validation.validator import Mount
 
-_LAYERS = ("load", "structure", "simulate", "realizability")
+_LAYERS = ("load", "structure", "scope", "simulate", "realizability")
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def examine_text(
     robot.found.extend(find_overflow(robot))
     if robot.found:
         return Examination(make_report(tuple(robot.found), {}, notes + mounted.notes, realizable), mounted, robot)
-    apply_rules(_of_layer(rules, "structure"), robot)
+    apply_rules(_of_layer(rules, "structure", "scope"), robot)
     measurements = measure_model(robot)
     robot.found.extend(find_long_tests(robot))
     drive = drive and bool(_of_layer(rules, "simulate", "realizability"))
@@ -80,7 +80,7 @@ def examine_text(
         robot = replace(robot, evidence=gather_evidence(model, robot.structure))
         apply_rules(_of_layer(rules, "simulate"), robot)
         measurements |= measure_tests(robot)
-        works = all(fault.severity != "error" for fault in robot.found)
+        works = all(fault.severity != "error" or fault.layer == "scope" for fault in robot.found)
         apply_rules(_of_stage(rules, Stage.DRAWING), robot)
         # forces and speeds of a robot that does not work say nothing about its motors
         if works:

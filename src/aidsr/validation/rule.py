@@ -22,9 +22,9 @@ class Stage(Enum):
     """When rules are applied, in this order, and the layer of their faults."""
 
     DOCUMENT = "load", "Load: the document"
-    PARTS = "structure", "Structure: parts"
     RANGES = "structure", "Structure: ranges"
-    TOPOLOGY = "structure", "Structure: one continuum robot"
+    TOPOLOGY = "structure", "Structure: one body"
+    SCOPE = "scope", "Scope: a tendon-driven continuum robot"
     WIRING = "simulate", "Simulate: wiring"
     INITIAL_POSE = "simulate", "Simulate: the initial pose"
     DIVERGENCE = "simulate", "Simulate: divergence"

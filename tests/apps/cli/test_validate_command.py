@@ -35,11 +35,11 @@ def run(*words: str) -> int:
 
 def test_several_files_end_with_the_worst(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("good.xml", "good.xml") == 0
-    assert capsys.readouterr().out == "good.xml: stable: no faults found\n\n" * 2
+    assert capsys.readouterr().out == "good.xml: stable (sound, in scope): no faults found\n\n" * 2
     assert run("good.xml", "stiff.xml") == 1
     said = capsys.readouterr().out
     assert said.startswith("good.xml: stable")
-    assert "stiff.xml: not stable\ntoo_stiff at" in said
+    assert "stiff.xml: not stable (not sound, in scope)\ntoo_stiff at" in said
 
 
 def test_a_file_that_is_not_there_is_a_mistake(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -52,7 +52,7 @@ def test_a_file_that_is_not_there_is_a_mistake(files: Path, capsys: pytest.Captu
 def test_rules_are_selected_and_ignored_by_code(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("stiff.xml", "--ignore", "too_stiff", "--json") == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["stable"]
+    assert report["sound"]
     assert report["notes"] == ["did not look for too_stiff"]
     assert run("stiff.xml", "good.xml", "--select", "too_stiff, no_sensors", "--json") == 1
     reports = json.loads(capsys.readouterr().out)
@@ -64,11 +64,27 @@ def test_rules_are_selected_and_ignored_by_code(files: Path, capsys: pytest.Capt
 def test_realizability_is_told_apart_and_enforced_on_request(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("strong.xml") == 0
     said = capsys.readouterr().out
-    assert said.startswith("stable, with warnings\n\nCould it be built (not part of the verdict")
+    assert said.startswith("stable (sound, in scope), with warnings\n\nCould it be built (not part of the verdict")
     assert run("strong.xml", "--realizable") == 1
     said = capsys.readouterr().out
-    assert said.startswith("stable, but could not be built")
+    assert said.startswith("not stable (sound, but could not be built, in scope)")
     assert "at most 34.3" in said
+
+
+def test_a_robot_out_of_scope_fails_only_where_scope_is_asked_for(
+    files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path("good.xml").read_text()
+    Path("wheels.xml").write_text(
+        text.replace("</actuator>", '<motor name="turn" joint="j0x" ctrlrange="-0.1 0.1"/></actuator>')
+    )
+    assert run("wheels.xml") == 0
+    assert capsys.readouterr().out.startswith("not stable (sound, out of scope)\nmotorized_joint at turn: ")
+    assert run("wheels.xml", "--scope", "--json") == 1
+    report = json.loads(capsys.readouterr().out)
+    assert (report["sound"], report["in_scope"], report["stable"]) == (True, False, False)
+    assert run("good.xml", "--scope") == 0
+    assert run("stiff.xml") == 1
 
 
 def test_the_cheapest_motors_are_named(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,7 +124,7 @@ def test_a_page_is_written_beside_what_is_said(files: Path, capsys: pytest.Captu
     assert run("stiff.xml", "--report", "stiff.html") == 1
     assert "too_stiff" in capsys.readouterr().out
     page = Path("stiff.html").read_text()
-    assert "<title>stiff.xml: Not stable" in page
+    assert "<title>stiff.xml: Not sound, in scope" in page
     assert run("stiff.xml", "--report", "stiff.html") == 1, "a page of ours is replaced"
     assert Path("stiff.html").read_text() == page
 

@@ -29,19 +29,22 @@ def validate(
     fidelity: _Flag = False,
     repair: _Path = None,
     report: _Path = None,
+    scope: _Flag = False,
     force: _Flag = False,
     schema: _Flag = False,
 ) -> int:
-    """Find what is physically wrong with robots or scenes.
+    """Find what is physically wrong with robots or scenes, and whether they are tendon-driven continuum robots.
 
     The model is loaded by strict rules, every actuator is driven in simulation, and all faults are reported together.
-    Exit code 0 means stable, 1 means faults, 2 a mistake in the command; of several files the worst.
+    There are two verdicts: sound, where the physics holds, and in scope, where cables and a soft body do the work.
+    Exit code 0 means sound, with --scope also in scope; 1 that it is not, 2 a mistake in the command; of several files
+    the worst.
 
         aidsr validate robot.xml
 
         aidsr validate robot.xml --report robot.html
 
-        aidsr validate robots/*.xml --realizable
+        aidsr validate robots/*.xml --realizable --scope
 
         aidsr validate robot.xml --ignore gravity_collapse,thin_wall
 
@@ -70,6 +73,8 @@ def validate(
         Repair unambiguous mistakes, write the repaired text to this file, and validate that.
     report
         Also write a page to look at, one HTML file that needs nothing else.
+    scope
+        Exit with 1 also where a robot is out of scope.
     force
         Let --repair and --report replace files that exist. A page that this command wrote is replaced without.
     schema
@@ -98,14 +103,14 @@ def validate(
     if repair is not None and report is not None and repair.resolve() == report.resolve():
         raise UserError(f"--repair and --report name the same file: {repair}; name two")
     check = Check(mount, needs_contact, realizable, fidelity, repair, report, _codes(select), _codes(ignore))
-    return _print_reports(check, files, as_json=json)
+    return _print_reports(check, files, as_json=json, scope=scope)
 
 
 def _codes(text: str) -> tuple[str, ...]:
     return tuple(code.strip() for code in text.split(",") if code.strip())
 
 
-def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool) -> int:
+def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool, scope: bool) -> int:
     """Check files, print what was found, and return the exit code."""
     from aidsr.apps.cli.verdicts import format_verdict
 
@@ -114,7 +119,7 @@ def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool) -> in
     for file in files:
         report = check.run(file)
         reports.append(report)
-        code = max(code, 0 if report.stable else 1)
+        code = max(code, 0 if report.sound and (report.in_scope or not scope) else 1)
         if not as_json:
             text = format_verdict(report, repaired=check.repair, named=len(files) > 1, motors=check.realizable)
             sys.stdout.write(text + "\n" * (1 + (len(files) > 1)))

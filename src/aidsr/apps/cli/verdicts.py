@@ -14,12 +14,15 @@ _REALIZABILITY_BYTES = 1000
 
 
 def verdict(report: FileReport) -> str:
-    """Return the verdict in a few words."""
-    if any(fault.layer != "realizability" for fault in report.errors):
-        return "not stable"
-    if report.errors:
-        return "stable, but could not be built"
-    return "stable, with warnings" if report.faults else "stable"
+    """Return both verdicts in a few words: whether the physics holds, and whether it is in scope."""
+    layers = {fault.layer for fault in report.errors}
+    if "load" in layers:
+        return "cannot be loaded"
+    physics = "not sound" if layers - {"scope", "realizability"} else "sound"
+    building = ", but could not be built" if "realizability" in layers and physics == "sound" else ""
+    stable = "stable" if report.stable else "not stable"
+    warned = ", with warnings" if report.stable and report.faults else ""
+    return f"{stable} ({physics}{building}, {'in' if report.in_scope else 'out of'} scope){warned}"
 
 
 def format_verdict(

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from aidsr import __version__
 from aidsr.apps.mcp.scene_folder import SceneFolder
-from aidsr.core.artifacts import Artifact, EnvironmentSummary, Fault, Placement, Robot
+from aidsr.core.artifacts import Artifact, EnvironmentSummary, Fault, Placement, Robot, ValidationReport
 from aidsr.core.errors import AidsrError
 from aidsr.learn.openloop import probe
 from aidsr.render.pictures import picture
@@ -59,6 +59,11 @@ class Verdict(Artifact):
     """What the validator found."""
 
     stable: bool
+    """Sound and in scope."""
+    sound: bool
+    """Whether the physics holds."""
+    in_scope: bool
+    """Whether it is a tendon-driven continuum robot, whose cables and soft body do the work."""
     account: str
     """All findings in words, the most damaging first."""
     faults: tuple[Fault, ...]
@@ -122,9 +127,9 @@ def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
         needs_contact: bool = False,
         realizable: Annotated[bool, Field(description="Also reject what could not be built.")] = False,
     ) -> Verdict:
-        """Drive every actuator of a robot in simulation and report what is physically wrong with it."""
+        """Drive every actuator of a robot in simulation and report what is wrong with its physics and its scope."""
         report = validate(mjcf, mount=mount, needs_contact=needs_contact, realizable=realizable)
-        return Verdict(stable=report.stable, account=report.account(), faults=report.faults)
+        return _verdict(report, report.account())
 
     @server.tool()
     def assemble_scene(
@@ -145,7 +150,19 @@ def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
         directory = scenes.add(robot, scene, found)
         account = "\n".join([report.account(), *scene.notes])
         path = str(directory / "scene.xml")
-        return Verdict(stable=report.stable, account=account, faults=report.faults, scene=directory.name, path=path)
+        return _verdict(report, account, scene=directory.name, path=path)
+
+
+def _verdict(report: ValidationReport, account: str, scene: str = "", path: str = "") -> Verdict:
+    return Verdict(
+        stable=report.stable,
+        sound=report.sound,
+        in_scope=report.in_scope,
+        account=account,
+        faults=report.faults,
+        scene=scene,
+        path=path,
+    )
 
 
 def _add_scene_tools(server: MCPServer, scenes: SceneFolder) -> None:

@@ -68,7 +68,8 @@ def page_html(
             for key, (words, unit) in _FACTS.items()
             if key in report.measurements
         ],
-        moving=[card for card in shown if card.fault.layer != "realizability"],
+        moving=[card for card in shown if card.fault.layer not in ("scope", "realizability")],
+        scope=[card for card in shown if card.fault.layer == "scope"],
         building=[card for card in shown if card.fault.layer == "realizability"],
         rows=_rows(traced.actuators, report.measurements),
         measurements=dumps(report.measurements, indent=2, ensure_ascii=False),
@@ -93,15 +94,19 @@ def _verdict(faults: tuple[Fault, ...]) -> _Verdict:
         for count, word in ((len(errors), "error"), (len(faults) - len(errors), "warning"))
         if count
     )
-    if any(fault.layer == "load" for fault in errors):
+    layers = {fault.layer for fault in errors}
+    if "load" in layers:
         return _Verdict("bad", "Cannot be loaded", counted)
-    if any(fault.layer != "realizability" for fault in errors):
-        return _Verdict("bad", "Not stable", counted)
+    scope = "out of scope" if "scope" in layers else "in scope"
+    if layers - {"scope", "realizability"}:
+        return _Verdict("bad", f"Not sound, {scope}", counted)
+    if "realizability" in layers:
+        return _Verdict("bad", f"Sound, but could not be built; {scope}", counted)
     if errors:
-        return _Verdict("bad", "Stable, but could not be built", counted)
+        return _Verdict("bad", f"Sound, {scope}", counted)
     if faults:
-        return _Verdict("wait", "Stable, with warnings", counted)
-    return _Verdict("good", "Stable", "no faults found")
+        return _Verdict("wait", f"Sound, {scope}, with warnings", counted)
+    return _Verdict("good", f"Sound, {scope}", "no faults found")
 
 
 def _picture(mjcf: str, faults: tuple[Fault, ...]) -> str:

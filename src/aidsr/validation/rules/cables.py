@@ -1,4 +1,4 @@
-"""Could the tendons be cables: do they keep out of the body, pull only, and are there motors for them."""
+"""Could the tendons be cables: do they keep out of the body, with a guide in every segment."""
 
 from __future__ import annotations
 
@@ -14,16 +14,12 @@ from aidsr.core.artifacts import Fault
 from aidsr.sim.overlap import OVERLAP_NOTICED
 from aidsr.sim.ownership import WRAP_SITE, tendon_wraps
 from aidsr.sim.structure import Tendon
-from aidsr.validation.curves import Array, actuator_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.signals import Signal
 from aidsr.validation.solids import depth_m, half_width_m
 
 THROUGH_BODY_SHARE = 0.25
 """Depth of a tendon inside a body between its guides / half width of that body. Our choice."""
-PUSH_SHARE = 0.1
-"""Force that lengthens a tendon / its greatest pull. Our choice."""
 _ALONG = np.linspace(0, 1, 17)[1:-1, None]
 """Where along a line it is looked at, as shares of its length; a segment is passed in several places."""
 
@@ -220,51 +216,4 @@ TENDON_SKIPS_SEGMENTS = Rule(
     unit="joints between neighbouring guides",
     cure="Add a routing site in every segment the tendon passes.",
     example=Example(((_GUIDES[3], ""),)),
-)
-
-
-def _find_pushing_tendons(robot: RobotUnderTest) -> Iterator[Fault]:
-    evidence = robot.driven
-    if evidence.battery is None:
-        return
-    pushing: dict[str, tuple[float, float]] = {}
-    spatial = {tendon.id for tendon in robot.structure.tendons if tendon.spatial}
-    for drive in evidence.drives:
-        if drive.on_tendon and int(robot.model.actuator_trnid[drive.actuator, 0]) in spatial:
-            force = robot.force_n(drive)
-            pull, push = max(0.0, -float(force.min())), max(0.0, float(force.max()))
-            if push > PUSH_SHARE * pull and push > 0:
-                pushing[robot.actuator(drive.actuator)] = push / pull if pull > 0 else float("inf"), pull
-    if pushing:
-        worst, pull = max(pushing.values())
-        yield TENDON_PUSHES.fault(
-            names=tuple(pushing),
-            measured=worst if np.isfinite(worst) else None,
-            limit=PUSH_SHARE,
-            whole=pull if pull > 0 else None,
-            whole_unit="N",
-            message="pushes on its tendon" if np.isfinite(worst) else "pushes on its tendon and never pulls",
-        )
-
-
-def _push_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
-    def forces(drive: int, _tendon: int) -> Array:
-        return robot.force_n(robot.driven.drives[drive])
-
-    shown = actuator_signal(robot, fault, "force, pushing up", "N", forces)
-    return None if shown is None else shown.model_copy(update={"limits": (0.0,)})
-
-
-TENDON_PUSHES = Rule(
-    code="tendon_pushes",
-    stage=Stage.BUILDING,
-    finds="An actuator pushes on a spatial tendon.",
-    why="A cable can only pull: half of what the simulated actuator does, no built one can.",
-    limit=f"greatest push / greatest pull of an actuator: at most {PUSH_SHARE:g}",
-    check=_find_pushing_tendons,
-    unit="of its greatest pull",
-    cure='Let commands only pull: motor gear="-1" with ctrlrange="0 F", or a servo with forcerange="-F 0".',
-    explains=("tendon_slack",),
-    signal=_push_signal,
-    example=Example((('ctrlrange="0 20"', 'ctrlrange="-20 20"'),)),
 )

@@ -1,14 +1,12 @@
-"""Is it one continuum robot: soft chains, connected, without gaps, with fewer actuators than it can move."""
+"""Is it one body: connected, and without gaps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import mujoco
-import numpy as np
 
 from aidsr.core.artifacts import Fault
-from aidsr.sim.soft_body import SERIES_JOINTS
 from aidsr.sim.structure import Chain, joined_bodies
 from aidsr.validation.consequences import FALL, NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
@@ -19,34 +17,6 @@ GAP_SHARE = 0.5
 _ROOT_LEVEL_SHARE = 0.02
 """Difference in height / L up to which bodies held by the world stand side by side, as fingers do; below the segment
 length of a limb of 40 segments. Our choice."""
-
-
-def _find_no_soft_chain(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots in which nowhere three or more joints follow each other.
-
-    Source: our choice; two joints in series are a linkage, which has no curvature that could vary along it.
-    """
-    if robot.structure.longest_series < SERIES_JOINTS:
-        yield NO_SOFT_CHAIN.fault(
-            "no limb has three or more hinge or ball joints one after the other",
-            measured=robot.structure.longest_series,
-            limit=SERIES_JOINTS,
-            likely_cause="segments stand side by side instead of one inside the other",
-        )
-
-
-NO_SOFT_CHAIN = Rule(
-    code="no_soft_chain",
-    stage=Stage.TOPOLOGY,
-    finds="No limb has three or more hinge or ball joints one after the other.",
-    why="Two joints in series are a linkage: it has no curvature that could vary along it, as a continuum limb has.",
-    limit=f"turning points in series, hinges about one point counted once: at least {SERIES_JOINTS}",
-    check=_find_no_soft_chain,
-    unit="joints in series",
-    cure="Nest each segment's <body> inside the one before it, each with its own hinge or ball joint.",
-    explains=("fully_actuated", "tendon_one_body", "tendon_no_moment", *NO_MOTION),
-    example=Example(tuple((f'<joint name="j{index}"/>', "") for index in (2, 3, 5, 6))),
-)
 
 
 def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
@@ -111,7 +81,16 @@ DISCONNECTED = Rule(
     check=_find_disconnected,
     unit="separate parts",
     cure="Nest every body of the robot under one root body.",
-    explains=("no_soft_chain", "segments_gap", "tendon_no_moment", "tendon_skips_segments", *FALL, *NO_MOTION),
+    explains=(
+        "no_soft_chain",
+        "held_from_outside",
+        "few_bent_joints",
+        "segments_gap",
+        "tendon_no_moment",
+        "tendon_skips_segments",
+        *FALL,
+        *NO_MOTION,
+    ),
     example=Example(
         (("  </worldbody>", '    <body name="lost" pos="0 0 0.3">\n      <geom/>\n    </body>\n  </worldbody>'),)
     ),
@@ -167,55 +146,4 @@ SEGMENTS_GAP = Rule(
     unit="of the segment's length",
     cure="Let each segment begin where the one before it ends.",
     example=Example((('size="0.011 0.012"', 'size="0.011 0.004"'),)),
-)
-
-
-def _find_fully_actuated(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find robots with as many independent actuators as ways to bend.
-
-    Source: our choice, after the usual definition of a continuum robot as underactuated; rank of the actuators' moments
-    over the degrees of freedom inside the robot.
-    """
-    model, structure = robot.model, robot.structure
-    if structure.longest_series < SERIES_JOINTS:
-        return
-    data = robot.drawn
-    inner = [dof for dof in range(model.nv) if _is_inner(robot, int(model.dof_jntid[dof]))]
-    moments = np.zeros((model.nout, model.nv))
-    mujoco.mju_sparse2dense(moments, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind)
-    outputs = [int(model.actuator_outadr[actuator]) for actuator in structure.actuators]
-    rank = int(np.linalg.matrix_rank(moments[np.ix_(outputs, inner)])) if outputs and inner else 0
-    if inner and rank >= len(inner):
-        yield FULLY_ACTUATED.fault(
-            f"the actuators command each of the {len(inner)} degrees of freedom on its own",
-            names=(robot.actuator(actuator) for actuator in structure.actuators),
-            measured=rank,
-            limit=len(inner) - 1,
-        )
-
-
-def _is_inner(robot: RobotUnderTest, joint: int) -> bool:
-    return joint in robot.structure.joints and int(robot.model.jnt_type[joint]) != int(mujoco.mjtJoint.mjJNT_FREE)
-
-
-FULLY_ACTUATED = Rule(
-    code="fully_actuated",
-    stage=Stage.TOPOLOGY,
-    finds="The actuators command every degree of freedom on its own.",
-    why="A continuum robot is underactuated: its shape follows from a few cables and the stiffness of its backbone.",
-    limit="independent actuators: fewer than the degrees of freedom inside the robot",
-    check=_find_fully_actuated,
-    unit="independent actuators",
-    cure="Drive several joints with one tendon and leave the rest to the stiffness of the backbone.",
-    example=Example(
-        (
-            (
-                "  </actuator>",
-                "".join(
-                    f'    <motor name="turn{index}" joint="j{index}" ctrlrange="-0.2 0.2"/>\n' for index in range(1, 7)
-                )
-                + "  </actuator>",
-            ),
-        )
-    ),
 )
