@@ -25,6 +25,7 @@ from pydantic import Field
 from aidsr.core.artifacts import Artifact
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
+from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
@@ -33,7 +34,6 @@ from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
-from aidsr.studies.statistics import Rate
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
 from aidsr.studies.tables import PAPER
 from aidsr.tasks import load_task, task_names

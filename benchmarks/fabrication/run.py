@@ -25,11 +25,11 @@ from pathlib import Path
 from typing import Any
 
 from aidsr.core.errors import AidsrError
+from aidsr.core.rates import wilson
 from aidsr.fabrication.schema import MARK
 from aidsr.loop.export import export
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import trainings_of
-from aidsr.studies.statistics import wilson
 
 Row = dict[str, Any]
 

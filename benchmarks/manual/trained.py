@@ -22,12 +22,12 @@ from statistics import fmean
 import aidsr
 from aidsr.api import find_scene
 from aidsr.core.artifacts import Evaluation
+from aidsr.core.rates import Rate
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.trained import evaluate_training
 from aidsr.learn.rl.training import BUDGET_STEPS, train
 from aidsr.runs import Run, read_status
 from aidsr.runs.folders import DesignFolder
-from aidsr.studies.statistics import Rate
 
 HERE = Path(__file__).parent
 TRANSCRIPTS = HERE / "transcripts"

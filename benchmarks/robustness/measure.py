@@ -20,13 +20,13 @@ from pathlib import Path
 
 import aidsr
 from aidsr.core.artifacts import Artifact, Evaluation, PerturbedEpisodes
+from aidsr.core.rates import Rate
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.robustness import SUMMARIES, perturbed_episodes
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.runs.files import replace_file
-from aidsr.studies.statistics import Rate
 from aidsr.tasks import BENCHMARK_VERSION
 
 HOME = Path(__file__).parent

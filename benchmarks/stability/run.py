@@ -20,8 +20,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import aidsr
+from aidsr.core.rates import Rate
 from aidsr.runs import DesignFolder
-from aidsr.studies.statistics import Rate
 
 HERE = Path(__file__).parent
 FOUR = ("button_pushing", "simple_grasping", "flat_ground", "drawer_opening")

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from aidsr.learn.rl.callbacks import CurvePoint
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.loop.export import Exported
-    from aidsr.tasks import Level, Task
+    from aidsr.tasks import Level, Split, Task
 
 Design = str | Path | DesignFolder | Scene
 """A design of a run or its folder, or a scene: an object, its MJCF, or the path of a file that holds it."""
@@ -220,21 +220,26 @@ def _check_seed_and_threads(seed: int, threads: int) -> None:
 def evaluate(
     training: str | Path | Training | DesignFolder,
     *,
-    episodes: int = 20,
+    episodes: int = 100,
+    level: Level | None = None,
+    split: Split = "held_out",
     threads: int = 0,
     videos: bool = True,
     perturbed: bool = False,
 ) -> Evaluation:
     """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
 
-    Verdict, learning curve, two motions and two videos are also written into the training's folder.
+    Verdict, learning curve, two motions and two videos are also written into the training's folder. What is evaluated
+    at another level or on another split is no verdict and goes into a file of its own.
 
         evaluation = aidsr.evaluate(training)
         print(evaluation.success_share, evaluation.successful)
 
     Args:
         training: A finished training, its folder, or a design, of which the last finished training is evaluated.
-        episodes: How many held-out variations, at least 20.
+        episodes: How many variations, at least 20.
+        level: "standard" or "hard"; that of the training unless given.
+        split: "held_out", or "development" for what may be looked at while designing.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
         perturbed: Whether to play the same variations again with parameters of the model off by up to 20 %, with late
@@ -256,7 +261,9 @@ def evaluate(
             raise UserError(f"{training.path} has no finished training; train it first")
         training = finished[-1]
     folder = training.path if isinstance(training, Training) else Path(training)
-    return evaluate_training(folder, episodes=episodes, threads=threads, videos=videos, perturbed=perturbed)
+    return evaluate_training(
+        folder, episodes=episodes, level=level, split=split, threads=threads, videos=videos, perturbed=perturbed
+    )
 
 
 def export(

@@ -4,8 +4,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from aidsr.sim.deactivate import other_actuators, with_locked_soft_body, without_cables, without_other_actuators
-from aidsr.sim.structure import read_structure, soft_joints
+from aidsr.sim.deactivate import (
+    other_actuators,
+    soft_joints,
+    with_locked_soft_body,
+    without_cables,
+    without_other_actuators,
+)
+from aidsr.sim.structure import read_structure
 from scenes import small_arm, small_scene
 
 

@@ -9,7 +9,8 @@ import sys
 import numpy as np
 import pytest
 
-from aidsr.studies.statistics import bootstrap_mean, paired_difference, wilson
+from aidsr.core.rates import wilson
+from aidsr.studies.statistics import bootstrap_mean, paired_difference
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, computed_field, model_validat
 
 from aidsr.core.errors import Limit
 from aidsr.core.formatting import format_faults
+from aidsr.core.rates import Rate
 
 Vec3 = tuple[float, float, float]
 Role = Literal["designer", "coder", "integrator", "judge"]
@@ -427,16 +428,31 @@ class Evaluation(Artifact):
     episodes: Annotated[tuple[EpisodeResult, ...], Field(min_length=1)]
     checks: tuple[PlausibilityCheck, ...]
     versions: dict[str, str] = Field(default_factory=dict)
+    """Of Python and of the packages that shape a result."""
     split: Literal["held_out", "development"] = "held_out"
     """Only held-out variations score a design; a verdict on others is advice to its designers."""
     perturbed: tuple[PerturbedEpisodes, ...] = ()
     """The same variations in scenes that differ from their model, where asked for; the verdict leaves them out."""
+    commit: str = ""
+    """Of the source that evaluated, "-dirty" where files differed from it; a version where it was installed from a
+    package; empty in results of before it was kept."""
+    processor: str = ""
+    """That evaluated; the last digits of a simulation depend on it."""
+    scene_sha256: str = ""
+    """Of the scene's text."""
+    policy_sha256: str = ""
+    """Of the policy's weights and normalisation; empty for what is no trained policy."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def success_share(self) -> float:
         """Share of the episodes that succeeded."""
-        return sum(episode.ended == "succeeded" for episode in self.episodes) / len(self.episodes)
+        return self.success_rate.share
+
+    @property
+    def success_rate(self) -> Rate:
+        """Episodes that succeeded, of all, with their interval."""
+        return Rate(sum(episode.ended == "succeeded" for episode in self.episodes), len(self.episodes))
 
     @computed_field  # type: ignore[prop-decorator]
     @property

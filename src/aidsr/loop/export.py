@@ -149,7 +149,7 @@ def _last_training(design: DesignFolder | None) -> Training:
 def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: str, learnt: Training) -> Retest:
     """Let what a training learnt act in the scene with the robot as built."""
     from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.rl.evaluation import evaluate
+    from aidsr.learn.rl.evaluation import VERDICT_EPISODES, Replays
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.trained import FinishedTraining
 
@@ -163,11 +163,14 @@ def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: 
     scene = assemble(changed, environment, as_it_is, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
     there = there.with_actions(trained.config.groups, trained.config.groups_from)
-    with one_torch_thread():
-        verdict, _ = evaluate(there, trained.policy, threads=1, smoothing=trained.config.recipe.smoothing)
     before = learnt.evaluation.read()
+    count = len(before.episodes) if before else VERDICT_EPISODES
+    variations = tuple(there.task.variation("held_out", index) for index in range(count))
+    replays = Replays(there, trained.policy, variations, threads=1, smoothing=trained.config.recipe.smoothing)
+    with one_torch_thread():
+        outcomes = replays.play(there.model)
     shares = {
-        "success_share": verdict.success_share,
+        "success_share": float(outcomes.success.mean()),
         "designed_success_share": before.success_share if before else None,
     }
     return retest.model_copy(update=shares)

@@ -7,15 +7,17 @@ from collections.abc import Iterable
 
 import mujoco
 
-from aidsr.sim.structure import Structure, soft_joints
+from aidsr.sim.soft_body import read_soft_body
+from aidsr.sim.structure import Structure
 
 LOCKED_INERTIA = 1e6
 """Rotor inertia of a locked joint [kg m^2], of a slide [kg]. A rotor resists motion of its joint and nothing else, so
 the bodies move as one without a change of their mass; there is no spring or constraint that could become unstable.
 Our choice: a moment of 1 N m, more than cables and gravity have here, turns such a joint by 2e-4 rad in 20 s."""
 
+_TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 _JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 
 def without_cables(model: mujoco.MjModel, structure: Structure) -> mujoco.MjModel:
@@ -36,6 +38,20 @@ def without_other_actuators(model: mujoco.MjModel, structure: Structure) -> mujo
     others = other_actuators(structure)
     held = {joint for i in others for joint in _driven_joints(model, i)} - set(soft_joints(model, structure))
     return _locked(_switched_off(model, others), held)
+
+
+def soft_joints(model: mujoco.MjModel, structure: Structure) -> tuple[int, ...]:
+    """Return the joints of the soft body: hinges, balls and sprung slides of the bodies that tendons bend in series.
+
+    See `aidsr.sim.soft_body`: three places or more in series, so wheels on a tendon and short linkages are none.
+    """
+    bent = read_soft_body(model, structure, structure.tendon_actuators).bent
+    return tuple(joint for joint in structure.joints if model.jnt_bodyid[joint] in bent and _gives_way(model, joint))
+
+
+def _gives_way(model: mujoco.MjModel, joint: int) -> bool:
+    kind = int(model.jnt_type[joint])
+    return kind in _TURNING or (kind == _SLIDE and bool(model.jnt_stiffness[joint] > 0))
 
 
 def other_actuators(structure: Structure) -> tuple[int, ...]:

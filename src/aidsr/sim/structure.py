@@ -32,12 +32,6 @@ _SAME_POINT = 1e-3
 """Joints nearer than this share of L turn about one point: a universal joint written as two hinges. Our choice: a
 hundredth of a segment of a ten-segment limb."""
 
-SOFT_SERIES = 3
-"""Turning points in series that make a continuum. Source: docs/validation.md, structure."""
-
-_NO_ARM = 1e-6
-"""A moment arm below this share of L is rounding."""
-
 
 @dataclass(frozen=True)
 class Chain:
@@ -175,53 +169,6 @@ def read_structure(model: mujoco.MjModel) -> Structure:
         opposite_pairs=opposite_pairs(pulls),
         symmetric_groups=symmetric_groups([_dofs(model, chain) for chain in chains], pulls),
     )
-
-
-def soft_joints(model: mujoco.MjModel, structure: Structure) -> tuple[int, ...]:
-    """Return the joints of the soft body: those that tendons bend, in series of `SOFT_SERIES` turning points or more.
-
-    A turning point counts when an actuated tendon has a moment arm about it in the reference pose; then all hinge and
-    ball joints of that point are soft joints, and so are the elastic slides of its body. Wheels on a tendon and
-    linkages of one or two joints are no soft body.
-    """
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    length_m = structure.characteristic_length_m
-    tendons = {int(model.actuator_trnid[i, 0]) for i in structure.tendon_actuators}
-    arms_m = np.abs([unit_pull(model, data, tendon) for tendon in sorted(tendons)]).max(axis=0, initial=0.0)
-    bends = arms_m > _NO_ARM * length_m
-    turning = [body for body in structure.moving if any(kind in _TURNING for kind in _joint_types(model, body))]
-    before = {body: _turning_parent(model, body, turning) for body in turning}
-    # a universal joint may be written as two bodies at one point
-    first_at = {0: 0}
-    for body in turning:
-        parent = before[body]
-        same = parent != 0 and _together(data, model, parent, body, length_m)
-        first_at[body] = first_at[parent] if same else body
-    bent = {first_at[body] for body in turning if bends[_turning_dofs(model, body)].any()}
-    depth, longest = {0: 0}, {0: 0}
-    for body in turning:
-        new_point = first_at[body] == body and body in bent
-        longest[body] = depth[body] = depth[before[body]] + new_point
-    for body in reversed(turning):
-        longest[before[body]] = max(longest[before[body]], longest[body])
-    soft = [body for body in turning if first_at[body] in bent and longest[body] >= SOFT_SERIES]
-    return tuple(joint for body in soft for joint in _soft_joints_of(model, body))
-
-
-def _turning_dofs(model: mujoco.MjModel, body: int) -> list[int]:
-    sizes = {_BALL: 3, _HINGE: 1}
-    first = int(model.body_jntadr[body])
-    kinds = _joint_types(model, body)
-    return [int(model.jnt_dofadr[first + k]) + i for k, kind in enumerate(kinds) for i in range(sizes.get(kind, 0))]
-
-
-def _soft_joints_of(model: mujoco.MjModel, body: int) -> list[int]:
-    """Return the hinge and ball joints of a body, and the slides that a spring holds."""
-    first = int(model.body_jntadr[body])
-    joints = range(first, first + int(model.body_jntnum[body]))
-    elastic = {joint for joint in joints if model.jnt_stiffness[joint] > 0 and int(model.jnt_type[joint]) == _SLIDE}
-    return [joint for joint in joints if int(model.jnt_type[joint]) in _TURNING or joint in elastic]
 
 
 def joined_bodies(model: mujoco.MjModel) -> set[frozenset[int]]:

@@ -1,4 +1,4 @@
-"""Rates with honest intervals, and whether a difference is more than noise."""
+"""Means with honest intervals, and whether a difference is more than noise."""
 
 from __future__ import annotations
 
@@ -10,59 +10,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.core.rates import Interval
+
 T = TypeVar("T")
-_Z_95 = 1.959964
-"""Standard normal quantile of a two-sided interval of 95 %."""
 _DRAWS = 10_000
 """Bootstrap samples. Source: Efron and Tibshirani, An Introduction to the Bootstrap (1993): thousands for percentile
 intervals."""
 _ROUNDING = 1e-9
 """Relative; a mean of the same numbers in another order is as far from zero."""
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A value with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-
-    @property
-    def excludes_zero(self) -> bool:
-        """Whether 0 lies outside."""
-        return self.low > 0 or self.high < 0
-
-
-@dataclass(frozen=True)
-class Rate:
-    """How many of how many. The denominator is all that was attempted, never only what ended well."""
-
-    hits: int
-    of: int
-
-    @property
-    def share(self) -> float:
-        """The rate, nan of nothing."""
-        return self.hits / self.of if self.of else math.nan
-
-    @property
-    def interval(self) -> Interval:
-        """The rate with its Wilson interval."""
-        return wilson(self.hits, self.of)
-
-
-def wilson(hits: int, of: int) -> Interval:
-    """Return a rate with its Wilson score interval at 95 %; 0 to 1 of nothing.
-
-    Source: E. B. Wilson, Journal of the American Statistical Association 22 (1927) 209-212.
-    """
-    if of == 0:
-        return Interval(math.nan, 0.0, 1.0)
-    share, z2 = hits / of, _Z_95**2
-    middle = (share + z2 / (2 * of)) / (1 + z2 / of)
-    half = _Z_95 * math.sqrt(share * (1 - share) / of + z2 / (4 * of**2)) / (1 + z2 / of)
-    return Interval(share, max(0.0, middle - half), min(1.0, middle + half))
 
 
 def bootstrap_mean(values: Mapping[str, Sequence[Sequence[Sequence[float]]]], seed: int = 0) -> Interval:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import platform
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -18,6 +15,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
+from aidsr.core.provenance import versions_of
 from aidsr.runs import Run
 from aidsr.runs.origin import mark_as_ours, require_ours
 from aidsr.studies.file_errors import first_error
@@ -158,11 +156,7 @@ class Study:
 
 def versions_now() -> dict[str, str]:
     """Return the versions of what shapes a result; what is not installed is left out."""
-    found = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        with contextlib.suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
+    return versions_of(_PACKAGES)
 
 
 def create_study(path: Path, plan: StudyPlan) -> Study:

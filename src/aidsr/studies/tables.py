@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.rates import Interval, Rate
 from aidsr.studies.outcomes import DesignRow
-from aidsr.studies.statistics import Interval, Rate, bootstrap_mean, paired_difference
+from aidsr.studies.statistics import bootstrap_mean, paired_difference
 
 
 class PaperFigures(Artifact):

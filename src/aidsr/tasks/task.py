@@ -39,6 +39,7 @@ Version 4 closes ways to success that need no soft body, and tests by success wh
   lost. Three hooks that opened all drawers at once had won every episode, two of them from behind the bars.
 - pipe_inserting: the tip has to be steered into a branch, past which the pipe goes straight on. Through the
   bend before, a straight rod and every slack body went by themselves.
+- all tasks: a valid policy needs its cables and its soft body, and no other actuators; a verdict has 100 episodes.
 """
 
 Level = Literal["standard", "hard"]
@@ -146,7 +147,7 @@ class Task(ABC):
     @property
     def environment(self) -> str:
         """MJCF of the environment, without a robot."""
-        return _edited(_environment_path(type(self)).read_text(encoding="utf-8"), self.edits)
+        return edit_environment(_environment_path(type(self)).read_text(encoding="utf-8"), self.edits)
 
     def judging(self) -> dict[str, str]:
         """Return by title what differs between episodes, what success is and what counts against it.
@@ -281,8 +282,11 @@ def _environment_path(task: type[Task]) -> Path:
     return Path(str(sys.modules[task.__module__].__file__)).with_suffix(".xml")
 
 
-def _edited(mjcf: str, edits: Edits) -> str:
-    """Return the MJCF with some attributes set; the very same text where each of them has its value already."""
+def edit_environment(mjcf: str, edits: Edits) -> str:
+    """Return MJCF of an environment, or of a scene in it, with some attributes set.
+
+    The very same text where each of them has its value already.
+    """
     root = parse_document(mjcf).root
     changed = False
     for place, attributes in edits.items():

@@ -132,7 +132,7 @@ def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys, m
         assert json.loads((folder / "config.json").read_text())["seed"] == number
         assert not Evaluation.model_validate_json((folder / "evaluation.json").read_text()).successful
         assert str(folder) in told
-    assert "0% (0 of 20)" in told
+    assert "0% (0 of 100; 0% to 4%)" in told
     again = ("evaluate", out / "002", "--no-videos", "--json", "--threads", "1", "--episodes", "21")
     assert run_main(*again) == 1
     verdict = Evaluation.model_validate_json(capsys.readouterr().out)
@@ -163,13 +163,13 @@ def test_the_same_command_goes_on_whatever_it_was_at(tmp_path, capsys):
     scene, out = tmp_path / "scene.xml", tmp_path / "learned"
     scene.write_text(small_scene("dynamic_catching"))
     words = ("train", scene, "--task", "dynamic_catching", "--out", out, *EASY, "--seeds", "2", "--steps", TWICE)
-    for text, times in (("seed 1: ", 1), (f"{out / '002'}: ", 1), ("(0 of 20)", 2)):
+    for text, times in (("seed 1: ", 1), (f"{out / '002'}: ", 1), ("(0 of 100; ", 2)):
         assert "What was learned is kept; the same command continues" in interrupted(
             lambda: run_main(*words), text, times
         )
     assert run_main(*words) == 1
     told = capsys.readouterr().out
-    assert told.count("trained already") == told.count("(0 of 20)") == 2
+    assert told.count("trained already") == told.count("(0 of 100; ") == 2
     assert [path.name for path in sorted(out.iterdir())] == ["001", "002"]
     for folder in out.iterdir():
         assert [kinds_of(folder).count(kind) for kind in ("started", "finished", "evaluated")] == [1, 1, 1]

@@ -1,8 +1,11 @@
 """The verdict on a policy: held-out episodes, and whether to believe them."""
 
+import inspect
 import json
 import shutil
+import zipfile
 from dataclasses import replace
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -10,20 +13,25 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
+import torch
 from test_training import SMALL
 
+import aidsr
+from aidsr.apps.cli.evaluate import evaluate as evaluate_command
 from aidsr.core.artifacts import ActuatorGroup, Evaluation
 from aidsr.core.errors import UserError
+from aidsr.core.storage_errors import StorageError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import evaluation
 from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
-from aidsr.learn.rl.evaluation import evaluate, rollout_with_stats
+from aidsr.learn.rl.evaluation import VERDICT_EPISODES, rollout_with_stats
 from aidsr.learn.rl.pictures import curve_picture, varied_mjcf
 from aidsr.learn.rl.plausibility import (
     behavior_checks,
     exploit_check,
     penetration_check,
+    scope_check,
     structure_check,
     training_check,
 )
@@ -31,9 +39,10 @@ from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.learn.rl.training_folder import TrainingResult
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
+from aidsr.tasks import BENCHMARK_VERSION, Change, Variation, apply_to_simulation, goal_task, load_task, parse_goal
 from scenes import Always, Breaking, QuickPushing, builtin_scene, small_learning, small_scene
 
+evaluate = partial(evaluation.evaluate, episodes=20)
 BENDING, STILL = Always(1.0, -1.0), Always(-1.0, -1.0)
 
 
@@ -298,7 +307,7 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
     finished = FinishedTraining.load(tmp_path)
     assert finished.scene.fingerprint == scene.fingerprint
     assert finished.scene.actions.groups == scene.actions.groups
-    evaluation = evaluate_training(tmp_path, threads=1, videos=False)
+    evaluation = evaluate_training(tmp_path, episodes=20, threads=1, videos=False)
     assert Evaluation.model_validate_json((tmp_path / "evaluation.json").read_text()) == evaluation
     assert named(evaluation)["training_stable"].passed
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
@@ -311,13 +320,54 @@ def test_an_evaluated_training_keeps_verdict_and_curve(tmp_path):
             assert lasted_s == pytest.approx(evaluation.episodes[variation].time_s, abs=1e-6)
             shown = mujoco.MjModel.from_xml_string(str(motion["mjcf"]))
             assert motion["qpos"].shape[1] == shown.nq
+    assert evaluation.scene_sha256 == scene.fingerprint
+    assert evaluation.policy_sha256 == finished.policy.fingerprint
+    assert {"mujoco", "numpy", "torch", "stable-baselines3"} <= evaluation.versions.keys()
+    assert evaluation.commit
+    assert evaluation.processor
+    # what is no verdict leaves the verdict alone
+    before = (tmp_path / "evaluation.json").read_bytes()
+    for options, name in (({"level": "hard"}, "hard"), ({"split": "development"}, "development")):
+        other = evaluate_training(tmp_path, episodes=20, threads=1, videos=False, **options)
+        assert Evaluation.model_validate_json((tmp_path / f"evaluation_{name}.json").read_text()) == other
+        assert (other.level, other.split) == (options.get("level", "standard"), options.get("split", "held_out"))
+        assert other.episodes != evaluation.episodes
+    assert (tmp_path / "evaluation.json").read_bytes() == before
+
+
+def test_a_verdict_has_a_hundred_episodes_everywhere():
+    for function in (evaluation.evaluate, evaluate_training, aidsr.evaluate, evaluate_command):
+        assert inspect.signature(function).parameters["episodes"].default == VERDICT_EPISODES == 100
+
+
+def test_the_same_policy_has_the_same_hash_in_any_file(barely_trained, tmp_path):
+    shutil.copytree(barely_trained, tmp_path / "same")
+    with zipfile.ZipFile(barely_trained / "policy.zip") as archive:
+        weights = archive.read("policy.pth")
+    with zipfile.ZipFile(tmp_path / "same" / "policy.zip", "w") as archive:
+        archive.writestr("policy.pth", weights)
+    policy, same = (FinishedTraining.load(path).policy for path in (barely_trained, tmp_path / "same"))
+    assert policy.fingerprint == same.fingerprint
+    with torch.no_grad():
+        same.network.log_std[0] += 1e-3
+    assert policy.fingerprint != same.fingerprint
+
+
+def test_a_robot_out_of_scope_is_not_valid():
+    scene = small_learning()
+    assert scope_check(scene.model, read_structure(scene.model)).passed
+    motor = '<motor name="robot/m" joint="robot/bend1" ctrlrange="-1 1"/></actuator>'
+    motorized = mujoco.MjModel.from_xml_string(small_scene().replace("</actuator>", motor))
+    check = scope_check(motorized, read_structure(motorized))
+    assert not check.passed
+    assert "motorized_joint" in check.message
 
 
 def test_a_verdict_means_that_the_rest_is_there(barely_trained, tmp_path):
     shutil.copytree(barely_trained, tmp_path / "judged")
     (tmp_path / "judged" / "median.npz").mkdir()  # so that it cannot be written
-    with pytest.raises(OSError, match=r"median\.npz"):
-        evaluate_training(tmp_path / "judged", threads=1, videos=False)
+    with pytest.raises(StorageError, match=r"median\.npz"):
+        evaluate_training(tmp_path / "judged", episodes=20, threads=1, videos=False)
     assert (tmp_path / "judged" / "best.npz").exists()
     assert not (tmp_path / "judged" / "evaluation.json").exists()
 
@@ -330,7 +380,7 @@ def test_a_policy_is_trained_and_judged_with_its_smoothing(tmp_path):
     rough, smooth = (FinishedTraining.load(tmp_path / name).policy for name in ("0.0", "0.7"))
     seen = np.random.default_rng(0).normal(size=(5, rough.normalisation.mean.size))
     assert not np.array_equal(rough.act(seen), smooth.act(seen))
-    judged = evaluate_training(tmp_path / "0.7", threads=1, videos=False).episodes
+    judged = evaluate_training(tmp_path / "0.7", episodes=20, threads=1, videos=False).episodes
     without, with_it = (evaluate(scene, smooth, threads=1, smoothing=share)[0].episodes for share in (0.0, 0.7))
     assert judged == with_it != without
 
@@ -361,7 +411,7 @@ def test_a_policy_of_another_version_of_the_benchmark_is_not_judged(barely_train
     shutil.copytree(barely_trained, tmp_path / "old")
     config = json.loads((tmp_path / "old" / "config.json").read_text())
     (tmp_path / "old" / "config.json").write_text(json.dumps(config | {"benchmark_version": 1}))
-    with pytest.raises(UserError, match="is of version 1 of the benchmark, not 3; train it again"):
+    with pytest.raises(UserError, match=f"is of version 1 of the benchmark, not {BENCHMARK_VERSION}; train it again"):
         FinishedTraining.load(tmp_path / "old")
 
 

@@ -11,7 +11,7 @@ import aidsr
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl import evaluation
-from aidsr.learn.rl.evaluation import evaluate
+from aidsr.learn.rl.evaluation import Replays
 from aidsr.learn.rl.trained import evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.loop import export as exporting
@@ -27,15 +27,16 @@ def test_a_policy_is_tried_with_the_robot_as_built(tmp_path, monkeypatch):
     scene = TaskScene.of(design.final_scene.path, "dynamic_catching")
     recipe = SMALL.model_copy(update={"smoothing": 0.7})
     train(scene, design.path / "training" / "001", steps=64, recipe=recipe, threads=1)
-    designed = evaluate_training(design.path / "training" / "001", threads=1, videos=False)
+    designed = evaluate_training(design.path / "training" / "001", episodes=20, threads=1, videos=False)
     asked = []
 
-    def noted(*args, **options):
-        asked.append(options)
-        return evaluate(*args, **options)
+    class Noted(Replays):
+        def play(self, model, only=None):
+            asked.append((self.smoothing, len(self.variations)))
+            return super().play(model, only)
 
-    monkeypatch.setattr(evaluation, "evaluate", noted)
+    monkeypatch.setattr(evaluation, "Replays", Noted)
     retest = export(design.path, policy=True).verdict.retest
-    assert [options["smoothing"] for options in asked] == [0.7]
+    assert asked == [(0.7, 20)]
     assert retest.designed_success_share == designed.success_share
     assert 0.0 <= retest.success_share <= 1.0

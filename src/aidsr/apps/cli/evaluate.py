@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -13,7 +13,9 @@ def evaluate(
     training: Path,
     /,
     *,
-    episodes: Annotated[int, Parameter(validator=Number(gte=20))] = 20,
+    episodes: Annotated[int, Parameter(validator=Number(gte=20))] = 100,
+    level: Literal["standard", "hard"] | None = None,
+    split: Literal["held_out", "development"] = "held_out",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     videos: bool = True,
     perturbed: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -21,8 +23,9 @@ def evaluate(
 ) -> int:
     """Evaluate a trained policy on variations of its task that it has never seen.
 
-    Writes evaluation.json, curve.png and two videos beside the policy. Exit code 0 means a successful policy, 1 another
-    one, 2 a mistake in the command.
+    Writes evaluation.json, curve.png and two videos beside the policy; at another level or on another split only a file
+    of its own, such as evaluation_hard.json. Exit code 0 means a successful policy, 1 another one, 2 a mistake in the
+    command.
 
         aidsr evaluate runs/2026-01-31_1002_button_pushing_7f3a/designs/1/training/001
 
@@ -31,7 +34,11 @@ def evaluate(
     training
         Folder of a finished training.
     episodes
-        How many held-out variations.
+        How many variations; a verdict has 100.
+    level
+        Level of the task; that of the training unless given.
+    split
+        Variations that score the policy, or those that may be looked at while designing.
     threads
         Native threads for physics; 0 takes all processors.
     videos
@@ -52,8 +59,10 @@ def evaluate(
 
     console = Console(highlight=False)
     if not json:
-        print_evaluating(console, episodes, videos=videos)
-    evaluation = api.evaluate(training, episodes=episodes, threads=threads, videos=videos, perturbed=perturbed)
+        print_evaluating(console, episodes, videos=videos and level is None and split == "held_out")
+    evaluation = api.evaluate(
+        training, episodes=episodes, level=level, split=split, threads=threads, videos=videos, perturbed=perturbed
+    )
     if json:
         sys.stdout.write(evaluation.model_dump_json(indent=2) + "\n")
     else:

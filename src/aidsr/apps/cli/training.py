@@ -155,7 +155,7 @@ class TrainingBar:
             self._console.print(escape(line), soft_wrap=True)
 
 
-def print_evaluating(console: Console, episodes: int = 20, *, videos: bool) -> None:
+def print_evaluating(console: Console, episodes: int = 100, *, videos: bool) -> None:
     """Say what takes half a minute or more."""
     console.print(f"evaluating {episodes} episodes{' and drawing films' * videos} …", style="dim")
 
@@ -172,7 +172,7 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
 
 def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) -> None:
     """Print how much success is left where the scene differs from its model."""
-    from aidsr.studies.statistics import Rate
+    from aidsr.core.rates import Rate
 
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
     for title in ("scene other than its model", "success", "95 % interval", "kept"):
@@ -190,14 +190,15 @@ def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) ->
 
 
 def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:
-    """Print one line for each policy."""
+    """Print one line for each policy; the interval of its success is Wilson's at 95 %."""
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
     for title in ("training", "success", "progress", "valid", "successful"):
         table.add_column(title, overflow="fold")
     for folder, evaluation in evaluations.items():
         progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
         verdict = ["[green]yes[/]" if yes else "[red]no[/]" for yes in (evaluation.valid, evaluation.successful)]
-        won = round(evaluation.success_share * len(evaluation.episodes))
-        share = f"{evaluation.success_share:.0%} ({won} of {len(evaluation.episodes)})"
+        rate = evaluation.success_rate
+        interval = f"{rate.interval.low:.0%} to {rate.interval.high:.0%}"
+        share = f"{rate.share:.0%} ({rate.hits} of {rate.of}; {interval})"
         table.add_row(escape(str(folder)), share, f"{progress:.2f}", *verdict)
     print_unwrapped(console, table)

@@ -17,9 +17,9 @@ from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notic
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration
+from aidsr.core.rates import Rate
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
-from aidsr.studies.statistics import Rate
 from aidsr.tasks import task_names
 
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}

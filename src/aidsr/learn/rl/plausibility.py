@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.core.artifacts import PlausibilityCheck
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.rl.episode_stats import EpisodeStats
+from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import Structure
 from aidsr.tasks.readings import FloatArray
 
@@ -154,6 +155,14 @@ def structure_check(structure: Structure) -> PlausibilityCheck:
         message=f"{len(structure.tendons)} tendons, {len(structure.tendon_actuators)} of its actuators pull on one, "
         f"in {len(structure.roots)} piece(s)",
     )
+
+
+def scope_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
+    """Whether nothing but cables and soft limbs drives, holds and carries the robot; see `aidsr.sim.scope`."""
+    findings = find_out_of_scope(model, structure)
+    codes = dict.fromkeys(finding.code for finding in findings)
+    message = f"out of scope: {', '.join(codes)}" if codes else "nothing but cables drives or holds the robot"
+    return _at_most(0.0, "in_scope", float(len(findings)), message, "findings")
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import zipfile
 from collections.abc import Iterator
@@ -106,6 +107,14 @@ class TrainedPolicy:
         """See `Policy`."""
         action, _ = self.network.predict(self.normalisation.apply(observation).astype(np.float32), deterministic=True)
         return np.asarray(action, dtype=np.float64)
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of the weights and the normalisation: the same policy has the same in any file."""
+        digest = hashlib.sha256(self.normalisation.to_json().encode())
+        for name, weights in sorted(self.network.state_dict().items()):
+            digest.update(name.encode() + weights.numpy(force=True).tobytes())
+        return digest.hexdigest()
 
     @classmethod
     def load(cls, folder: Path, recipe: Recipe, n_actions: int) -> Self:

@@ -43,7 +43,7 @@ def train_briefly(
         IsolationError: Training ran past its limits.
     """
     from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.rl.evaluation import evaluate
+    from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.trained import FinishedTraining
     from aidsr.learn.rl.training import train
@@ -58,6 +58,7 @@ def train_briefly(
             evaluation, _ = evaluate(
                 trained.scene,
                 trained.policy,
+                episodes=LEAST_EPISODES,
                 threads=1,
                 smoothing=trained.config.recipe.smoothing,
                 training=trained.result,

@@ -10,12 +10,13 @@ from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
-from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
+from aidsr.learn.rl.evaluation import VERDICT_EPISODES, EvaluationRollout, evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
-from aidsr.tasks import BENCHMARK_VERSION, goal_task
+from aidsr.tasks import BENCHMARK_VERSION, Level, Split, goal_task, load_task
 from aidsr.tasks.goal import GOAL_VERSION
+from aidsr.tasks.task import edit_environment
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,18 @@ class FinishedTraining:
         policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
         return cls(home, config, result, scene, policy)
 
+    def scene_at(self, level: Level) -> TaskScene:
+        """Return the scene with its environment as at another level of the task.
+
+        Raises:
+            UserError: The task has no such level.
+        """
+        if self.config.goal is not None:
+            raise UserError(f"a goal of your own has no level {level}; evaluate it without a level")
+        task = load_task(self.config.task, level)
+        scene = TaskScene.of(edit_environment(self.scene.mjcf, task.edits), task, grouping="off")
+        return scene.with_actions(self.config.groups, self.config.groups_from)
+
 
 def _check_version(folder: Path, config: TrainingConfig) -> None:
     """Refuse to judge a policy at another task than it was trained for, before anything is asked of its scene.
@@ -91,54 +104,81 @@ def _check_scene(folder: Path, config: TrainingConfig, scene: TaskScene) -> None
 def evaluate_training(
     folder: Path,
     *,
-    episodes: int = LEAST_EPISODES,
+    episodes: int = VERDICT_EPISODES,
+    level: Level | None = None,
+    split: Split = "held_out",
     threads: int = 0,
     videos: bool = True,
     perturbed: bool = False,
 ) -> Evaluation:
-    """Evaluate a finished training on held-out variations; verdict, curve, two motions and films go into its folder.
+    """Evaluate a finished training; verdict, curve, two motions and films go into its folder.
+
+    The verdict is on held-out variations at the level it was trained at. What is evaluated otherwise goes into a file
+    of its own, without pictures: evaluation_hard.json, evaluation_development.json.
 
     Args:
         folder: Of the training.
-        episodes: How many held-out variations.
+        episodes: How many variations.
+        level: Another level of its task.
+        split: Another split of the variations.
         threads: Native threads; 0 takes all processors.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
         perturbed: Whether to play the same variations with each kind of perturbation as well.
 
     Raises:
-        UserError: The folder holds no finished training.
+        UserError: The folder holds no finished training, or its task has no such level.
     """
-    from aidsr.learn.rl.pictures import curve_picture, episode_recordings, episode_videos
-
     training = FinishedTraining.load(folder)
+    level = level or training.config.level
+    scene = training.scene if level == training.config.level else training.scene_at(level)
     with one_torch_thread():
         evaluation, rolled = evaluate(
-            training.scene,
+            scene,
             training.policy,
             episodes=episodes,
             threads=threads,
             smoothing=training.config.recipe.smoothing,
             training=training.result,
+            split=split,
         )
         if perturbed:
             robustness = perturbed_episodes(
-                training.scene,
+                scene,
                 training.policy,
                 evaluation,
                 threads=threads,
                 smoothing=training.config.recipe.smoothing,
             )
             evaluation = evaluation.model_copy(update={"perturbed": robustness})
+    other = [level] * (level != training.config.level) + [split] * (split != "held_out")
+    written = evaluation.model_dump_json(indent=2) + "\n"
+    if other:
+        training.folder.write("_".join(["evaluation", *other]) + ".json", written)
+        return evaluation
+    _write_pictures(training, rolled)
+    # a verdict means that all is there but films, which may take minutes and fail
+    training.folder.write("evaluation.json", written)
+    training.folder.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
+    if videos:
+        _write_films(training, rolled)
+    return evaluation
+
+
+def _write_pictures(training: FinishedTraining, rolled: EvaluationRollout) -> None:
+    """Write the curve, and the best and the median episode as motions."""
+    from aidsr.learn.rl.pictures import curve_picture, episode_recordings
+
     home = training.folder
     if (home / "curve.csv").exists():  # behavior cloning may have used up the budget
         home.write("curve.png", curve_picture(home / "curve.csv"))
-    scene, frame_s = training.scene.mjcf, training.scene.task.control_dt_s
-    for name, motion in episode_recordings(scene, rolled, frame_s).items():
+    scene = training.scene
+    for name, motion in episode_recordings(scene.mjcf, rolled, scene.task.control_dt_s).items():
         home.write(f"{name}.npz", motion)
-    # a verdict means that all is there but films, which may take minutes and fail
-    home.write("evaluation.json", evaluation.model_dump_json(indent=2) + "\n")
-    home.log_event("evaluated", success_share=evaluation.success_share, valid=evaluation.valid)
-    if videos:
-        for name, film in episode_videos(scene, rolled, frame_s).items():
-            home.write(f"{name}.mp4", film)
-    return evaluation
+
+
+def _write_films(training: FinishedTraining, rolled: EvaluationRollout) -> None:
+    from aidsr.learn.rl.pictures import episode_videos
+
+    scene = training.scene
+    for name, film in episode_videos(scene.mjcf, rolled, scene.task.control_dt_s).items():
+        training.folder.write(f"{name}.mp4", film)

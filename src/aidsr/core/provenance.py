@@ -1,0 +1,47 @@
+"""What a result was made with: state of the source, packages, processor."""
+
+from __future__ import annotations
+
+import contextlib
+import platform
+import subprocess
+from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+_CHECKOUT = Path(__file__).parents[3]
+_CPU_INFO = Path("/proc/cpuinfo")
+
+
+@cache
+def commit(checkout: Path = _CHECKOUT) -> str:
+    """Return the commit of the source, with "-dirty" where files differ from it; else the package's version.
+
+    Args:
+        checkout: Root of the checkout, if this is one.
+    """
+    command = ["git", "--no-optional-locks", "-C", str(checkout), "describe", "--always", "--abbrev=12", "--dirty"]
+    if (checkout / ".git").exists():
+        with contextlib.suppress(OSError, subprocess.SubprocessError):
+            return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout.strip()
+    return version("aidsr")
+
+
+@cache
+def processor() -> str:
+    """Return the name of the processor."""
+    with contextlib.suppress(OSError):
+        for line in _CPU_INFO.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def versions_of(packages: Iterable[str]) -> dict[str, str]:
+    """Return the versions of Python and of packages; what is not installed is left out."""
+    found = {"python": platform.python_version()}
+    for package in packages:
+        with contextlib.suppress(PackageNotFoundError):
+            found[package] = version(package)
+    return found
