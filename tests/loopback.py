@@ -6,6 +6,7 @@ It speaks the wire formats of OpenAI (Chat Completions and Responses), Anthropic
 
 from __future__ import annotations
 
+import contextlib
 import json
 import threading
 from collections.abc import Callable, Iterable
@@ -63,7 +64,16 @@ class Cut:
     """Done when half of the reply is on its way."""
 
 
-Act = Say | Fail | Raw | Hang | Drop | Cut
+@dataclass(frozen=True)
+class Serve:
+    """Any response, piece by piece, as fast as the pieces come; its end is the end of the connection."""
+
+    pieces: Callable[[], Iterable[bytes]]
+    status: int = 200
+    headers: dict[str, str] = field(default_factory=dict)
+
+
+Act = Say | Fail | Raw | Hang | Drop | Cut | Serve
 
 
 @dataclass(frozen=True)
@@ -105,6 +115,9 @@ class Loopback:
         self.requests.append(received)
         return self._answer(received)
 
+    def is_closing(self) -> bool:
+        return self._closing.is_set()
+
     def wait_for_closing(self) -> None:
         self._closing.wait()
 
@@ -138,6 +151,21 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
                     self._send(200, body[: len(body) // 2], length=len(body))
                     act.meanwhile()
                     self.close_connection = True
+                case Serve():
+                    self._serve(act)
+
+        def _serve(self, act: Serve) -> None:
+            self.close_connection = True
+            self.send_response(act.status)
+            for key, value in ({"Content-Type": "application/json"} | act.headers).items():
+                self.send_header(key, value)
+            self.end_headers()
+            with contextlib.suppress(ConnectionError):
+                for piece in act.pieces():
+                    if loopback.is_closing():
+                        break
+                    self.wfile.write(piece)
+                    self.wfile.flush()
 
         def _send(
             self, status: int, body: bytes, headers: dict[str, str] | None = None, length: int | None = None

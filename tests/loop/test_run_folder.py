@@ -54,7 +54,7 @@ def test_every_file_is_in_the_layout(run) -> None:
         "designs/N/outcome_before_M.json",
         "designs/N/export/",
     }
-    calls = {"calls/NNNN_ROLE.json", "calls/NNNN_ROLE.unusable.json", "designs/N/II/calls/NNNN_ROLE.json"}
+    calls = {f"{home}calls/NNNN_ROLE{end}" for home in ("", "designs/N/II/") for end in (".json", ".unusable.json")}
     later = {"search.json", "designs/N/probe.json", "designs/N/II/task_report.json", "designs/N/export/"}
     learned = {"designs/N/training/NNN/", "designs/N/verified.json"}
     assert set(missing) == {*asked_for, *calls, *later, *learned}

@@ -9,7 +9,8 @@ from pydantic import BeforeValidator, PlainSerializer
 
 from aidsr.core.artifacts import Artifact, Role
 
-Finish = Literal["stop", "length", "refusal", "other"]
+Finish = Literal["stop", "length", "refusal", "other", "failed"]
+"""How a reply ended; a call that "failed" brought none."""
 
 
 def _decoded(value: object) -> object:
@@ -83,10 +84,13 @@ class FailedAttempt(Artifact):
     error: str
     waited_s: float
     """Pause before the next attempt [s]."""
+    usage: Usage = Usage()
+    """What a reply that could not be read was billed for: as its server reports it, else estimated; not known for an
+    attempt without a reply."""
 
 
 class CallRecord(Artifact):
-    """One answered call, complete: enough to replay its answer without the model."""
+    """One call, complete: enough to replay its answer without the model."""
 
     question: Question
     model: str

@@ -21,13 +21,20 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from aidsr.core.artifacts import Fault
+    from aidsr.core.calls import CallRecord
 
 Limit = Literal["cost_usd", "tokens"]
 """What of language models may be limited: money, and tokens in and out."""
 
 
 class AidsrError(Exception):
-    """Base class of everything AID-SR raises on purpose."""
+    """Base class of everything AID-SR raises on purpose.
+
+    Attributes:
+        failed_call: The call to a language model that brought no reply, where it was attempted at all.
+    """
+
+    failed_call: CallRecord | None = None
 
 
 class UserError(AidsrError):

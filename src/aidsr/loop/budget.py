@@ -8,7 +8,7 @@ from pathlib import Path
 
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.config import Budget
-from aidsr.core.errors import BudgetError, Limit, ModelError, UserError
+from aidsr.core.errors import AidsrError, BudgetError, Limit, ModelError, UserError
 from aidsr.core.model import Model
 from aidsr.runs import Run
 from aidsr.teams.providers.tokens import estimate_input_tokens
@@ -81,6 +81,10 @@ class Ledger:
         try:
             record = model.ask(question)
             used = priced(record.usage, self._price)
+        except AidsrError as error:
+            if error.failed_call:
+                used = priced(error.failed_call.usage, self._price)
+            raise
         finally:
             with self._changed:
                 self._in_flight.remove((number, bound))

@@ -7,18 +7,18 @@ from pathlib import Path
 from aidsr.core.calls import CallRecord
 from aidsr.runs.files import JsonFile
 
-_UNUSABLE = ".unusable.json"
+UNUSABLE = ".unusable.json"
 
 
 def calls_in(folder: Path, *, usable: bool = False) -> tuple[CallRecord, ...]:
     """Return the answered calls kept in `folder`/calls, in order; `usable` leaves out those set aside."""
     paths = sorted((folder / "calls").glob("[0-9]*_*.json"))
-    records = (JsonFile(path, CallRecord).read() for path in paths if not (usable and path.name.endswith(_UNUSABLE)))
+    records = (JsonFile(path, CallRecord).read() for path in paths if not (usable and path.name.endswith(UNUSABLE)))
     return tuple(record for record in records if record is not None)
 
 
 def set_calls_aside(folder: Path) -> None:
     """Mark the calls of a folder as unusable: they stay on record and in the account, and answer no question again."""
     for path in (folder / "calls").glob("[0-9]*_*.json"):
-        if not path.name.endswith(_UNUSABLE):
-            path.rename(path.with_name(path.name.removesuffix(".json") + _UNUSABLE))
+        if not path.name.endswith(UNUSABLE):
+            path.rename(path.with_name(path.name.removesuffix(".json") + UNUSABLE))

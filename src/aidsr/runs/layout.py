@@ -10,7 +10,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("starting_robot.xml", "the robot to start from, where one was given"),
     ("events.jsonl", "what happened to the run, in order, with times and errors"),
     ("calls/NNNN_ROLE.json", "the Designer's calls to a language model: question, reply, tokens, price"),
-    ("calls/NNNN_ROLE.unusable.json", "calls whose replies could not be used in the end; the Designer is asked again"),
+    ("calls/NNNN_ROLE.unusable.json", "calls without a reply, or whose replies could not be used; asked again"),
     ("budget.json", "a budget given when the run was resumed; holds instead of the first"),
     (
         "search.json",
@@ -38,6 +38,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/II/motion.png", "moments of a scene that the Judge passed or was shown, while its actuators swing"),
     ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),
     ("designs/N/II/calls/NNNN_ROLE.json", "the calls of this iteration"),
+    ("designs/N/II/calls/NNNN_ROLE.unusable.json", "its calls without a reply, with each attempt"),
     ("designs/N/outcome.json", "approved, invalid, quit or out_of_budget, with the reason"),
     ("designs/N/outcome_before_M.json", "an earlier out_of_budget, set aside when a larger budget was given"),
     ("designs/N/final.xml", "the approved scene"),

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aidsr.core.calls import CallRecord, Question
-from aidsr.runs.answered_calls import calls_in
+from aidsr.core.errors import AidsrError
+from aidsr.runs.answered_calls import UNUSABLE, calls_in
 from aidsr.runs.files import JsonFile
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class RecordedModel:
-    """Asks `model`, and writes each answer to `folder`/calls before anyone sees it.
+    """Asks `model`, and writes each answer to `folder`/calls before anyone sees it, and each call that failed.
 
     A question that was answered there before gets that answer again. When the very same question was answered several
     times, the answers come in their order.
@@ -42,9 +43,18 @@ class RecordedModel:
             for index, record in enumerate(self._unused):
                 if record.question == question:
                     return self._unused.pop(index)
-        record = self._model.ask(question)
-        with self._lock:
-            self._count += 1
-            JsonFile(self._calls / f"{self._count:04d}_{question.role}.json", CallRecord).write(record)
+        try:
+            record = self._model.ask(question)
+        except AidsrError as error:
+            if error.failed_call:
+                self._write(error.failed_call, UNUSABLE)
+            raise
+        self._write(record, ".json")
         self._kept(record)
         return record
+
+    def _write(self, record: CallRecord, suffix: str) -> None:
+        with self._lock:
+            self._count += 1
+            path = self._calls / f"{self._count:04d}_{record.question.role}{suffix}"
+            JsonFile(path, CallRecord).write(record)

@@ -144,7 +144,7 @@ def test_the_deadline_bounds_attempts_and_pauses_together(fake_clock: FakeClock)
 
     with pytest.raises(ModelError, match="attempt 3 failed, and the next would have to wait 4 s: busy"):
         call_with_retries(
-            "m", attempt, RetryPolicy(attempt_timeout_s=60, deadline_s=125, first_wait_s=1), fake_clock.clock()
+            "m", attempt, RetryPolicy(attempt_timeout_s=60, deadline_s=125, first_wait_s=1), fake_clock.clock(), []
         )
     assert limits == [60, 60, 42]
 

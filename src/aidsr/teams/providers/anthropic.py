@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from aidsr.teams.providers.provider import Endpoint, Provider
 from aidsr.teams.providers.remote import RemoteModel
+from aidsr.teams.providers.wire import http_client
 
 
 def _connect(endpoint: Endpoint) -> RemoteModel:
     from pydantic_ai.models.anthropic import AnthropicModel
     from pydantic_ai.providers.anthropic import AnthropicProvider
 
-    provider = AnthropicProvider(base_url=endpoint.base_url, api_key=endpoint.key_value)
+    provider = AnthropicProvider(base_url=endpoint.base_url, api_key=endpoint.key_value, http_client=http_client())
     return RemoteModel(endpoint, AnthropicModel(endpoint.argument, provider=provider))
 
 

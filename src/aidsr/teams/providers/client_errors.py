@@ -40,7 +40,7 @@ def translate_error(error: Exception, name: str, key_variable: str, keys: Iterab
             return UserError(f"the account of {key_variable} has no credit left for {name} ({detail})")
         case ai.ModelContextWindowExceededError():
             return ModelError(f"the prompt exceeds the context window of {name} ({detail})")
-        case ai.ModelRequestTimeout() | ai.ModelTimeoutError():
+        case ai.ModelRequestTimeout() | ai.ModelTimeoutError() | TimeoutError():
             return TransientError("no reply in time")
         case ai.ModelConnectionError():
             return TransientError(f"connection failed: {detail}")

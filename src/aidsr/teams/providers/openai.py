@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from aidsr.teams.providers.provider import Endpoint, Provider
 from aidsr.teams.providers.remote import RemoteModel
+from aidsr.teams.providers.wire import http_client
 
 
 def _connect_responses(endpoint: Endpoint) -> RemoteModel:
     from pydantic_ai.models.openai import OpenAIResponsesModel
     from pydantic_ai.providers.openai import OpenAIProvider
 
-    provider = OpenAIProvider(base_url=endpoint.base_url, api_key=endpoint.key_value)
+    provider = OpenAIProvider(base_url=endpoint.base_url, api_key=endpoint.key_value, http_client=http_client())
     return RemoteModel(endpoint, OpenAIResponsesModel(endpoint.argument, provider=provider))
 
 
@@ -18,7 +19,7 @@ def _connect_chat(endpoint: Endpoint) -> RemoteModel:
     from pydantic_ai.models.openai import OpenAIChatModel
     from pydantic_ai.providers.openai import OpenAIProvider
 
-    provider = OpenAIProvider(base_url=endpoint.base_url, api_key=endpoint.key_value)
+    provider = OpenAIProvider(base_url=endpoint.base_url, api_key=endpoint.key_value, http_client=http_client())
     return RemoteModel(endpoint, OpenAIChatModel(endpoint.argument, provider=provider))
 
 

@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 from aidsr.core.errors import UserError
 from aidsr.teams.providers.provider import Endpoint, Provider
 from aidsr.teams.providers.remote import RemoteModel
+from aidsr.teams.providers.wire import http_client
 
 if TYPE_CHECKING:
     from pydantic_ai.models import Model as Client
@@ -24,7 +25,7 @@ def chat_completions_client(service: str, model: str, url: str, key: str | None)
     from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
 
     profile = OpenAIModelProfile(openai_chat_supports_max_completion_tokens=False, supports_inline_system_prompts=False)
-    provider = OpenAICompatibleProvider(service, base_url=url, api_key=key, profile=profile)
+    provider = OpenAICompatibleProvider(service, base_url=url, api_key=key, profile=profile, http_client=http_client())
     return OpenAIChatModel(model, provider=provider)
 
 

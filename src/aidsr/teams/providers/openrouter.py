@@ -5,13 +5,14 @@ from __future__ import annotations
 from aidsr.core.errors import UserError
 from aidsr.teams.providers.provider import Endpoint, Provider
 from aidsr.teams.providers.remote import RemoteModel
+from aidsr.teams.providers.wire import http_client
 
 
 def _connect(endpoint: Endpoint) -> RemoteModel:
     from pydantic_ai.models.openrouter import OpenRouterModel, OpenRouterModelSettings
     from pydantic_ai.providers.openrouter import OpenRouterProvider
 
-    provider = OpenRouterProvider(api_key=endpoint.key_value)
+    provider = OpenRouterProvider(api_key=endpoint.key_value, http_client=http_client())
     provider.client.base_url = endpoint.base_url
     report_cost = OpenRouterModelSettings(openrouter_usage={"include": True})
     return RemoteModel(endpoint, OpenRouterModel(endpoint.argument, provider=provider, settings=report_cost))

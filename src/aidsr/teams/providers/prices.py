@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from aidsr.teams.providers.wire import amount
+
 if TYPE_CHECKING:
     from pydantic_ai.messages import ModelResponse
 
@@ -37,7 +39,7 @@ def cost_usd(response: ModelResponse, has_list_price: bool) -> float | None:
 
     Source: list prices of the genai-prices package, matched by provider and model name.
     """
-    reported: float | None = (response.provider_details or {}).get("cost")
+    reported = amount((response.provider_details or {}).get("cost"))
     if reported is not None:
         return reported
     if not has_list_price or not response.model_name:

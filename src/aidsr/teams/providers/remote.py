@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from aidsr.core.calls import CallRecord, FailedAttempt, Finish, Message, Question, Usage
-from aidsr.core.errors import ModelError, UserError
-from aidsr.teams.providers.client_errors import encodable, translate_error
+from aidsr.core.errors import AidsrError, ModelError, UserError
+from aidsr.teams.providers.client_errors import encodable, redact, translate_error
 from aidsr.teams.providers.event_loop import run_coroutine
-from aidsr.teams.providers.prices import cost_usd
+from aidsr.teams.providers.prices import cost_usd, list_price_usd
 from aidsr.teams.providers.provider import Endpoint
 from aidsr.teams.providers.retry import TransientError, call_with_retries
 from aidsr.teams.providers.tokens import estimate_input_tokens, estimate_tokens
+from aidsr.teams.providers.wire import MAX_REPLY_BYTES, Exchange, token_count, watched
 
 if TYPE_CHECKING:
     from pydantic_ai.messages import ModelMessage, ModelResponse
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 _WITHOUT_PICTURES = "start the run without judge_pictures, or name a model that takes images"
 
+_SHORTEST_KEY = 8
+"""Characters of a key that is redacted in a reply. Our choice: shorter ones, as "none", are words of ordinary text."""
 _REASONING_END = "</think>"
 """Alone where the server's chat template writes the opening tag; pydantic-ai removes whole pairs."""
 
@@ -58,18 +62,40 @@ class RemoteModel:
         started = datetime.now(UTC)
         clock = self.endpoint.clock
         start_s = clock.now()
-        response, failed = call_with_retries(
-            self.name, lambda limit_s: self._attempt(question, messages, limit_s), self.endpoint.retry, clock
-        )
-        return CallRecord(
-            question=question,
-            model=self.name,
-            reply=_reply_text(response),
-            finish=_FINISHES.get(response.finish_reason, "other"),
-            usage=self._usage(question, response, clock.now() - start_s, failed),
-            started=started.isoformat(timespec="milliseconds"),
-            failed_attempts=failed,
-        )
+        failed: list[FailedAttempt] = []
+
+        def record(reply: str, finish: Finish, usage: Usage) -> CallRecord:
+            billed = sum((attempt.usage for attempt in failed), usage)
+            spent = {
+                "calls": 1,
+                "latency_s": clock.now() - start_s,
+                "retries": max(0, len(failed) - (finish == "failed")),
+            }
+            return CallRecord(
+                question=question,
+                model=self.name,
+                reply=reply,
+                finish=finish,
+                usage=billed.model_copy(update=spent),
+                started=started.isoformat(timespec="milliseconds"),
+                failed_attempts=tuple(failed),
+            )
+
+        try:
+            response = call_with_retries(
+                self.name,
+                lambda limit_s: self._attempt(question, messages, limit_s),
+                self.endpoint.retry,
+                clock,
+                failed,
+            )
+        except AidsrError as error:
+            if failed:
+                error.failed_call = record("", "failed", Usage())
+            raise
+        keys = [key for key in self._keys() if len(key) >= _SHORTEST_KEY]
+        finish = _FINISHES.get(response.finish_reason, "other")
+        return record(redact(_reply_text(response), keys), finish, self._usage(question, response))
 
     def _check_pictures(self, question: Question) -> None:
         has_pictures = any(message.pictures for message in question.messages)
@@ -82,20 +108,27 @@ class RemoteModel:
         The exception is raised outside the handler, so that the library's own exception, which may contain a key, is
         not its context.
         """
+        exchange = Exchange()
         try:
-            response = run_coroutine(self._request(messages, question.max_output_tokens, limit_s))
+            response = run_coroutine(self._request(messages, question.max_output_tokens, limit_s, exchange))
         except Exception as error:
-            keys = [key.get_secret_value() for key in self.endpoint.secrets]
-            failure = translate_error(error, self.name, " or ".join(self.endpoint.provider.key_variables), keys)
+            variables = " or ".join(self.endpoint.provider.key_variables)
+            failure = translate_error(error, self.name, variables, self._keys())
         else:
             if not (response.parts or response.finish_reason or response.usage.has_values()):
                 raise TransientError("the reply could not be read: it has no text, finish reason or token count")
             return response
+        if exchange.too_large:
+            failure = TransientError(f"the reply has more than {MAX_REPLY_BYTES // 2**20} MiB")
+        if isinstance(failure, TransientError):
+            failure.usage = self._billed(question, exchange)
         if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
             failure = UserError(f"{failure}; the request had pictures: if the model takes none, {_WITHOUT_PICTURES}")
         raise failure
 
-    async def _request(self, messages: list[ModelMessage], max_output_tokens: int, limit_s: float) -> ModelResponse:
+    async def _request(
+        self, messages: list[ModelMessage], max_output_tokens: int, limit_s: float, exchange: Exchange
+    ) -> ModelResponse:
         from pydantic_ai.direct import model_request
 
         settings: ModelSettings = {
@@ -106,22 +139,39 @@ class RemoteModel:
             "framing_announcement": "never",
             "cache": True,
         }
-        async with self.client:
-            return await model_request(self.client, messages, model_settings=settings)
+        # The client's own limit holds for each piece of a reply; a server could send one piece a minute without end.
+        async with asyncio.timeout(limit_s), self.client:
+            with watched(exchange):
+                return await model_request(self.client, messages, model_settings=settings)
 
-    def _usage(
-        self, question: Question, response: ModelResponse, latency_s: float, failed: tuple[FailedAttempt, ...]
-    ) -> Usage:
+    def _keys(self) -> list[str]:
+        return [key.get_secret_value() for key in self.endpoint.secrets]
+
+    def _billed(self, question: Question, exchange: Exchange) -> Usage:
+        """Return what a reply that could not be read was billed for; nothing for one that was no reply of a model."""
+        reported = exchange.reported_tokens()
+        if reported is None and not (exchange.cut_off or exchange.too_large):
+            return Usage()
+        tokens_in, tokens_out = reported or (
+            estimate_input_tokens(question),
+            min(estimate_tokens(exchange.body.decode(errors="replace")), question.max_output_tokens),
+        )
+        provider, known = self.endpoint.provider, self.endpoint.has_list_price
+        price = (
+            list_price_usd(provider.price_id or "", self.endpoint.argument, tokens_in, tokens_out) if known else None
+        )
+        return Usage(
+            input_tokens=tokens_in, output_tokens=tokens_out, tokens_estimated=reported is None, cost_usd=price
+        )
+
+    def _usage(self, question: Question, response: ModelResponse) -> Usage:
         counted = _with_token_counts(question, response)
         return Usage(
-            calls=1,
             input_tokens=counted.usage.input_tokens,
             cached_input_tokens=counted.usage.cache_read_tokens,
             output_tokens=counted.usage.output_tokens,
             tokens_estimated=counted is not response,
             cost_usd=cost_usd(counted, self.endpoint.has_list_price),
-            latency_s=latency_s,
-            retries=len(failed),
         )
 
 
@@ -138,8 +188,9 @@ def _with_token_counts(question: Question, response: ModelResponse) -> ModelResp
     visible = encodable((response.thinking or "") + (response.text or ""))
     usage = replace(
         reported,
-        input_tokens=reported.input_tokens or estimate_input_tokens(question),
-        output_tokens=reported.output_tokens or estimate_tokens(visible),
+        input_tokens=token_count(reported.input_tokens) or estimate_input_tokens(question),
+        output_tokens=token_count(reported.output_tokens) or estimate_tokens(visible),
+        cache_read_tokens=token_count(reported.cache_read_tokens),
     )
     return response if usage == reported else replace(response, usage=usage)
 

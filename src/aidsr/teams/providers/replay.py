@@ -32,7 +32,8 @@ class ReplayedModel:
         run = Run(folder)
         run.asked()
         iterations = (iteration for design in run.designs for iteration in design.iterations)
-        self._records = (*run.calls, *(call for iteration in iterations for call in iteration.calls))
+        calls = (*run.calls, *(call for iteration in iterations for call in iteration.calls))
+        self._records = tuple(call for call in calls if call.finish != "failed")
         if not self._records:
             raise UserError(f"{folder} has no calls to replay; name a run that asked a language model")
         self._replies: dict[tuple[str, tuple[Message, ...]], deque[CallRecord]] = {}

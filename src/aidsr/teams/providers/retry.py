@@ -10,7 +10,7 @@ from typing import TypeVar
 from pydantic import Field, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from aidsr.core.calls import FailedAttempt
+from aidsr.core.calls import FailedAttempt, Usage
 from aidsr.core.errors import ModelError, UserError
 
 T = TypeVar("T")
@@ -21,10 +21,12 @@ class TransientError(Exception):
 
     Attributes:
         retry_after_s: Pause the provider asked for [s], None when it named none.
+        usage: What the attempt was billed for, as far as it is known.
     """
 
-    def __init__(self, message: str, retry_after_s: float | None = None) -> None:
+    def __init__(self, message: str, retry_after_s: float | None = None, usage: Usage | None = None) -> None:
         self.retry_after_s = retry_after_s
+        self.usage = usage or Usage()
         super().__init__(message)
 
 
@@ -68,43 +70,43 @@ class Clock:
 
 
 def call_with_retries(
-    name: str, attempt: Callable[[float], T], policy: RetryPolicy, clock: Clock
-) -> tuple[T, tuple[FailedAttempt, ...]]:
-    """Attempt until there is a result.
+    name: str, attempt: Callable[[float], T], policy: RetryPolicy, clock: Clock, failed: list[FailedAttempt]
+) -> T:
+    """Return the result of the first attempt that succeeds.
 
     Args:
         name: Name of the model, for error messages.
         attempt: Called with the time it may take [s]; raises TransientError when trying again may help.
         policy: Attempts, pauses and time limits.
         clock: Time and sleep.
-
-    Returns:
-        The result and the attempts that failed before it, in order.
+        failed: Gets every attempt that failed, in order, also where none succeeds.
 
     Raises:
         ModelError: Attempts or time are used up. Any other exception of `attempt` passes through.
     """
     end = clock.now() + policy.deadline_s
-    failed: list[FailedAttempt] = []
     while True:
         try:
-            return attempt(min(policy.attempt_timeout_s, end - clock.now())), tuple(failed)
+            return attempt(min(policy.attempt_timeout_s, end - clock.now()))
         except TransientError as error:
             failure = error
         wait = _wait_s(failure, len(failed), policy)
+        last = FailedAttempt(error=str(failure), waited_s=0.0, usage=failure.usage)
         if len(failed) + 1 >= policy.attempts:
+            failed.append(last)
             raise ModelError(f"{name} gave no reply in {policy.attempts} attempts; the last one failed: {failure}")
         if clock.now() + wait >= end:
+            failed.append(last)
             raise ModelError(
-                f"{name} gave no reply within {policy.deadline_s:g} s; attempt {len(failed) + 1} failed, and the "
+                f"{name} gave no reply within {policy.deadline_s:g} s; attempt {len(failed)} failed, and the "
                 f"next would have to wait {wait:.0f} s: {failure}"
             )
-        failed.append(FailedAttempt(error=str(failure), waited_s=wait))
+        failed.append(last.model_copy(update={"waited_s": wait}))
         clock.sleep(wait)
 
 
 def _wait_s(failure: TransientError, failures_before: int, policy: RetryPolicy) -> float:
     """Return the pause before the next attempt [s]: what the provider asked for, else doubling from the first."""
-    if failure.retry_after_s is not None:
+    if failure.retry_after_s is not None and failure.retry_after_s >= 0:  # neither negative nor NaN
         return failure.retry_after_s
     return min(policy.first_wait_s * 2.0**failures_before, policy.longest_wait_s)
