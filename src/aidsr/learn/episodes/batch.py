@@ -13,7 +13,7 @@ from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
 from aidsr.learn.episodes.actions import ActionMap
-from aidsr.learn.episodes.cable_friction import CableFriction
+from aidsr.learn.episodes.cable_friction import REFRESH_S, CableFriction
 from aidsr.learn.episodes.perturbation import DelayLine, PerturbedModels, perturbation_of
 from aidsr.learn.episodes.proprioception import Proprioception
 from aidsr.sim.divergence import batch_diverged, warnings_ignored
@@ -214,14 +214,15 @@ class Episodes:
         out = {name: np.zeros((ids.size, self.physics_steps, *shape)) for name, shape in shapes.items()}
         if self._friction is None or not self._cable_friction[ids].any():
             return out, self._advance(ids, self.physics_steps, out)
-        # friction depends on the pose, so its forces are set again in every physics step
         failed = np.zeros(self.n, dtype=np.bool_)
-        now = {name: np.zeros((ids.size, 1, *shape)) for name, shape in shapes.items()}
-        for step in range(self.physics_steps):
+        at_once = max(1, round(REFRESH_S / self.model.opt.timestep))
+        for first in range(0, self.physics_steps, at_once):
             self._friction.apply(ids, self._cable_friction[ids])
-            failed |= self._advance(ids, 1, now)
-            for name, values in now.items():
-                out[name][:, step] = values[:, 0]
+            steps = min(at_once, self.physics_steps - first)
+            part = {name: np.zeros((ids.size, steps, *shape)) for name, shape in shapes.items()}
+            failed |= self._advance(ids, steps, part)
+            for name, values in part.items():
+                out[name][:, first : first + steps] = values
         return out, failed
 
     def _advance(self, ids: NDArray[np.intp], steps: int, out: dict[str, FloatArray]) -> BoolArray:
