@@ -10,11 +10,11 @@ from stick import Episode
 
 from aidsr.tasks import Task, load_task
 from aidsr.tasks.reaching.pipe_inserting import branch_direction
-from aidsr.tasks.reaching.surface_adapting import HALF_WIDTH_M
+from aidsr.tasks.reaching.surface_adapting import ROD_M
 
 STICK = "robot/stick"
-GAP_M = 0.0095
-"""From a surface to the middle of a stick that hovers over it: its radius and a little."""
+WAVY = 1
+"""An episode whose surface has waves."""
 
 
 @cache
@@ -35,15 +35,18 @@ def button_pushing(task: Task) -> Episode:
 
 
 def surface_adapting(task: Task) -> Episode:
-    episode = Episode(task, base="free")
-    front = -episode.sensor("surface_back")
-    radius_m = episode.variation.parameters["radius_m"][0]
-    for way in (0.1, 0.05, 0.0):
-        middle = episode.sensor("surface_position") + (radius_m + GAP_M + way) * front
-        # across the curve, where a straight body touches all along
-        episode.place(middle + np.array([0.0, HALF_WIDTH_M / 2, 0.0]), (0.0, 1.0, 0.0))
+    episode = Episode(task, base="free", index=WAVY)
+    back, radius_m = episode.sensor("surface_back"), episode.variation.parameters["radius_m"][0]
+    # on two neighbouring waves, the one straight ahead and the next, where a straight body touches twice
+    between, around = np.deg2rad(10.0), np.array([-back[2], 0.0, back[0]])
+    out, along = (np.cos(turn) * -back + np.sin(turn) * around for turn in (between, between + np.pi / 2))
+    lying_m = (radius_m - ROD_M) * np.cos(between) + ROD_M + 0.008
+    for way in (0.1, 0.05, 0.001):
+        middle = episode.sensor("surface_position") + (lying_m + way) * out
+        episode.place(middle + 0.06 * along, along)
         episode.step()
-    episode.run(2.0)
+    goal = middle - 0.0025 * out
+    episode.run(2.0, lambda e: e.hold(STICK, e.data.body(STICK).xipos, goal, along=along))
     return episode
 
 

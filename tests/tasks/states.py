@@ -27,13 +27,21 @@ def button_pushing(task, seen, travel_m=0.005, tip_n=0.06, robot_n=0.06, away_m=
     return altered(seen, {"button_travel": travel_m, "tip_position": tip_m, **forces}), {}
 
 
-def surface_adapting(task, seen, lying=None, gap_lengths=0.0299, aside_m=0.0):
-    """A body of ten balls around the half cylinder, of which some lie on it."""
+def surface_adapting(
+    task, seen, lying=None, gap_lengths=0.0299, aside_m=0.0, spread_lengths=0.1501, touch_n=0.05, too_hard_s=0.5
+):
+    """A body of ten balls around the half cylinder, of which some lie on it; it touches at two places."""
     lying = round(10 * task.share_on_surface) if lying is None else lying
     back, axis_m = seen["surface_back"][0], seen["surface_position"][0]
     gaps_m = np.where(np.arange(10) < lying, gap_lengths, 0.1) * seen.length_m
     out_m = seen.parameters["radius_m"][0, 0] + 0.008 + gaps_m
-    return outlined(seen, axis_m - out_m[:, None] * back + (0.0, aside_m, 0.0)), {}
+    body = outlined(seen, axis_m - out_m[:, None] * back + (0.0, aside_m, 0.0))
+    radius_m, around = seen.parameters["radius_m"][0, 0], np.array([-back[2], 0.0, back[0]])
+    contacts = np.zeros((16, 10))
+    for slot, turn in zip(contacts, (0.1, 0.1 + spread_lengths * seen.length_m / radius_m), strict=False):
+        slot[:2], slot[4:7] = (2.0, touch_n), axis_m + radius_m * (np.sin(turn) * around - np.cos(turn) * back)
+    touching = {"surface_contacts": contacts.reshape(1, 1, -1)}
+    return altered(body, touching), {"touching_s": 10.0, "too_hard_s": too_hard_s}
 
 
 def pipe_inserting(task, seen, branch_m=0.1001, way=None, beside_m=0.034, across_m=0.0, too_hard_s=0.5):

@@ -20,7 +20,7 @@ ENDS = {
 
 MOVES = {
     "reaching/button_pushing": {0, 1, 2, 6, 7},
-    "reaching/surface_adapting": {0, 2, 7, 8},
+    "reaching/surface_adapting": {0, 2, 7, 8, 9, 10},
     "reaching/pipe_inserting": {0, 1, 2, 3, 4, 5, 9},
     "grasping/simple_grasping": {2, 5, 8, 9, 10},
     "grasping/zero_gravity_grasping": {2, 3, 4, 5, 8, 9, 10, 11, 13, 14},

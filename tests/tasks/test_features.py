@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+import states
 from sights import altered, first, slots, touches
 from stick import Episode
 
@@ -176,7 +177,7 @@ SAID = [
 """What is read and remembered, and the columns that tell of it."""
 
 ELSEWHERE = {
-    "surface_adapting": {7, 8},
+    "surface_adapting": {7, 8, 10},
     "simple_grasping": {10},
     "zero_gravity_grasping": {10},
     "delicate_grasping": {10},
@@ -224,6 +225,12 @@ def test_how_much_of_a_body_lies_on_the_surface_is_told(gap_m, lies):
     episode.place(middle + np.array([0.0, 0.06, 0.0]), (0.0, 1.0, 0.0))
     features = episode.task.observe(episode.look(), {})[0]
     assert features[7:9] == pytest.approx([lies, gap_m], abs=1e-6)
+
+
+@pytest.mark.parametrize(("spread_lengths", "told"), [(0.15, 1.0), (0.3, 2.0)])
+def test_the_spread_of_contacts_on_the_surface_is_told(spread_lengths, told):
+    task, seen, memory = states.of("surface_adapting", spread_lengths=spread_lengths)
+    assert task.observe(seen, memory)[0, 10] == pytest.approx(told, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", TASKS)

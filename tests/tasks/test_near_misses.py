@@ -20,6 +20,9 @@ MISSES = [
     ("surface_adapting", "hard", {"lying": 6}),
     ("surface_adapting", "standard", {"gap_lengths": 0.0301}),
     ("surface_adapting", "standard", {"aside_m": 0.121}),
+    ("surface_adapting", "standard", {"spread_lengths": 0.1499}),
+    ("surface_adapting", "standard", {"touch_n": 0.049}),
+    ("surface_adapting", "standard", {"too_hard_s": 0.501}),
     ("pipe_inserting", "standard", {"branch_m": 0.0999}),
     ("pipe_inserting", "standard", {"beside_m": 0.036}),
     *[("pipe_inserting", "standard", {"across_m": across_m}) for across_m in (0.036, -0.036)],
@@ -99,6 +102,15 @@ def test_each_step_that_presses_the_pipe_too_hard_is_remembered(level, forces_n,
     memory = task.update_state(pressed_and_not, {"touching_s": np.full(2, 7.0), "too_hard_s": np.full(2, 2.0)})
     assert memory["touching_s"] == pytest.approx([7.04, 7.0])
     assert memory["too_hard_s"] == pytest.approx([2.0 + 0.04 * counted, 2.0])
+
+
+@pytest.mark.parametrize(("force_n", "times_s"), [(0.04, (7.0, 2.0)), (5.0, (7.04, 2.0)), (5.01, (7.04, 2.04))])
+def test_each_step_with_a_hard_contact_on_the_surface_is_remembered(force_n, times_s):
+    task = load_task("surface_adapting")
+    seen = first(task.name)
+    memory = {"touching_s": np.full(1, 7.0), "too_hard_s": np.full(1, 2.0)}
+    after = task.update_state(altered(seen, {"surface_contacts": touches(force_n, 0.01)}), memory)
+    assert (after["touching_s"][0], after["too_hard_s"][0]) == pytest.approx(times_s)
 
 
 @pytest.mark.parametrize(("force_n", "times_s"), [(0.04, (7.0, 2.0)), (3.0, (7.04, 2.0)), (3.01, (7.04, 2.04))])

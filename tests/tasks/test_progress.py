@@ -6,8 +6,9 @@ import states
 HALF_WAY = [
     ("button_pushing", {"travel_m": 0.0025, "away_m": 0.01}, 0.75),
     ("button_pushing", {"travel_m": 0.0, "away_m": 0.05}, 0.25 / 1.36 + 0.25 * 0.1),
-    ("surface_adapting", {"lying": 3, "gap_lengths": 0.029}, 0.79),
-    ("surface_adapting", {"lying": 0}, 0.49),
+    ("surface_adapting", {"lying": 3, "gap_lengths": 0.029}, 0.832),
+    ("surface_adapting", {"lying": 3, "gap_lengths": 0.029, "spread_lengths": 0.075}, 0.732),
+    ("surface_adapting", {"lying": 0, "touch_n": 0.0}, 0.392),
     ("pipe_inserting", {"branch_m": 0.1}, 1.0),
     ("pipe_inserting", {"way": -1.5, "beside_m": 0.0}, 0.0185),
     *[

@@ -1,11 +1,14 @@
 """Readings: named arrays, forces over time, contacts, the outline; and soft thresholds."""
 
+import mujoco
 import numpy as np
 import pytest
 from sights import slots
 from stick import Episode
 
-from aidsr.tasks import Readings, load_task
+from aidsr.core.artifacts import Placement, Robot
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import Reader, Readings, load_task
 from aidsr.tasks.shaping import closeness, excess, share
 
 
@@ -97,11 +100,35 @@ def test_the_outline_is_strung_along_the_robot():
     episode.place(np.array([0.1, 0.0, 0.05]), (1.0, 0.0, 0.0))
     outline = episode.look().body
     assert outline.radius_m == pytest.approx(0.008)
-    assert outline.length_share.sum() == pytest.approx(1.0)
+    assert outline.length_share.sum() == pytest.approx(1.0, abs=0.02)
     reach = outline.center_m[0, :, 0]
     assert reach.min() - 0.008 == pytest.approx(0.1 - 0.12, abs=1e-6)
     assert reach.max() + 0.008 == pytest.approx(0.1, abs=1e-6)
     assert outline.center_m[0, :, 2] == pytest.approx(0.05)
+
+
+GHOST = """
+<mujoco model="ghost">
+  <worldbody>
+    <body name="arm">
+      <joint name="bend" type="hinge" axis="1 0 0"/>
+      <geom name="arm" type="capsule" fromto="0 0 0 0 0 0.2" size="0.01" contype="0" conaffinity="0"/>
+      <body name="hand" pos="0 0 0.2">
+        <joint name="wrist" type="hinge" axis="1 0 0"/>
+        <geom name="hand" type="capsule" fromto="0 0 0 0 0 0.04" size="0.01"/>
+        <site name="tip" pos="0 0 0.05"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_what_cannot_touch_is_of_the_body_but_not_of_its_outline():
+    task = load_task("surface_adapting")
+    robot, placement = Robot(mjcf=GHOST, functional_part="tip"), Placement(mount="mount", base="fixed")
+    model = mujoco.MjModel.from_xml_string(assemble(robot, task.environment, placement, task.sensors).mjcf)
+    assert Reader.of(task, model).length_share.sum() == pytest.approx(0.06 / 0.25, abs=0.03)
 
 
 def test_the_outline_is_asked_for_only_where_a_task_needs_it():

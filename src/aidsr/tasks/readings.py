@@ -62,7 +62,8 @@ class Outline:
     radius_m: FloatArray
     """(p,) [m]."""
     length_share: FloatArray
-    """How much of the body's length each sphere stands for; they add up to 1, (p,)."""
+    """How much of the body's length each sphere stands for, (p,); they add up to 1, or to less where much of the body
+    cannot touch anything and so has no sphere."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +188,7 @@ class Reader:
         along = half_m.max(axis=1) - radius_m
         axis = np.eye(3)[half_m.argmax(axis=1)] if geoms else np.zeros((0, 3))
         steps = np.linspace(-1.0, 1.0, _SPHERES)
-        share = np.repeat(half_m.max(axis=1), _SPHERES)
+        share_m = np.repeat(2.0 * half_m.max(axis=1) / _SPHERES, _SPHERES)
         return cls(
             columns={model.sensor(i).name: slice(int(a), int(a) + int(k)) for i, (a, k) in enumerate(starts)},
             length_m=structure.characteristic_length_m,
@@ -195,7 +196,7 @@ class Reader:
             geoms=geoms,
             offset_m=steps[None, :, None] * (along[:, None] * axis)[:, None, :],
             radius_m=np.repeat(radius_m, _SPHERES),
-            length_share=share / share.sum() if geoms else share,
+            length_share=share_m / max(share_m.sum(), structure.characteristic_length_m),
         )
 
     def read(

@@ -37,6 +37,8 @@ Version 4 closes ways to success that need no soft body, and tests by success wh
   asked for and not tested.
 - drawer_opening: a drawer counts as open only while the others are shut, and a robot that starts among the handles has
   lost. Three hooks that opened all drawers at once had won every episode, two of them from behind the bars.
+- surface_adapting: success asks for contact at places apart around the curve and for the force limit, and what cannot
+  touch is length that lies nowhere. An arm of which only the tip was solid had won by being near.
 - pipe_inserting: the tip has to be steered into a branch, past which the pipe goes straight on. Through the
   bend before, a straight rod and every slack body went by themselves.
 - all tasks: a valid policy needs its cables and its soft body, and no other actuators; a verdict has 100 episodes.

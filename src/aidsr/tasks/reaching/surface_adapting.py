@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.readings import BoolArray, FloatArray, Readings
+from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
+from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
 from aidsr.tasks.variation import Change, Variation
@@ -27,6 +28,10 @@ ROD_M = 0.02
 
 NEAR_LENGTHS = 0.03
 """A part of the body lies on the surface when the gap is at most this share of the robot's length."""
+SPREAD_LENGTHS = 0.15
+"""The places at which the body touches must lie this share of its length apart, around the curve. Our choice: two
+neighbours of the 15 segments of a built-in arm are 7 % apart, and such arms that lie with 40 to 45 % of their length,
+found by search, touched over 17 %."""
 MAX_FORCE_N = 5.0
 
 
@@ -41,7 +46,7 @@ class SurfaceAdapting(Task):
     base: ClassVar = "fixed"
     time_limit_s: ClassVar = 15.0
     hold_s: ClassVar = 1.0
-    stages: ClassVar = ((0.4, "near the surface"), (0.6, "lying on it in part"), (1.0, "lying on it"))
+    stages: ClassVar = ((0.35, "near the surface"), (0.6, "lying on it in part"), (1.0, "lying on it"))
     needs_outline: ClassVar = True
     required_names: ClassVar = ("mount", "surface")
     sensors: ClassVar = (
@@ -55,6 +60,7 @@ class SurfaceAdapting(Task):
         Feature("share of the body that lies on it", "", (0, 1), "(outline)"),
         Feature("mean gap between body and surface", "m", (0, 1), "(outline)"),
         Feature(f"strongest contact, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "surface_contacts"),
+        Feature("spread of the contacts around the curve, 1 = enough", "", (0, 4), "surface_contacts"),
     )
     hard: ClassVar = {"share_on_surface": 0.7}
 
@@ -65,11 +71,12 @@ class SurfaceAdapting(Task):
         depth_m = MOUNT_HEIGHT_M - AXIS_HEIGHT_M
         return (
             f"Lie along a rounded surface for {self.hold_s:g} s with at least {100 * self.share_on_surface:g} % of the "
-            f"body's length, each part within {100 * NEAR_LENGTHS:g} % of that length, and press with at most "
-            f"{MAX_FORCE_N:g} N. The surface is half a cylinder of {span(RADIUS_M)} m radius, smooth or with "
-            f"{1000 * WAVE_M:g} mm waves; its level axis is {depth_m:g} m below the fixed mount and its nearest side "
-            f"{GAP_M - GAP_SPREAD_M:.2f} to {GAP_M + GAP_SPREAD_M:.2f} m from the line straight down, to the left or "
-            "to the right."
+            f"body's length, each part within {100 * NEAR_LENGTHS:g} % of that length, in contact at places "
+            f"{100 * SPREAD_LENGTHS:g} % of that length apart around the curve; a contact may be stronger than "
+            f"{MAX_FORCE_N:g} N in at most {100 * SELDOM:g} % of the time in contact. The surface is half a cylinder "
+            f"of {span(RADIUS_M)} m radius, smooth or with {1000 * WAVE_M:g} mm waves; its level axis is {depth_m:g} m "
+            f"below the fixed mount and its nearest side {GAP_M - GAP_SPREAD_M:.2f} to {GAP_M + GAP_SPREAD_M:.2f} m "
+            "from the line straight down, to the left or to the right."
         )
 
     @property
@@ -79,8 +86,14 @@ class SurfaceAdapting(Task):
                 f"Radius {span(RADIUS_M)} m, distance +-{1000 * GAP_SPREAD_M:g} mm, smooth or with waves, on either "
                 "side."
             ),
-            progress="Half for the body's nearness to the surface, half for the share of it that lies there.",
-            success="Enough of the body lies on the surface.",
+            progress=(
+                "Two fifths for the body's nearness to the surface, two fifths for the share of it that lies there, a "
+                "fifth for the spread of its contacts."
+            ),
+            success=(
+                f"Enough of the body lies on the surface and presses on it, with {TOUCH_N:g} N or more at each place "
+                f"that counts, far enough apart; hardly ever was a contact of more than {MAX_FORCE_N:g} N."
+            ),
             violation=f"A contact of more than {MAX_FORCE_N:g} N.",
         )
 
@@ -100,27 +113,47 @@ class SurfaceAdapting(Task):
                 _share_on_surface(readings),
                 np.clip(gaps_m(readings), 0.0, 1.0).mean(axis=1),
                 readings.contacts("surface_contacts").force_n.max(axis=1) / FORCE_SCALE_N,
+                spread_m(readings) / (SPREAD_LENGTHS * readings.length_m),
             ]
         )
+
+    def reset_state(self, readings: Readings) -> TaskState:
+        return untouched(readings.n)
+
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        return after_touch(state, readings.peak_contact_n("surface_contacts"), MAX_FORCE_N, self.control_dt_s)
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         del state
         outline = readings.body
         near = closeness(gaps_m(readings), within=NEAR_LENGTHS * readings.length_m, margin=0.2) @ outline.length_share
-        return 0.5 * near + 0.5 * share(_share_on_surface(readings), self.share_on_surface)
+        touching = share(spread_m(readings), SPREAD_LENGTHS * readings.length_m)
+        return 0.4 * near + 0.4 * share(_share_on_surface(readings), self.share_on_surface) + 0.2 * touching
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_contact_n("surface_contacts"), MAX_FORCE_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        del state
-        return _share_on_surface(readings) >= self.share_on_surface
+        spread = spread_m(readings) >= SPREAD_LENGTHS * readings.length_m
+        return (_share_on_surface(readings) >= self.share_on_surface) & spread & is_gentle(state)
 
 
 def _share_on_surface(readings: Readings) -> FloatArray:
     """Return the share of the body's length that lies on the surface, (n,)."""
     on = gaps_m(readings) <= NEAR_LENGTHS * readings.length_m
     return np.asarray(on @ readings.body.length_share)
+
+
+def spread_m(readings: Readings) -> FloatArray:
+    """Return how far apart around the curve the outermost places lie at which the surface is touched, (n,) [m]."""
+    contacts, back = readings.contacts("surface_contacts"), readings["surface_back"]
+    from_axis = contacts.position_m - readings["surface_position"][:, None]
+    behind = np.einsum("nsk,nk->ns", from_axis, back)
+    across = np.einsum("nsk,nk->ns", from_axis, _across(back))
+    counts = (contacts.force_n >= TOUCH_N) & (behind < 0.0)
+    angle = np.arctan2(across, -behind)
+    high, low = (np.where(counts, sign * angle, -np.inf).max(axis=1) for sign in (1.0, -1.0))
+    return np.where(counts.any(axis=1), high + low, 0.0) * readings.parameters["radius_m"][:, 0]
 
 
 def half_cylinder(place_m: tuple[float, float, float], radius_m: float, *, waves: bool) -> tuple[Change, ...]:
@@ -151,8 +184,12 @@ def gaps_m(readings: Readings) -> FloatArray:
     """Return how far each ball of the robot's outline is from the surface, (n, p) [m]; 1 m where it is beside it."""
     outline, back = readings.body, readings["surface_back"]
     from_axis = outline.center_m - readings["surface_position"][:, None]
-    across = np.stack([-back[:, 2], np.zeros(readings.n), back[:, 0]], axis=-1)
     behind = np.einsum("npk,nk->np", from_axis, back)
-    distance = np.hypot(behind, np.einsum("npk,nk->np", from_axis, across))
+    distance = np.hypot(behind, np.einsum("npk,nk->np", from_axis, _across(back)))
     gaps = np.maximum(distance - readings.parameters["radius_m"] - outline.radius_m, 0.0)
     return np.where((behind > 0.0) | (np.abs(from_axis[:, :, 1]) > HALF_WIDTH_M), 1.0, gaps)
+
+
+def _across(back: FloatArray) -> FloatArray:
+    """Return the direction around the curve where it looks at the robot, (n, 3)."""
+    return np.stack([-back[:, 2], np.zeros(len(back)), back[:, 0]], axis=-1)
