@@ -12,7 +12,6 @@ that. What was measured with another version of the benchmark has no place besid
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -20,6 +19,7 @@ from pathlib import Path
 
 import aidsr
 from aidsr.core.artifacts import Artifact, Evaluation, PerturbedEpisodes
+from aidsr.core.provenance import commit
 from aidsr.core.rates import Rate
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
@@ -111,15 +111,8 @@ def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, t
         perturbed=perturbed,
         benchmark_version=BENCHMARK_VERSION,
         mujoco=version("mujoco"),
-        commit=_commit(),
+        commit=commit(),
     )
-
-
-def _commit() -> str:
-    found = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], cwd=HOME, capture_output=True, text=True, check=True
-    )
-    return found.stdout.strip()
 
 
 # --- the page ---

@@ -405,7 +405,18 @@ class PerturbedEpisodes(Artifact):
     @property
     def success_share(self) -> float:
         """Share of the episodes that succeeded."""
-        return len(self.succeeded) / self.episodes
+        return self.success_rate.share
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def success_interval(self) -> tuple[float, float]:
+        """Its Wilson interval at 95 %."""
+        return self.success_rate.interval.low, self.success_rate.interval.high
+
+    @property
+    def success_rate(self) -> Rate:
+        """Episodes that succeeded, of all."""
+        return Rate(len(self.succeeded), self.episodes)
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -59,7 +59,8 @@ def evaluate(
 
     console = Console(highlight=False)
     if not json:
-        print_evaluating(console, episodes, videos=videos and level is None and split == "held_out")
+        films = videos and level is None and split == "held_out"
+        print_evaluating(console, episodes, videos=films, perturbed=perturbed)
     evaluation = api.evaluate(
         training, episodes=episodes, level=level, split=split, threads=threads, videos=videos, perturbed=perturbed
     )

@@ -19,6 +19,7 @@ from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
 from aidsr.core.formatting import format_check
 
 if TYPE_CHECKING:
+    from aidsr.core.rates import Rate
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl.callbacks import CurvePoint
     from aidsr.learn.rl.recipe import Recipe
@@ -155,9 +156,10 @@ class TrainingBar:
             self._console.print(escape(line), soft_wrap=True)
 
 
-def print_evaluating(console: Console, episodes: int = 100, *, videos: bool) -> None:
+def print_evaluating(console: Console, episodes: int = 100, *, videos: bool, perturbed: bool = False) -> None:
     """Say what takes half a minute or more."""
-    console.print(f"evaluating {episodes} episodes{' and drawing films' * videos} …", style="dim")
+    again = ", and as many with each perturbation" * perturbed
+    console.print(f"evaluating {episodes} episodes{' and drawing films' * videos}{again} …", style="dim")
 
 
 def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:
@@ -172,19 +174,12 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
 
 def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) -> None:
     """Print how much success is left where the scene differs from its model."""
-    from aidsr.core.rates import Rate
-
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
-    for title in ("scene other than its model", "success", "95 % interval", "kept"):
+    for title in ("perturbation", "success", "kept"):
         table.add_column(title, overflow="fold")
     for one in perturbed:
-        won, interval = len(one.succeeded), Rate(len(one.succeeded), one.episodes).interval
-        table.add_row(
-            one.summary,
-            f"{one.success_share:.0%} ({won} of {one.episodes})",
-            f"{interval.low:.0%} to {interval.high:.0%}",
-            "–" if one.kept_share is None else f"{one.kept_share:.0%}",
-        )
+        kept = "–" if one.kept_share is None else f"{one.kept_share:.0%}"
+        table.add_row(one.summary, _success(one.success_rate), kept)
     console.print()
     print_unwrapped(console, table)
 
@@ -197,8 +192,9 @@ def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> 
     for folder, evaluation in evaluations.items():
         progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
         verdict = ["[green]yes[/]" if yes else "[red]no[/]" for yes in (evaluation.valid, evaluation.successful)]
-        rate = evaluation.success_rate
-        interval = f"{rate.interval.low:.0%} to {rate.interval.high:.0%}"
-        share = f"{rate.share:.0%} ({rate.hits} of {rate.of}; {interval})"
-        table.add_row(escape(str(folder)), share, f"{progress:.2f}", *verdict)
+        table.add_row(escape(str(folder)), _success(evaluation.success_rate), f"{progress:.2f}", *verdict)
     print_unwrapped(console, table)
+
+
+def _success(rate: Rate) -> str:
+    return f"{rate.share:.0%} ({rate.hits} of {rate.of}; {rate.interval.low:.0%} to {rate.interval.high:.0%})"

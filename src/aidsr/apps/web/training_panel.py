@@ -17,7 +17,6 @@ from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notic
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_check, format_duration
-from aidsr.core.rates import Rate
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
@@ -237,16 +236,16 @@ def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
 def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
     with box("scroll"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("what differs", "success", "95 % interval", "kept"):
-                text(title, "" if title == "what differs" else "num", "th")
+            for title in ("perturbation", "success", "95 % interval", "kept"):
+                text(title, "" if title == "perturbation" else "num", "th")
         with box(tag="tbody"):
             for one in perturbed:
-                interval = Rate(len(one.succeeded), one.episodes).interval
+                low, high = one.success_interval
                 kept = "–" if one.kept_share is None else f"{one.kept_share:.0%}"
                 with box(tag="tr"):
                     text(one.summary, "", "td")
                     text(f"{len(one.succeeded)} of {one.episodes}", "num", "td")
-                    text(f"{interval.low:.0%} to {interval.high:.0%}", "num", "td")
+                    text(f"{low:.0%} to {high:.0%}", "num", "td")
                     text(kept, "num", "td")
 
 
