@@ -61,7 +61,7 @@ def test_a_perturbed_evaluation_is_asked_for_printed_and_kept(tmp_path, capsys):
     scene = assemble(Robot(mjcf=small_arm(), functional_part="tip"), ROOM, Placement(mount="mount", base="fixed")).mjcf
     task = goal_task(parse_goal(GOAL), scene)
     train(TaskScene.of(scene, task), folder, steps=64, recipe=SMALL, threads=1)
-    run_main("evaluate", folder, "--threads", "1", "--no-videos", "--perturbed")
+    run_main("evaluate", folder, "--threads", "1", "--no-videos", "--episodes", "20", "--perturbed")
     printed = capsys.readouterr().out
     assert "masses of the robot off by up to 20%" in printed
     assert "cable friction 0.3" in printed
