@@ -314,3 +314,23 @@ def test_of_thousands_of_faults_of_a_kind_the_first_are_reported() -> None:
     with pytest.raises(MjcfError) as caught:
         read_mjcf("<mujoco><worldbody>" + '<geom sise="1"/>' * 5000 + "</worldbody></mujoco>")
     assert len(caught.value.faults) == 200
+
+
+@pytest.mark.parametrize("mass", ["nan", "nan(1)", "nan(0x1)", "nan()", "-NaN(abc)", "infinity", "1e999", "0x1p99999"])
+def test_numbers_that_are_none_in_any_spelling_of_c(mass: str) -> None:
+    with pytest.raises(MjcfError, match="is not a finite number"):
+        read_mjcf(f'<mujoco><worldbody><body><geom size="1" mass="{mass}"/></body></worldbody></mujoco>')
+
+
+@pytest.mark.parametrize(
+    "asks",
+    [
+        '<worldbody><replicate count="1000000000"/></worldbody>',
+        '<worldbody><replicate count="100000"><replicate count="100000"/></replicate></worldbody>',
+        '<size memory="+99999G"/>',
+        '<asset><texture type="2d" builtin="flat" width="0x100000" height="1"/></asset>',
+    ],
+)
+def test_what_asks_for_too_much_in_another_spelling(asks: str) -> None:
+    with pytest.raises(MjcfError, match=r"at most \d+ allowed"):
+        read_mjcf(f"<mujoco>{asks}</mujoco>")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Iterator
 from typing import cast
 
@@ -12,6 +14,8 @@ from aidsr.core.artifacts import Fault
 Element = etree._Element
 
 _MAX_LISTED = 12  # our choice: what a reader takes in; the rest is counted
+_HEXADECIMAL = re.compile(r"[-+]?0x", re.IGNORECASE)
+_NAN = re.compile(r"[-+]?nan(\(\w*\)?)?", re.IGNORECASE)
 _LONGEST_WORD = 100  # our choice: no tag of MJCF is longer; XML allows 50,000 characters
 
 
@@ -34,11 +38,24 @@ def line_of(element: Element) -> int | None:
 
 
 def numbers(text: str) -> list[float]:
-    """Return the numbers in an attribute; empty when any of it is not a number, which MuJoCo then refuses."""
+    """Return the numbers in an attribute as MuJoCo reads them; empty when any of it is none, which MuJoCo refuses."""
     try:
-        return [float(word) for word in text.split()]
+        return [_number(word) for word in text.split()]
     except ValueError:
         return []
+
+
+def _number(word: str) -> float:
+    """Return a number as C reads it: also 0x1p-3, and nan with anything in brackets behind it.
+
+    Source: ISO C, strtod, with which MuJoCo reads numbers.
+    """
+    if _HEXADECIMAL.match(word):
+        try:
+            return float.fromhex(word)
+        except OverflowError:
+            return math.inf
+    return math.nan if _NAN.fullmatch(word) else float(word)
 
 
 def describe(element: Element) -> str:

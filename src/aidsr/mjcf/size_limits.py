@@ -62,7 +62,7 @@ _LARGEST: dict[str, dict[str, float]] = {
 _LARGEST_ANYWHERE = {"nsample": 1e4} | {
     f"nuser_{kind}": 1000.0 for kind in ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
 }
-_MEMORY = re.compile(r"\s*(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
+_MEMORY = re.compile(r"\s*\+?(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
 
 
 def check_tree_size(root: Element, limits: SizeLimits) -> Iterator[Fault]:
@@ -119,7 +119,9 @@ def _generates_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
         bodies, parts = sum(count[0] for count in inside), sum(count[1] for count in inside)
         if element.tag in _GENERATORS:
             asked = math.prod(max(1.0, number) for number in numbers(element.get("count", "1")))
-            bodies, parts = (bodies * asked, parts * asked) if element.tag == "replicate" else (asked, asked)
+            # an empty <replicate> takes as long to carry out as one with a part
+            inside_parts = max(parts, 1.0)
+            bodies, parts = (bodies * asked, inside_parts * asked) if element.tag == "replicate" else (asked, asked)
         built[element] = (bodies + (element.tag == "body"), parts + (element.tag in _PARTS))
     for element, (bodies, parts) in built.items():
         if not any(_exceeds(built.get(child, (0, 0)), limits) for child in element):

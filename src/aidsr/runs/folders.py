@@ -31,6 +31,7 @@ from aidsr.core.artifacts import (
 from aidsr.core.calls import CallRecord
 from aidsr.core.config import Budget
 from aidsr.core.errors import UserError
+from aidsr.core.numbered import numbered_in
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.files import BytesFile, JsonFile, MjcfFile
@@ -165,7 +166,7 @@ class DesignFolder:
     @property
     def iterations(self) -> tuple[IterationFolder, ...]:
         """The iterations so far, in order."""
-        return tuple(IterationFolder(path) for path in _numbered(self.path))
+        return tuple(IterationFolder(path) for path in numbered_in(self.path))
 
     def leading_to(self, number: int | None = None) -> tuple[IterationFolder, ...]:
         """Return iterations newest first, in which a design is to be looked for: each holds what was made in it.
@@ -226,7 +227,7 @@ class Run:
     @property
     def designs(self) -> tuple[DesignFolder, ...]:
         """The designs so far, in order."""
-        return tuple(DesignFolder(path) for path in _numbered(self.path / "designs"))
+        return tuple(DesignFolder(path) for path in numbered_in(self.path / "designs"))
 
     def asked(self) -> RunRecord:
         """Return what was asked of the run.
@@ -289,15 +290,6 @@ def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> R
     run.record.write(record)
     mark_as_ours(run.record.path)
     return run
-
-
-def _numbered(folder: Path) -> list[Path]:
-    if not folder.is_dir():
-        return []
-    return sorted(
-        (path for path in folder.iterdir() if path.name.isdigit() and path.is_dir()),
-        key=lambda p: int(p.name),
-    )
 
 
 def _slug(text: str) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 
 from aidsr.core.artifacts import Artifact, Evaluation
 from aidsr.core.errors import UserError
+from aidsr.core.numbered import numbered_in
 from aidsr.runs.files import BytesFile, JsonFile, replace_file
 from aidsr.runs.folders import DesignFolder
 
@@ -90,8 +91,7 @@ class Training:
 def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
     """Return the trainings of a design, in order."""
     folder = design.path / "training"
-    found = folder.glob("[0-9]*") if folder.is_dir() else ()
-    return tuple(Training(path) for path in sorted(found) if path.name.isdigit() and (path / "config.json").exists())
+    return tuple(Training(path) for path in numbered_in(folder) if (path / "config.json").exists())
 
 
 def verdict_in_words(training: Training) -> str:

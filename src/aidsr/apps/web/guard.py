@@ -15,6 +15,8 @@ from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
 
+from aidsr.core.numbered import is_number
+
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -145,7 +147,7 @@ def _too_large(scope: Scope, headers: dict[str, str]) -> Refusal | None:
     length = headers.get("content-length")
     if length is None:
         return None if "transfer-encoding" not in headers else Refusal(411, "Content-Length required")
-    if not length.isdigit() or int(length) > MAX_BODY_BYTES:
+    if not is_number(length) or int(length) > MAX_BODY_BYTES:
         return Refusal(413, f"at most {MAX_BODY_BYTES} bytes can be sent at once")
     return None
 

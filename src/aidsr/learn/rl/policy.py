@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import warnings
 import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -23,6 +25,11 @@ from aidsr.tasks.readings import FloatArray
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy
     from stable_baselines3.common.vec_env import VecNormalize
+
+_MAX_BYTES = 64 * 2**20
+"""Bytes of a policy, unpacked, and of its normalisation. Our choice: a hundred times what a usual network takes."""
+_UNREADABLE = (ValueError, TypeError, RuntimeError, EOFError, RecursionError, NotImplementedError, UnpicklingError)
+"""What reading weights and JSON raises when they are none; the first is also that of JSON and of text."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +80,25 @@ class Normalisation:
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """Return the statistics that `to_json` wrote."""
+        """Return the statistics that `to_json` wrote.
+
+        Raises:
+            ValueError, TypeError, KeyError: The text holds something else.
+        """
         plain = json.loads(text)
-        return cls(**plain | {"mean": np.array(plain["mean"]), "var": np.array(plain["var"])})
+        arrays = {name: np.array(plain[name], dtype=float) for name in ("mean", "var")}
+        numbers = {name: float(value) for name, value in plain.items() if name not in arrays}
+        if arrays["mean"].ndim != 1 or arrays["var"].shape != arrays["mean"].shape:
+            raise ValueError("the normalisation is not one number for each observation")
+        if not np.isfinite([*arrays["mean"], *arrays["var"], *numbers.values()]).all():
+            raise ValueError("the normalisation has a number that is not finite")
+        return cls(mean=arrays["mean"], var=arrays["var"], **numbers)
+
+
+def _text_within_limit(path: Path) -> str:
+    if path.stat().st_size > _MAX_BYTES:
+        raise UserError(f"{path} has more than {_MAX_BYTES // 2**20} MiB; train the policy again")
+    return path.read_text(encoding="utf-8")
 
 
 def network_options(recipe: Recipe) -> dict[str, Any]:
@@ -134,17 +157,26 @@ class TrainedPolicy:
         from stable_baselines3.common.policies import ActorCriticPolicy
 
         try:
-            normalisation = Normalisation.from_json((folder / "normalisation.json").read_text(encoding="utf-8"))
+            normalisation = Normalisation.from_json(_text_within_limit(folder / "normalisation.json"))
             with zipfile.ZipFile(folder / "policy.zip") as archive:
-                weights = torch.load(BytesIO(archive.read("policy.pth")), map_location="cpu", weights_only=True)
+                if archive.getinfo("policy.pth").file_size > _MAX_BYTES:
+                    raise UserError(f"the policy in {folder} has more than {_MAX_BYTES // 2**20} MiB; train it again")
+                content = BytesIO(archive.read("policy.pth"))
+            with warnings.catch_warnings(
+                action="ignore"
+            ):  # about files that torch did not write, which it then refuses
+                weights = torch.load(content, map_location="cpu", weights_only=True)
         except (OSError, KeyError, zipfile.BadZipFile) as error:
             raise UserError(f"no trained policy in {folder}: {error}") from None
+        except _UNREADABLE as error:
+            reason = str(error).strip().partition("\n")[0]
+            raise UserError(f"the policy in {folder} cannot be read ({reason}); train it again") from None
         seen = spaces.Box(-np.inf, np.inf, normalisation.mean.shape, np.float32)
         done = spaces.Box(-1.0, 1.0, (n_actions,), np.float32)
         network = ActorCriticPolicy(seen, done, lambda _: recipe.learning_rate, **network_options(recipe))
         try:
             network.load_state_dict(weights)
-        except RuntimeError:
+        except (RuntimeError, TypeError, AttributeError):
             raise UserError(
                 f"the policy in {folder} was trained for a robot with other actuators, or with another recipe"
             ) from None

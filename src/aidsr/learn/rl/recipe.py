@@ -43,7 +43,7 @@ class Recipe(Artifact):
     entropy_bonus: Annotated[float, Field(ge=0)] = 0.01
     """Weight of the policy's entropy in what is maximised, until the policy settles. Without it noise dies where it
     costs progress, and the policy stays where it has come to (docs/learning.md)."""
-    hidden_sizes: tuple[int, ...] = (64, 64)
+    hidden_sizes: Annotated[tuple[Annotated[int, Field(ge=1, le=4096)], ...], Field(max_length=8)] = (64, 64)
     """Of policy and of value, which share nothing."""
     smoothing: Annotated[float, Field(ge=0, lt=1)] = 0.0
     """Share of the previous action that is kept in the next."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from aidsr.core.errors import UserError
+from aidsr.core.numbered import numbered_in
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import rollout
@@ -100,7 +101,7 @@ def folder_for(
     It may be unfinished; with `again` it is the next one in any case.
     """
     config = _config(scene, steps, seed, recipe or Recipe())
-    numbered = sorted((path for path in home.glob("[0-9]*") if path.name.isdigit()), key=lambda path: int(path.name))
+    numbered = numbered_in(home)
     same = [] if again else [path for path in numbered if _holds(path, config)]
     return same[-1] if same else home / f"{int(numbered[-1].name) + 1 if numbered else 1:03d}"
 
