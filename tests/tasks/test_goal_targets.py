@@ -119,10 +119,8 @@ def test_a_goals_own_sensors_are_found_again(goal):
 
 
 def test_only_a_sensor_has_the_name_of_a_sensor():
-    text = placed(
-        with_more(TABLE, '<site name="goal_offset"/>', '<body name="goal_position"><geom size="0.01"/></body>')
-    )
-    model = TaskScene.of(text, made(GOALS["lift"])).model
+    more = '<site name="goal_offset"/>', '<body name="goal_position"><geom size="0.01"/></body>'
+    model = TaskScene.of(placed(with_more(TABLE, *more)), made(GOALS["lift"], *more)).model
     assert [model.sensor(name).dim[0] for name in ("goal_offset", "goal_position")] == [3, 3]
 
 

@@ -129,6 +129,10 @@ class StraightAhead(FlatGround):
 
     time_limit_s = 6.0
 
+    @property
+    def environment(self):
+        return load_task("flat_ground").environment
+
     def sample_variation(self, rng):
         return Variation((turned_lane(rng, 0.0),))
 

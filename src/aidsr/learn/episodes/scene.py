@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, map_ac
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.mjcf.read import parse_document
 from aidsr.sim.assembly import add_sensors
+from aidsr.sim.same_environment import find_environment_change
 from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task
 from aidsr.tasks.readings import FloatArray
@@ -64,6 +66,7 @@ class TaskScene:
         mjcf = _with_sensors(read_mjcf_text(scene), task)
         model = compile_mjcf(mjcf)
         check_task_sensors(model, task.sensors)
+        _check_environment(model, task)
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
 
     def with_actions(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
@@ -136,6 +139,25 @@ def _check_edits(root: etree._Element, task: Task) -> None:
                         f"not a scene of {task.name} at level {task.level}: {element} {name} has {attribute} "
                         f"{written}, not {numbers}. Name the level it was made for, or design for this one"
                     )
+
+
+def _check_environment(model: mujoco.MjModel, task: Task) -> None:
+    """Refuse a scene that changes anything around the robot: it would make the job easier.
+
+    Raises:
+        UserError: It does.
+    """
+    change = find_environment_change(model, _compiled(task.environment))
+    if change:
+        raise UserError(
+            f"not a scene of {task.name}: {change}. Assemble the robot into the task's own environment, and leave that "
+            "as it is"
+        )
+
+
+@functools.lru_cache(maxsize=32)
+def _compiled(environment: str) -> mujoco.MjModel:
+    return compile_mjcf(environment)
 
 
 def _same_numbers(written: str, wanted: FloatArray) -> bool:

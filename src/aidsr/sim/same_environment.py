@@ -1,0 +1,185 @@
+"""Whether a robot in a scene stands in the environment that its task has, unchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.ownership import read_ownership
+from aidsr.sim.structure import equality_bodies
+
+_OPTIONS = (
+    "gravity", "wind", "magnetic", "density", "viscosity", "impratio", "integrator", "cone", "disableflags",
+    "enableflags", "o_margin", "o_solref", "o_solimp", "o_friction",
+)  # fmt: skip
+_FIELDS = {
+    "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia", "gravcomp"),
+    "jnt": (
+        "type", "pos", "axis", "stiffness", "limited", "range", "margin", "solref", "solimp", "actfrclimited",
+        "actfrcrange",
+    ),
+    "dof": ("damping", "armature", "frictionloss", "solref", "solimp"),
+    "geom": (
+        "type", "contype", "conaffinity", "condim", "priority", "size", "pos", "quat", "friction", "solmix", "solref",
+        "solimp", "margin", "gap", "fluid",
+    ),
+    "site": ("pos", "quat"),
+    "actuator": (
+        "trntype", "dyntype", "gaintype", "biastype", "dynprm", "gainprm", "biasprm", "ctrllimited", "ctrlrange",
+        "forcelimited", "forcerange", "actlimited", "actrange", "gear",
+    ),
+    "sensor": ("type", "objtype", "reftype", "cutoff"),
+    "eq": ("type", "active0", "solref", "solimp", "data"),
+}  # fmt: skip
+"""Numbers of an environment that decide how a task goes, by the kind of element."""
+_KINDS = {
+    "body": mujoco.mjtObj.mjOBJ_BODY,
+    "jnt": mujoco.mjtObj.mjOBJ_JOINT,
+    "geom": mujoco.mjtObj.mjOBJ_GEOM,
+    "site": mujoco.mjtObj.mjOBJ_SITE,
+    "actuator": mujoco.mjtObj.mjOBJ_ACTUATOR,
+    "sensor": mujoco.mjtObj.mjOBJ_SENSOR,
+    "eq": mujoco.mjtObj.mjOBJ_EQUALITY,
+}
+_TARGETS = {
+    int(mujoco.mjtTrn.mjTRN_JOINT): mujoco.mjtObj.mjOBJ_JOINT,
+    int(mujoco.mjtTrn.mjTRN_JOINTINPARENT): mujoco.mjtObj.mjOBJ_JOINT,
+    int(mujoco.mjtTrn.mjTRN_TENDON): mujoco.mjtObj.mjOBJ_TENDON,
+    int(mujoco.mjtTrn.mjTRN_SITE): mujoco.mjtObj.mjOBJ_SITE,
+    int(mujoco.mjtTrn.mjTRN_BODY): mujoco.mjtObj.mjOBJ_BODY,
+    int(mujoco.mjtTrn.mjTRN_SLIDERCRANK): mujoco.mjtObj.mjOBJ_SITE,
+}
+_WORDS = {"jnt": "joint", "dof": "joint", "eq": "equality"}
+_RELATIVE, _ABSOLUTE = 1e-3, 1e-5
+"""A scene's text keeps six digits of its numbers."""
+
+
+def find_environment_change(scene: mujoco.MjModel, environment: mujoco.MjModel) -> str:
+    """Return the first thing in which the environment of a scene differs from the one it should be, empty if nothing.
+
+    A smaller time step is no difference, as assembly chooses one for a robot that needs it.
+
+    Args:
+        scene: A robot in an environment.
+        environment: The environment without a robot, or a scene with one.
+    """
+    return next(_differences(_Environment(scene), _Environment(environment)), "")
+
+
+class _Environment:
+    """What of a model is not the robot's, by kind of element in order."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.owned = read_ownership(model)
+
+    @cached_property
+    def bodies(self) -> list[int]:
+        ours = set(self.owned.bodies) if self.owned.is_scene else set()
+        return [body for body in range(self.model.nbody) if body not in ours]
+
+    def elements(self, kind: str) -> list[int]:
+        model, bodies = self.model, set(self.bodies)
+        if kind == "body":
+            return self.bodies
+        if kind in ("jnt", "dof", "geom", "site"):
+            return np.flatnonzero(np.isin(getattr(model, f"{kind}_bodyid"), self.bodies)).tolist()
+        if kind == "actuator":
+            mine = self.owned.actuator if self.owned.is_scene else lambda _: False
+            return [index for index in range(model.nactuator) if not mine(index)]
+        if kind == "eq":
+            return [index for index in range(model.neq) if set(_ends(model, index)) <= bodies]
+        return [index for index in range(model.nsensor) if self.name(kind, index)]
+
+    def refers_to(self, kind: str, index: int) -> tuple[str, ...]:
+        """Return what an actuator acts on, a sensor measures or an equality joins, by name."""
+        model = self.model
+        if kind == "actuator":
+            found = _TARGETS[int(model.actuator_trntype[index])]
+            return (mujoco.mj_id2name(model, found, int(model.actuator_trnid[index, 0])) or "",)
+        if kind == "sensor":
+            ends = (("objtype", "objid"), ("reftype", "refid"))
+            pairs = [(getattr(model, f"sensor_{a}")[index], getattr(model, f"sensor_{b}")[index]) for a, b in ends]
+            return tuple(mujoco.mj_id2name(model, int(a), int(b)) or "" for a, b in pairs if b >= 0)
+        if kind == "eq":
+            return tuple(self.name("body", body) for body in _ends(model, index))
+        return ()
+
+    def contacts(self) -> list[tuple[str, ...]]:
+        """Return the pairs and exclusions of contact that concern none of the robot's bodies, by name."""
+        model, bodies = self.model, set(self.bodies)
+        apart = [(int(ends) >> 16, int(ends) & 0xFFFF) for ends in model.exclude_signature]
+        found = [tuple(sorted(self.name("body", end) for end in ends)) for ends in apart if set(ends) <= bodies]
+        for ends in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True):
+            if {int(model.geom_bodyid[geom]) for geom in ends} <= bodies:
+                found.append(tuple(sorted(self.name("geom", geom) for geom in ends)))
+        return sorted(found)
+
+    def name(self, kind: str, index: int) -> str:
+        if kind == "dof":
+            return self.name("jnt", int(self.model.dof_jntid[index]))
+        return mujoco.mj_id2name(self.model, _KINDS[kind], index) or ""
+
+
+def _ends(model: mujoco.MjModel, equality: int) -> list[int]:
+    return list(equality_bodies(model, equality))
+
+
+def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:
+    for option in _OPTIONS:
+        present, right = (np.atleast_1d(getattr(side.model.opt, option)) for side in (scene, wanted))
+        if not np.allclose(present, right, rtol=_RELATIVE, atol=_ABSOLUTE):
+            yield f"option has {option} {_numbers(present)}, not {_numbers(right)}"
+    steps = wanted.model.opt.timestep / scene.model.opt.timestep
+    if steps < 1 - _RELATIVE or abs(steps - round(steps)) > _RELATIVE * steps:
+        yield f"the time step is {scene.model.opt.timestep:g} s, which does not divide {wanted.model.opt.timestep:g} s"
+    for kind, fields in _FIELDS.items():
+        here, there = scene.elements(kind), wanted.elements(kind)
+        if kind in ("sensor", "site", "actuator"):  # a robot and a task bring more of these along
+            by_name = {scene.name(kind, index): index for index in here}
+            if missing := [name for index in there if (name := wanted.name(kind, index)) not in by_name]:
+                yield f"{_WORDS.get(kind, kind)} {missing[0]} is missing"
+                continue
+            extra = set(by_name) - {wanted.name(kind, index) for index in there}
+            if kind == "actuator" and extra:
+                yield f"actuator {min(extra)} is none of the environment"
+            here = [by_name[wanted.name(kind, index)] for index in there]
+        if len(here) != len(there):
+            yield f"it has {len(here)} elements of the kind {_WORDS.get(kind, kind)}, not {len(there)}"
+            continue
+        yield from _numbers_differ(kind, fields, scene, here, wanted, there)
+        for mine, theirs in zip(here, there, strict=True):
+            if scene.refers_to(kind, mine) != wanted.refers_to(kind, theirs):
+                ends = " and ".join(scene.refers_to(kind, mine))
+                yield f"{_WORDS.get(kind, kind)} {wanted.name(kind, theirs)} refers to {ends}"
+    if scene.contacts() != wanted.contacts():
+        yield "its pairs of contact or exclusions of contact differ"
+
+
+def _numbers_differ(
+    kind: str, fields: Sequence[str], scene: _Environment, here: list[int], wanted: _Environment, there: list[int]
+) -> Iterator[str]:
+    for field in fields:
+        name = f"{kind}_{field}"
+        present, right = (_rows(side.model, name, ids) for side, ids in ((scene, here), (wanted, there)))
+        if field == "quat":  # the same turn may be written with either sign
+            present = present * np.where((present * right).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+        bad = np.flatnonzero(~np.isclose(present, right, rtol=_RELATIVE, atol=_ABSOLUTE).all(axis=1))
+        if bad.size:
+            row = int(bad[0])
+            called = wanted.name(kind, there[row]) or f"number {row + 1}"
+            what = f"{_WORDS.get(kind, kind)} {called}"
+            yield f"{what} has {field} {_numbers(present[row])}, not {_numbers(right[row])}"
+
+
+def _rows(model: mujoco.MjModel, name: str, ids: list[int]) -> NDArray[np.float64]:
+    values = np.asarray(getattr(model, name), dtype=np.float64)
+    return values.reshape(len(values), -1)[ids] if len(values) else np.zeros((0, 1))
+
+
+def _numbers(values: NDArray[np.float64]) -> str:
+    return " ".join(f"{value:g}" for value in np.asarray(values, dtype=np.float64))

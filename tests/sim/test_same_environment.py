@@ -1,0 +1,90 @@
+"""What is changed around a robot is found, and what assembly does is not."""
+
+from __future__ import annotations
+
+import mujoco
+import pytest
+
+from aidsr.core.artifacts import Placement, Robot
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.assembly import assemble
+from aidsr.sim.same_environment import find_environment_change
+from aidsr.tasks import TASKS, load_task
+
+ROBOT = Robot(
+    functional_part="stick",
+    mjcf="""
+<mujoco>
+  <option timestep="0.001"/>
+  <worldbody>
+    <body name="base">
+      <geom name="base" size="0.02"/>
+      <body name="stick">
+        <joint name="bend" axis="0 1 0" stiffness="0.2" damping="0.01"/>
+        <geom name="stick" type="capsule" size="0.01" fromto="0 0 0 0 0 0.2" mass="0.05"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor name="bend" joint="bend" ctrlrange="-1 1"/></actuator>
+  <sensor><jointpos name="bend" joint="bend"/></sensor>
+</mujoco>""",
+)
+
+
+def scene_of(name: str) -> str:
+    task = load_task(name)
+    base = "free" if task.base == "free" else "fixed"
+    return assemble(ROBOT, task.environment, Placement(mount="mount", base=base), task.sensors).mjcf
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_an_assembled_scene_leaves_the_environment_as_it_is(name):
+    environment = mujoco.MjModel.from_xml_string(load_task(name).environment)
+    scene = mujoco.MjModel.from_xml_string(scene_of(name))
+    assert find_environment_change(scene, environment) == ""
+    assert find_environment_change(scene, scene) == ""
+
+
+CHANGES = {
+    "gravity": ("gravity has", lambda spec: setattr(spec.option, "gravity", [1.0, 0.0, -9.8])),
+    "wind": ("wind", lambda spec: setattr(spec.option, "wind", [1.0, 0.0, 0.0])),
+    "time step": ("time step", lambda spec: setattr(spec.option, "timestep", 0.0015)),
+    "spring": (
+        "joint button_slide has stiffness",
+        lambda spec: spec.joint("button_slide").stiffness.__setitem__(0, 1.0),
+    ),
+    "place": ("body button has pos", lambda spec: setattr(spec.body("button"), "pos", [0.1, 0.0, 0.5])),
+    "friction": ("geom floor has friction", lambda spec: setattr(spec.geom("floor"), "friction", [5.0, 0.005, 0.0001])),
+    "mount": ("site mount has pos", lambda spec: setattr(spec.site("mount"), "pos", [0.1, 0.0, 0.7])),
+    "sensor": (
+        "sensor button_travel refers to",
+        lambda spec: setattr(spec.sensor("button_travel"), "objname", "robot/bend"),
+    ),
+    "equality": ("elements of the kind equality", lambda spec: _hold(spec)),
+    "exclusion": ("exclusions of contact", lambda spec: _exclude(spec)),
+    "actuator": ("actuator helper is none of", lambda spec: _help(spec)),
+}
+
+
+def _hold(spec):
+    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1="button_slide", objtype=mujoco.mjtObj.mjOBJ_JOINT)
+
+
+def _exclude(spec):
+    spec.add_exclude(bodyname1="button", bodyname2="world")
+
+
+def _help(spec):
+    spec.add_actuator(name="helper", target="button_slide", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+
+
+@pytest.mark.parametrize(("words", "change"), CHANGES.values(), ids=CHANGES)
+def test_a_change_around_the_robot_is_found(words, change):
+    environment = mujoco.MjModel.from_xml_string(load_task("button_pushing").environment)
+    spec = mujoco.MjSpec.from_string(scene_of("button_pushing"))
+    change(spec)
+    found = find_environment_change(spec.compile(), environment)
+    assert all(word in found for word in words.split(" has"))
+    with pytest.raises(UserError, match="not a scene of reaching/button_pushing"):
+        TaskScene.of(spec.to_xml(), "button_pushing")
