@@ -4,15 +4,21 @@
 
 A study (aidsr.studies) with one concept a run: the n-th design of a task is the first concept of seed n - 1. Every
 task gets its first design before any gets its second, so the table means something whenever it is stopped. Raw outcomes
-go to results.jsonl beside this file and the table made of them to results.md, or to files of another name
-(`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome is in
-the .jsonl is not trained again. To train all yourself, name files that are not there yet.
+go to results-version4.jsonl beside this file and the table made of them to results-version4.md, or to files of another
+name (`--out mine`). The same command goes on with what is left, on this machine or another one: a design whose outcome
+is in the .jsonl is not trained again. To train all yourself, name files that are not there yet.
+
+`--seeds 3` trains three policies a design; a design is then valid or successful where most of them are. `--publish`
+copies policies and scenes to a folder, from which `aidsr evaluate` takes them. `--write-only` also writes tables of
+earlier versions of the benchmark again, from their .jsonl.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import sys
+import zipfile
 from collections import Counter
 from collections.abc import Sequence
 from functools import partial
@@ -22,10 +28,12 @@ from typing import Any
 
 from pydantic import Field
 
-from aidsr.core.artifacts import Artifact
+from aidsr.core.artifacts import Artifact, Evaluation
 from aidsr.core.config import RunConfig
 from aidsr.core.errors import UserError
+from aidsr.core.provenance import commit, processor
 from aidsr.core.rates import Rate
+from aidsr.learn.rl.evaluation import VERDICT_EPISODES
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training import BUDGET_STEPS
 from aidsr.learn.rl.training_folder import TrainingFolder
@@ -35,10 +43,16 @@ from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
-from aidsr.studies.tables import PAPER
-from aidsr.tasks import load_task, task_names
+from aidsr.studies.tables import IN_SAMPLE, PAPER
+from aidsr.tasks import BENCHMARK_VERSION, load_task, task_names
 
 HOME = Path(__file__).parent
+_OUT = f"results-version{BENCHMARK_VERSION}"
+_FIRST_OUT = "results"
+"""Of version 3, when no name told the version."""
+_SHARES = (0.5, 0.8, 0.95)
+"""Of episodes won: the first is the paper's binary rate, the others tell a reliable policy from a lucky one."""
+_PUBLISHED = ("config.json", "scene.xml", "normalisation.json", "training.json", "evaluation.json")
 _RECIPE = Recipe().model_dump(mode="json")
 """What policies are trained with today."""
 
@@ -64,8 +78,14 @@ class Row(Artifact):
     recipe: dict[str, Any] | None = None
     """As it was then, with the fields it had then; None where it was not written down."""
     mujoco: str
+    policy_seed: int = 0
+    commit: str = ""
+    """Of the source that evaluated; this and what follows is empty in rows of before it was kept."""
+    processor: str = ""
+    versions: dict[str, str] = Field(default_factory=dict)
     scene_sha256: str = ""
     """Of the scene it was trained in, by which it can be told whether today's team would make the same."""
+    policy_sha256: str = ""
     episodes: dict[str, int] = Field(default_factory=dict)
     """How many held-out episodes ended in which way."""
     best_progress: float | None = None
@@ -82,14 +102,19 @@ def main() -> None:
     parser.add_argument("--designs", type=int, default=5, help="of each task")
     parser.add_argument("--steps", type=int, default=BUDGET_STEPS, help="control steps a policy, at most")
     parser.add_argument("--jobs", type=int, default=2, help="side by side, one core each")
-    parser.add_argument("--out", default="results", help="name of the table, without its ending")
+    parser.add_argument("--seeds", type=int, default=1, help="policies of each design")
+    parser.add_argument("--out", default=_OUT, help="name of the table, without its ending")
+    parser.add_argument("--publish", type=Path, help="folder to copy policies and scenes to")
     parser.add_argument("--write-only", action="store_true", help="write the table of what is there, do nothing else")
     asked = parser.parse_args()
+    if asked.write_only and _write_earlier(asked.out):
+        return
     folder = asked.folder or Path("build") / f"builtin-{asked.steps}"
     plan = StudyPlan(
         tasks=tuple(load_task(name).name for name in asked.tasks),
         arms=(Arm(name="builtin", config=RunConfig(model="builtin", concepts=1)),),
         runs=asked.designs,
+        seeds=asked.seeds,
         steps=asked.steps,
         probe=False,
         versions=versions_now(),
@@ -97,11 +122,59 @@ def main() -> None:
     published = kept(HOME / f"{asked.out}.jsonl", plan)
     study = create_study(folder, plan)
     if not asked.write_only:
-        there = {(row.task, row.design) for row in published}
-        elsewhere = frozenset(cell for cell in study.cells if (cell.task, cell.number) in there)
+        there = Counter((row.task, row.design) for row in published)
+        without = {(row.task, row.design) for row in published if row.best_progress is None}
+        elsewhere = frozenset(
+            cell
+            for cell in study.cells
+            if there[cell.task, cell.number] >= plan.seeds or (cell.task, cell.number) in without
+        )
         sys.stdout.write(f"{len(elsewhere)} of {_planned(plan)} designs are in {asked.out}.jsonl already\n")
         run_study(study, LocalPool(folder, asked.jobs), partial(_note, study, published, asked.out), without=elsewhere)
     _write(study, published, asked.out)
+    if asked.publish:
+        publish(study, asked.publish)
+
+
+def _write_earlier(out: str) -> bool:
+    """Write the table of outcomes of an earlier version of the benchmark; return whether they are of one."""
+    rows = read_rows(HOME / f"{out}.jsonl")
+    if not rows or rows[0].benchmark_version == BENCHMARK_VERSION:
+        return False
+    replace_file(HOME / f"{out}.md", table(plan_of(rows), rows, out).encode())
+    return True
+
+
+def plan_of(rows: Sequence[Row]) -> StudyPlan:
+    """Return the plan that rows follow, all of one version."""
+    ((version, level, steps),) = {(row.benchmark_version, row.level, row.most_steps) for row in rows}
+    return StudyPlan(
+        tasks=tuple(dict.fromkeys(row.task for row in rows)),
+        level=level,
+        arms=(Arm(name="builtin", config=RunConfig(model="builtin", concepts=1)),),
+        runs=max(row.design for row in rows),
+        seeds=1 + max(row.policy_seed for row in rows),
+        steps=steps,
+        benchmark_version=version,
+    )
+
+
+def publish(study: Study, folder: Path) -> None:
+    """Copy what was trained and judged, so that `aidsr evaluate` can judge it again; of a policy only its weights."""
+    for cell in study.cells:
+        run = study.run(cell)
+        homes = [training_folder_of(run.design(1), seed) for seed in range(study.plan.seeds)] if run else []
+        for seed, home in enumerate(homes):
+            if not (home / "evaluation.json").exists():
+                continue
+            target = folder / cell.task.rpartition("/")[2] / f"{cell.number}-{seed}"
+            target.mkdir(parents=True, exist_ok=True)
+            for name in _PUBLISHED:
+                replace_file(target / name, (home / name).read_bytes())
+            with zipfile.ZipFile(home / "policy.zip") as trained, io.BytesIO() as weights:
+                with zipfile.ZipFile(weights, "w", zipfile.ZIP_DEFLATED) as archive:
+                    archive.writestr(zipfile.ZipInfo("policy.pth"), trained.read("policy.pth"))
+                replace_file(target / "policy.zip", weights.getvalue())
 
 
 def _note(study: Study, published: Sequence[Row], out: str, progress: Progress) -> None:
@@ -125,8 +198,13 @@ def kept(path: Path, plan: StudyPlan) -> tuple[Row, ...]:
     Raises:
         UserError: One is of other conditions than today's, or of a design that the plan does not ask for.
     """
+    return tuple(_fitting(row, plan, path) for row in read_rows(path))
+
+
+def read_rows(path: Path) -> tuple[Row, ...]:
+    """Return the outcomes in a file, none where there is no file."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return tuple(_fitting(Row.model_validate_json(line), plan, path) for line in lines)
+    return tuple(Row.model_validate_json(line) for line in lines)
 
 
 def merged(study: Study, published: Sequence[Row]) -> list[Row]:
@@ -135,18 +213,19 @@ def merged(study: Study, published: Sequence[Row]) -> list[Row]:
     Raises:
         UserError: One of the study is of other conditions than today's.
     """
-    found = {(row.task, row.design): row for row in published}
-    for row in read_outcomes(study):
-        if (row.evaluations or row.outcome not in ("unfinished", "approved")) and (row.task, row.run) not in found:
-            found[row.task, row.run] = _fitting(row_of(row, study), study.plan, study.path)
+    found = {(row.task, row.design, row.policy_seed): row for row in published}
+    for design in read_outcomes(study):
+        if design.evaluations or design.outcome not in ("unfinished", "approved"):
+            for row in rows_of(design, study):
+                found.setdefault((row.task, row.design, row.policy_seed), _fitting(row, study.plan, study.path))
     places = {task: place for place, task in enumerate(study.plan.tasks)}
-    return sorted(found.values(), key=lambda row: (row.design, places[row.task]))
+    return sorted(found.values(), key=lambda row: (row.design, places[row.task], row.policy_seed))
 
 
 def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
     conditions = (row.benchmark_version, row.level, row.most_steps, row.recipe)
     asked = conditions == (plan.benchmark_version, plan.level, plan.steps, _RECIPE)
-    if not asked or row.task not in plan.tasks or row.design > plan.runs:
+    if not asked or row.task not in plan.tasks or row.design > plan.runs or row.policy_seed >= plan.seeds:
         raise UserError(
             f"{where} holds design {row.design} of {row.task} with version {row.benchmark_version} of the "
             f"benchmark, level {row.level}, {row.most_steps:,} steps, recipe {row.recipe}; the table asked for has no "
@@ -157,62 +236,94 @@ def _fitting(row: Row, plan: StudyPlan, where: Path) -> Row:
     return row
 
 
-def row_of(row: DesignRow, study: Study) -> Row:
-    """Return what is kept of a design that came to its end."""
-    (evaluation,) = row.evaluations or (None,)
-    plan, run = study.plan, study.run(Cell(row.arm, row.task, row.run))
+def rows_of(design: DesignRow, study: Study) -> list[Row]:
+    """Return what is kept of a design that came to its end: a row for each policy, or one where there is none."""
+    plan, run = study.plan, study.run(Cell(design.arm, design.task, design.run))
     assert run is not None, "it came to its end"
-    facts: dict[str, Any] = {
-        "benchmark_version": plan.benchmark_version,
-        "most_steps": plan.steps,
-        "recipe": _RECIPE,
-        "mujoco": plan.versions["mujoco"],
+    homes = [TrainingFolder(training_folder_of(run.design(design.design), seed)) for seed in range(plan.seeds)]
+    judged = [home for home in homes if (home / "evaluation.json").exists()]
+    facts = {
+        "task": design.task,
+        "level": plan.level,
+        "design": design.run,
+        "family": design.family,
+        "outcome": design.outcome,
     }
-    if evaluation:
-        config = TrainingFolder(training_folder_of(run.design(row.design), 0)).read_json("config.json")
-        facts = {
-            "benchmark_version": config["benchmark_version"],
-            "most_steps": config["steps"],
-            "recipe": config["recipe"],
-            "mujoco": config["versions"]["mujoco"],
-            "scene_sha256": config["scene_sha256"],
-            "episodes": Counter(each.ended for each in evaluation.episodes),
-            "best_progress": fmean(each.best_progress for each in evaluation.episodes),
-            "failed_checks": {each.name: each.message for each in evaluation.checks if not each.passed},
-        }
+    if not judged:
+        return [_untrained(facts, plan)]
+    return [_trained(facts, home) for home in judged]
+
+
+def _untrained(facts: dict[str, Any], plan: StudyPlan) -> Row:
     return Row(
-        task=row.task,
-        level=plan.level,
-        design=row.run,
-        family=row.family,
-        outcome=row.outcome,
-        valid=row.valid,
-        successful=row.successful,
-        success_share=row.episodes_share,
-        steps=row.steps,
-        training_s=row.training_s,
         **facts,
+        valid=False,
+        successful=False,
+        success_share=0.0,
+        steps=0,
+        training_s=0.0,
+        benchmark_version=plan.benchmark_version,
+        most_steps=plan.steps,
+        recipe=_RECIPE,
+        mujoco=plan.versions["mujoco"],
+        commit=commit(),
+        processor=processor(),
+        versions=plan.versions,
     )
 
 
-def table(plan: StudyPlan, rows: Sequence[Row], out: str = "results") -> str:
+def _trained(facts: dict[str, Any], home: TrainingFolder) -> Row:
+    config, evaluation = home.read_json("config.json"), home.read("evaluation.json", Evaluation)
+    result = home.read_json("training.json")
+    return Row(
+        **facts,
+        valid=evaluation.valid,
+        successful=evaluation.successful,
+        success_share=evaluation.success_share if evaluation.valid else 0.0,
+        steps=result["steps"],
+        training_s=result["wall_s"],
+        benchmark_version=config["benchmark_version"],
+        most_steps=config["steps"],
+        recipe=config["recipe"],
+        mujoco=config["versions"]["mujoco"],
+        policy_seed=config["seed"],
+        commit=evaluation.commit,
+        processor=evaluation.processor,
+        versions=evaluation.versions,
+        scene_sha256=config["scene_sha256"],
+        policy_sha256=evaluation.policy_sha256,
+        episodes=Counter(each.ended for each in evaluation.episodes),
+        best_progress=fmean(each.best_progress for each in evaluation.episodes),
+        failed_checks={each.name: each.message for each in evaluation.checks if not each.passed},
+    )
+
+
+def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
     """Return outcomes as a Markdown table; its rates are of the designs that ended, and it says how many did."""
     mujoco = " and ".join(sorted({row.mujoco for row in rows})) or plan.versions["mujoco"]
+    counts = sorted({sum(row.episodes.values()) for row in rows if row.episodes}) or [VERDICT_EPISODES]
+    designs = _designs(rows)
     lines = [
         "# What the built-in team's robots learn",
         "",
         f"Made by `{_command(plan, out)}` with MuJoCo {mujoco}, version {plan.benchmark_version} of the benchmark, "
-        f"level {plan.level}, one seed, "
-        f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}.",
+        f"level {plan.level}, {'one seed' if plan.seeds == 1 else f'{plan.seeds} policies a design'}, "
+        f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}. "
+        f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}",
         "",
-        f"**{len(rows)} of {_planned(plan)} planned designs came to an end**; any others are in no figure. A design "
+        f"{IN_SAMPLE}{_earlier(plan)}",
+        "",
+        f"**{len(designs)} of {_planned(plan)} planned designs came to an end**; any others are in no figure. A design "
         "ends when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "
-        "Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; *progress* is the mean of "
-        "the furthest that each held-out episode came, of valid and invalid policies alike. Progress and steps are "
-        "means over the designs that were trained; time is their median wall time, longer where other work ran beside.",
+        "*Successful* is valid with at least 50 % of the episodes won, the paper's binary rate; beside it the designs "
+        "with at least 80 and 95 %. Intervals: Wilson, 95 %. *Episodes won* counts those of invalid policies as lost; "
+        "*progress* is the mean of the furthest that each held-out episode came, of valid and invalid policies alike. "
+        "Progress and steps are means over the policies that were trained; time is their median wall time, longer "
+        "where other work ran beside.",
         "",
-        "| task | ended | valid | successful | episodes won | progress | control steps | training, wall s | families |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| task | ended | valid | successful | 80 % | 95 % | episodes won | progress | control steps "
+        "| training, wall s | families |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
         *(_line(task, [row for row in rows if row.task == task], plan.runs) for task in plan.tasks),
         _line("**all**", rows, _planned(plan)),
         "",
@@ -221,30 +332,62 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = "results") -> str:
     return "\n".join(lines) + "\n"
 
 
+def _made_with(rows: Sequence[Row]) -> str:
+    """Return in words which commits and processors evaluated, empty where that is not known."""
+    commits, processors = (sorted({getattr(row, of) for row in rows} - {""}) for of in ("commit", "processor"))
+    return f" Evaluated at commit {', '.join(commits)} on {', '.join(processors)}." if commits else ""
+
+
+def _earlier(plan: StudyPlan) -> str:
+    if plan.benchmark_version == BENCHMARK_VERSION:
+        return ""
+    return (
+        f" These are results of version {plan.benchmark_version} of the benchmark, which did not ask whether cables "
+        f"and a soft body do the work; today's is version {BENCHMARK_VERSION}, and its figures are not comparable."
+    )
+
+
+def _designs(rows: Sequence[Row]) -> list[list[Row]]:
+    """Return rows by design."""
+    found: dict[tuple[str, int], list[Row]] = {}
+    for row in rows:
+        found.setdefault((row.task, row.design), []).append(row)
+    return list(found.values())
+
+
+def _most(designs: Sequence[Sequence[Row]], least: float) -> int:
+    """Return for how many designs most policies are valid and win at least this share of their episodes."""
+    won = ([row.valid and row.success_share >= least for row in policies] for policies in designs)
+    return sum(2 * sum(policies) > len(policies) for policies in won)
+
+
 def _planned(plan: StudyPlan) -> int:
     return len(plan.tasks) * plan.runs
 
 
 def _command(plan: StudyPlan, out: str) -> str:
     tasks = "" if plan.tasks == task_names() else f" --tasks {' '.join(plan.tasks)}"
-    named = "" if out == "results" else f" --out {out}"
-    return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{tasks}{named}"
+    seeds = "" if plan.seeds == 1 else f" --seeds {plan.seeds}"
+    named = "" if out in (_OUT, _FIRST_OUT) else f" --out {out}"
+    return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{seeds}{tasks}{named}"
 
 
 def _line(name: str, rows: Sequence[Row], planned: int) -> str:
-    measured = [""] * 7
+    measured, designs = [""] * 9, _designs(rows)
     if rows:
         trained = [row for row in rows if row.best_progress is not None]
+        reached = [_most(designs, least) for least in _SHARES]
         measured = [
-            _rate(sum(row.valid for row in rows), len(rows)),
-            _rate(sum(row.successful for row in rows), len(rows)),
+            _rate(_most(designs, 0.0), len(designs)),
+            _rate(reached[0], len(designs)),
+            *(f"{count} of {len(designs)}" for count in reached[1:]),
             f"{fmean(row.success_share for row in rows):.0%}",
             f"{fmean(row.best_progress or 0.0 for row in trained):.2f}" if trained else "",
             f"{fmean(row.steps for row in trained):,.0f}" if trained else "",
             f"{median(row.training_s for row in trained):.0f}" if trained else "",
             ", ".join(dict.fromkeys(row.family for row in rows)),
         ]
-    return "| " + " | ".join([name, f"{len(rows)} of {planned}", *measured]) + " |"
+    return "| " + " | ".join([name, f"{len(designs)} of {planned}", *measured]) + " |"
 
 
 def _rate(hits: int, of: int) -> str:
@@ -254,12 +397,13 @@ def _rate(hits: int, of: int) -> str:
 
 def _comparison(rows: Sequence[Row], plan: StudyPlan) -> str:
     tried, won = {row.task for row in rows}, {row.task for row in rows if row.successful}
-    checks = Counter(name for row in rows for name in row.failed_checks)
+    checks = Counter(name for row in rows for name in row.failed_checks)  # one row a policy
     failed = ", ".join(f"{name} {count}" for name, count in checks.most_common()) or "none"
     return (
         f"{len(tried)} of {len(plan.tasks)} tasks have a design that ended, {len(won)} of them a successful one. "
-        f"Checks of validity that failed, by designs: {failed}. Published, for orientation only: {PAPER.valid:.1%} "
-        f"valid, {PAPER.successful:.1%} successful, {PAPER.successful_by_table:.1%} by its own table ({PAPER.source})."
+        f"Checks of validity that failed, by policies: {failed}. Published, for orientation only: {PAPER.valid:.1%} "
+        f"valid, {PAPER.successful:.1%} successful, {PAPER.successful_by_table:.1%} by its own table ({PAPER.source}); "
+        "not comparable with rules that were written with these tasks in view."
     )
 
 

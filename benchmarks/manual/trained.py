@@ -15,6 +15,7 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -130,7 +131,7 @@ def table(rows: list[Row], command: str) -> str:
         "# What the language model's robots learn",
         "",
         f"Made by `{command}` from the recorded replies, level standard, one seed; the benchmark's budget is "
-        f"{BUDGET_STEPS:,} control steps.",
+        f"{BUDGET_STEPS:,} control steps.{_judged(verdicts)}",
         "",
         "| task | concept | valid | successful | episodes won | progress | control steps | training, wall s |",
         "|---|---|---|---|---|---|---|---|",
@@ -139,6 +140,12 @@ def table(rows: list[Row], command: str) -> str:
         f"Valid: {_told(valid)}. Successful: {_told(successful)}. Intervals: Wilson, 95 %.",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _judged(verdicts: Sequence[Evaluation | None]) -> str:
+    """Return in words what policies were judged by."""
+    found = {(each.benchmark_version, len(each.episodes)) for each in verdicts if each}
+    return "".join(f" Version {v} of the benchmark, {n} held-out episodes a policy." for v, n in sorted(found))
 
 
 _VERDICTS = ("valid", "successful")

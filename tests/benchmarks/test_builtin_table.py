@@ -3,6 +3,8 @@
 import importlib.util
 import json
 import sys
+import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,8 @@ from aidsr.core.errors import UserError
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.study import Arm, StudyPlan, create_study
-from aidsr.tasks import BENCHMARK_VERSION, task_names
+from aidsr.studies.tables import IN_SAMPLE
+from aidsr.tasks import BENCHMARK_VERSION
 
 PATH = Path(__file__).parents[2] / "benchmarks" / "builtin" / "table.py"
 TASKS = ("reaching/button_pushing", "locomotion/gap")
@@ -54,7 +57,7 @@ def written(path, *outcomes):
 def test_designs_that_did_not_end_are_in_no_rate(program, study):
     text = program.table(study.plan, program.merged(study, ()))
     assert "**0 of 10 planned designs came to an end**" in text
-    assert "| locomotion/gap | 0 of 5 |  |  |" in text
+    assert "| locomotion/gap | 0 of 5 |  |  |  |  |" in text
     assert "0 of 2 tasks have a design that ended" in text
 
 
@@ -64,41 +67,92 @@ def test_what_was_measured_elsewhere_is_kept(program, study, tmp_path):
     assert program.kept(tmp_path / "none.jsonl", study.plan) == ()
     text = program.table(study.plan, program.merged(study, [found]))
     assert "**1 of 10 planned designs came to an end**" in text
-    assert "| reaching/button_pushing | 1 of 5 | 1 of 1 (21% to 100%) | 1 of 1 (21% to 100%) | 75% | 0.90 |" in text
+    rates = "1 of 1 (21% to 100%) | 1 of 1 (21% to 100%) | 0 of 1 | 0 of 1"
+    assert f"| reaching/button_pushing | 1 of 5 | {rates} | 75% | 0.90 |" in text
 
 
 def test_a_design_without_a_policy_is_in_no_mean(program, study):
     lost = outcome(program, outcome="out_of_iterations", valid=False, successful=False, success_share=0.0)
     lost = lost.model_copy(update={"best_progress": None, "steps": 0})
     text = program.table(study.plan, [lost])
-    assert "| reaching/button_pushing | 1 of 5 | 0 of 1 (0% to 79%) | 0 of 1 (0% to 79%) | 0% |  |  |  | arm |" in text
+    rates = "0 of 1 (0% to 79%) | 0 of 1 (0% to 79%) | 0 of 1 | 0 of 1"
+    assert f"| reaching/button_pushing | 1 of 5 | {rates} | 0% |  |  |  | arm |" in text
 
 
-def test_a_policy_of_the_study_is_told_with_what_it_was_trained_with(program, study):
+def judged(study, *, seed: int = 0, valid: bool = False, won: int = 0, of: int = 1):
+    """A policy of the study's first run as it is on disk, and its row."""
     cell = next(iter(study.cells))
     folder = study.home(cell) / "run"
-    trained = folder / "designs" / "1" / "training" / "001"
+    trained = folder / "designs" / "1" / "training" / f"{seed + 1:03d}"
     trained.mkdir(parents=True)
     (folder / "run.json").write_text("{}")
-    config = {"benchmark_version": BENCHMARK_VERSION, "steps": 300_000, "recipe": {"epochs": 3}, "scene_sha256": "5e"}
-    (trained / "config.json").write_text(json.dumps(config | {"versions": {"mujoco": "3.16.0"}}))
-    check = PlausibilityCheck(name="still", passed=False, measured=0.0, limit=1.0, message="it stays still")
-    episode = EpisodeResult(variation=0, ended="failed", progress=0.1, best_progress=0.4, reward=0.0, time_s=1.0)
+    config = {"benchmark_version": BENCHMARK_VERSION, "steps": 300_000, "recipe": Recipe().model_dump(mode="json")}
+    config |= {"seed": seed, "scene_sha256": "5e", "versions": {"mujoco": "3.16.0"}}
+    check = PlausibilityCheck(name="still", passed=valid, measured=0.0, limit=1.0, message="it stays still")
+    lost = EpisodeResult(variation=0, ended="failed", progress=0.1, best_progress=0.4, reward=0.0, time_s=1.0)
+    episodes = [lost.model_copy(update={"ended": "succeeded"})] * won + [lost] * (of - won)
+    made = {"commit": "abc", "processor": "a CPU", "scene_sha256": "5e", "policy_sha256": f"p{seed}"}
     evaluation = Evaluation(
-        task=cell.task, level="standard", benchmark_version=BENCHMARK_VERSION, episodes=[episode], checks=[check]
+        task=cell.task, level="standard", benchmark_version=4, episodes=episodes, checks=[check], **made
     )
-    row = DesignRow(arm="builtin", task=cell.task, run=1, design=1, outcome="approved", evaluations=(evaluation,))
-    found = program.row_of(row, study)
-    assert (found.mujoco, found.recipe, found.scene_sha256) == ("3.16.0", {"epochs": 3}, "5e")
+    (trained / "config.json").write_text(json.dumps(config))
+    (trained / "training.json").write_text(json.dumps({"steps": 1000, "wall_s": 60.0}))
+    (trained / "evaluation.json").write_text(evaluation.model_dump_json())
+    (trained / "scene.xml").write_text("<mujoco/>")
+    (trained / "normalisation.json").write_text("{}")
+    with zipfile.ZipFile(trained / "policy.zip", "w") as archive:
+        archive.writestr("policy.pth", b"weights")
+        archive.writestr("policy.optimizer.pth", b"more")
+    return DesignRow(arm="builtin", task=cell.task, run=1, design=1, outcome="approved", evaluations=(evaluation,))
+
+
+def test_a_policy_of_the_study_is_told_with_what_it_was_made_with(program, study):
+    (found,) = program.rows_of(judged(study), study)
+    assert (found.mujoco, found.scene_sha256, found.policy_sha256) == ("3.16.0", "5e", "p0")
+    assert (found.commit, found.processor, found.steps) == ("abc", "a CPU", 1000)
     assert (found.episodes, found.failed_checks) == ({"failed": 1}, {"still": "it stays still"})
+    assert "Evaluated at commit abc on a CPU." in program.table(study.plan, [found])
 
 
-def test_the_published_table_and_the_readme_are_of_the_published_outcomes(program):
-    home, arm = PATH.parent, Arm(name="builtin", config=RunConfig(model="builtin", concepts=1))
-    rows = [program.Row.model_validate_json(line) for line in (home / "results.jsonl").read_text().splitlines()]
-    ((version, steps),) = {(row.benchmark_version, row.most_steps) for row in rows}
-    plan = StudyPlan(tasks=task_names(), arms=(arm,), benchmark_version=version, steps=steps)
-    assert (home / "results.md").read_text() == program.table(plan, rows)
+def test_a_design_counts_where_most_of_its_policies_do(program, study):
+    more = replace(study, plan=study.plan.model_copy(update={"seeds": 3}))
+    for seed, won in enumerate((19, 8, 10)):
+        design = judged(more, seed=seed, valid=True, won=won, of=20)
+    rows = program.rows_of(design, more)
+    assert [(row.policy_seed, row.policy_sha256, row.success_share) for row in rows] == [
+        (0, "p0", 0.95),
+        (1, "p1", 0.4),
+        (2, "p2", 0.5),
+    ]
+    text = program.table(more.plan, rows)
+    assert "3 policies a design" in text
+    assert "| 1 of 5 | 1 of 1 (21% to 100%) | 1 of 1 (21% to 100%) | 0 of 1 | 0 of 1 | 62% |" in text
+    (reliable,) = program.rows_of(design, study)
+    assert "| 1 of 1 (21% to 100%) | 1 of 1 | 1 of 1 | 95% |" in program.table(study.plan, [reliable])
+
+
+def test_policies_are_published_without_what_only_training_needs(program, study, tmp_path):
+    judged(study)
+    program.publish(study, tmp_path / "out")
+    (folder,) = (tmp_path / "out").glob("*/*")
+    assert (folder.parent.name, folder.name) == ("button_pushing", "1-0")
+    assert (folder / "scene.xml").read_text() == "<mujoco/>"
+    with zipfile.ZipFile(folder / "policy.zip") as archive:
+        assert archive.namelist() == ["policy.pth"]
+        assert archive.read("policy.pth") == b"weights"
+
+
+@pytest.mark.parametrize("name", ["results", "results-60000"])
+def test_published_tables_of_earlier_versions_are_of_their_outcomes_and_say_so(program, name):
+    rows = program.read_rows(PATH.parent / f"{name}.jsonl")
+    text = (PATH.parent / f"{name}.md").read_text()
+    assert text == program.table(program.plan_of(rows), rows, name)
+    assert f"These are results of version {rows[0].benchmark_version} of the benchmark" in text
+    assert IN_SAMPLE in text
+
+
+def test_the_readme_tells_the_published_outcomes(program):
+    rows = program.read_rows(PATH.parent / "results.jsonl")
     valid, successful = sum(row.valid for row in rows), sum(row.successful for row in rows)
     readme = (PATH.parents[2] / "README.md").read_text()
     assert f"{len(rows)} of 70 designs" in readme
@@ -115,6 +169,7 @@ def test_the_published_table_and_the_readme_are_of_the_published_outcomes(progra
         {"recipe": Recipe().model_dump(mode="json", exclude={"settling"})},
         {"level": "hard"},
         {"design": 6},
+        {"policy_seed": 1},
         {"task": "locomotion/stairs"},
     ],
 )

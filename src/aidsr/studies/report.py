@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from aidsr.core.config import BUILTIN
 from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.studies import plots
@@ -18,7 +19,17 @@ from aidsr.studies.gallery import gallery
 from aidsr.studies.outcomes import DesignRow, count_repairs, read_outcomes, read_repairs
 from aidsr.studies.runner import read_failures
 from aidsr.studies.study import Study
-from aidsr.studies.tables import PAPER, ArmLine, Difference, Line, arm_lines, differences, line_of, task_lines
+from aidsr.studies.tables import (
+    IN_SAMPLE,
+    PAPER,
+    ArmLine,
+    Difference,
+    Line,
+    arm_lines,
+    differences,
+    line_of,
+    task_lines,
+)
 
 
 def write_report(study: Study) -> Path:
@@ -126,7 +137,7 @@ def _markdown(
         f"## {arm.arm} ({arm.model})\n\n{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
         for arm in arms
     ]
-    return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_PAPER_IN_WORDS}\n"
+    return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_paper_in_words(study)}\n"
 
 
 def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
@@ -171,6 +182,11 @@ _PAPER_IN_WORDS = (
 )
 
 
+def _paper_in_words(study: Study) -> str:
+    rules = any(arm.config.model == BUILTIN for arm in study.plan.arms)
+    return f"{_PAPER_IN_WORDS} {IN_SAMPLE}" if rules else _PAPER_IN_WORDS
+
+
 def _json(study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine]) -> str:
     content = {
         "plan": study.plan.model_dump(mode="json"),
@@ -211,7 +227,7 @@ def _page(
         policies=_policies(rows),
         unmet=_unmet(rows),
         failures=read_failures(study),
-        paper=_PAPER_IN_WORDS,
+        paper=_paper_in_words(study),
         published=_published(),
         whole=line_of("all", rows),
         reached=_reached(study, line_of("all", rows)),

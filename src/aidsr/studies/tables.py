@@ -33,6 +33,11 @@ PAPER = PaperFigures(
     latency_s=523.0,
 )
 
+IN_SAMPLE = (
+    "The rules were written with the benchmark's tasks in view (in-sample): their rates say nothing about new tasks."
+)
+"""Belongs to every table that shows the built-in rules, above all beside published figures."""
+
 
 class Line(Artifact):
     """Designs of one task, or of all, in one arm."""
