@@ -4,15 +4,15 @@
     make cheats STATIC=1
 
 A cell is decided by what is cheapest: the placement, the validator, then simple rules on few episodes, and on as many
-as an evaluation takes where one of them wins. results.jsonl keeps a line for each cell, which is not decided again for
-the same body and code; results.md is made of it. `--static` stops before playing.
+as an evaluation takes where one of them wins. results.jsonl keeps a line for each cell with the commit of the code, and
+what is there is not decided again unless `--again` asks for it; results.md is made of it. `--static` stops before
+playing.
 """
 
 from __future__ import annotations
 
 import argparse
 import functools
-import hashlib
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -25,7 +25,6 @@ from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import is_own, place, play, rules
 from benchmarks.cheats.wins import BEFORE, commit, fingerprint, read_rows
 
-import aidsr
 from aidsr import validate
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.errors import MjcfError, UserError
@@ -36,13 +35,14 @@ from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
 HERE = Path(__file__).parent
 RESULTS, PAGE = HERE / "results.jsonl", HERE / "results.md"
 TRIED = 4
-"""Episodes of a rule before it is judged on as many as an evaluation takes."""
-JUDGES = ("validation", "learn", "tasks", "sim", "mjcf")
-"""Packages whose code decides a cell."""
+"""Episodes of a rule before it is judged."""
+PLAYED = 20
+"""Episodes by which it is judged. A verdict has 100; a body that wins fewer than half of 20 is not tried on more."""
 
 WAYS = {
     "placement": "it cannot be placed",
-    "validator": "the validator",
+    "scope": "the validator: it is out of scope",
+    "physics": "the validator: its physics does not hold",
     "scene": "its scene is not one of the task",
     "evaluation": "it wins, and the evaluation does not believe it",
     "unsuccessful": "none of its rules wins half of the episodes",
@@ -60,19 +60,23 @@ def main() -> None:
     parser.add_argument("--tasks", nargs="+", default=[name.rpartition("/")[2] for name in TASKS])
     parser.add_argument("--bodies", nargs="+", default=[cheat.name for cheat in CHEATS])
     parser.add_argument("--static", action="store_true", help="do not play what the validator lets pass")
+    parser.add_argument("--again", action="store_true", help="decide also what is decided")
     parser.add_argument("--jobs", type=int, default=2)
     asked = parser.parse_args()
-    known = {key(row) for row in current()}
+    known = set() if asked.again else {key(row) for row in current()}
     todo = [
-        (cheat, name, asked.static)
+        (
+            cheat.name,
+            [name for name in asked.tasks if (cheat.name, fingerprint(cheat), name) not in known],
+            asked.static,
+        )
         for cheat in CHEATS
-        for name in asked.tasks
-        if cheat.name in asked.bodies and (cheat.name, fingerprint(cheat), name) not in known
+        if cheat.name in asked.bodies
     ]
     with ProcessPoolExecutor(asked.jobs) as workers:
-        for row in workers.map(cell, *zip(*todo, strict=True)) if todo else ():
+        for rows in workers.map(cells, *zip(*todo, strict=True)):
             with RESULTS.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
+                file.writelines(json.dumps(row) + "\n" for row in rows)
     PAGE.write_text(page(), encoding="utf-8")
 
 
@@ -81,30 +85,23 @@ def key(row: Row) -> tuple[str, str, str]:
     return row["body"], row["sha256"], row["task"]
 
 
-@functools.cache
-def judges() -> str:
-    """Return what changes with the code of the judges."""
-    home, seen = Path(aidsr.__file__).parent, hashlib.sha256()
-    for path in sorted(path for name in JUDGES for path in (home / name).rglob("*") if path.suffix in (".py", ".xml")):
-        seen.update(path.read_bytes())
-    return seen.hexdigest()[:12]
-
-
 def current() -> list[Row]:
-    """Return the rows of this code and of bodies as they are, undecided cells left out."""
+    """Return the rows of this version of the benchmark and of bodies as they are, undecided cells left out."""
     bodies = {(cheat.name, fingerprint(cheat)) for cheat in CHEATS}
     return [
         row
         for row in read_rows(RESULTS)
-        if row["judges"] == judges() and (row["body"], row["sha256"]) in bodies and row["how"] != "undecided"
+        if row["benchmark_version"] == BENCHMARK_VERSION
+        and (row["body"], row["sha256"]) in bodies
+        and row["how"] != "undecided"
     ]
 
 
-def cell(cheat: Cheat, name: str, static: bool = False) -> Row:
-    """Return how a body is refused at a task."""
-    task = load_task(name)
-    facts = {"body": cheat.name, "sha256": fingerprint(cheat), "task": name, "benchmark_version": BENCHMARK_VERSION}
-    return {**facts, "commit": commit(), "judges": judges(), **refusal(cheat, task, static)}
+def cells(body: str, names: Sequence[str], static: bool = False) -> list[Row]:
+    """Return how a body is refused at some tasks."""
+    cheat = next(one for one in CHEATS if one.name == body)
+    facts = {"body": body, "sha256": fingerprint(cheat), "benchmark_version": BENCHMARK_VERSION, "commit": commit()}
+    return [{**facts, "task": name, **refusal(cheat, load_task(name), static)} for name in names]
 
 
 def refusal(cheat: Cheat, task: Task, static: bool) -> Row:
@@ -136,8 +133,12 @@ def _alone(cheat: Cheat, environment: str, free: bool) -> ValidationReport:
 
 
 def _by_validator(report: ValidationReport) -> Row:
-    first = report.errors[0]
-    return {"how": "validator", "codes": sorted({fault.code for fault in report.errors}), "sentence": first.message}
+    """Return what the validator finds wrong: that it is out of scope before all else."""
+    scope = [fault for fault in report.errors if fault.layer == "scope"]
+    faults = scope or report.errors
+    codes = list(dict.fromkeys(fault.code for fault in faults))
+    sentence = f"{', '.join(faults[0].names[:3])} {faults[0].message}".strip()
+    return {"how": "scope" if scope else "physics", "codes": codes, "sentence": sentence}
 
 
 def _by_playing(cheat: Cheat, task: Task, scene: TaskScene) -> Row:
@@ -146,8 +147,8 @@ def _by_playing(cheat: Cheat, task: Task, scene: TaskScene) -> Row:
     for name, make in rules(cheat, task, scene):
         if not play(scene, make, TRIED).success.any():
             continue
-        evaluation, _ = evaluate(scene, Player(scene, make), threads=1)
-        wins, failed = round(20 * evaluation.success_share), [one for one in evaluation.checks if not one.passed]
+        evaluation, _ = evaluate(scene, Player(scene, make), episodes=PLAYED, threads=1)
+        wins, failed = round(PLAYED * evaluation.success_share), [one for one in evaluation.checks if not one.passed]
         found = {
             "codes": [one.name for one in failed],
             "wins": wins,
@@ -220,19 +221,13 @@ def _called(row: Row) -> str:
 
 def _grid(rows: dict[tuple[str, str], Row]) -> list[str]:
     names = [name.rpartition("/")[2] for name in TASKS]
-    marks = {
-        "validator": "v",
-        "placement": "p",
-        "scene": "s",
-        "evaluation": "e",
-        "unsuccessful": "u",
-        "NOT REFUSED": "**!**",
-    }
+    marks = {"evaluation": "e", "unsuccessful": "u", "NOT REFUSED": "**!**"}
+    marks |= {"scope": "s", "physics": "p", "placement": "o", "scene": "o"}
     lines = [
         "## All at all tasks",
         "",
-        "v: the validator, p: cannot be placed, s: its scene is not one of the task, e: the evaluation, u: no rule "
-        "wins half of the episodes; !: not refused; empty: not decided.",
+        "s: the validator, out of scope; p: the validator, physics; o: it cannot be placed, or its scene is not one of the "
+        "task; e: the evaluation; u: no rule wins half of the episodes; !: not refused; empty: not decided.",
         "",
         "| body | " + " | ".join(name.replace("_", " ") for name in names) + " |",
         "|---|" + "---|" * len(names),
