@@ -63,6 +63,7 @@ CHANGES = {
     ),
     "equality": ("elements of the kind equality", lambda spec: _hold(spec)),
     "exclusion": ("exclusions of contact", lambda spec: _exclude(spec)),
+    "second mount": ("site mount_2 is none of", lambda spec: spec.worldbody.add_site(name="mount_2")),
     "actuator": ("actuator helper is none of", lambda spec: _help(spec)),
 }
 

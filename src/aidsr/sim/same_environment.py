@@ -139,14 +139,14 @@ def _differences(scene: _Environment, wanted: _Environment) -> Iterator[str]:
         yield f"the time step is {scene.model.opt.timestep:g} s, which does not divide {wanted.model.opt.timestep:g} s"
     for kind, fields in _FIELDS.items():
         here, there = scene.elements(kind), wanted.elements(kind)
-        if kind in ("sensor", "site", "actuator"):  # a robot and a task bring more of these along
+        if kind in ("sensor", "site", "actuator"):  # a task brings sensors along, and order is no matter
             by_name = {scene.name(kind, index): index for index in here}
             if missing := [name for index in there if (name := wanted.name(kind, index)) not in by_name]:
                 yield f"{_WORDS.get(kind, kind)} {missing[0]} is missing"
                 continue
             extra = set(by_name) - {wanted.name(kind, index) for index in there}
-            if kind == "actuator" and extra:
-                yield f"actuator {min(extra)} is none of the environment"
+            if kind in ("actuator", "site") and extra:
+                yield f"{kind} {min(extra)} is none of the environment"
             here = [by_name[wanted.name(kind, index)] for index in there]
         if len(here) != len(there):
             yield f"it has {len(here)} elements of the kind {_WORDS.get(kind, kind)}, not {len(there)}"

@@ -10,12 +10,14 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
-from aidsr.learn.rl.plausibility import necessity_check
+from aidsr.learn.rl.plausibility import necessity_check, start_check
+from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.assembly import assemble
+from aidsr.sim.structure import read_structure
 from aidsr.tasks import Task, Variation, load_task
 from aidsr.tasks.locomotion.base import turned_lane
 from aidsr.tasks.locomotion.flat_ground import FlatGround
-from scenes import Always, QuickPushing, small_learning, small_scene
+from scenes import Always, QuickPushing, small_arm, small_learning, small_scene
 
 NEEDS = ("needs_cables", "needs_soft_body", "works_without_other_actuators")
 
@@ -155,3 +157,28 @@ def test_at_most_a_tenth_of_the_successes_may_be_left():
     assert not necessity_check("a", "so", 1, 4).passed
     few = necessity_check("a", "so", 3, 3)
     assert (few.passed, few.measured) == (True, None)
+
+
+@pytest.mark.parametrize(("ahead_m", "passed"), [(0.0, True), (0.3, False)])
+def test_a_free_robot_starts_at_its_mount(ahead_m, passed):
+    robot = Robot(mjcf=rover(), functional_part="chassis")
+    placement = Placement(mount="mount", base="free", position_m=(ahead_m, 0.0, 0.0))
+    task = load_task("flat_ground")
+    model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
+    check = start_check(model, read_structure(model))
+    assert (check.name, check.passed) == ("starts_at_mount", passed)
+
+
+@pytest.mark.parametrize(("below_m", "passed"), [(0.0, True), (0.3, False)])
+def test_a_held_robot_begins_at_its_mount(below_m, passed):
+    robot = Robot(mjcf=small_arm(), functional_part="tip")
+    placement = Placement(mount="mount", base="fixed", position_m=(0.0, 0.0, below_m))
+    task = load_task("pipe_inserting")
+    model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
+    assert start_check(model, read_structure(model)).passed == passed
+
+
+def test_a_robot_may_start_anywhere_where_there_is_no_mount():
+    model = compile_mjcf(small_arm())
+    check = start_check(model, read_structure(model))
+    assert (check.passed, check.measured) == (True, 0.0)

@@ -24,6 +24,7 @@ from aidsr.learn.rl.plausibility import (
     nothing_to_check,
     penetration_check,
     scope_check,
+    start_check,
     structure_check,
     training_check,
 )
@@ -90,7 +91,11 @@ def evaluate(
     indices = range(first, first + episodes)
     rolled = rollout_with_stats(scene, policy, indices, threads=threads, smoothing=smoothing, split=split)
     structure = read_structure(scene.model)
-    checks = [structure_check(structure), scope_check(scene.model, structure)]
+    checks = [
+        structure_check(structure),
+        scope_check(scene.model, structure),
+        start_check(scene.model, structure),
+    ]
     if training is not None:
         checks.append(training_check(training.episodes, training.diverged_episodes))
     checks += behavior_checks(rolled.outcomes, rolled.stats, structure)

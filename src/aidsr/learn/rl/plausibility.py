@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.core.artifacts import PlausibilityCheck
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.rl.episode_stats import EpisodeStats
+from aidsr.sim.placement import mount_names
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import Structure
 from aidsr.tasks.readings import FloatArray
@@ -36,6 +37,10 @@ episode it lost."""
 DEEP = 1.0
 """Overlap that is deep, as a share of half the thinner body's thickness. Source: our choice: from there on the surface
 of one body lies beyond the middle of the other, and contact may push it out on the wrong side."""
+
+START_LENGTHS = 0.5
+"""How far from its mount a robot may start: the centre of mass of a free one beside it, the nearest part of a held one
+from it, in lengths of the robot. Source: our choice: a worm that is held by one of its ends."""
 
 _ASIDE = "one episode in twenty aside"
 _TOO_FEW = "too few successful episodes to tell"
@@ -163,6 +168,33 @@ def scope_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
     codes = dict.fromkeys(finding.code for finding in findings)
     message = f"out of scope: {', '.join(codes)}" if codes else "nothing but cables drives or holds the robot"
     return _at_most(0.0, "in_scope", float(len(findings)), message, "findings")
+
+
+def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityCheck:
+    """Whether the robot starts where its task starts, and not at the goal.
+
+    Args:
+        model: The scene. Where its environment has no mount, a robot may start anywhere.
+        structure: Its robot.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mounts_m = [data.site(name).xpos for name in mount_names(model)]
+    length_m, away_m = structure.characteristic_length_m, 0.0
+    if mounts_m and structure.free_roots:
+        bodies = list(structure.bodies)
+        middle_m = np.average(data.xipos[bodies], axis=0, weights=model.body_mass[bodies])
+        away_m = min(float(np.linalg.norm((middle_m - mount_m)[:2])) for mount_m in mounts_m)
+        what = "the robot's centre of mass is beside the mount"
+    else:
+        geoms = list(structure.geoms)
+        gaps_m = [
+            np.linalg.norm(data.geom_xpos[geoms] - mount_m, axis=1) - model.geom_rbound[geoms] for mount_m in mounts_m
+        ]
+        away_m = max(0.0, float(np.min(gaps_m))) if gaps_m and geoms else 0.0
+        what = "the nearest part of the robot is from the mount"
+    message = f"how far {what} at the start"
+    return _at_most(START_LENGTHS, "starts_at_mount", away_m / length_m, message, "lengths")
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
