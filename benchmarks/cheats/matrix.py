@@ -226,8 +226,8 @@ def _grid(rows: dict[tuple[str, str], Row]) -> list[str]:
     lines = [
         "## All at all tasks",
         "",
-        "s: the validator, out of scope; p: the validator, physics; o: it cannot be placed, or its scene is not one of the "
-        "task; e: the evaluation; u: no rule wins half of the episodes; !: not refused; empty: not decided.",
+        "s: the validator, out of scope; p: the validator, physics; o: it cannot be placed, or its scene is not one of "
+        "the task; e: the evaluation; u: no rule wins half of the episodes; !: not refused; empty: not decided.",
         "",
         "| body | " + " | ".join(name.replace("_", " ") for name in names) + " |",
         "|---|" + "---|" * len(names),

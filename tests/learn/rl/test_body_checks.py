@@ -10,7 +10,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
-from aidsr.learn.rl.plausibility import necessity_check, start_check
+from aidsr.learn.rl.plausibility import necessity_check, part_check, start_check
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure
@@ -182,3 +182,14 @@ def test_a_robot_may_start_anywhere_where_there_is_no_mount():
     model = compile_mjcf(small_arm())
     check = start_check(model, read_structure(model))
     assert (check.passed, check.measured) == (True, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "part", "passed"),
+    [("button_pushing", "tip", True), ("button_pushing", "base", False), ("surface_adapting", "base", True)],
+)
+def test_a_hub_that_carries_all_is_no_functional_part_where_only_its_touch_counts(name, part, passed):
+    task, robot = load_task(name), Robot(mjcf=small_arm(), functional_part=part)
+    placement = Placement(mount="mount", base="fixed")
+    model = compile_mjcf(assemble(robot, task.environment, placement, task.sensors).mjcf)
+    assert part_check(model, read_structure(model), task.sensors).passed == passed

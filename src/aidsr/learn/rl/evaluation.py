@@ -22,6 +22,7 @@ from aidsr.learn.rl.plausibility import (
     exploit_check,
     necessity_check,
     nothing_to_check,
+    part_check,
     penetration_check,
     scope_check,
     start_check,
@@ -95,6 +96,7 @@ def evaluate(
         structure_check(structure),
         scope_check(scene.model, structure),
         start_check(scene.model, structure),
+        part_check(scene.model, structure, scene.task.sensors),
     ]
     if training is not None:
         checks.append(training_check(training.episodes, training.diverged_episodes))

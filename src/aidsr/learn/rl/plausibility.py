@@ -10,9 +10,11 @@ import numpy as np
 from aidsr.core.artifacts import PlausibilityCheck
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.rl.episode_stats import EpisodeStats
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.sim.placement import mount_names
 from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import Structure
+from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import FloatArray
 
 MOVED_LENGTHS = 0.02
@@ -41,6 +43,10 @@ of one body lies beyond the middle of the other, and contact may push it out on 
 START_LENGTHS = 0.5
 """How far from its mount a robot may start: the centre of mass of a free one beside it, the nearest part of a held one
 from it, in lengths of the robot. Source: our choice: a worm that is held by one of its ends."""
+
+CARRIED = 0.5
+"""Moving mass behind the functional part, as a share of all, where only that part's touch counts. Source: our choice:
+a tip carries a tenth, and a hub carries all."""
 
 _ASIDE = "one episode in twenty aside"
 _TOO_FEW = "too few successful episodes to tell"
@@ -195,6 +201,27 @@ def start_check(model: mujoco.MjModel, structure: Structure) -> PlausibilityChec
         what = "the nearest part of the robot is from the mount"
     message = f"how far {what} at the start"
     return _at_most(START_LENGTHS, "starts_at_mount", away_m / length_m, message, "lengths")
+
+
+def part_check(model: mujoco.MjModel, structure: Structure, sensors: Sequence[TaskSensor]) -> PlausibilityCheck:
+    """Whether the functional part is a part of the robot and not all of it, where a task counts its touch alone.
+
+    Args:
+        model: The scene.
+        structure: Its robot.
+        sensors: Of the task.
+    """
+    counts = any(sensor.part == "functional_part" and "contact" in sensor.quantity for sensor in sensors)
+    share = 0.0
+    if counts and structure.mass_kg > 0:
+        part = int(model.site(FUNCTIONAL_SITE).bodyid[0])
+        behind = {part}
+        for body in structure.bodies:
+            if int(model.body_parentid[body]) in behind:
+                behind.add(body)
+        share = float(sum(model.body_mass[body] for body in behind & set(structure.moving))) / structure.mass_kg
+    message = "moving mass of the functional part and what it carries" if counts else "the task counts every touch"
+    return _at_most(CARRIED, "functional_part_is_a_part", share, message, "of the robot's")
 
 
 def exploit_check(name: str, how: str, survived: int, successes: int) -> PlausibilityCheck:
