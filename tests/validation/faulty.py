@@ -289,6 +289,7 @@ SHOWN = (
     "joint_locked",
     "ghost_shape",
     "contact_excluded",
+    "contact_margin",
     "fully_actuated",
 )
 """Codes whose example has that fault and no other."""

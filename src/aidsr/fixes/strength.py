@@ -119,7 +119,7 @@ FIXES: tuple[Fix[EditDocument], ...] = (
         cures=("numerical_instability", "energy_growth", "limit_overrun", "actuator_overforce", "actuator_power"),
     ),
     Fix(stiffen_springs, cures=("gravity_collapse", "passive_collapse")),
-    Fix(soften_springs, cures=("too_stiff",)),
+    Fix(soften_springs, cures=("too_stiff", "few_bent_joints")),
     Fix(let_go, cures=("antagonist_lock",)),
     Fix(pull_only, cures=("tendon_pushes",)),
 )

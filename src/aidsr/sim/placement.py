@@ -185,7 +185,7 @@ def exclude_mount_contacts(scene: mujoco.MjSpec, model: mujoco.MjModel, root: st
     """
     held = int(model.body_weldid[model.body(root).id])
     robot = [body for body in range(model.nbody) if _descends(model, body, model.body(root).id)]
-    first = [body for body in robot if body in _first_shapes(model, robot, held)]
+    first = [body for body in robot if body in first_shapes(model, robot, held)]
     base = [body for body in robot if model.body_weldid[body] == held and model.body_geomnum[body]]
     mount = [] if mount_body == "world" else [model.body(mount_body).id]
     pairs = {(other, body) for body in first for other in (*base, *mount)}
@@ -203,8 +203,14 @@ def _descends(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
     return body == ancestor
 
 
-def _first_shapes(model: mujoco.MjModel, robot: list[int], held: int) -> Iterator[int]:
-    """Yield the moving bodies with shapes that have none between themselves and the base."""
+def first_shapes(model: mujoco.MjModel, robot: list[int], held: int) -> Iterator[int]:
+    """Yield the moving bodies with shapes that have none between themselves and the base.
+
+    Args:
+        model: Compiled scene.
+        robot: Bodies of the robot.
+        held: Body that the base does not move against, as in `body_weldid`.
+    """
     for body in robot:
         if model.body_weldid[body] == held or not model.body_geomnum[body]:
             continue

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from aidsr.sim.drive import read_drives
 from aidsr.sim.extent import bounding_box_m
+from aidsr.sim.placement import first_shapes
 from aidsr.sim.soft_body import SERIES_JOINTS, SoftBody, read_soft_body, unlocked_dofs
 from aidsr.sim.structure import Structure, equality_bodies, name_of
 
@@ -41,18 +42,23 @@ COVER_SHARE = 0.05
 backbone. Our choice: half the spacing of ten discs."""
 GAP_SHARE = 0.01
 """Depth / L that a geom's `gap` lets others enter without force, from which it counts as one that does not collide."""
+MARGIN_SHARE = 0.02
+"""Distance / L from which a contact may begin to push. Our choice: margins that find contacts early are far smaller."""
 MOUNTED_SHARE = 0.3
 """Distance / L from the mounted part within which a limb begins, and may pass through the mount. Our choice."""
 RIGID_SHARE = 1.0
-"""Extent of the largest rigid part / length of the limbs that cables bend. Our choice: 0.6 of a robot on legs."""
-MOUNT_SHARE = 2.5
-"""The same of the part that a mount holds: posts that lower a short finger to its work have up to 2.2. Our choice."""
+"""Extent of the largest rigid part / length of the limbs that cables bend; posts that carry a limb to its work do not
+count. Our choice: robots on legs have up to 0.6, grippers 0.4, a bent post 0.9."""
 HEAVIEST_SHARE = 0.9
 """Mass of the heaviest rigid part / moving mass. Our choice: trunks on soft legs have up to 0.8."""
 UNMOVED_SHARE = 0.5
 """Mass that no cable moves / moving mass. Our choice."""
 _OUTSIDE_RANGE_RAD = 0.02
 """How far outside its range a joint may start. Our choice: rounding of degrees."""
+_PRELOAD_RAD = 0.1
+_PRELOAD_SHARE = 2.0
+"""Turn of a spring in the initial pose, and its torque / that of the weight behind the joint, from which it is loaded
+where no cable bends the joint. Our choice: a spring that only carries what hangs on it has 1 at most."""
 _SHORTER = 0.9
 """Length / drawn length of a cable at which a servo's push is read as well. Our choice: a limb bent far."""
 
@@ -126,6 +132,7 @@ class _Reader:
         yield from self._locked_joints()
         yield from self._ghosts()
         yield from self._excluded_contacts()
+        yield from self._margins()
         yield from self._limbs()
         yield from self._fully_actuated()
 
@@ -307,11 +314,28 @@ class _Reader:
             else:
                 message = message if np.isfinite(whole) else "a spring with negative stiffness pushes from its rest"
                 yield ScopeFinding("loaded_spring", message, names, None, LOADED_SHARE)
+        elif thrown := [joint for joint in self._inner_joints() if self._throws(joint)]:
+            message = "no cable bends the joint, and its spring is loaded beyond what hangs on it"
+            yield ScopeFinding(
+                "loaded_spring", message, tuple(map(self._joint, thrown)), len(thrown), 0, "loaded springs"
+            )
         elif away:
             message = "starts outside the range of the joint, whose limit throws it back"
             yield ScopeFinding(
                 "loaded_spring", message, tuple(away), max(away.values()), _OUTSIDE_RANGE_RAD, "rad outside its range"
             )
+
+    def _throws(self, joint: int) -> bool:
+        """Whether the spring of a hinge that cables do not bend is loaded beyond what the weight behind it asks for."""
+        model, data = self.model, self.data
+        body, at = int(model.jnt_bodyid[joint]), int(model.jnt_qposadr[joint])
+        if body in self.soft.bent or int(model.jnt_type[joint]) != _HINGE:
+            return False
+        stretch = abs(float(model.qpos0[at] - model.qpos_spring[at]))
+        lever_m = float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint]))
+        carried = float(model.body_subtreemass[body]) * _GRAVITY_M_S2 * lever_m
+        torque = abs(float(model.jnt_stiffness[joint])) * stretch
+        return stretch > _PRELOAD_RAD and torque > _PRELOAD_SHARE * carried
 
     # --- the world ---------------------------------------------------------------------------------------------------
 
@@ -437,14 +461,27 @@ class _Reader:
             message = "has contact settings of its own towards its surroundings"
             yield ScopeFinding("contact_excluded", message, names, len(names), 0)
 
+    def _margins(self) -> Iterator[ScopeFinding]:
+        margins_m = {g: float(self.model.geom_margin[g]) for g in self.structure.geoms}
+        wide = [g for g, margin_m in margins_m.items() if margin_m > MARGIN_SHARE * self.length_m]
+        if wide:
+            names = tuple(dict.fromkeys(self._geom(g) for g in wide))
+            share = max(margins_m.values()) / self.length_m
+            message = "pushes what is still away from it"
+            yield ScopeFinding(
+                "contact_margin", message, names, share, MARGIN_SHARE, whole=self.length_m, whole_unit="m"
+            )
+
     def _begins_on_mount(self, body: int, other: int) -> bool:
-        """Whether a body of a robot with a fixed root is close to it, and the other is what the root stands on."""
+        """Whether a body is close to the fixed root or the first shape behind it, and the other is its mount."""
         model, structure = self.model, self.structure
         fixed = [root for root in structure.roots if root not in structure.free_roots]
         if int(model.body_weldid[other]) not in {
             int(model.body_weldid[int(model.body_parentid[root])]) for root in fixed
         }:
             return False
+        if body in first_shapes(model, list(structure.bodies), int(model.body_weldid[other])):
+            return True
         base = [b for b in structure.bodies if b not in structure.moving]
         low, high = bounding_box_m(model, self.data, base or fixed)
         at = self.data.xpos[body]
@@ -461,17 +498,15 @@ class _Reader:
             message = f"cables bend {soft.series} joints one after the other"
             yield ScopeFinding("few_bent_joints", message, (), soft.series, SERIES_JOINTS)
             return
-        idle = [a for a in self.cables if not self._acts_on(a, soft.bent)]
-        if idle:
-            names = tuple(self._name("ACTUATOR", a) for a in idle)
-            yield ScopeFinding("cable_on_linkage", "pulls on a cable that acts on no soft limb", names, len(idle), 0)
-        fixed = not structure.free_roots and soft.largest_part[0] not in structure.moving
-        limit = MOUNT_SHARE if fixed else RIGID_SHARE
+        if soft.linkage:
+            names = tuple(self._name("BODY", body) for body in soft.linkage)
+            message = "a cable turns or slides it on a joint of its own"
+            yield ScopeFinding("cable_on_linkage", message, names, len(names), 0)
         share = soft.largest_part_m / soft.length_m
-        if share > limit:
+        if share > RIGID_SHARE:
             names = tuple(self._name("BODY", body) for body in soft.largest_part)
             message = f"a rigid part of {soft.largest_part_m:.3g} m"
-            yield ScopeFinding("mostly_rigid", message, names, share, limit, whole=soft.length_m, whole_unit="m")
+            yield ScopeFinding("mostly_rigid", message, names, share, RIGID_SHARE, whole=soft.length_m, whole_unit="m")
         for bodies, mass_share, limit, message in (
             (soft.heaviest_part, soft.heaviest_share, HEAVIEST_SHARE, "a rigid part has nearly all of the mass"),
             (soft.unmoved, soft.unmoved_share, UNMOVED_SHARE, "no cable moves these bodies"),
@@ -481,12 +516,6 @@ class _Reader:
                 yield ScopeFinding(
                     "mostly_rigid", message, names, mass_share, limit, "of the moving mass", structure.mass_kg, "kg"
                 )
-
-    def _acts_on(self, actuator: int, bodies: tuple[int, ...]) -> bool:
-        model = self.model
-        tendon = int(model.actuator_trnid[actuator, 0])
-        first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-        return any(int(model.dof_bodyid[dof]) in bodies for dof in model.ten_J_colind[first : first + count].tolist())
 
     def _fully_actuated(self) -> Iterator[ScopeFinding]:
         """Find robots with as many independent actuators as ways to bend.

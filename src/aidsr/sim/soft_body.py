@@ -19,9 +19,9 @@ Mask = NDArray[np.bool_]
 SERIES_JOINTS = 3
 """A continuum limb bends in at least this many places in series; with two it is a linkage. Our choice."""
 
-CHAIN_BEND_RAD = 0.2
-"""Bend of a limb, shared evenly by its joints, from which a joint counts as bent. Our choice: a limb bent by 11
-degrees moves its tip by a tenth of its length, twice what the validator asks of an actuator."""
+CHAIN_BEND_RAD = 0.1
+"""Bend of a limb, shared evenly by its joints, from which a joint counts as bent. Our choice: it moves a limb's tip by
+a twentieth of its length, as much as the validator asks of an actuator."""
 
 _BENT_RAD = 0.02
 """Bend in which moment arms are read: straight, a cable through the axes is at an extreme of its length."""
@@ -32,6 +32,9 @@ _LEVER = 1e-4
 """Moment arm / L below which a cable does not act on a joint. Our choice: a tenth of a millimetre on one metre."""
 _LOCKED = 1e-3
 """Share of a joint's motion that equality constraints leave, below which it is locked. Our choice, above rounding."""
+EVEN_JOINTS = 2.0
+"""Joints that would bend a limb as far if they bent alike, (sum b)^2 / sum b^2, from which it bends as a limb. Our
+choice: in a rod on one soft hinge they are 1 to 1.6, in limbs of three alike joints 3."""
 _SAME_POINT = 1e-3
 """Joints nearer than this share of L turn about one point, as in `aidsr.sim.structure`."""
 _LONG_LINK = 2.0
@@ -39,7 +42,7 @@ _LONG_LINK = 2.0
 _GRAVITY_M_S2 = 9.81
 
 _HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
-_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
 _FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 
@@ -50,10 +53,12 @@ class SoftBody:
 
     Attributes:
         series: Joints that cables bend one after the other, at most.
-        bent: Bodies behind the joints that cables bend, in series of three or more.
+        bent: Bodies behind the joints that cables bend, in series of three or more that share the bending.
+        linkage: Bodies behind other joints that cables turn or slide.
         length_m: Length of those series together [m].
         largest_part: Bodies of the largest rigid part, joined to each other without a joint that can bend.
-        largest_part_m: Its extent [m]: the farthest distance between two points of its colliding geoms.
+        largest_part_m: Its extent [m]: the farthest distance between two points of its colliding geoms, and of the part
+            that a mount holds, how far they are from the straight lines that lead from the mount to the limbs.
         heaviest_part: Bodies of the heaviest rigid part that can move.
         heaviest_share: Its mass / mass of all that moves.
         unmoved: Moving bodies of a robot with a fixed root that stand before every joint that cables bend.
@@ -62,6 +67,7 @@ class SoftBody:
 
     series: int
     bent: tuple[int, ...]
+    linkage: tuple[int, ...]
     length_m: float
     largest_part: tuple[int, ...]
     largest_part_m: float
@@ -83,7 +89,7 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
         cables: Actuators that pull on cables.
     """
     if not structure.bodies:
-        return SoftBody(0, (), 0.0, (), 0.0, (), 0.0, (), 0.0)
+        return SoftBody(0, (), (), 0.0, (), 0.0, (), 0.0, (), 0.0)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     least_rad = CHAIN_BEND_RAD / max(structure.longest_series, SERIES_JOINTS)
@@ -97,9 +103,11 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
         bend_rad = np.where(torque > 0, np.minimum(torque / holding, room_rad), 0.0) / lengths_m
         sag_rad = np.minimum(weight / holding, room_rad) / lengths_m
     bends, gives = free & (bend_rad >= least_rad), free & (sag_rad >= least_rad)
-    series, bent, length_m = _series(model, data, structure, bends)
+    series, bent, length_m = _series(model, data, structure, np.where(bends, np.minimum(bend_rad, np.pi), 0.0))
     parts = _parts(model, structure, bends | gives)
     extents = {root: _extent_m(model, data, bodies) for root, bodies in parts.items()}
+    for root in set(structure.roots) - set(structure.moving):
+        extents[root] = _beyond_posts_m(model, data, root, parts[root], _limb_starts(model, data, bent))
     largest = max(extents, key=lambda root: extents[root])
     masses = {
         root: sum(float(model.body_mass[b]) for b in bodies if b in structure.moving) for root, bodies in parts.items()
@@ -110,6 +118,12 @@ def read_soft_body(model: mujoco.MjModel, structure: Structure, cables: Iterable
     return SoftBody(
         series=series,
         bent=bent,
+        linkage=tuple(
+            body
+            for body in structure.moving
+            if body not in bent
+            and any(bends[dof] for dof in _dofs(model, body) if model.jnt_type[model.dof_jntid[dof]] != _FREE)
+        ),
         length_m=length_m,
         largest_part=parts[largest],
         largest_part_m=extents[largest],
@@ -190,11 +204,22 @@ def _turns(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def _series(
-    model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, bends: Mask
+    model: mujoco.MjModel, data: mujoco.MjData, structure: Structure, bends_rad: Vector
 ) -> tuple[int, tuple[int, ...], float]:
-    """Most joints that bend in series, branches passed through; bodies of series of three or more, their length [m]."""
+    """Return what bends in series, branches passed through.
+
+    Args:
+        model: Compiled model.
+        data: Its data in the reference pose.
+        structure: Its robot.
+        bends_rad: How far cables bend each degree of freedom, 0 where not enough, (nv,).
+
+    Returns:
+        Most joints in series that share the bending; the bodies behind those of three or more; their length [m].
+    """
     parents = model.body_parentid
-    bending = [body for body in structure.moving if any(bends[dof] for dof in _turns(model, body))]
+    bend_rad = {body: max((bends_rad[dof] for dof in _turns(model, body)), default=0.0) for body in structure.moving}
+    bending = [body for body in structure.moving if bend_rad[body] > 0]
     anchors = {body: np.array(data.xanchor[int(model.body_jntadr[body])]) for body in bending}
     before: dict[int, int] = {}
     for body in bending:
@@ -206,25 +231,54 @@ def _series(
         body: float(np.linalg.norm(anchors[body] - anchors[parent])) if parent else 0.0
         for body, parent in before.items()
     }
-    counts = {
-        body: 0 if before[body] and ways_m[body] < _SAME_POINT * structure.characteristic_length_m else 1
-        for body in bending
+    new = {
+        body: not before[body] or ways_m[body] >= _SAME_POINT * structure.characteristic_length_m for body in bending
     }
-    above: dict[int, int] = {}
-    for body in bending:
-        above[body] = above.get(before[body], 0) + counts[body]
-    below = dict.fromkeys(bending, 0)
-    for body in reversed(bending):
-        if before[body]:
-            below[before[body]] = max(below[before[body]], below[body] + counts[body])
-    series = max((above[body] + below[body] for body in bending), default=0)
-    kept = [body for body in bending if above[body] + below[body] >= SERIES_JOINTS]
-    links_m = [ways_m[body] for body in kept if before[body] in kept and counts[body]]
+    series, kept = 0, set[int]()
+    for leaf in set(bending) - set(before.values()):
+        line = [leaf]
+        while before[line[-1]]:
+            line.append(before[line[-1]])
+        bends = np.array([bend_rad[body] for body in line if new[body]])
+        shared = len(bends) if bends.sum() ** 2 >= EVEN_JOINTS * (bends**2).sum() else 1
+        series = max(series, shared)
+        if shared >= SERIES_JOINTS:
+            kept.update(line)
+    links_m = [ways_m[body] for body in kept if before[body] and new[body]]
     if not links_m:
-        return series, tuple(kept), 0.0
+        return series, tuple(sorted(kept)), 0.0
     median_m = float(np.median(links_m))
-    ends = sum(body not in {before[other] for other in kept} for body in kept)
-    return series, tuple(kept), sum(min(link_m, _LONG_LINK * median_m) for link_m in links_m) + ends * median_m
+    ends = len(kept - {before[body] for body in kept})
+    length_m = sum(min(link_m, _LONG_LINK * median_m) for link_m in links_m) + ends * median_m
+    return series, tuple(sorted(kept)), length_m
+
+
+def _limb_starts(model: mujoco.MjModel, data: mujoco.MjData, bent: tuple[int, ...]) -> list[Vector]:
+    """Where limbs begin: the first joints that bend [m]."""
+    starts, passed = [], set[int]()
+    for body in range(model.nbody):
+        if int(model.body_parentid[body]) in passed:
+            passed.add(body)
+        elif body in bent:
+            passed.add(body)
+            starts.append(np.array(data.xanchor[int(model.body_jntadr[body])]))
+    return starts
+
+
+def _beyond_posts_m(
+    model: mujoco.MjModel, data: mujoco.MjData, root: int, bodies: Iterable[int], starts: list[Vector]
+) -> float:
+    """Farthest distance of a mounted part from the straight lines between the mount and where limbs begin [m]."""
+    cloud = _cloud(model, data, bodies)
+    if not len(cloud):
+        return 0.0
+    origin = data.xpos[root]
+    away_m = np.linalg.norm(cloud - origin, axis=1)
+    for start in starts:
+        line = start - origin
+        along = np.clip((cloud - origin) @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
+        away_m = np.minimum(away_m, np.linalg.norm(cloud - origin - along[:, None] * line, axis=1))
+    return float(away_m.max())
 
 
 def _parts(model: mujoco.MjModel, structure: Structure, moves: Mask) -> dict[int, tuple[int, ...]]:
@@ -240,8 +294,8 @@ def _parts(model: mujoco.MjModel, structure: Structure, moves: Mask) -> dict[int
     return {root: tuple(bodies) for root, bodies in parts.items()}
 
 
-def _extent_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> float:
-    """Farthest distance between corners of the boxes around the colliding geoms of some bodies [m]."""
+def _cloud(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> Vector:
+    """Corners of the boxes around the colliding geoms of some bodies, (n, 3) [m]."""
     points = []
     for body in bodies:
         for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
@@ -250,11 +304,15 @@ def _extent_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int])
                 box = model.geom_aabb[geom]
                 rotation = data.geom_xmat[geom].reshape(3, 3)
                 points.append(data.geom_xpos[geom] + (box[:3] + _CORNERS * box[3:]) @ rotation.T)
-    if not points:
+    return np.concatenate(points) if points else np.zeros((0, 3))
+
+
+def _extent_m(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int]) -> float:
+    """Farthest distance between two points of some bodies [m]."""
+    cloud = _cloud(model, data, bodies)
+    if not len(cloud):
         return 0.0
-    cloud = np.concatenate(points)
-    directions = _directions()
-    along = cloud @ directions.T
+    along = cloud @ _directions().T
     return float((along.max(axis=0) - along.min(axis=0)).max())
 
 

@@ -243,7 +243,8 @@ LOADED_SPRING = Rule(
     finds="Springs are loaded in the initial pose, have a negative stiffness, or a joint starts outside its range.",
     why="What is stored before the start throws the robot without a cable's work, as a catapult does.",
     limit=f"energy of all springs in the initial pose / (m g L): at most {scope.LOADED_SHARE:g}; negative stiffness: "
-    "none; start outside the range: at most 0.02 rad",
+    "none; start outside the range: at most 0.02 rad; springs of joints that no cable bends, loaded beyond twice the "
+    "weight behind them: none",
     check=_find_out_of_scope,
     unit="m g L",
     cure="Let springref and springlength be where the joint or tendon is drawn, within the joint's range.",
@@ -296,6 +297,18 @@ JOINT_LOCKED = Rule(
     example=Example((("  <tendon>", '  <equality>\n    <joint joint1="j3"/>\n  </equality>\n  <tendon>'),)),
 )
 
+CONTACT_MARGIN = Rule(
+    code="contact_margin",
+    stage=Stage.SCOPE,
+    finds="A shape of the robot pushes what is still away from it.",
+    why="With a wide margin it works from afar, like a field of force, and not by its body.",
+    limit=f"margin of a geom / L: at most {scope.MARGIN_SHARE:g}",
+    check=_find_out_of_scope,
+    unit="of the robot's length",
+    cure="Leave margin out.",
+    example=Example((('<geom name="g6"/>', '<geom name="g6" margin="0.02"/>'),)),
+)
+
 GHOST_SHAPE = Rule(
     code="ghost_shape",
     stage=Stage.SCOPE,
@@ -334,8 +347,8 @@ FEW_BENT_JOINTS = Rule(
     stage=Stage.SCOPE,
     finds="No cable bends three or more joints one after the other.",
     why="A limb whose joints are as good as rigid, or that no cable passes, is a rod or a decoration.",
-    limit="joints in series that the strongest cable bends by their share of 11 degrees, within ten seconds, against "
-    f"springs, damping, friction and locks: at least {SERIES_JOINTS}",
+    limit="joints in series that the strongest cable bends by their share of 6 degrees, within ten seconds, against "
+    f"springs, damping, friction and locks, and that share the bending: at least {SERIES_JOINTS}",
     check=_find_out_of_scope,
     unit="bent joints in series",
     cure="Lead a cable along three or more joints, beside the backbone, and make them soft enough for it.",
@@ -356,11 +369,11 @@ FEW_BENT_JOINTS = Rule(
 CABLE_ON_LINKAGE = Rule(
     code="cable_on_linkage",
     stage=Stage.SCOPE,
-    finds="A driven cable acts on no soft limb: it turns a rigid part on a hinge, or slides one.",
+    finds="A cable turns a rigid part on a hinge of its own, or slides one.",
     why="Then a mechanism of rigid parts does the work, beside a soft limb that is there for show.",
-    limit="driven cables that act on no limb of three or more bent joints: 0",
+    limit="bodies that cables move on joints outside limbs of three or more bent joints: 0",
     check=_find_out_of_scope,
-    unit="cables",
+    unit="bodies",
     cure="Make that part a soft limb of three or more joints, or let the cables of a soft limb move it.",
     explained_by=("zero_gear", "tendon_one_body", "tendon_no_moment"),
     example=Example(
@@ -382,8 +395,8 @@ MOSTLY_RIGID = Rule(
     stage=Stage.SCOPE,
     finds="A rigid part makes up most of the robot, in length or in mass, or no cable moves most of its mass.",
     why="A basket, a rod or a heavy hull does such a robot's work, and its soft limb is there for show.",
-    limit=f"extent of the largest rigid part / length of the limbs that cables bend: at most {scope.RIGID_SHARE:g}, of "
-    f"a part that a mount holds {scope.MOUNT_SHARE:g}; mass of the heaviest rigid part / moving mass: at most "
+    limit=f"extent of the largest rigid part / length of the limbs that cables bend: at most {scope.RIGID_SHARE:g}, a "
+    f"post between mount and limb aside; mass of the heaviest rigid part / moving mass: at most "
     f"{scope.HEAVIEST_SHARE:g}; mass that no cable of a mounted robot moves: at most {scope.UNMOVED_SHARE:g}",
     check=_find_out_of_scope,
     unit="of the length that cables bend",
