@@ -21,12 +21,13 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.cheats.bodies import CHEATS, Cheat
+from benchmarks.cheats.honest import FOUND
 from benchmarks.cheats.parts import Player
 from benchmarks.cheats.playing import is_own, place, play, rules
 from benchmarks.cheats.wins import BEFORE, commit, fingerprint, read_rows
 
 from aidsr import validate
-from aidsr.core.artifacts import ValidationReport
+from aidsr.core.artifacts import PlausibilityCheck, ValidationReport
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.evaluation import evaluate
@@ -159,10 +160,18 @@ def _by_playing(cheat: Cheat, task: Task, scene: TaskScene) -> Row:
             sentence = f"{name} wins {wins} of {len(evaluation.episodes)} episodes, and every check passes"
             return {"how": "NOT REFUSED", "sentence": sentence, **found}
         if evaluation.success_share >= 0.5:
-            return {"how": "evaluation", "sentence": failed[0].message, **found}
+            return {"how": "evaluation", "sentence": _sentence(failed), **found}
         best = max(best, {**best, **found}, key=lambda row: row["wins"] / row["episodes"])
     rule = f" by {best['rule']}" if best["rule"] else ""
     return {**best, "sentence": f"wins {best['wins']} of {best['episodes']} episodes{rule}"}
+
+
+def _sentence(failed: Sequence[PlausibilityCheck]) -> str:
+    """Return what the check that says most about the body has measured."""
+    check = next((one for one in failed if one.name.startswith(("starts", "functional", "needs"))), failed[0])
+    if check.measured is None or check.name.startswith("needs"):
+        return check.message
+    return f"{check.message}: {check.measured:.2g} {check.unit}, {check.bound} {check.limit:g}"
 
 
 # --- the page ---
@@ -192,6 +201,18 @@ def _head(rows: Sequence[Row]) -> list[str]:
         "| by | cells |",
         "|---|---|",
         *(f"| {words} | {counts[how]} |" for how, words in WAYS.items() if counts[how]),
+        "",
+        *_honest(),
+    ]
+
+
+def _honest() -> list[str]:
+    found = read_rows(FOUND)
+    refused = sum(bool(row["refused_by"]) for row in found)
+    commits = ", ".join(sorted({row["commit"] for row in found}))
+    return [
+        f"Of {len(found)} built-in designs, the first of each task and seed, {refused} are refused by the same rules "
+        f"and by the checks that need no episode (`python -m benchmarks.cheats.honest`, commit {commits})."
     ]
 
 

@@ -6,15 +6,88 @@ import mujoco
 import numpy as np
 import pytest
 from benchmarks.cheats.bodies import CHEATS
+from benchmarks.cheats.honest import FOUND, look, refusals
+from benchmarks.cheats.matrix import PAGE, page
 from benchmarks.cheats.parts import Player, constant
 from benchmarks.cheats.playing import lift_m, place, play
 from benchmarks.cheats.wins import BEFORE, read_rows
 
+from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.scope import find_out_of_scope
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import TASKS, load_task
 
 BY_NAME = {cheat.name: cheat for cheat in CHEATS}
+
+
+BY_CODE = {
+    "motorized_joint": (
+        "four_wheels six_wheels narrow_wheels spoked_wheels spoked_wheels_obstacles belt_wheels pull_only_wheels "
+        "rigid_legs flywheel_drum piston_sled riser_on_top motor_jaws belt_jaws gentle_jaws motor_pointer"
+    ),
+    "wheel": "crank_engine wheels_on_necks weight_clock wound_wheels limit_cart cable_piston_sled tilted_world",
+    "thruster": "jet_puck jet_over_gap",
+    "adhesion": "sticky_pad sticky_pad_in_space",
+    "loaded_spring": "spring_jaws spring_umbrella spring_pin",
+    "ghost_shape": "ghost_rope ghost_arm",
+    "few_bent_joints": "knuckle_jaws one_hinge_arm",
+    "cable_on_linkage": "cable_jaws force_field welded_object glued_jaws lifts_the_object",
+    "mostly_rigid": "heavy_hoop passive_petals limp_rope",
+}
+"""Bodies by the code that says what they are."""
+BY_CHECK = {
+    "starts_at_mount": (
+        "starts_behind_the_gap starts_behind_the_tunnel coils_behind_the_gap drawn_behind_the_gap "
+        "coils_behind_the_tunnel rears_up_on_the_stairs"
+    ),
+    "functional_part_is_a_part": "thirteen_fingers",
+}
+BY_REPLAY = "threaded_jaws heavy_spring_jaws basket rigid_rod rigid_hook one_soft_hinge_arm margin_arm"
+"""Refused where they are played: see results.md."""
+
+
+def expected(table):
+    return [(name, code) for code, names in table.items() for name in names.split()]
+
+
+def test_every_body_is_refused_somewhere():
+    named = [name for name, _ in expected(BY_CODE) + expected(BY_CHECK)] + BY_REPLAY.split()
+    assert sorted(named) == sorted(BY_NAME)
+
+
+@pytest.mark.parametrize(("name", "code"), expected(BY_CODE))
+def test_a_body_is_out_of_scope_for_what_it_is(name, code):
+    model = mujoco.MjModel.from_xml_string(BY_NAME[name].mjcf)
+    assert code in {finding.code for finding in find_out_of_scope(model, read_structure(model))}
+
+
+@pytest.mark.parametrize(("name", "check"), expected(BY_CHECK))
+def test_a_body_is_refused_before_an_episode_is_played(name, check):
+    cheat = BY_NAME[name]
+    task = load_task(cheat.task)
+    assert check in refusals(TaskScene.of(place(cheat, task), task, grouping="off"))
+
+
+def test_a_world_of_its_own_is_refused():
+    cheat = BY_NAME["tilted_world"]
+    with pytest.raises(UserError, match="option has gravity"):
+        TaskScene.of(place(cheat, load_task(cheat.task)), cheat.task)
+
+
+@pytest.mark.parametrize("name", ["button_pushing", "simple_grasping", "gap", "stairs", "drawer_opening"])
+def test_an_honest_robot_is_not_refused(name):
+    assert look(load_task(name), 1)["refused_by"] == []
+
+
+def test_no_honest_robot_of_the_page_was_refused():
+    rows = read_rows(FOUND)
+    assert len(rows) == 5 * len(TASKS)
+    assert [row for row in rows if row["refused_by"]] == []
+
+
+def test_the_page_is_made_of_what_was_decided():
+    assert PAGE.read_text(encoding="utf-8") == page()
 
 
 def test_every_task_has_a_body_that_cheats_and_no_name_stands_for_two():

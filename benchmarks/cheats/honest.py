@@ -1,0 +1,65 @@
+"""That honest robots are not refused with those that cheat: built-in designs of every task.
+
+python -m benchmarks.cheats.honest
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from benchmarks.cheats.wins import commit
+
+from aidsr.core.artifacts import Robot
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.plausibility import part_check, scope_check, start_check
+from aidsr.sim.assembly import assemble
+from aidsr.sim.structure import read_structure
+from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
+from aidsr.teams import rules as builtin
+
+FOUND = Path(__file__).parent / "honest.jsonl"
+SEEDS = range(5)
+
+Row = dict[str, Any]
+
+
+def main() -> None:
+    """Look at all of them, and write what was found."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    lines = [json.dumps(look(load_task(name), seed)) + "\n" for name in TASKS for seed in SEEDS]
+    FOUND.write_text("".join(lines), encoding="utf-8")
+
+
+def design(task: Task, seed: int) -> tuple[str, Robot, str]:
+    """Return family, robot and scene of the first built-in design of a task."""
+    brief, team = task.brief(), builtin.team(seed)
+    concept = team.designer.propose(brief, 1)[0]
+    robot = team.coder.write(brief, concept)
+    placed = team.integrator.place(brief, concept, robot)
+    return concept.family, robot, assemble(robot, brief.environment, placed, task.sensors).mjcf
+
+
+def look(task: Task, seed: int) -> Row:
+    """Return which checks of the evaluation that need no episode refuse a built-in design."""
+    family, robot, mjcf = design(task, seed)
+    scene = TaskScene.of(mjcf, task, groups=robot.actuator_groups)
+    refused = list(refusals(scene))
+    facts = {"task": task.name, "seed": seed, "family": family, "benchmark_version": BENCHMARK_VERSION}
+    return {**facts, "commit": commit(), "refused_by": refused}
+
+
+def refusals(scene: TaskScene) -> Iterator[str]:
+    """Yield the names of the checks that refuse a scene before an episode is played."""
+    structure = read_structure(scene.model)
+    checks = [scope_check(scene.model, structure), start_check(scene.model, structure)]
+    for check in (*checks, part_check(scene.model, structure, scene.task.sensors)):
+        if not check.passed:
+            yield check.name
+
+
+if __name__ == "__main__":
+    main()
