@@ -21,7 +21,7 @@ from aidsr.render.pictures import filmstrip
 from aidsr.studies.gallery import Card, gallery
 from aidsr.studies.outcomes import read_outcomes
 from aidsr.studies.study import Study, StudyPlan, open_study
-from aidsr.tasks import task_names
+from aidsr.tasks import TASKS_IN_SAMPLE
 
 DOCS = Path(__file__).parents[2] / "docs"
 _MOMENTS, _WIDTH, _HEIGHT, _FINER = 4, 220, 165, 2
@@ -40,7 +40,9 @@ def main() -> None:
     """Write the page and its pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("studies", type=Path, nargs="+")
-    parser.add_argument("--tasks", nargs="+", choices=task_names(), default=task_names(), help="whose films to renew")
+    parser.add_argument(
+        "--tasks", nargs="+", choices=TASKS_IN_SAMPLE, default=TASKS_IN_SAMPLE, help="whose films to renew"
+    )
     asked = parser.parse_args()
     studies = [open_study(path) for path in asked.studies]
     page = DOCS / "policies.md"
@@ -50,7 +52,7 @@ def main() -> None:
         shown = max(filter(None, found), key=lambda one: one[0], default=None)
         if shown is not None:
             said[task] = _section(task, *shown[1:])
-    page.write_text(_HEAD + "".join(f"\n## {task}\n{said[task]}" for task in task_names() if task in said), "utf-8")
+    page.write_text(_HEAD + "".join(f"\n## {task}\n{said[task]}" for task in TASKS_IN_SAMPLE if task in said), "utf-8")
 
 
 def _section(task: str, card: Card, plan: StudyPlan) -> str:

@@ -44,7 +44,7 @@ from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
 from aidsr.studies.tables import IN_SAMPLE, PAPER
-from aidsr.tasks import BENCHMARK_VERSION, load_task, task_names
+from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, load_task
 
 HOME = Path(__file__).parent
 _OUT = f"results-version{BENCHMARK_VERSION}"
@@ -98,7 +98,7 @@ def main() -> None:
     """Do what is left of the study, writing its table as it goes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, help="of the study; build/builtin-STEPS unless named")
-    parser.add_argument("--tasks", nargs="+", default=list(task_names()), help="all unless named")
+    parser.add_argument("--tasks", nargs="+", default=list(TASKS_IN_SAMPLE), help="all unless named")
     parser.add_argument("--designs", type=int, default=5, help="of each task")
     parser.add_argument("--steps", type=int, default=BUDGET_STEPS, help="control steps a policy, at most")
     parser.add_argument("--jobs", type=int, default=2, help="side by side, one core each")
@@ -366,7 +366,7 @@ def _planned(plan: StudyPlan) -> int:
 
 
 def _command(plan: StudyPlan, out: str) -> str:
-    tasks = "" if plan.tasks == task_names() else f" --tasks {' '.join(plan.tasks)}"
+    tasks = "" if plan.tasks == TASKS_IN_SAMPLE else f" --tasks {' '.join(plan.tasks)}"
     seeds = "" if plan.seeds == 1 else f" --seeds {plan.seeds}"
     named = "" if out in (_OUT, _FIRST_OUT) else f" --out {out}"
     return f"python benchmarks/builtin/table.py --designs {plan.runs} --steps {plan.steps}{seeds}{tasks}{named}"

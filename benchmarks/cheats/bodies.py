@@ -26,7 +26,7 @@ from benchmarks.cheats.parts import (
 from lxml import etree
 
 from aidsr.core.artifacts import Robot, Vec3
-from aidsr.tasks import TASKS
+from aidsr.tasks import TASKS_IN_SAMPLE
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Cheat:
     @property
     def category(self) -> str:
         """Of the task it is meant to win."""
-        return next(name for name in TASKS if name.rpartition("/")[2] == self.task).partition("/")[0]
+        return next(name for name in TASKS_IN_SAMPLE if name.rpartition("/")[2] == self.task).partition("/")[0]
 
     @property
     def robot(self) -> Robot:

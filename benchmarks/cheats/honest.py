@@ -18,7 +18,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.plausibility import part_check, scope_check, start_check
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure
-from aidsr.tasks import BENCHMARK_VERSION, TASKS, Task, load_task
+from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, Task, load_task
 from aidsr.teams import rules as builtin
 
 FOUND = Path(__file__).parent / "honest.jsonl"
@@ -30,7 +30,7 @@ Row = dict[str, Any]
 def main() -> None:
     """Look at all of them, and write what was found."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
-    lines = [json.dumps(look(load_task(name), seed)) + "\n" for name in TASKS for seed in SEEDS]
+    lines = [json.dumps(look(load_task(name), seed)) + "\n" for name in TASKS_IN_SAMPLE for seed in SEEDS]
     FOUND.write_text("".join(lines), encoding="utf-8")
 
 

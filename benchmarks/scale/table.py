@@ -19,7 +19,7 @@ from aidsr.studies.jobs import training_folder_of
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, open_study
 from aidsr.studies.tables import PAPER
-from aidsr.tasks import task_names
+from aidsr.tasks import TASKS_IN_SAMPLE
 from aidsr.teams.providers import price_usd
 
 ROOT = Path(__file__).parents[2]
@@ -84,7 +84,7 @@ def visible_tokens() -> tuple[float, float]:
 
 def table(study: Study) -> str:
     """Return the tables as Markdown."""
-    costs, tasks = measured(study), len(task_names())
+    costs, tasks = measured(study), len(TASKS_IN_SAMPLE)
     designs = tasks * DESIGNS
     lines = [
         f"Measured: {costs.policies} policies of the built-in team on {costs.tasks} of {tasks} tasks, one or two "

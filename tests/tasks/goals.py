@@ -65,6 +65,19 @@ def pipe_inserting(task: Task) -> Episode:
     return episode
 
 
+def around_corners(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    box, forward = episode.sensor("box_position"), episode.sensor("box_forward")
+    side_m, down = (0.13 + task.overlap_m) / 2, np.array([0.0, 0.0, -1.0])
+    way = [(side_m, 0.1), (side_m, 0.0), (side_m, -0.08), (side_m, -0.155), (0.03, -0.155), (-0.03, -0.155)]
+    for along_m, up_m in (*way, (-side_m, -0.155), (-side_m, -0.2), (-side_m, -0.244)):
+        goal = box + along_m * forward - up_m * down
+        episode.place(goal, down)
+        episode.step()
+    episode.run(2.0, lambda e: e.hold(STICK, e.tip_m, goal + 0.003 * down, along=down))
+    return episode
+
+
 def simple_grasping(task: Task) -> Episode:
     return _carried(Episode(task), after_s=3.0)
 
@@ -87,6 +100,19 @@ def dynamic_catching(task: Task) -> Episode:
     return episode
 
 
+def ball_from_bowl(task: Task) -> Episode:
+    episode = Episode(task)
+    start = episode.sensor("object_position")
+    weight = np.array([0.0, 0.0, 9.81 * episode.model.body("object").mass[0] / 1000.0])
+
+    def hand(e: Episode) -> None:
+        up_m = min(0.1 * e.data.time, 0.115)
+        e.hold("object", e.sensor("object_position"), start + weight + (0.0, 0.0, up_m))
+
+    episode.run(4.0, hand)
+    return episode
+
+
 def flat_ground(task: Task) -> Episode:
     return _travelled(task, [(x, 0.0, 0.02) for x in np.linspace(0.0, 1.05 * task.goal_m, 20)])
 
@@ -96,6 +122,14 @@ def stairs(task: Task) -> Episode:
     rise_m, tread_m = (episode.variation.parameters[name][0] for name in ("rise_m", "tread_m"))
     steps = [(0.4 + (step + 0.5) * tread_m, 0.0, rise_m * (step + 1) + 0.02) for step in range(3)]
     return _travelled(task, [(0.1, 0.0, 0.02), (0.3, 0.0, 0.02), *steps])
+
+
+def incline(task: Task) -> Episode:
+    slope, edge_m = (Episode(task).variation.parameters[name][0] for name in ("slope", "edge_m"))
+    return _travelled(
+        task,
+        [(x, 0.0, 0.02 + slope * np.clip(x - 0.35, 0.0, edge_m - 0.35)) for x in np.linspace(0.0, edge_m + 0.15, 20)],
+    )
 
 
 def obstacles(task: Task) -> Episode:
@@ -130,6 +164,27 @@ def drawer_opening(task: Task) -> Episode:
                 slide.qfrc_applied = np.clip(force_n, -5.0, 5.0)
 
             episode.run(seconds, hand)
+    return episode
+
+
+def crank_turning(task: Task) -> Episode:
+    episode = Episode(task, base="free")
+    direction = episode.variation.parameters["direction"][0]
+    crank, start = episode.data.joint("crank"), episode.data.joint("crank").qpos[0]
+
+    def hand(e: Episode) -> None:
+        left = np.deg2rad(task.turn_deg + 2.0) - direction * (crank.qpos[0] - start)
+        crank.qfrc_applied = direction * (1.2 * task.torque_nm * np.sign(left)) + 0.05 * (
+            direction * np.clip(10 * left, -2.5, 2.5) - crank.qvel[0]
+        )
+
+    while not episode.won and episode.data.time < 6.0:
+        # beside the pin, clear of it
+        angle = crank.qpos[0]
+        episode.place(
+            episode.sensor("pin_position") + 0.02 * np.array([0.0, -np.sin(angle), np.cos(angle)]), (1.0, 0.0, 0.0)
+        )
+        episode.step(hand)
     return episode
 
 

@@ -58,6 +58,11 @@ def pipe_inserting(task, seen, branch_m=0.1001, way=None, beside_m=0.034, across
     return altered(seen, {"tip_position": seen["pipe_position"][0] + from_mouth_m}), times_s
 
 
+def around_corners(task, seen, above_m=0.0, tip_n=0.51):
+    tip_m = seen["box_position"][0] - 0.07 * seen["box_forward"][0] + (0.0, 0.0, -0.246 + above_m)
+    return altered(seen, {"tip_position": tip_m, "tip_force": (0.0, 0.6 * tip_n, -0.8 * tip_n)}), {}
+
+
 def simple_grasping(task, seen, raised_m=0.1001, slip_m=0.0199, time_s=4.5, **grip):
     sensors = _held(seen, (slip_m, 0.0, raised_m), (0.0, 0.0, raised_m), **grip)
     return altered(seen, sensors, time_s=time_s), {"lifted": 1.0}
@@ -79,6 +84,10 @@ def dynamic_catching(task, seen, away_m=0.0599, closest_m=0.0, touched=1.0, caug
     return altered(seen, ball), {"closest": closest_m, "touched": touched, "caught_s": caught_s}
 
 
+def ball_from_bowl(task, seen, raised_m=0.1001, **grip):
+    return altered(seen, _held(seen, (0.0, 0.0, raised_m), **grip)), {}
+
+
 def flat_ground(task, seen, forward_m=None, aside_m=0.299, length_m=0.3):
     forward_m = task.goal_m + JUST if forward_m is None else forward_m
     return _in_lane(seen, _start_m(seen)[0] + forward_m, aside_m, length_m=length_m), {}
@@ -89,6 +98,12 @@ def stairs(task, seen, way=1.0 + JUST, climbed=0.801, aside_m=0.299):
     start_m, _, low_m = _start_m(seen)
     along_m = start_m + way * (0.4 + 2 * tread_m - start_m)
     return _in_lane(seen, along_m, aside_m, low_m + climbed * 3 * rise_m), {}
+
+
+def incline(task, seen, way=1.0 + JUST, climbed=0.801, aside_m=0.299):
+    edge_m, rise_m = (seen.parameters[name][0, 0] for name in ("edge_m", "rise_m"))
+    start_m, _, low_m = _start_m(seen)
+    return _in_lane(seen, start_m + way * (edge_m - start_m), aside_m, low_m + climbed * rise_m), {}
 
 
 def obstacles(task, seen, forward_m=1.0 + JUST, aside_m=0.299):
@@ -124,6 +139,13 @@ def force_controlled_brushing(task, seen, brushed=None, stroke_s=0.1, band_s=6.0
     cells_s = np.where(np.arange(cells) < brushed, stroke_s, 0.0)
     times_s = {"band_s": band_s, "contact_s": 10.0, "touching_s": 10.0, "too_hard_s": too_hard_s}
     return seen, {"cells_s": cells_s, **times_s}
+
+
+def crank_turning(task, seen, turned_deg=None, near=True):
+    turned_deg = task.turn_deg + JUST if turned_deg is None else turned_deg
+    angle = seen["crank_angle"][0, 0] + np.deg2rad(turned_deg) * seen.parameters["direction"][0, 0]
+    tip_m = seen["pin_position"][0] - (0.0 if near else 0.5, 0.0, 0.0)
+    return altered(seen, {"crank_angle": angle, "tip_position": tip_m}), {}
 
 
 def _held(seen, object_way_m=(0.0, 0.0, 0.0), tip_way_m=(0.0, 0.0, 0.0), *, away_m=None, opposed=False) -> dict:

@@ -31,6 +31,10 @@ HARD = {
     "locomotion/gap": {"narrowest_m": 0.15, "widest_m": 0.15},
     "locomotion/tunnel": {"height_m": 0.07},
     "manipulation/drawer_opening": {"friction_n": 1.5},
+    "reaching/around_corners": {"overlap_m": 0.035},
+    "grasping/ball_from_bowl": {"lightest_kg": 0.10, "heaviest_kg": 0.15},
+    "locomotion/incline": {"slope_deg": 25.0},
+    "manipulation/crank_turning": {"torque_nm": 0.08, "turn_deg": 540.0},
     "manipulation/force_controlled_brushing": {"cells_a_side": 10, "coverage": 0.9},
 }
 """What is different at level hard."""

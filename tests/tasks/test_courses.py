@@ -12,6 +12,7 @@ from aidsr.tasks.scoring import reset, score
 BOTH_LEVELS = [(name, level) for name in TASKS for level in ("standard", "hard")]
 
 ENDS = {
+    "grasping/ball_from_bowl": 0.65,
     "grasping/simple_grasping": 0.55,
     "grasping/delicate_grasping": 0.55,
     "grasping/zero_gravity_grasping": 0.29,
@@ -22,6 +23,10 @@ MOVES = {
     "reaching/button_pushing": {0, 1, 2, 6, 7},
     "reaching/surface_adapting": {0, 2, 7, 8, 9, 10},
     "reaching/pipe_inserting": {0, 1, 2, 3, 4, 5, 9},
+    "reaching/around_corners": {0, 2, 3, 5, 9},
+    "grasping/ball_from_bowl": {2, 5, 8, 10},
+    "locomotion/incline": {0, 2},
+    "manipulation/crank_turning": {1, 2, 3, 4, 5},
     "grasping/simple_grasping": {2, 5, 8, 9, 10},
     "grasping/zero_gravity_grasping": {2, 3, 4, 5, 8, 9, 10, 11, 13, 14},
     "grasping/delicate_grasping": {2, 3, 4, 5, 8, 9, 10},

@@ -77,6 +77,21 @@ def to_obstacles(e: Stirred) -> np.ndarray:
     return np.concatenate(ways[:3])
 
 
+def in_box(e: Stirred) -> np.ndarray:
+    return e.data.body("box").xmat.reshape(3, 3).T @ (e.tip_m - e.body("box"))
+
+
+def of_incline(e: Stirred) -> np.ndarray:
+    turn = e.model.geom("ramp").quat
+    return np.array([-np.tan(2 * np.arctan2(turn[2], turn[0])), e.near_edge_m("plateau")])
+
+
+def of_crank(e: Stirred) -> np.ndarray:
+    (angle,) = e.slid("crank")
+    turned = e.variation.parameters["direction"][0] * (angle - e.course[0][0]["crank_angle"][0, 0])
+    return np.array([np.cos(angle), np.sin(angle), turned / np.deg2rad(270)])
+
+
 def in_pipe(e: Stirred) -> np.ndarray:
     wall = e.data.geom("branch_left")
     along = wall.xmat.reshape(3, 3)[:, 2]
@@ -150,6 +165,23 @@ MOVED = {
         (6, lambda e: e.slid("base_x", "base_z")),
         (8, lambda e: e.slid("drawer_1", "drawer_2", "drawer_3") / 0.06),
     ],
+    "around_corners": [
+        (0, in_box),
+        (3, lambda e: np.array([0.075, 0.0, 0.0]) - in_box(e)),
+        (6, lambda e: e.axis("box", 0)[:2]),
+        (8, lambda e: e.slid("feed")),
+    ],
+    "ball_from_bowl": [
+        (0, to_object),
+        (9, lambda e: e.slid("base_z")),
+        (10, lambda e: (e.body("object")[2:] - e.course[0][0]["object_position"][0, 2]) / 0.1),
+    ],
+    "incline": [(0, travelling), (8, of_incline)],
+    "crank_turning": [
+        (0, lambda e: e.site("pin") - e.tip_m),
+        (3, of_crank),
+        (7, lambda e: e.slid("base_y", "base_z")),
+    ],
     "force_controlled_brushing": [(0, to_first_cell), (10, lambda e: e.slid("base_x", "base_z"))],
 }
 """By task and first column, what the simulation itself says."""
@@ -160,6 +192,14 @@ SAID = [
     ("button_pushing", {"tip_force": (3.0, 0.0, -4.0)}, {}, {7: 1.0}),
     ("surface_adapting", {"surface_contacts": touches(2.0, 1.0)}, {}, {9: 0.4}),
     ("pipe_inserting", {"wall_contacts": touches(2.0, 1.0)}, {}, {12: 0.6}),
+    (
+        "around_corners",
+        {"tip_force": (0.0, 3.0, -4.0), "wall_contacts": touches(2.0, 1.0)},
+        {},
+        {9: 1.0, 10: 0.6},
+    ),
+    ("ball_from_bowl", {"grip": touches(2.0, 1.0)}, {}, {11: 0.4, 12: 0.5}),
+    ("crank_turning", {"pin_force": (3.0, 0.0, -4.0)}, {}, {6: -1.0, 9: 1.0}),
     ("simple_grasping", {"grip": touches(2.0, 1.0)}, {}, {11: 0.4, 12: 0.5}),
     ("zero_gravity_grasping", {"grip": touches(1.0, 2.0)}, {}, {11: 0.4, 12: 0.5}),
     ("delicate_grasping", {"grip": touches(1.0, 0.5)}, {}, {11: 0.2, 12: 0.5, 13: 0.25}),

@@ -73,7 +73,7 @@ def test_criteria_are_what_a_subclass_makes_of_them():
 
 # --- the words hold at both levels ---
 
-QUANTITY = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))? (mm|m/s|m|N|%|times|x)(?!\w)")
+QUANTITY = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))? (mm|m/s|m|N m|N|g|degrees|deg|%|times|x)(?!\w)")
 OF_BOTH_LEVELS = {("height_m", "The centre of mass is 0.1 m outside the lane.")}
 """A number that a level happens to share with a rule of both."""
 COUNTS = {"goal_lengths": "times", "cells_a_side": "x"}
@@ -90,6 +90,12 @@ def as_said(field: str, value: float) -> set[tuple[float, str]]:
         return {(value, COUNTS[field])}
     if field.endswith("_m_s"):
         return {(value, "m/s")}
+    if field.endswith("_kg"):
+        return {(round(1000 * value, 6), "g")}
+    if field.endswith("_deg"):
+        return {(value, "deg"), (value, "degrees")}
+    if field.endswith("_nm"):
+        return {(value, "N m")}
     if field.endswith("_m"):
         return {(value, "m"), (round(1000 * value, 6), "mm")}
     return {(value, "N")} if field.endswith("_n") else {(round(100 * value, 6), "%")}

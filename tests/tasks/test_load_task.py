@@ -13,8 +13,8 @@ def test_a_task_is_found_by_its_whole_name_or_its_last_part():
     assert load_task("button_pushing", "hard").level == "hard"
 
 
-def test_there_are_fourteen_tasks_in_four_categories():
-    assert len(TASKS) == 14
+def test_there_are_eighteen_tasks_in_four_categories():
+    assert len(TASKS) == 18
     assert {name.split("/")[0] for name in TASKS} == {"reaching", "grasping", "locomotion", "manipulation"}
     assert task_names()[: len(TASKS)] == tuple(TASKS)
 

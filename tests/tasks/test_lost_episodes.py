@@ -5,7 +5,7 @@ from stick import Episode
 
 from aidsr.tasks import load_task
 
-LANES = ["flat_ground", "stairs", "obstacles", "gap", "tunnel"]
+LANES = ["flat_ground", "stairs", "incline", "obstacles", "gap", "tunnel"]
 
 
 @pytest.mark.parametrize("name", LANES)
@@ -21,6 +21,13 @@ def test_an_object_off_the_table_is_lost():
     episode = Episode(load_task("simple_grasping"))
     assert not episode.step().failure[0]
     episode.put("object_free", (0.6, 0.0, 0.1))
+    assert episode.step().failure[0]
+
+
+def test_a_ball_beside_its_bowl_is_lost():
+    episode = Episode(load_task("ball_from_bowl"))
+    assert not episode.step().failure[0]
+    episode.put("object_free", (0.15, 0.0, 0.43))
     assert episode.step().failure[0]
 
 

@@ -73,6 +73,48 @@ def test_pipe_inserting():
     assert fills(values(variations, "geom_friction", "branch_below")[:, 0], 0.2, 0.9)
 
 
+@pytest.mark.parametrize(("level", "overlap_m"), [("standard", 0.02), ("hard", 0.035)])
+def test_around_corners(level, overlap_m):
+    variations = drawn("around_corners", level)
+    places = values(variations, "body_pos", "box")
+    assert fills(places[:, 0], -0.01, 0.01)
+    assert fills(places[:, 1], -0.01, 0.01)
+    turns_deg = yaw_deg(values(variations, "body_quat", "box"))
+    other = np.cos(np.deg2rad(turns_deg)) < 0.0
+    assert 0.3 < other.mean() < 0.7
+    assert fills((turns_deg + 90.0) % 180.0 - 90.0, -15, 15)
+    assert load_task("around_corners", level).edits["geom/lid"]["size"][0] == pytest.approx((0.13 + overlap_m) / 2)
+
+
+@pytest.mark.parametrize(("level", "low_kg", "high_kg"), [("standard", 0.03, 0.08), ("hard", 0.10, 0.15)])
+def test_ball_from_bowl(level, low_kg, high_kg):
+    variations = drawn("ball_from_bowl", level)
+    assert fills(values(variations, "geom_size", "object")[:, 0], 0.022, 0.030)
+    assert fills(values(variations, "body_mass", "object")[:, 0], low_kg, high_kg)
+    bowl, ball = values(variations, "body_pos", "bowl"), values(variations, "qpos", "object_free")
+    for axis in (0, 1):
+        assert fills(bowl[:, axis], -0.01, 0.01)
+        assert fills(ball[:, axis] - bowl[:, axis], -0.01, 0.01)
+
+
+@pytest.mark.parametrize(("level", "slope_deg"), [("standard", 15), ("hard", 25)])
+def test_incline(level, slope_deg):
+    variations = drawn("incline", level)
+    assert fills(np.rad2deg(np.arctan(parameters(variations, "slope")[:, 0])), slope_deg - 2, slope_deg + 2)
+    for name in ("ground", "ramp", "plateau"):
+        assert fills(values(variations, "geom_friction", name)[:, 0], 0.7, 1.1)
+
+
+@pytest.mark.parametrize(("level", "torque_nm"), [("standard", 0.04), ("hard", 0.08)])
+def test_crank_turning(level, torque_nm):
+    variations = drawn("crank_turning", level)
+    assert fills(values(variations, "dof_frictionloss", "crank")[:, 0], 0.5 * torque_nm, 1.5 * torque_nm)
+    assert fills(np.rad2deg(values(variations, "qpos", "crank")[:, 0]), -180, 180)
+    assert fills(values(variations, "body_pos", "crank")[:, 1], -0.01, 0.01)
+    assert fills(values(variations, "body_pos", "crank")[:, 2], -0.01, 0.01)
+    assert set(parameters(variations, "direction")[:, 0]) == {-1.0, 1.0}
+
+
 def test_simple_grasping():
     variations = drawn("simple_grasping")
     assert len(set(values(variations, "geom_type", "object")[:, 0])) == 3

@@ -7,7 +7,7 @@ from sights import altered, first, touches
 from aidsr.tasks import TASKS, Readings, load_task
 from aidsr.tasks.scoring import reset, score
 
-LANES = ("flat_ground", "stairs", "obstacles", "gap", "tunnel")
+LANES = ("flat_ground", "stairs", "incline", "obstacles", "gap", "tunnel")
 
 
 def from_tip(away_m: float):
@@ -24,6 +24,10 @@ def aside(left_m: float):
     return lambda seen: {
         "com_position": seen["lane_position"][0] + 0.5 * seen["lane_forward"][0] + left_m * seen["lane_left"][0]
     }
+
+
+def from_bowl(along_m: float, up_m: float):
+    return lambda seen: {"object_position": seen["bowl_position"][0] + (0.6 * along_m, 0.8 * along_m, up_m)}
 
 
 def pushed(sensor: str, force_n: float):
@@ -48,6 +52,13 @@ VIOLATIONS = [
     ("pipe_inserting", touched("wall_contacts", 8.0, 12.0), 0.0),
     ("pipe_inserting", touched("wall_contacts", 12.0, 18.0), 0.5),
     ("pipe_inserting", knocked("wall_contacts", 30.0), 0.5),
+    ("around_corners", touched("wall_contacts", 8.0, 12.0), 0.0),
+    ("around_corners", touched("wall_contacts", 12.0, 18.0), 0.5),
+    ("ball_from_bowl", touched("grip", 15.0, 15.0), 0.0),
+    ("ball_from_bowl", touched("grip", 22.5), 0.5),
+    ("ball_from_bowl", from_bowl(0.121, 0.039), 1.0),
+    ("crank_turning", pushed("pin_force", 15.0), 0.0),
+    ("crank_turning", pushed("pin_force", 22.5), 0.5),
     ("simple_grasping", lambda seen: {"object_velocity": (0.6, 0.0, 0.8)}, 0.0),
     ("simple_grasping", lambda seen: {"object_velocity": (0.9, 0.0, -1.2)}, 0.5),
     ("simple_grasping", at_height("object_position", 0.385), 0.0),
@@ -74,6 +85,9 @@ VIOLATIONS = [
 ]
 
 LOST = [
+    ("ball_from_bowl", from_bowl(0.121, 0.039), True),
+    ("ball_from_bowl", from_bowl(0.119, 0.039), False),
+    ("ball_from_bowl", from_bowl(0.121, 0.041), False),
     ("simple_grasping", at_height("object_position", 0.385), False),
     ("simple_grasping", at_height("object_position", 0.375), True),
     ("zero_gravity_grasping", from_tip(0.59), False),

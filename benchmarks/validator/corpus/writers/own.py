@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from benchmarks.validator.corpus.writers.written import Written
 
-from aidsr.tasks import load_task, task_names
+from aidsr.tasks import TASKS_IN_SAMPLE, load_task
 from aidsr.teams.rules import team
 
 
 def write_own_robot(rng: np.random.Generator) -> Written:
     """Let the built-in team write a robot for a task of the benchmark."""
-    brief = load_task(str(rng.choice(task_names()))).brief()
+    brief = load_task(str(rng.choice(TASKS_IN_SAMPLE))).brief()
     roles = team(int(rng.integers(1000)))
     concepts = roles.designer.propose(brief, 3)
     concept = concepts[int(rng.integers(len(concepts)))]

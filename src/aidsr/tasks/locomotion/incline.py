@@ -1,0 +1,121 @@
+"""Go up an incline."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
+from aidsr.tasks.readings import BoolArray, FloatArray, Readings
+from aidsr.tasks.shaping import share
+from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState, span
+from aidsr.tasks.variation import Change, Variation
+
+START_M = 0.35
+"""Where the incline begins: a robot of the usual size starts clear of it."""
+LENGTH_M = 0.35
+"""Of the incline, along itself."""
+PLATEAU_M = 0.8
+HALF_WIDTH_M = 0.45
+THICKNESS_M = 0.02
+"""Half of the ramp's."""
+SPREAD_DEG = 2.0
+FRICTION = (0.7, 1.1)
+CLIMBED = 0.8
+"""Share of the whole rise that counts as being up."""
+
+
+@dataclass(frozen=True)
+class Incline(LaneTask):
+    """The robot's centre of mass gets up an even incline and stays on the plateau.
+
+    Source: our choice: friction of 0.7, the smallest here, holds a body at rest on a slope of 35 deg.
+    """
+
+    name: ClassVar = "locomotion/incline"
+    time_limit_s: ClassVar = 60.0
+    hold_s: ClassVar = 1.0
+    stages: ClassVar = ((0.4, "before the incline"), (0.7, "half way up"), (1.0, "on the plateau"))
+    required_names: ClassVar = ("mount", "ground", "lane", "ramp", "plateau")
+    features: ClassVar = (
+        *LaneTask.features,
+        Feature("slope of the incline", "", (0.1, 0.5), "(parameters)"),
+        Feature("where the plateau begins, along the lane", "m", (0.6, 0.7), "(parameters)"),
+    )
+    hard: ClassVar = {"slope_deg": 25.0}
+
+    slope_deg: float = 15.0
+    """Of the incline, at the middle of its variation [deg]."""
+
+    @property
+    def objective(self) -> str:
+        return (
+            f"Ascend an incline of about {self.slope_deg:g} degrees, {LENGTH_M:g} m long, which begins {START_M:g} m "
+            f"ahead, and remain on the plateau at its top for {self.hold_s:g} s, within {LANE_HALF_WIDTH_M:g} m to "
+            "either side of the lane's middle line."
+        )
+
+    @property
+    def edits(self) -> Edits:
+        changes = ramp(np.deg2rad(self.slope_deg))
+        return {
+            f"geom/{name}": {c.field.removeprefix("geom_"): c.value for c in changes if c.name == name}
+            for name in ("ramp", "plateau")
+        }
+
+    @property
+    def criteria(self) -> Criteria:
+        low, high = self.slope_deg - SPREAD_DEG, self.slope_deg + SPREAD_DEG
+        return Criteria(
+            variation=f"Slope {low:g} to {high:g} deg, friction {span(FRICTION)}.",
+            progress="Nine tenths for the way to the plateau's edge, one for height.",
+            success=f"Past the plateau's edge, up at least {100 * CLIMBED:g} % of its height, and inside the lane.",
+            violation=LEAVES_LANE,
+            failure=OUT_OF_LANE,
+        )
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        slope = np.deg2rad(self.slope_deg + rng.uniform(-SPREAD_DEG, SPREAD_DEG))
+        friction = (rng.uniform(*FRICTION), *FRICTION_ELSE)
+        rough = tuple(Change("geom_friction", name, friction) for name in ("ground", "ramp", "plateau"))
+        edge_m, rise_m = START_M + LENGTH_M * np.cos(slope), LENGTH_M * np.sin(slope)
+        return Variation((*ramp(slope), *rough), {"slope": (np.tan(slope),), "edge_m": (edge_m,), "rise_m": (rise_m,)})
+
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        parameters = readings.parameters
+        return np.column_stack([super().observe(readings, state), parameters["slope"], parameters["edge_m"]])
+
+    def reset_state(self, readings: Readings) -> TaskState:
+        start = in_lane(readings)
+        return {"start": start, "lowest": start[:, 2]}
+
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        # a body that sinks down at the start has nothing to make up for
+        return {"start": state["start"], "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
+
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        start_m = state["start"][:, 0]
+        way = share(in_lane(readings)[:, 0] - start_m, readings.parameters["edge_m"][:, 0] - start_m)
+        return 0.9 * way + 0.1 * np.minimum(way, share(self._climbed(readings, state), CLIMBED))
+
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        along_m, aside_m, _ = in_lane(readings).T
+        there = (along_m >= readings.parameters["edge_m"][:, 0]) & (np.abs(aside_m) < LANE_HALF_WIDTH_M)
+        return there & (self._climbed(readings, state) >= CLIMBED)
+
+    def _climbed(self, readings: Readings, state: TaskState) -> FloatArray:
+        """Return the part of the rise that the centre of mass is above the lowest it has been, (n,)."""
+        return np.asarray((in_lane(readings)[:, 2] - state["lowest"]) / readings.parameters["rise_m"][:, 0])
+
+
+def ramp(slope_rad: float) -> tuple[Change, ...]:
+    """Return the changes that give the incline another slope, and the plateau its height."""
+    cos, sin = float(np.cos(slope_rad)), float(np.sin(slope_rad))
+    run_m, rise_m = LENGTH_M * cos, LENGTH_M * sin
+    middle = (START_M + run_m / 2 + THICKNESS_M * sin, 0.0, rise_m / 2 - THICKNESS_M * cos)
+    turn = (float(np.cos(slope_rad / 2)), 0.0, -float(np.sin(slope_rad / 2)), 0.0)
+    edge_m = START_M + run_m
+    top = box_between("plateau", (edge_m, -HALF_WIDTH_M, 0.0), (edge_m + PLATEAU_M, HALF_WIDTH_M, rise_m))
+    return (Change("geom_pos", "ramp", middle), Change("geom_quat", "ramp", turn), *top)
