@@ -168,7 +168,8 @@ def test_an_estimate_is_made_of_what_the_docs_say_was_measured(seeds: int, steps
     assert told, "docs/studies.md no longer says what was measured"
     design_s, training_s, judging_s = (float(number.replace(",", "")) for number in told.groups())
     coming = estimate_study(Study(tmp_path, plan(arms=plan().arms[:1], seeds=seeds, steps=steps)))
-    expected_s = design_s + seeds * (training_s * steps / 300_000 + judging_s)
+    assert "20 held-out episodes a policy; a verdict now has 100, which takes about five times as long" in page
+    expected_s = design_s + seeds * (training_s * steps / 300_000 + 5 * judging_s)
     assert coming.core_hours * 3600 == pytest.approx(expected_s)
 
 

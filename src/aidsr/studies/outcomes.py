@@ -55,6 +55,10 @@ class DesignRow(Artifact):
         """Whether most of the policies that the plan asks for are successful."""
         return self._most(each.successful for each in self.evaluations)
 
+    def wins(self, share: float) -> bool:
+        """Return whether most of the policies that the plan asks for are valid and win this share of their episodes."""
+        return self._most(each.valid and each.success_share >= share for each in self.evaluations)
+
     @property
     def policies(self) -> tuple[tuple[float, ...], ...]:
         """For each policy that the plan asks for, 1 or 0 for every held-out episode.

@@ -49,8 +49,8 @@ def write_report(study: Study) -> Path:
 def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
     """Return figures by task as a Markdown table, the rates with their Wilson intervals."""
     head = (
-        "| task | designs | stable | valid | successful | episodes | probe | tokens | cost | latency |\n"
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+        "| task | designs | stable | valid | successful | at 80, 95 % | episodes | probe | tokens | cost | latency |\n"
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
     )
     return "\n".join([head, *("| " + " | ".join(_cells(line, trained)) + " |" for line in lines)])
 
@@ -82,12 +82,13 @@ def format_rate(line: Line, of: str) -> str:
 
 
 def _cells(line: Line, trained: bool = True) -> list[str]:
-    judged = [format_rate(line, "valid"), format_rate(line, "successful"), percent(line.episodes_share)]
+    reliable = f"{line.won_80}, {line.won_95}"
+    judged = [format_rate(line, "valid"), format_rate(line, "successful"), reliable, percent(line.episodes_share)]
     return [
         line.task,
         str(line.attempted),
         format_rate(line, "stable"),
-        *(judged if trained else ["–"] * 3),
+        *(judged if trained else ["–"] * 4),
         percent(line.probe_progress),
         *taken_in_words(line),
     ]
@@ -116,10 +117,10 @@ ARM_HEADS = (
 
 def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
     cells, settings = _cells(arm.line), study.plan.arms[[each.name for each in study.plan.arms].index(arm.arm)].settings
-    interval = f"{cells[5]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
+    interval = f"{cells[6]} ({percent(arm.success_low)} to {percent(arm.success_high)})"
     trained = [*cells[3:5], interval] if study.plan.seeds else ["–"] * 3
     iterations = f"{arm.line.iterations:.1f}" if arm.line.ended else "–"
-    return [arm.arm, settings or "–", format_rate(arm.line, "approved"), cells[2], *trained, iterations, cells[7]]
+    return [arm.arm, settings or "–", format_rate(arm.line, "approved"), cells[2], *trained, iterations, cells[8]]
 
 
 def _markdown(
@@ -210,7 +211,19 @@ def _page(
         arm_heads=ARM_HEADS,
         arm_rows=[_arm_cells(study, arm) for arm in arms],
         change=_change,
-        heads=("task", "designs", "stable", "valid", "successful", "episodes", "probe", "tokens", "cost", "latency"),
+        heads=(
+            "task",
+            "designs",
+            "stable",
+            "valid",
+            "successful",
+            "at 80, 95 %",
+            "episodes",
+            "probe",
+            "tokens",
+            "cost",
+            "latency",
+        ),
         tables={arm: [_cells(line, study.plan.seeds > 0) for line in lines] for arm, lines in tables.items()},
         totals={arm.arm: _cells(arm.line, study.plan.seeds > 0) for arm in arms},
         percent=percent,
@@ -255,6 +268,6 @@ def _unmet(rows: Sequence[DesignRow]) -> list[tuple[str, int]]:
 
 def _published() -> list[str]:
     """Return the paper's figures as a line of the table of tasks."""
-    rates = [f"{100 * PAPER.valid:.1f} %", f"{100 * PAPER.successful_by_table:.1f} %", "", ""]
+    rates = [f"{100 * PAPER.valid:.1f} %", f"{100 * PAPER.successful_by_table:.1f} %", "", "", ""]
     costs = [f"{PAPER.tokens:,}", f"${PAPER.cost_usd:.2f}", f"{PAPER.latency_s:.0f} s"]
     return ["published, with GPT-5 on other tasks", "", "", *rates, *costs]

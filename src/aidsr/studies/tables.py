@@ -53,6 +53,11 @@ class Line(Artifact):
     stable: int
     valid: int
     successful: int
+    won_80: int = 0
+    """Designs most of whose policies are valid and win at least 80 % of their held-out episodes; `successful` is at
+    least 50 %, the paper's binary rate."""
+    won_95: int = 0
+    """The same with 95 %."""
     episodes_share: float | None
     """Mean share of held-out episodes that succeeded, a policy that is not judged counting as 0; None of nothing."""
     probe_progress: float | None
@@ -134,6 +139,8 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
         stable=sum(row.stable for row in rows),
         valid=sum(row.valid for row in rows),
         successful=sum(row.successful for row in rows),
+        won_80=sum(row.wins(0.8) for row in rows),
+        won_95=sum(row.wins(0.95) for row in rows),
         episodes_share=_mean([row.episodes_share for row in rows]),
         probe_progress=_mean(probed),
         tokens=_mean([usage.input_tokens + usage.output_tokens for usage in usages]) or 0.0,
