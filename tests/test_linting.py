@@ -64,7 +64,7 @@ def test_the_plain_hook_of_the_docs_runs(repository: Path) -> None:
         ["sh", "-c", script], cwd=repository, env=environment(), capture_output=True, text=True, check=False
     )
     assert told.returncode == 0, told.stderr
-    assert "too strong.xml: stable, with warnings" in told.stdout
+    assert "too strong.xml: stable (sound, in scope), with warnings" in told.stdout
 
 
 def test_the_examples_are_yaml_that_names_our_hooks() -> None:

@@ -154,7 +154,9 @@ def tell(folder: Path, last: int | None) -> dict[str, object]:
         "files": {
             path.relative_to(run.path).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
             for path in sorted(run.path.rglob("*"))
-            if path.is_file() and path.suffix not in (".jsonl", ".html", ".tmp") and path.name != "run.json"
+            if path.is_file()
+            and path.suffix not in (".jsonl", ".html", ".tmp")
+            and path.name not in ("run.json", ".origin")
         },
     }
 

@@ -8,6 +8,7 @@ import pytest
 
 from aidsr.core.config import RunConfig
 from aidsr.runs import DesignFolder
+from aidsr.runs.origin import MARK
 from aidsr.studies.cluster import pack, run_packed_job, unpack
 from aidsr.studies.jobs import VERIFIED, Job, output_of_job, run_job, training_folder_of
 from aidsr.studies.study import Arm, Study, StudyPlan, create_study
@@ -41,7 +42,7 @@ def sent(study: Study) -> bytes:
 def test_a_run_travels_whole_with_the_plan(study: Study, tmp_path: Path) -> None:
     unpack(sent(study), tmp_path / "there")
     names = {path.relative_to(study.path) for path in study.path.rglob("*")}
-    assert {path.relative_to(tmp_path / "there") for path in (tmp_path / "there").rglob("*")} == names
+    assert {path.relative_to(tmp_path / "there") for path in (tmp_path / "there").rglob("*")} == names - {Path(MARK)}
     assert (tmp_path / "there" / "study.toml").read_text() == (study.path / "study.toml").read_text()
 
 
@@ -72,7 +73,7 @@ def test_a_policy_that_comes_back_leaves_the_one_beside_it_alone(study: Study, t
     assert not (sibling / "checkpoint" / "history.json").exists()
     assert (output_of_job(study, job) / "curve.csv").read_text() == "late\n"
     assert not (output_of_job(study, job) / "checkpoint").exists(), "what the job removed is gone here as well"
-    assert sorted(path.name for path in study.path.iterdir()) == ["runs", "study.toml"]
+    assert sorted(path.name for path in study.path.iterdir()) == [MARK, "runs", "study.toml"]
 
 
 def test_a_worker_sends_back_what_its_job_made(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 LAYOUT: tuple[tuple[str, str], ...] = (
     ("run.json", "what was asked: objective, task, configuration, seed, versions; never a key"),
+    (".origin", "mark that the run was made on this machine; see docs/safety.md"),
     ("brief.json", "input of the team: the objective and the environment as facts"),
     ("environment.xml", "the environment, without a robot"),
     ("goal.toml", "what measures success, where a goal was given"),

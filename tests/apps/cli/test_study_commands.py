@@ -66,8 +66,8 @@ def test_an_estimate_counts_what_training_takes(tmp_path: Path, capsys: pytest.C
     create_study(tmp_path / "s", PLAN)
     _, text = said(capsys, str(tmp_path / "s"), "--resume", "--dry-run")
     assert "jobs to do: 3 design, 3 verify, 3 train, 3 probe" in text
-    # 3 x (6 s designing + 767 s training + 43 s judging + 20 s probing) are 42 minutes
-    assert "42 min of one core, 21 min with --jobs 2, $0.00" in text
+    # 3 x (6 s designing + 767 s training + 220 s judging + 20 s probing) are 50 minutes
+    assert "50 min of one core, 25 min with --jobs 2, $0.00" in text
 
 
 def test_an_estimate_counts_the_robots_of_a_search(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,6 +108,6 @@ def test_the_table_says_what_is_done_and_how_long_it_takes(terminal: bool, tmp_p
     assert "design rules/reaching.button_pushing/1: because of [red]that" in shown
     if terminal:
         assert "done running to do given up paid time left" in shown
-        assert "1 1 11 0 $0.00 about 42 min design rules/reaching.button_pushing/2" in shown
+        assert "1 1 11 0 $0.00 about 50 min design rules/reaching.button_pushing/2" in shown
     else:
-        assert "done 1, running 1, to do 11, given up 0, paid $0.00, time left about 42 min" in shown
+        assert "done 1, running 1, to do 11, given up 0, paid $0.00, time left about 50 min" in shown

@@ -79,7 +79,7 @@ def _train(page: Page) -> None:
     page.get_by_text("Training 1").wait_for()
     page.reload()  # while it learns
     page.get_by_text("Can it be believed?").wait_for()
-    expect(page.get_by_text("All 20 held-out episodes")).to_be_visible()
+    expect(page.get_by_text("All 100 held-out episodes")).to_be_visible()
     page.get_by_role("button", name="Plausible", exact=True).click()
     page.get_by_text("You confirmed it.").wait_for()
     expect(page.get_by_role("button", name="Replay best")).to_be_visible()
