@@ -165,7 +165,7 @@ def test_a_study_has_nothing_left_to_do_and_its_report_is_made(study):
 
 def test_a_submission_is_verified_and_written_again_the_same(study, tmp_path):
     sent = study.path / "submission.json"
-    found = read_submission(sent)
+    read_submission(sent)
     assert check_scenes(sent, study) == 1
     assert "builtin" in leaderboard([sent])
     again = submit(study, tmp_path / "again.json").model_dump(mode="json", exclude={"sha256"})
