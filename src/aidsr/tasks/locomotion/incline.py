@@ -103,7 +103,7 @@ class Incline(LaneTask):
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         along_m, aside_m, _ = in_lane(readings).T
         there = (along_m >= readings.parameters["edge_m"][:, 0]) & (np.abs(aside_m) < LANE_HALF_WIDTH_M)
-        return there & (self._climbed(readings, state) >= CLIMBED)
+        return np.asarray(there & (self._climbed(readings, state) >= CLIMBED))
 
     def _climbed(self, readings: Readings, state: TaskState) -> FloatArray:
         """Return the part of the rise that the centre of mass is above the lowest it has been, (n,)."""

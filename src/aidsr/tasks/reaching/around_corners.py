@@ -140,7 +140,8 @@ class AroundCorners(Task):
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         del state
-        return (openings_passed(_in_box_m(readings)) == 2) & (readings.mean_force_n("tip_force") >= CONTACT_N)
+        through = openings_passed(_in_box_m(readings)) == 2
+        return np.asarray(through & (readings.mean_force_n("tip_force") >= CONTACT_N))
 
     def _next_m(self, tip_m: FloatArray) -> FloatArray:
         """Return where the functional part has to go next, in the frame of the box, (n, 3) [m]."""
@@ -148,7 +149,7 @@ class AroundCorners(Task):
         above = np.clip(tip_m - PLATE_M, -_PLATE_M, _PLATE_M) + PLATE_M
         openings = np.array([[middle_m, 0.0, 0.0], [-middle_m, 0.0, -SHELF_M]])
         passed = openings_passed(tip_m)
-        return np.where(passed[:, None] == 2, above, openings[np.minimum(passed, 1)])
+        return np.asarray(np.where(passed[:, None] == 2, above, openings[np.minimum(passed, 1)]))
 
 
 def openings_passed(tip_m: FloatArray) -> np.ndarray:
