@@ -43,7 +43,7 @@ from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.pool import LocalPool
 from aidsr.studies.runner import Progress, run_study
 from aidsr.studies.study import Arm, Cell, Study, StudyPlan, create_study, versions_now
-from aidsr.studies.tables import IN_SAMPLE, PAPER
+from aidsr.studies.tables import PAPER, sample_in_words
 from aidsr.tasks import BENCHMARK_VERSION, TASKS_IN_SAMPLE, load_task
 
 HOME = Path(__file__).parent
@@ -311,7 +311,7 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
         f"at most {plan.steps:,} control steps a policy; the benchmark's budget is {BUDGET_STEPS:,}. "
         f"A policy is judged on {' or '.join(map(str, counts))} held-out episodes.{_made_with(rows)}",
         "",
-        f"{IN_SAMPLE}{_earlier(plan)}",
+        f"{sample_in_words(plan.tasks)}{_earlier(plan)}",
         "",
         f"**{len(designs)} of {_planned(plan)} planned designs came to an end**; any others are in no figure. A design "
         "ends when its policy is judged, or when it is not approved: then it counts as neither valid nor successful. "

@@ -11,6 +11,8 @@ import pytest
 
 from aidsr.core.rates import wilson
 from aidsr.studies.statistics import bootstrap_mean, paired_difference
+from aidsr.studies.tables import IN_SAMPLE, sample_in_words
+from aidsr.tasks import RULES_FROZEN_AT, TASKS_OUT_OF_SAMPLE
 
 
 @pytest.mark.parametrize(
@@ -110,3 +112,12 @@ def test_a_difference_is_the_same_in_every_process() -> None:
         for seed in ("1", "2", "3")
     }
     assert len(found) == 1
+
+
+def test_a_caption_tells_tasks_out_of_sample_apart() -> None:
+    assert sample_in_words(["locomotion/gap"]) == IN_SAMPLE
+    later = TASKS_OUT_OF_SAMPLE[0]
+    assert IN_SAMPLE not in sample_in_words([later])
+    both = sample_in_words(["locomotion/gap", later])
+    assert both.startswith(IN_SAMPLE)
+    assert f"{later}: added after the rules were frozen at commit {RULES_FROZEN_AT}" in both

@@ -20,7 +20,6 @@ from aidsr.studies.outcomes import DesignRow, count_repairs, read_outcomes, read
 from aidsr.studies.runner import read_failures
 from aidsr.studies.study import Study
 from aidsr.studies.tables import (
-    IN_SAMPLE,
     PAPER,
     ArmLine,
     Difference,
@@ -28,6 +27,7 @@ from aidsr.studies.tables import (
     arm_lines,
     differences,
     line_of,
+    sample_in_words,
     task_lines,
 )
 
@@ -185,7 +185,7 @@ _PAPER_IN_WORDS = (
 
 def _paper_in_words(study: Study) -> str:
     rules = any(arm.config.model == BUILTIN for arm in study.plan.arms)
-    return f"{_PAPER_IN_WORDS} {IN_SAMPLE}" if rules else _PAPER_IN_WORDS
+    return f"{_PAPER_IN_WORDS} {sample_in_words(study.plan.tasks)}" if rules else _PAPER_IN_WORDS
 
 
 def _json(study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine]) -> str:

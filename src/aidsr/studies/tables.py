@@ -9,6 +9,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.rates import Interval, Rate
 from aidsr.studies.outcomes import DesignRow
 from aidsr.studies.statistics import bootstrap_mean, paired_difference
+from aidsr.tasks import RULES_FROZEN_AT, TASKS_OUT_OF_SAMPLE
 
 
 class PaperFigures(Artifact):
@@ -37,6 +38,15 @@ IN_SAMPLE = (
     "The rules were written with the benchmark's tasks in view (in-sample): their rates say nothing about new tasks."
 )
 """Belongs to every table that shows the built-in rules, above all beside published figures."""
+
+
+def sample_in_words(tasks: Sequence[str]) -> str:
+    """Return which tasks of a table the built-in rules were written with in view, and which came later."""
+    later = [task for task in tasks if task in TASKS_OUT_OF_SAMPLE]
+    if not later:
+        return IN_SAMPLE
+    words = f"{', '.join(later)}: added after the rules were frozen at commit {RULES_FROZEN_AT} (out of sample)."
+    return words if len(later) == len(tasks) else f"{IN_SAMPLE} Not so {words}"
 
 
 class Line(Artifact):
