@@ -92,11 +92,13 @@ def test_mistakes_are_sentences_and_the_server_goes_on(tmp_path: Path) -> None:
             await client.call_tool("read_task", {"task": "button_pulling"}),
             await client.call_tool("assemble_scene", {**robot, "task": TASK, "placement": placement}),
             await client.call_tool("render", {"scene": "../secret"}),
+            await client.call_tool("validate", {"mjcf": "/etc/passwd.xml"}),
             await client.call_tool("validate", {"mjcf": "<!DOCTYPE x [<!ENTITY a 'b'>]><mujoco/>"}),
         ]
 
-    unknown, nowhere, outside, hostile = session(tmp_path, talk)
-    assert all(result.is_error for result in (unknown, nowhere, outside))
+    unknown, nowhere, outside, path, hostile = session(tmp_path, talk)
+    assert all(result.is_error for result in (unknown, nowhere, outside, path))
+    assert "not an MJCF document: '/etc/passwd.xml'" in path.content[0].text
     assert "button_pushing" in unknown.content[0].text
     assert "nowhere" in nowhere.content[0].text
     assert "no scene" in outside.content[0].text

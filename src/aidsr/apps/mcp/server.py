@@ -128,7 +128,12 @@ def _add_validation_tools(server: MCPServer, scenes: SceneFolder) -> None:
         realizable: Annotated[bool, Field(description="Also reject what could not be built.")] = False,
     ) -> Verdict:
         """Drive every actuator of a robot in simulation and report what is wrong with its physics and its scope."""
-        report = validate(mjcf, mount=mount, needs_contact=needs_contact, realizable=realizable)
+        if "<" not in mjcf:  # elsewhere such a string is a path; a client must not make the server read files
+            raise ToolError(f"not an MJCF document: {mjcf[:80]!r}; give the text of one, not its path")
+        try:
+            report = validate(mjcf, mount=mount, needs_contact=needs_contact, realizable=realizable)
+        except AidsrError as error:
+            raise ToolError(str(error)) from None
         return _verdict(report, report.account())
 
     @server.tool()
