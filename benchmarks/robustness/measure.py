@@ -65,8 +65,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("build/robustness"), help="where policies are kept")
     args = parser.parse_args()
     raw = args.out.with_suffix(".jsonl")
-    lines = raw.read_text(encoding="utf-8").splitlines() if raw.exists() else []
-    rows = [Row.model_validate_json(line) for line in lines]
+    rows = read(raw)
     if any(row.benchmark_version != BENCHMARK_VERSION for row in rows):
         sys.exit(f"{raw} is of another version of the benchmark than {BENCHMARK_VERSION}; name another file with --out")
     for seed in range(args.seeds):
@@ -77,6 +76,12 @@ def main() -> None:
                     rows.append(measured(*case, args.episodes, args.threads, args.folder))
                     replace_file(raw, "".join(row.model_dump_json() + "\n" for row in rows).encode())
                     replace_file(args.out.with_suffix(".md"), page(rows).encode())
+
+
+def read(raw: Path) -> list[Row]:
+    """Return what a file holds, nothing where there is no file."""
+    lines = raw.read_text(encoding="utf-8").splitlines() if raw.exists() else []
+    return [Row.model_validate_json(line) for line in lines]
 
 
 def measured(task: str, randomize: bool, seed: int, steps: int, episodes: int, threads: int, folder: Path) -> Row:
@@ -123,10 +128,11 @@ def page(rows: Sequence[Row]) -> str:
     commits = ", ".join(sorted({row.commit for row in rows}))
     parts = [
         "# Robustness of policies",
-        f"Made by `python benchmarks/robustness/measure.py` at commit {commits}, MuJoCo {rows[0].mujoco}, version "
-        f"{BENCHMARK_VERSION} of the benchmark. For each task the built-in team's first design of seed {DESIGN_SEED}, "
-        "trained without and with `randomize`. Each cell: held-out episodes won, their Wilson interval at 95 %, and "
-        "what that keeps of the episodes won in the model. [What differs](../../docs/learning.md#robustness).",
+        f"Made by `python benchmarks/robustness/measure.py --seeds {max(row.seed for row in rows) + 1}` at commit "
+        f"{commits}, MuJoCo {rows[0].mujoco}, version {rows[0].benchmark_version} of the benchmark. For each task the "
+        f"built-in team's first design of seed {DESIGN_SEED}, trained without and with `randomize`; what has no column "
+        "was not measured. Each cell: held-out episodes won, their Wilson interval at 95 %, and what that keeps of the "
+        "episodes won in the model. [What differs](../../docs/learning.md#robustness).",
     ]
     for task in dict.fromkeys(row.task for row in rows):
         of_task = [row for row in rows if row.task == task]
