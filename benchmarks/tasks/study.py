@@ -149,7 +149,8 @@ def floor(task: Task, body: Body, found: Measured, wall_s: float) -> Fact:
 
 def probe(task: Task, body: Body, threads: int) -> Fact:
     """Return the line that is kept of a probe with its defaults."""
-    found = aidsr.probe(body.scene.mjcf, task, groups=body.scene.actions.groups, threads=threads)
+    own = [group for group in body.scene.actions.groups if group.name not in task.policy_actuators]
+    found = aidsr.probe(body.scene.mjcf, task, groups=own, threads=threads)
     names = ("success_share", "same_motion_share", "progress", "reached", "motions", "max_steps", "ended_by")
     report = found.model_dump(mode="json")
     return {
