@@ -60,10 +60,11 @@ class IsolationError(AidsrError):
     """A child process did not come back with an answer, because of what it was given.
 
     Attributes:
-        kind: "time" or "memory" when it ran past a limit, "crash" when it died for another reason.
+        kind: "time" or "memory" when it ran past a limit, "overflow" when numbers left the range of floating point,
+            "crash" when a native library failed for another reason.
     """
 
-    def __init__(self, kind: Literal["time", "memory", "crash"], message: str) -> None:
+    def __init__(self, kind: Literal["time", "memory", "overflow", "crash"], message: str) -> None:
         self.kind = kind
         super().__init__(message)
 

@@ -12,6 +12,9 @@ from aidsr.mjcf.names import REFERENCES
 
 _STRETCHED = frozenset({"capsule", "cylinder", "box", "ellipsoid"})
 """Shapes that `fromto` can span. Source: MuJoCo XML reference, body/geom/fromto."""
+LARGEST = 1e15
+"""Largest magnitude of a number. Our choice: stiffness of steel in SI units is 1e11, and products of a few such numbers
+stay finite."""
 _TEXT = frozenset({"name", "prefix", "sep", "model", "data", "objname", "refname", *REFERENCES})
 
 
@@ -44,7 +47,7 @@ def check_fromto(root: Element) -> Iterator[Fault]:
 
 
 def check_finite(root: Element) -> Iterator[Fault]:
-    """Yield a fault for each NaN, and for each infinity that is not the open end of a range."""
+    """Yield a fault for each NaN, for each infinity that is not the open end of a range, and for enormous numbers."""
     for element in elements(root):
         for attribute, value in attributes(element):
             if attribute in _TEXT:
@@ -52,3 +55,7 @@ def check_finite(root: Element) -> Iterator[Fault]:
             found = numbers(value)
             if any(map(math.isnan, found)) or (not attribute.endswith("range") and any(map(math.isinf, found))):
                 yield load_fault("bad_value", element, f'{attribute}="{value[:60]}" is not a finite number')
+            elif any(LARGEST < abs(number) < math.inf for number in found):
+                problem = f'{attribute}="{value[:60]}" is too large: numbers are at most {LARGEST:g}'
+                cure = "write inf where a range is open" if attribute.endswith("range") else "use SI units"
+                yield load_fault("bad_value", element, problem, cure=cure)

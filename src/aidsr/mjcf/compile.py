@@ -16,7 +16,11 @@ import mujoco
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile_errors import collect_compile_errors
+from aidsr.mjcf.elements import load_fault
 from aidsr.mjcf.read import Document, check_document, check_safety, parse_document
+
+MOST_CONTACTS = 2_000
+"""In the drawn pose. Our choice: ten times those of a bin full of objects; solving 20,000 takes minutes, or fails."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +72,26 @@ def load_mjcf(text: str) -> Loaded:
     if result.built is None or faults:
         raise MjcfError(sorted(faults, key=lambda fault: fault.line or 0))
     spec, model = result.built
+    _check_contacts(model, document)
     return Loaded(document, spec, model, notes=document.notes + tuple(dict.fromkeys(warned)))
+
+
+def _check_contacts(model: mujoco.MjModel, document: Document) -> None:
+    """Refuse more contacts in the drawn pose than can be simulated: finding them is quick, solving them is not.
+
+    Raises:
+        MjcfError: There are.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_flex(model, data)
+    mujoco.mj_collision(model, data)
+    if data.ncon > MOST_CONTACTS:
+        problem = f"{data.ncon:,} contacts in the drawn pose, at most {MOST_CONTACTS:,} can be simulated"
+        cure = "move the parts apart, exclude neighbours from contact, or use fewer geoms"
+        fault = load_fault("load_error", document.root, problem, cure=cure)
+        raise MjcfError([fault.model_copy(update={"measured": float(data.ncon), "limit": float(MOST_CONTACTS)})])
 
 
 @contextlib.contextmanager

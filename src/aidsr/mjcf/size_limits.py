@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from aidsr.core.artifacts import Fault
+from aidsr.mjcf.defaults import default_classes, setting
 from aidsr.mjcf.elements import Element, attributes, elements, load_fault, numbers
 from aidsr.mjcf.names import LISTS, REFERENCES
 
@@ -33,6 +34,14 @@ class SizeLimits:
     numbers: int = 50_000
     """In one attribute."""
     keyframes: int = 100
+    texels: int = 2**25
+    """Of all textures together: one of 4096 x 4096 and another as large, or a cube of 2364 x 2364."""
+    samples: int = 2**22
+    """Of all height fields together."""
+    delayed: int = 1_000_000
+    """Numbers that sensors and actuators keep for a delay (`nsample`), all together."""
+    rays: int = 10_000
+    """Of range finders that look through a camera, all together."""
     memory_mib: int = 1024
     """What <size memory> may reserve."""
 
@@ -43,7 +52,7 @@ _GENERATORS = frozenset({"replicate", "composite", "flexcomp"})
 
 _LARGEST: dict[str, dict[str, float]] = {
     "size": {"njmax": 1e5, "nconmax": 1e5, "nstack": 1e8, "nuserdata": 1e5, "nkey": 100},
-    "texture": {"width": 4096, "height": 4096, "nchannel": 4},
+    "texture": {"width": 4096, "height": 6 * 4096, "nchannel": 4},
     "hfield": {"nrow": 1024, "ncol": 1024},
     "camera": {"resolution": 4096},
     "global": {"offwidth": 4096, "offheight": 4096},
@@ -61,6 +70,12 @@ _LARGEST: dict[str, dict[str, float]] = {
 """Numbers by element and attribute that decide how much memory or time MuJoCo takes. Our choice: far above any need."""
 _LARGEST_ANYWHERE = {"nsample": 1e4} | {
     f"nuser_{kind}": 1000.0 for kind in ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
+}
+_TOTALS = {
+    "texels": "texels of all textures",
+    "samples": "samples of all height fields",
+    "delayed": "numbers kept for the delays of sensors and actuators",
+    "rays": "rays of all range finders",
 }
 _MEMORY = re.compile(r"\s*\+?(\d+)\s*([KMGTPE]?)\s*", re.IGNORECASE)
 
@@ -94,6 +109,7 @@ def check_requested_sizes(root: Element, limits: SizeLimits) -> Iterator[Fault]:
     if len(keyframes) > limits.keyframes:
         yield _over(keyframes[-1], "keyframes", len(keyframes), limits.keyframes)
     yield from _generates_too_much(root, limits)
+    yield from _totals_too_much(root, limits)
     for element in elements(root):
         yield from _reserves_too_much(element, limits)
         largest = _LARGEST_ANYWHERE | _LARGEST.get(str(element.tag), {})
@@ -133,6 +149,46 @@ def _generates_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
 
 def _exceeds(built: tuple[float, float], limits: SizeLimits) -> bool:
     return built[0] > limits.bodies or built[1] > limits.parts
+
+
+def _totals_too_much(root: Element, limits: SizeLimits) -> Iterator[Fault]:
+    """Yield a fault at the element with which a kind of asset or buffer takes too much of all together."""
+    classes = default_classes(root)
+    rays = {element.get("name"): _product(element, "resolution", classes) for element in elements(root, "camera")}
+    totals: dict[str, Iterator[tuple[Element, float]]] = {
+        "texels": ((element, _texels(element, classes)) for element in elements(root, "texture")),
+        "samples": (
+            (element, _product(element, "nrow", classes) * _product(element, "ncol", classes))
+            for element in elements(root, "hfield")
+        ),
+        "delayed": (
+            (element, _product(element, "nsample", classes, 0.0) * _product(element, "num", classes))
+            for section in elements(root, "sensor", "actuator")
+            for element in elements(section)
+        ),
+        "rays": ((element, rays.get(element.get("camera"), 0.0)) for element in elements(root, "rangefinder")),
+    }
+    for kind, counted in totals.items():
+        limit, total = getattr(limits, kind), 0.0
+        for element, count in counted:
+            total += count
+            if total > limit:
+                yield _over(element, _TOTALS[kind], total, limit)
+                break
+
+
+def _texels(texture: Element, classes: Mapping[str, Element]) -> float:
+    """Return how many points a texture has; a cube has six square sides, whatever height is written."""
+    kind, width = setting(texture, "type", classes), _product(texture, "width", classes)
+    flat = kind is not None and kind.value == "2d"
+    return width * (_product(texture, "height", classes) if flat else 6 * width)
+
+
+def _product(element: Element, attribute: str, classes: Mapping[str, Element], absent: float = 1.0) -> float:
+    """Return the product of an attribute's numbers, each at least 1."""
+    found = setting(element, attribute, classes)
+    read = numbers(found.value) if found else []
+    return math.prod(max(1.0, number) for number in read) if read else absent
 
 
 def _reserves_too_much(element: Element, limits: SizeLimits) -> Iterator[Fault]:

@@ -56,7 +56,7 @@ class Child:
         return not (self._busy or self._late) and self._calls < _MAX_CALLS and self._process.poll() is None
 
     def call(self, request: dict[str, Any], wall_s: float) -> dict[str, Any]:
-        """Return the child's reply, or {"time" | "memory" | "crash" | "lost": …} saying how it ended instead.
+        """Return the child's reply, or one of {"time", "memory", "overflow", "crash", "lost": …} saying how it ended.
 
         "lost" says nothing about the request: the child could not start, or was ended from outside.
 

@@ -56,7 +56,7 @@ def isolated(
 
     Besides what the function raises itself (MjcfError and UserError as they are), calling it raises:
 
-        IsolationError: The call ran past a limit or its process crashed.
+        IsolationError: The call ran past a limit, its numbers overflowed or its process crashed.
         WorkerLostError: Its process was ended from outside, in every one of three tries.
         RuntimeError: A bug of ours in the function; the child's traceback is a note on the error.
 
@@ -183,5 +183,11 @@ def _error(name: str, reply: dict[str, Any], limits: Limits) -> Exception:
         spent = f"{limits.wall_s:g} s" if reply["time"] == "wall" else f"{limits.cpu_s:g} s of processor time"
         return IsolationError("time", f"{name} was stopped after {spent}; the model is too large or too slow to run")
     if "memory" in reply:
+        if isinstance(reply["memory"], str):
+            return IsolationError("memory", f"{name} ran out of memory; the model is too large. {reply['memory']}")
         return IsolationError("memory", f"{name} needed more than {limits.memory_mib} MiB; the model is too large")
+    if "overflow" in reply:
+        overflow = IsolationError("overflow", f"numbers overflow in {name}: {reply['overflow']}")
+        overflow.add_note("In the worker:\n" + reply["traceback"])
+        return overflow
     return IsolationError("crash", f"the process running {name} died: {reply['crash']}")

@@ -14,6 +14,9 @@ from aidsr.core.errors import MjcfError, ReplyError, UserError
 from aidsr.sandbox.limits import call_limits
 from aidsr.sandbox.pipes import connect_to_parent, write_message
 
+_UNKNOWN_CPP_EXCEPTION = "Caught an unknown exception!"
+"""What MuJoCo's bindings raise for its compiler's own exceptions, as where memory runs out. Source: pybind11."""
+
 
 def main() -> None:
     """Answer requests until the parent closes the pipe."""
@@ -49,8 +52,26 @@ def _run(request: dict[str, Any]) -> dict[str, Any]:
         return {"reply": str(error)}
     except MemoryError:
         return {"memory": True}
-    except Exception:
-        return {"bug": traceback.format_exc()}
+    except Exception as error:
+        return _failure_of_a_library(error) or {"bug": traceback.format_exc()}
+
+
+def _failure_of_a_library(error: Exception) -> dict[str, Any]:
+    """Return the reply where a model was too much for MuJoCo or NumPy; empty for any other error, which is a bug."""
+    import mujoco
+    import numpy as np
+
+    if isinstance(error, mujoco.FatalError) and "memory" in str(error):
+        return {"memory": f"MuJoCo says: {_first_line(error)}"}
+    if isinstance(error, mujoco.FatalError) or str(error) == _UNKNOWN_CPP_EXCEPTION:
+        return {"crash": f"{_first_line(error)}\n{traceback.format_exc()}"}
+    if isinstance(error, (OverflowError, FloatingPointError, np.linalg.LinAlgError)):
+        return {"overflow": _first_line(error), "traceback": traceback.format_exc()}
+    return {}
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0]
 
 
 if __name__ == "__main__":

@@ -32,7 +32,10 @@ MAX_BODY_SPEED_M_S = 50.0
 """A body faster than this means that the simulation has diverged. Source: docs/tasks.md; our choice, an order of
 magnitude above anything that tendons of these robots can throw."""
 
+FULL_WARNINGS = [int(mujoco.mjtWarning.mjWARN_CONTACTFULL), int(mujoco.mjtWarning.mjWARN_CNSTRFULL)]
+"""MuJoCo's memory was too small for all contacts or constraints, so that some were left out of the physics."""
 FATAL_WARNINGS = [
+    *FULL_WARNINGS,
     int(mujoco.mjtWarning.mjWARN_INERTIA),
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
     int(mujoco.mjtWarning.mjWARN_BADQVEL),

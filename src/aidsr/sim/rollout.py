@@ -10,13 +10,15 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
+from aidsr.sim.divergence import FATAL_WARNINGS, FULL_WARNINGS, numbers_failed
 
 Array = NDArray[np.float64]
 
 _STEPS_FOR_ACCELERATION = 3
 _CHUNK_BYTES = 8 * 2**20
 """Memory of what is recorded between two looks: a share of a processor's cache, so that reducing it stays quick."""
+TOO_MANY_CONTACTS = "more contacts and constraints than MuJoCo's memory for them holds"
+"""Failure of a simulation in which MuJoCo left some out."""
 _TIME = int(mujoco.mjtState.mjSTATE_TIME)
 
 
@@ -141,7 +143,9 @@ class _Run:
         self._keep(records, first, count)
         for simulation, frames in zip(self.alive.tolist(), good.tolist(), strict=True):
             if frames < count:
-                self._drop(simulation, first + frames, errors.get(simulation, "diverged"))
+                full = self.batch.warning[simulation, FULL_WARNINGS, 1].any()
+                otherwise = TOO_MANY_CONTACTS if full else "diverged"
+                self._drop(simulation, first + frames, errors.get(simulation, otherwise))
         self.alive = self.alive[good == count]
 
     def _buffers(self, count: int) -> dict[str | int, Array]:

@@ -20,6 +20,7 @@ Mount = Literal["auto", "fixed", "free"]
 _CURES = {
     "time": "Use fewer bodies, fewer contacts, or a larger time step.",
     "memory": "Use fewer bodies and smaller meshes, height fields and <size> entries.",
+    "overflow": "Use metres, kilograms and seconds, and no number far from those of a robot.",
     "crash": "Simplify the model until it loads; this is likely a fault of MuJoCo, not only of the model.",
 }
 

@@ -6,13 +6,18 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.divergence import DivergenceSign
-from aidsr.sim.rollout import Recording
+from aidsr.sim.rollout import TOO_MANY_CONTACTS, Recording
 from aidsr.validation.curves import SETTLING, make_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 from aidsr.validation.signals import Signal
 from aidsr.validation.stiffness import explain_divergence
 from aidsr.validation.thresholds import BODY_SPEED_M_S, JOINT_SPEED_RAD_S
+
+_CURE_FULL = (
+    "Let fewer parts touch: exclude neighbours from contact, use fewer geoms; or reserve more with "
+    '<size memory="..."/>.'
+)
 
 
 def find_divergence(robot: RobotUnderTest) -> Iterator[Fault]:
@@ -22,6 +27,11 @@ def find_divergence(robot: RobotUnderTest) -> Iterator[Fault]:
         if found is None:
             continue
         what = recording.failures[row] or "faster than anything real"
+        if what == TOO_MANY_CONTACTS:
+            yield NUMERICAL_INSTABILITY.fault(
+                message=f"the simulation fails during {phase}: {what}", cure=_CURE_FULL, first_time_s=found.time_s
+            )
+            return
         yield NUMERICAL_INSTABILITY.fault(
             names=_fast_part(robot, found),
             measured=found.measured,
