@@ -269,6 +269,21 @@ def _of_lead_and_more() -> str:
     return swapped(r'(<geom name="g7" type="cylinder" size=")[^"]*"', r'\g<1>0.001 0.002"', arm())
 
 
+def _two_on_one_side() -> str:
+    """The cable opposite the first one, moved to its side."""
+    return swapped(r'(<site name="t2_\w+" pos=")-', r"\1", arm())
+
+
+def _half_cabled() -> str:
+    """No cable beyond the third of eight segments."""
+    return swapped(r'<site site="t\d_[3-7][ab]"/>', "", arm())
+
+
+def _backs_only() -> str:
+    """Both cables of each finger on its outer side."""
+    return swapped(r'(<site name="f\d_t1_\w+" pos=")-0\.0048', r"\g<1>0.0036", robots.gripper())
+
+
 def example(code: str) -> str:
     """The example of a rule."""
     shown = require_rule(code).example
@@ -334,6 +349,14 @@ BAD = (
     Bad("zero_gear", _zero_gear),
     Bad("tendon_one_body", _tendon_on_base),
     Bad("tendon_no_moment", _tendon_on_axis),
+    Bad("same_cables", _two_on_one_side),
+    Bad("cables_end_early", _half_cabled),
+    Bad("cable_cancels", partial(example, "cable_cancels")),
+    Bad("site_misplaced", lambda: swapped(r'(<site name="t0_4a" pos=")', r"\1-", arm())),
+    Bad("cable_shared", partial(example, "cable_shared"), severity="warning"),
+    Bad("pulley_left", partial(example, "pulley_left")),
+    Bad("hinges_parallel", lambda: swapped('name="j3y" axis="0 1 0"', 'name="j3y" axis="1 0 0"', arm())),
+    Bad("only_opens", _backs_only, severity="warning"),
     Bad("self_collision_lock", locked_by_contact),
     Bad("antagonist_lock", locked_servos),
     Bad("tendon_against_limit", _against_limit),

@@ -2,20 +2,64 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.sim.structure import Structure
 
-_TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
+_HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
+_DOFS = {_HINGE: 1, _BALL: 3}
+_OF_RANGE = 0.5
+"""Share of a joint's range up to which random poses turn it. Our choice: clear of the stops."""
 
 
 def bent_pose(model: mujoco.MjModel, structure: Structure, bend_rad: float) -> mujoco.MjData:
     """Return data with every hinge and ball of the robot turned a little from the reference pose."""
-    data = mujoco.MjData(model)
     turn = np.zeros(model.nv)
-    inner = [joint for joint in structure.joints if int(model.jnt_type[joint]) in _TURNING]
-    turn[[int(model.jnt_dofadr[joint]) for joint in inner]] = bend_rad
+    turn[[int(model.jnt_dofadr[joint]) for joint in _turning(model, structure)]] = bend_rad
+    return _turned(model, turn)
+
+
+def random_poses(model: mujoco.MjModel, structure: Structure, count: int, bend_rad: float) -> Iterator[mujoco.MjData]:
+    """Yield data with every hinge and ball turned at random from the reference pose, the same for every call.
+
+    Args:
+        model: Compiled model.
+        structure: What of it is the robot.
+        count: How many poses.
+        bend_rad: Largest turn of a joint [rad]; less where its range is narrow.
+    """
+    rng = np.random.default_rng(0)
+    joints = _turning(model, structure)
+    for _ in range(count):
+        turn = np.zeros(model.nv)
+        for joint in joints:
+            first, size = int(model.jnt_dofadr[joint]), _DOFS[int(model.jnt_type[joint])]
+            largest = min(bend_rad, _OF_RANGE * _room_rad(model, joint))
+            turn[first : first + size] = rng.uniform(-largest, largest, size)
+        yield _turned(model, turn)
+
+
+def _turning(model: mujoco.MjModel, structure: Structure) -> list[int]:
+    return [joint for joint in structure.joints if int(model.jnt_type[joint]) in _DOFS]
+
+
+def _room_rad(model: mujoco.MjModel, joint: int) -> float:
+    """How far a joint may turn to the nearer of its stops [rad]."""
+    if not model.jnt_limited[joint]:
+        return float("inf")
+    low, high = model.jnt_range[joint].tolist()
+    if int(model.jnt_type[joint]) == _BALL:
+        return float(high)
+    start = float(model.qpos0[model.jnt_qposadr[joint]])
+    return max(0.0, min(start - low, high - start))
+
+
+def _turned(model: mujoco.MjModel, turn: NDArray[np.float64]) -> mujoco.MjData:
+    data = mujoco.MjData(model)
     mujoco.mj_integratePos(model, data.qpos, turn, 1.0)
     mujoco.mj_forward(model, data)
     return data

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import Fault
 from aidsr.sim.divergence import DivergenceSign, first_sign, recording_diverged
 from aidsr.sim.drive import Drive
+from aidsr.sim.moment_arms import MomentArms, read_moment_arms
 from aidsr.sim.rollout import Recording
 from aidsr.sim.structure import Structure, name_of
 from aidsr.validation.points import displacements, last_quarter
@@ -50,6 +51,11 @@ class RobotUnderTest:
         mujoco.mj_forward(self.model, data)
         return data
 
+    @cached_property
+    def moment_arms(self) -> MomentArms:
+        """Moment arms of the driven cables."""
+        return read_moment_arms(self.model, self.structure)
+
     @property
     def length_m(self) -> float:
         """L [m]."""
@@ -82,6 +88,10 @@ class RobotUnderTest:
         """Name of a geom; one without a name is called after its body."""
         unnamed = not mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, index)
         return f"geom of {self.body(int(self.model.geom_bodyid[index]))}" if unnamed else self._name("GEOM", index)
+
+    def site(self, index: int) -> str:
+        """Name of a site."""
+        return self._name("SITE", index)
 
     def tendon(self, index: int) -> str:
         """Name of a tendon."""

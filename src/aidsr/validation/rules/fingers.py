@@ -1,0 +1,88 @@
+"""Can limbs that stand side by side close on something."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import Fault
+from aidsr.sim.structure import Chain
+from aidsr.validation.points import last_quarter
+from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+
+Array = NDArray[np.float64]
+
+_LIMB = 3
+"""Turning points of what counts as a finger. Our choice."""
+_OPEN = 0.1
+"""Distance between two tips at rest / L, from which fingers are open. Our choice."""
+CLOSES_BY = 0.02
+"""Distance by which some test brings two tips nearer to each other / L; less is no closing. Our choice: the least
+effect of an actuator."""
+_OPENS_BY = 0.1
+"""The same for the test that moves them apart most, without which they are not driven to open. Our choice."""
+
+
+def _find_fingers_that_only_open(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find robots on a base of which every actuator moves all fingertips apart."""
+    battery = robot.driven.battery
+    fingers = [chain for chain in robot.structure.chains if len(chain.bodies) >= _LIMB]
+    if battery is None or robot.structure.free_roots or len(fingers) < 2 or not _from_one_palm(robot, fingers):
+        return
+    tips = [robot.driven.start.xipos[chain.bodies[-1]] for chain in fingers]
+    pairs = list(combinations(range(len(fingers)), 2))
+    if min(float(np.linalg.norm(tips[i] - tips[j])) for i, j in pairs) < _OPEN * robot.length_m:
+        return
+    held = last_quarter(battery.fields["xipos"][:, :, [chain.bodies[-1] for chain in fingers]], axis=1).mean(axis=1)
+    apart = np.array([np.linalg.norm(held[:, i] - held[:, j], axis=1) for i, j in pairs]).T / robot.length_m
+    tests = [row for row in robot.sound_tests if robot.driven.tests[row].kind in ("single", "all")]
+    change = apart[tests] - apart[0]
+    if tests and change.min() > -CLOSES_BY and change.max() > _OPENS_BY:
+        yield ONLY_OPENS.fault(
+            "every actuator moves the ends of the limbs apart, none brings them together",
+            names=(robot.body(chain.bodies[-1]) for chain in fingers),
+            measured=max(0.0, -float(change.min())),
+            limit=CLOSES_BY,
+            whole=robot.length_m,
+            whole_unit="m",
+            likely_cause="all flexors run along the backs of the fingers",
+        )
+
+
+def _from_one_palm(robot: RobotUnderTest, fingers: list[Chain]) -> bool:
+    """Whether fingers point the same way: the limbs of a star or of a tree do not."""
+    ways: list[Array] = []
+    for chain in fingers:
+        way = robot.driven.start.xipos[chain.bodies[-1]] - chain.anchors_m[0]
+        ways.append(way / max(float(np.linalg.norm(way)), np.finfo(float).tiny))
+    return all(float(one @ other) > 0 for one, other in combinations(ways, 2))
+
+
+ONLY_OPENS = Rule(
+    code="only_opens",
+    stage=Stage.EFFECT,
+    finds="Every actuator of a gripper moves its fingertips apart.",
+    why="Springs close such fingers up to where they were drawn and no farther, so that they hold nothing.",
+    limit="distance by which a test of one actuator or of all brings two fingertips nearer to each other / L: at least "
+    f"{CLOSES_BY:g}, where another moves them apart by more than {_OPENS_BY:g}; limbs of {_LIMB} joints or more on a "
+    f"base, that point the same way and are drawn {_OPEN:g} L apart; always a warning, since hooks "
+    "that hold from inside are meant so",
+    check=_find_fingers_that_only_open,
+    severity="warning",
+    unit="of the robot's length",
+    cure="Route the flexors on the sides of the fingers that face each other.",
+    example=Example(
+        (
+            (
+                "<worldbody>",
+                '<worldbody>\n    <replicate count="2" euler="0 0 180">\n    <body name="finger" pos="0.06 0 0">',
+            ),
+            ("  </worldbody>", "    </body>\n    </replicate>\n  </worldbody>"),
+            ('pos="-0.009 0', 'pos="0.006 0'),
+        )
+    ),
+)
