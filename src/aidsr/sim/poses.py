@@ -51,9 +51,9 @@ def _room_rad(model: mujoco.MjModel, joint: int) -> float:
     """How far a joint may turn to the nearer of its stops [rad]."""
     if not model.jnt_limited[joint]:
         return float("inf")
-    low, high = model.jnt_range[joint].tolist()
+    low, high = (float(end) for end in model.jnt_range[joint])
     if int(model.jnt_type[joint]) == _BALL:
-        return float(high)
+        return high
     start = float(model.qpos0[model.jnt_qposadr[joint]])
     return max(0.0, min(start - low, high - start))
 

@@ -264,7 +264,7 @@ def _off_line_m(points: Array) -> Array:
     chords = points[2:] - points[:-2]
     lengths_m = np.linalg.norm(chords, axis=1)
     crossed = np.linalg.norm(np.cross(points[1:-1] - points[:-2], chords), axis=1)
-    return np.divide(crossed, lengths_m, out=np.zeros_like(crossed), where=lengths_m > 0)
+    return np.asarray(np.divide(crossed, lengths_m, out=np.zeros_like(crossed), where=lengths_m > 0))
 
 
 SITE_MISPLACED = Rule(
