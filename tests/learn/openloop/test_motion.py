@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
-from aidsr.learn.openloop.motion_search import MOTION_KINDS, MotionSpace
+from aidsr.learn.openloop.motion_search import ALL_KINDS, MotionSpace
 
 RAMP = Motion(begin_s=1.0, ramp_s=2.0, frequency_hz=0.5, groups=(GroupMotion(group="a", first=-1.0, last=0.5),) * 2)
 SWING = Motion(
@@ -37,7 +37,7 @@ def test_words_say_how_many_groups_move():
     assert SWING.summary == "swing at 0.5 Hz (1 of 2 groups)"
 
 
-@pytest.mark.parametrize("family", MOTION_KINDS)
+@pytest.mark.parametrize("family", ALL_KINDS)
 def test_families_are_what_they_are_called(family):
     space = MotionSpace(np.array([-1.0, 0.0]), 8.0)
     motions = space.motions(space.sample(family, 40, np.random.default_rng(0)))
@@ -48,7 +48,7 @@ def test_families_are_what_they_are_called(family):
     assert motions.begin_s.max() <= 4.0
 
 
-@pytest.mark.parametrize("family", MOTION_KINDS)
+@pytest.mark.parametrize("family", ALL_KINDS)
 def test_the_search_stays_in_its_family_and_closes_in_on_the_best(family):
     space, rng = MotionSpace(np.array([-1.0, 0.0]), 8.0), np.random.default_rng(0)
     rows = space.sample(family, 40, rng)
@@ -60,6 +60,27 @@ def test_the_search_stays_in_its_family_and_closes_in_on_the_best(family):
     assert bool(found.change.any()) == (family != "swing")
     assert bool(found.amplitude.any()) == (family != "pull")
     assert np.abs(rows[-15::2] - goal).max(axis=1).mean() < np.abs(rows[:40] - goal).max(axis=1).mean() / 3
+
+
+def test_a_gait_begins_at_rest_leaves_groups_there_and_gives_each_its_frequency():
+    rest = np.array([-1.0, 0.0, -1.0])
+    space = MotionSpace(rest, 8.0)
+    motions = space.motions(space.sample("gait", 40, np.random.default_rng(0)))
+    still = (motions.amplitude == 0.0) & (motions.change == 0.0)
+    assert np.all(motions.first == rest)
+    assert 0.2 < still.mean() < 0.6
+    assert np.allclose(motions.at(3.3)[still], np.tile(rest, (40, 1))[still])
+    assert motions.frequency_hz.shape == (40, 3)
+    assert np.ptp(motions.frequency_hz, axis=1).max() > 0.3
+    again = Motions.of([motions.motion(index, ["a", "b", "c"]) for index in range(40)])
+    assert np.allclose(again.at(1.7), motions.at(1.7), atol=5e-3)
+
+
+def test_batches_of_different_kinds_are_joined():
+    space, rng = MotionSpace(np.array([-1.0, 0.0]), 8.0), np.random.default_rng(0)
+    parts = [space.motions(space.sample(kind, 3, rng)) for kind in ("swing", "gait")]
+    joined = Motions.joined(parts)
+    assert np.array_equal(joined.at(1.7), np.concatenate([part.at(1.7) for part in parts]))
 
 
 def test_a_rounded_motion_is_nearly_the_same():

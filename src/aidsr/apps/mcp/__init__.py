@@ -1,7 +1,4 @@
-"""AID-SR's physics for a person's own agent, over the Model Context Protocol.
-
-    server         the tools: read a task, validate, assemble a scene, probe, render
-    scene_folder   the scenes an agent has assembled, as files that every other command takes
+"""AID-SR's physics for a person's own agent, over the Model Context Protocol: `aidsr.tools`, and how to read a task.
 
 Needs the extra "mcp"; nothing outside this package imports it.
 """

@@ -30,7 +30,9 @@ class EarlyStop:
     def __init__(self, episodes: Episodes, motions: Motions, variations: NDArray[np.intp]) -> None:
         self._episodes, self._variations = episodes, variations
         swings, ramps = motions.amplitude.any(axis=1), motions.change.any(axis=1)
-        self._patience_s = episodes.task.hold_s + _SETTLING_S + np.where(swings, 1.0 / motions.frequency_hz, 0.0)
+        self._patience_s = (
+            episodes.task.hold_s + _SETTLING_S + np.where(swings, 1.0 / motions.frequency_hz.min(axis=1), 0.0)
+        )
         self._changed_s = np.where(ramps, motions.begin_s + motions.ramp_s, 0.0)
         self._progress = np.zeros(episodes.n)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
@@ -27,6 +27,8 @@ class GroupMotion(Artifact):
     amplitude: float = 0.0
     """Of the sinusoid on top."""
     phase_rad: float = 0.0
+    frequency_hz: float | None = None
+    """Of the sinusoid; that of the motion where the group has none of its own."""
 
 
 class Motion(Artifact):
@@ -40,7 +42,7 @@ class Motion(Artifact):
     ramp_s: float
     """How long it takes."""
     frequency_hz: float
-    """Of all groups."""
+    """Of all groups that have none of their own."""
     groups: tuple[GroupMotion, ...]
 
     @property
@@ -50,7 +52,8 @@ class Motion(Artifact):
         ramps = any(group.first != group.last for group in self.groups)
         swings = any(group.amplitude for group in self.groups)
         how = [f"ramp from {self.begin_s:.2g} s for {self.ramp_s:.2g} s"] * ramps
-        how += [f"swing at {self.frequency_hz:.2g} Hz"] * swings
+        own = sorted({group.frequency_hz or self.frequency_hz for group in self.groups if group.amplitude})
+        how += [f"swing at {' and '.join(f'{each:.2g}' for each in own)} Hz"] * swings
         return ", ".join(how or ["hold"]) + f" ({len(moving)} of {len(self.groups)} groups)"
 
 
@@ -67,7 +70,7 @@ class Motions:
     phase_rad: FloatArray
     """(n, k)."""
     frequency_hz: FloatArray
-    """(n,)."""
+    """One for all groups, (n, 1), or one for each, (n, k)."""
     begin_s: FloatArray
     """(n,)."""
     ramp_s: FloatArray
@@ -85,16 +88,26 @@ class Motions:
             change=each("last") - each("first"),
             amplitude=each("amplitude"),
             phase_rad=each("phase_rad"),
-            frequency_hz=np.array([motion.frequency_hz for motion in motions]),
+            frequency_hz=np.array(
+                [[group.frequency_hz or motion.frequency_hz for group in motion.groups] for motion in motions]
+            ),
             begin_s=np.array([motion.begin_s for motion in motions]),
             ramp_s=np.array([motion.ramp_s for motion in motions]),
         )
 
+    @classmethod
+    def joined(cls, parts: Sequence[Motions]) -> Self:
+        """Return several batches of motions as one."""
+        arrays = {each.name: [getattr(part, each.name) for part in parts] for each in fields(cls)}
+        arrays["frequency_hz"] = [np.broadcast_to(part.frequency_hz, part.first.shape) for part in parts]
+        return cls(**{name: np.concatenate(values) for name, values in arrays.items()})
+
     def at(self, time_s: float | FloatArray) -> FloatArray:
         """Return the actions at a result, the same for all or one for each (n,); (n, k), -1 to 1."""
         ramp = np.clip((time_s - self.begin_s) / self.ramp_s, 0.0, 1.0)[:, None]
-        swing = self.amplitude * np.sin(2 * np.pi * (self.frequency_hz * time_s)[:, None] + self.phase_rad)
-        return np.clip(self.first + self.change * ramp + swing, -1.0, 1.0)
+        turned = self.frequency_hz * np.reshape(time_s, (-1, 1))
+        swing = self.amplitude * np.sin(2 * np.pi * turned + self.phase_rad)
+        return np.asarray(np.clip(self.first + self.change * ramp + swing, -1.0, 1.0))
 
     def motion(self, index: int, names: Sequence[str]) -> Motion:
         """Return one of them in a readable form, rounded."""
@@ -102,10 +115,12 @@ class Motions:
         def rounded(value: float) -> float:
             return round(float(value), _DIGITS)
 
+        own = self.frequency_hz.shape[1] > 1
+
         return Motion(
             begin_s=rounded(self.begin_s[index]),
             ramp_s=rounded(self.ramp_s[index]),
-            frequency_hz=rounded(self.frequency_hz[index]),
+            frequency_hz=rounded(self.frequency_hz[index, 0]),
             groups=tuple(
                 GroupMotion(
                     group=name,
@@ -113,6 +128,7 @@ class Motions:
                     last=rounded(self.first[index, k] + self.change[index, k]),
                     amplitude=rounded(self.amplitude[index, k]),
                     phase_rad=rounded(self.phase_rad[index, k]),
+                    frequency_hz=rounded(self.frequency_hz[index, k]) if own else None,
                 )
                 for k, name in enumerate(names)
             ),

@@ -10,10 +10,13 @@ import numpy as np
 from aidsr.learn.openloop.motion import Motions
 from aidsr.tasks.readings import FloatArray
 
-MotionKind = Literal["pull", "swing", "both"]
-"""Ramps from one value to another; sinusoids about a value; sinusoids on ramps."""
+MotionKind = Literal["pull", "swing", "both", "gait"]
+"""Ramps from one value to another; sinusoids about a value; sinusoids on ramps; from rest, sinusoids of some groups
+with a frequency for each, while the others stay at rest."""
 
-MOTION_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
+MOTION_KINDS: tuple[MotionKind, ...] = ("pull", "swing", "both")
+"""Those of `aidsr probe`, by which bodies of the benchmark are compared."""
+ALL_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
 
 _ELITE = 0.25
 """Elite fraction: share of the motions of a kind from which the next generation is sampled.
@@ -27,6 +30,8 @@ _CLOSE = 0.3
 _AT_REST = 0.4
 """Share of the groups that a random ramp leaves at rest. Our choice: a body bends to one side when few of its tendons
 are pulled."""
+_RATIOS = (0.5, 1.0, 1.0, 1.0, 2.0)
+"""Of a group's frequency to the gait's: half a stroke, mostly one, or two while the others make one. Our choice."""
 _FREQUENCY_HZ = (0.3, 3.0)
 _FIRST_RAMP_S = 0.1
 """Our choice: what winches and bodies of this size can follow."""
@@ -37,7 +42,8 @@ class MotionSpace:
     """Motions as rows of numbers, among which the search moves.
 
     Columns: first, change, sine and cosine of each group, then the logarithms of frequency [Hz], begin and ramp [s].
-    Sine and cosine stand for amplitude and phase, because a phase has no mean.
+    Sine and cosine stand for amplitude and phase, because a phase has no mean. A gait has k frequencies, one for each
+    group.
     """
 
     rest: FloatArray
@@ -46,8 +52,10 @@ class MotionSpace:
     """How long a motion is played."""
 
     def sample(self, kind: MotionKind, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return random motions of a kind, (count, 4 k + 3)."""
+        """Return random motions of a kind, (count, 4 k + 3); of gaits (count, 5 k + 2)."""
         k = self.rest.size
+        if kind == "gait":
+            return self._gaits(count, rng)
         first, change, sine, cosine = np.zeros((4, count, k))
         first += self.rest
         if kind in ("swing", "both"):
@@ -62,11 +70,23 @@ class MotionSpace:
         times += [_log_uniform(rng, (_FIRST_RAMP_S, part * self.longest_s), count) for part in (0.5, 0.3)]
         return np.concatenate([first, change, sine, cosine, np.stack(times, axis=1)], axis=1)
 
+    def _gaits(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return random gaits, (count, 5 k + 2)."""
+        k = self.rest.size
+        moving = rng.random((count, k)) >= _AT_REST
+        amplitude, phase = rng.uniform(0.2, 1.0, (count, k)) * moving, rng.uniform(0.0, 2 * np.pi, (count, k))
+        first = np.tile(self.rest, (count, 1))
+        change = np.where(moving, rng.uniform(-1.0, 1.0, (count, k)) - first, 0.0)
+        sine, cosine = amplitude * np.cos(phase), amplitude * np.sin(phase)
+        frequency = _log_uniform(rng, _FREQUENCY_HZ, count)[:, None] + np.log(rng.choice(_RATIOS, (count, k)))
+        begin, ramp = np.full((2, count, 1), np.log(_FIRST_RAMP_S))
+        return np.concatenate([first, change, sine, cosine, frequency, begin, ramp], axis=1)
+
     def refine(self, rows: FloatArray, fitness: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
         """Return new motions around the best of one kind: half about their mean, half close about the very best.
 
         Args:
-            rows: Motions so far, (n, 4 k + 3).
+            rows: Motions so far, as `sample` returns them.
             fitness: Their fitness, (n,).
             count: How many new ones.
             rng: Draws them.
@@ -84,7 +104,7 @@ class MotionSpace:
         """Return rows of numbers as motions."""
         k = self.rest.size
         first, change, sine, cosine = (rows[:, i * k : (i + 1) * k] for i in range(4))
-        frequency, begin, ramp = np.exp(rows[:, 4 * k :]).T
+        frequency, (begin, ramp) = np.exp(rows[:, 4 * k : -2]), np.exp(rows[:, -2:]).T
         return Motions(
             first=first,
             change=change,

@@ -88,6 +88,8 @@ def probe_scene(
     candidates: int = CANDIDATES,
     variations: int = VARIATIONS,
     max_steps: int = MAX_STEPS,
+    longest_s: float = LONGEST_SEARCH_S,
+    kinds: Sequence[MotionKind] = MOTION_KINDS,
     seed: int = 0,
     threads: int = 0,
     listen: Callable[[int, float], None] = lambda _played, _progress: None,
@@ -102,6 +104,8 @@ def probe_scene(
         variations: How many development variations; each is searched for itself.
         max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
             played to the end, for which a part is set aside; a first few motions are played however little is left.
+        longest_s: Motions of the search are played no longer than this [s].
+        kinds: Kinds of motions that are tried.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
         listen: Called after each generation with the number of motions played and the mean progress of the best ones.
@@ -115,9 +119,10 @@ def probe_scene(
             f"least {GENERATION}, 1 and 1"
         )
     began = time.monotonic()
-    player = _Player(scene, threads)
+    player = _Player(scene, longest_s, threads)
     searches = [_Search(scene.task.variation("development", index)) for index in range(variations)]
-    ended_by = _search(player, searches, candidates, max_steps, np.random.default_rng(seed), listen)
+    rng = np.random.default_rng(seed)
+    ended_by = _search(player, searches, tuple(kinds), candidates, max_steps, rng, listen)
     found, same_motion_share = _play_finals(player, searches)
     best = max(found, key=lambda one: (one.episode.ended == "succeeded", one.episode.best_progress))
     return ProbeReport(
@@ -171,9 +176,9 @@ class _Search:
 class _Player:
     """Plays motions, each in a variation of its own, and counts their physics steps."""
 
-    def __init__(self, scene: TaskScene, threads: int) -> None:
+    def __init__(self, scene: TaskScene, longest_s: float, threads: int) -> None:
         self.scene, self._threads = scene, threads
-        self.searched_s = min(scene.task.time_limit_s, LONGEST_SEARCH_S)
+        self.searched_s = min(scene.task.time_limit_s, longest_s)
         self.space = MotionSpace(scene.actions.rest, self.searched_s)
         self.step_s = float(scene.model.opt.timestep)
         self.played_steps = 0
@@ -209,6 +214,7 @@ class _Player:
 def _search(
     player: _Player,
     searches: Sequence[_Search],
+    kinds: tuple[MotionKind, ...],
     candidates: int,
     max_steps: int,
     rng: np.random.Generator,
@@ -230,15 +236,15 @@ def _search(
             return "budget"
         tried: list[tuple[MotionKind, FloatArray]] = []
         for search in unsolved:
-            if generation < len(MOTION_KINDS):
-                kind = MOTION_KINDS[generation]
+            if generation < len(kinds):
+                kind = kinds[generation]
                 tried.append((kind, player.space.sample(kind, count, rng)))
             else:
                 kind = search.best_kind
                 known = search.rows[kind], search.fitness[kind]
                 tried.append((kind, player.space.refine(*known, count, rng)))
-        rows = np.concatenate([rows for _, rows in tried])
-        outcomes = player.search(player.space.motions(rows), [search.variation for search in unsolved])
+        motions = Motions.joined([player.space.motions(rows) for _, rows in tried])
+        outcomes = player.search(motions, [search.variation for search in unsolved])
         for index, (search, (kind, own_rows)) in enumerate(zip(unsolved, tried, strict=True)):
             search.add(kind, own_rows, outcomes.rows(slice(index * count, (index + 1) * count)))
         best = [max(fitness.max() for fitness in search.fitness.values()) for search in searches]

@@ -1,0 +1,202 @@
+"""The tools that make robots and scenes: validate, edit, fix, assemble, look, read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from aidsr.core.artifacts import ActuatorGroup, Placement, Robot, Scene
+from aidsr.core.errors import ReplyError, UserError
+from aidsr.core.formatting import format_number
+from aidsr.fixes.engine import fix as fix_mjcf
+from aidsr.render.pictures import filmstrip, picture
+from aidsr.render.view import View
+from aidsr.sim.assembly import assemble as assemble_scene
+from aidsr.sim.standing import stand as stand_on_ground
+from aidsr.tasks import Level, Task
+from aidsr.teams.llm.patch import apply_patch
+from aidsr.tools.motions import controls
+from aidsr.tools.tool import MOST_LINES, Result
+from aidsr.tools.workspace import Workspace
+from aidsr.validation import validate as validate_mjcf
+
+Mount = Literal["auto", "fixed", "free"]
+RobotName = Annotated[str, Field(description='Name of a robot that was validated, such as "robot_2".')]
+SceneName = Annotated[str, Field(description='Name of a scene that was assembled, such as "scene_1".')]
+TaskName = Annotated[str, Field(description="Name of a task; leave it out where the work is for one job.")]
+
+_MOUNTS: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
+"""How a robot alone is held while it is validated, by the base of its job."""
+
+
+def validate(
+    workspace: Workspace,
+    mjcf: Annotated[str, Field(description="The whole MJCF document of the robot alone.")],
+    functional_part: Annotated[str, Field(description="Body or site of the robot that does the work.")] = "",
+    actuator_groups: Annotated[
+        tuple[ActuatorGroup, ...], Field(description="Actuators that act together as one action.")
+    ] = (),
+    mount: Annotated[Mount, Field(description="How its root is held; what the job or the MJCF says unless given.")] = (
+        "auto"
+    ),
+    realizable: Annotated[bool, Field(description="Also reject what could not be built.")] = False,
+) -> Result:
+    """Keep a robot under a name, drive every actuator, and say what is wrong with its physics and scope."""
+    if "<" not in mjcf:  # elsewhere such a string is a path; a client must not make the server read files
+        raise UserError(f"not an MJCF document: {mjcf[:80]!r}; give the text of one, not its path")
+    robot = Robot(mjcf=mjcf, functional_part=functional_part, actuator_groups=actuator_groups)
+    return _kept(workspace, robot, (), mount, realizable)
+
+
+def edit(
+    workspace: Workspace,
+    robot: RobotName,
+    patch: Annotated[
+        str,
+        Field(
+            description="A <patch> of operations that select elements by XPath: <set sel=\"//joint[@name='bend_1']\" "
+            'stiffness="0.4"/>, <add sel="//body[@name=\'foot\']">…</add>, <replace sel="…">…</replace>, '
+            '<remove sel="…"/>.'
+        ),
+    ],
+    functional_part: Annotated[str, Field(description="Another functional part; as before unless given.")] = "",
+    actuator_groups: Annotated[
+        tuple[ActuatorGroup, ...] | None, Field(description="Other groups; as before unless given.")
+    ] = None,
+) -> Result:
+    """Change a robot by a patch, keep the result under a new name, and validate it."""
+    before = workspace.robot(robot)
+    try:
+        mjcf = apply_patch(before.mjcf, patch if "<patch" in patch else f"<patch>{patch}</patch>")
+    except ReplyError as error:
+        raise UserError(str(error)) from None
+    groups = before.actuator_groups if actuator_groups is None else actuator_groups
+    changed = Robot(mjcf=mjcf, functional_part=functional_part or before.functional_part, actuator_groups=groups)
+    return _kept(workspace, changed, (f"changed from {robot}",))
+
+
+def fix(workspace: Workspace, robot: RobotName) -> Result:
+    """Let code cure what it can of a robot's faults, keep the result under a new name, and validate it."""
+    before = workspace.robot(robot)
+    faults = validate_mjcf(before.mjcf, mount=_mount(workspace), environment=_environment(workspace)).faults
+    kept = {before.functional_part, *(name for group in before.actuator_groups for name in group.actuators)} - {""}
+    fixed = fix_mjcf(before.mjcf, faults, kept_names=kept)
+    if not fixed.total:
+        return Result(text=f"nothing of {robot} can be fixed by code: {', '.join(fixed.unfixed) or 'it has no fault'}")
+    return _kept(workspace, before.model_copy(update={"mjcf": fixed.mjcf}), (f"fixed from {robot}", *fixed.notes))
+
+
+def assemble(
+    workspace: Workspace,
+    robot: RobotName,
+    placement: Annotated[Placement, Field(description="Where and how the robot is placed.")],
+    stand: Annotated[
+        bool,
+        Field(description="Raise or lower a free robot until it stands on what is below it, and let it rest there."),
+    ] = True,
+    task: TaskName = "",
+    level: Level = "standard",
+) -> Result:
+    """Place a robot in the environment of the job, keep the scene under a name, and validate it there."""
+    name, at, found = workspace.task_of(task, level)
+    made = place(workspace, workspace.robot(robot), placement, found, stand=stand)
+    report = validate_mjcf(made.scene.mjcf, needs_contact=made.needs_contact)
+    kept = workspace.add_scene(robot, made.scene, name, at)
+    head = f"{kept}: {robot} in {name or 'the environment'}, file {workspace.folder / kept / 'scene.xml'}"
+    return Result(text="\n".join([head, report.account(), *made.notes, *made.scene.notes]))
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A robot that was placed."""
+
+    scene: Scene
+    notes: tuple[str, ...]
+    """How it stands."""
+    needs_contact: bool
+
+
+def place(workspace: Workspace, robot: Robot, placement: Placement, task: Task | None, *, stand: bool = True) -> Placed:
+    """Place a robot in the environment of a task, or of the workspace's job where there is none.
+
+    Raises:
+        MjcfError: The two cannot become one model.
+        IsolationError: It took too long.
+    """
+    if task is not None:
+        environment, sensors, needs_contact = task.environment, task.sensors, task.needs_contact
+    else:
+        assert workspace.job is not None, "without a task there is a job"
+        brief = workspace.job.brief
+        environment, sensors, needs_contact = brief.environment, (), brief.needs_contact
+    notes: tuple[str, ...] = ()
+    if placement.base == "free" and stand:
+        standing = stand_on_ground(robot, environment, placement, sensors)
+        placement, notes = standing.placement, (standing.note,)
+    return Placed(assemble_scene(robot, environment, placement, sensors), notes, needs_contact)
+
+
+def look(
+    workspace: Workspace,
+    subject: Annotated[str, Field(description='A robot or a scene, such as "robot_2" or "scene_1".')],
+    script: Annotated[str, Field(description="Show five moments of this motion script, of a scene only.")] = "",
+    seconds: Annotated[float, Field(gt=0, le=60, description="Of the script.")] = 6.0,
+    azimuth_deg: Annotated[float | None, Field(description="Azimuth of the camera; chosen unless given.")] = None,
+    elevation_deg: Annotated[
+        float | None, Field(description="0 level, -90 straight down; chosen unless given.")
+    ] = None,
+) -> Result:
+    """Draw a robot or a scene as it is at the start, or a strip of moments of a script."""
+    view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    if not script:
+        return Result(text=f"{subject} at the start", pictures=(picture(workspace.mjcf(subject), view=view),))
+    ctrl = controls(workspace.subject(subject), script, seconds)
+    strip = filmstrip(workspace.mjcf(subject), ctrl=ctrl.rows, frames_per_s=ctrl.per_s, seconds=seconds, view=view)
+    return Result(text=f"{subject}: five moments of {seconds:g} s, from left to right", pictures=(strip,))
+
+
+def read(
+    workspace: Workspace,
+    name: Annotated[str, Field(description="A file that a result named, or a robot or a scene, whose MJCF is shown.")],
+    first_line: Annotated[int, Field(ge=1)] = 1,
+    lines: Annotated[int, Field(ge=1, le=400)] = MOST_LINES,
+) -> Result:
+    """Show lines of a file that a result named, or of the MJCF of a robot or a scene."""
+    text = workspace.file(name) if name.startswith("file_") else workspace.mjcf(name)
+    every = text.splitlines()
+    shown = every[first_line - 1 : first_line - 1 + lines]
+    last = first_line - 1 + len(shown)
+    return Result(text="\n".join([f"{name}, lines {first_line} to {last} of {len(every)}:", *shown]))
+
+
+def _kept(
+    workspace: Workspace, robot: Robot, notes: tuple[str, ...], mount: Mount = "auto", realizable: bool = False
+) -> Result:
+    """Keep a robot and return the verdict on it."""
+    report = validate_mjcf(
+        robot.mjcf,
+        mount=_mount(workspace, mount),
+        needs_contact=bool(workspace.job and workspace.job.brief.needs_contact),
+        environment=_environment(workspace),
+        realizable=realizable,
+    )
+    name = workspace.add_robot(robot)
+    measured = report.measurements
+    lines = [f"{name}: {', '.join(notes)}" if notes else f"{name}:", report.account()]
+    if "characteristic_length_m" in measured:
+        lines.append(
+            f"length {format_number(1000 * measured['characteristic_length_m'])} mm, moving mass "
+            f"{format_number(measured['moving_mass_kg'])} kg, {measured['actuators']} actuators, "
+            f"{measured['degrees_of_freedom']} degrees of freedom"
+        )
+    return Result(text="\n".join(lines))
+
+
+def _mount(workspace: Workspace, mount: Mount = "auto") -> Mount:
+    return _MOUNTS[workspace.job.brief.base] if mount == "auto" and workspace.job else mount
+
+
+def _environment(workspace: Workspace) -> str:
+    return workspace.job.brief.environment if workspace.job else ""

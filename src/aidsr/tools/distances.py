@@ -1,0 +1,78 @@
+"""Named things of a model, and how far two of them are from each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
+from aidsr.sim.ownership import ROBOT_PREFIX
+
+_FAR_M = 10.0
+"""Largest distance between surfaces that is measured. Our choice: beyond any environment of ours."""
+_OBJ = mujoco.mjtObj
+
+
+@dataclass(frozen=True)
+class Named:
+    """A site, which is a point, or the shapes of a geom or a body."""
+
+    name: str
+    site: int = -1
+    geoms: tuple[int, ...] = ()
+
+
+def find_named(model: mujoco.MjModel, name: str) -> Named:
+    """Return a site, geom or body of a model; "robot/" may be left out.
+
+    Raises:
+        UserError: There is none of this name, or it is a body without a shape.
+    """
+    for full in (name, ROBOT_PREFIX + name):
+        if (site := mujoco.mj_name2id(model, _OBJ.mjOBJ_SITE, full)) >= 0:
+            return Named(name, site=site)
+        if (geom := mujoco.mj_name2id(model, _OBJ.mjOBJ_GEOM, full)) >= 0:
+            return Named(name, geoms=(geom,))
+        if (body := mujoco.mj_name2id(model, _OBJ.mjOBJ_BODY, full)) >= 0:
+            first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+            if not count:
+                raise UserError(f'the body "{name}" has no shape of its own; name a site or another body')
+            return Named(name, geoms=tuple(range(first, first + count)))
+    known = [model.site(i).name for i in range(model.nsite)]
+    known += [model.geom(i).name for i in range(model.ngeom)] + [model.body(i).name for i in range(model.nbody)]
+    near = closest_name(name, [each.removeprefix(ROBOT_PREFIX) for each in known if each])
+    sites = ", ".join(model.site(i).name for i in range(min(model.nsite, 20)) if model.site(i).name)
+    raise UserError(f'no site, geom or body "{name}"; {f"did you mean {near}?" if near else f"sites: {sites}"}')
+
+
+def find_pairs(model: mujoco.MjModel, pairs: Sequence[tuple[str, str]]) -> list[tuple[Named, Named]]:
+    """Return pairs of named things between which a distance can be measured.
+
+    Raises:
+        UserError: A name is unknown, or a point is paired with a surface.
+    """
+    found = [(find_named(model, first), find_named(model, second)) for first, second in pairs]
+    for first, second in found:
+        if (first.site >= 0) != (second.site >= 0):
+            raise UserError(
+                f'cannot measure from "{first.name}" to "{second.name}": one is a site, the other has a surface; give '
+                "two sites, or two geoms or bodies"
+            )
+    return found
+
+
+def distance_m(model: mujoco.MjModel, data: mujoco.MjData, first: Named, second: Named) -> float:
+    """Return the distance between two sites, or between the surfaces of two shapes (negative where they overlap) [m].
+
+    Source: `mj_geomDistance`.
+    """
+    if first.site >= 0:
+        return float(np.linalg.norm(data.site_xpos[first.site] - data.site_xpos[second.site]))
+    least: float = min(
+        mujoco.mj_geomDistance(model, data, one, other, _FAR_M, None) for one in first.geoms for other in second.geoms
+    )
+    return least

@@ -1,0 +1,206 @@
+"""The tools that measure robots and scenes: play, probe, measure, sweep, train."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Literal
+from xml.sax.saxutils import quoteattr
+
+from pydantic import Field
+
+from aidsr.core.artifacts import Artifact, Vec3
+from aidsr.core.errors import AidsrError, ReplyError, UserError
+from aidsr.core.extras import require_extra
+from aidsr.learn.rl.short_training import train_briefly
+from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.teams.llm.patch import apply_patch
+from aidsr.tools.building import SceneName, place
+from aidsr.tools.gaits import MOST_GAITS, random_gaits
+from aidsr.tools.measured import Measured, format_value
+from aidsr.tools.playing import play as play_script
+from aidsr.tools.probing import probe_motions
+from aidsr.tools.scene import MeasuredScene
+from aidsr.tools.script import GRAMMAR
+from aidsr.tools.statics import bends, clearances, load
+from aidsr.tools.tool import Result, shortened
+from aidsr.tools.workspace import Workspace
+
+What = Literal["bends", "load", "clearances", "gaits", "play", "probe"]
+Pairs = Annotated[
+    tuple[tuple[str, str], ...],
+    Field(description="Pairs of two sites, or of two geoms or bodies, whose distance is measured."),
+]
+Subject = Annotated[str, Field(description='A robot or a scene, such as "robot_2" or "scene_1".')]
+_MOST_VALUES = 12
+
+
+class How(Artifact):
+    """Details of a measurement; each has a default."""
+
+    part: Annotated[str, Field(description="load: body or site; the functional part unless given.")] = ""
+    force_n: Annotated[float, Field(gt=0, description="load: size of the force.")] = 0.5
+    direction: Annotated[Vec3, Field(description="load: of the force, in world axes.")] = (0.0, 0.0, -1.0)
+    pairs: Pairs = ()
+    gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="gaits: how many.")] = 12
+    seconds: Annotated[float, Field(ge=0, description="gaits: 4 unless given; play, probe: the job's time.")] = 0.0
+    script: Annotated[str, Field(description="play: the script.")] = ""
+    variation: Annotated[int, Field(ge=0, description="gaits, play: which development variation.")] = 0
+    seeds: Annotated[tuple[int, ...], Field(description="gaits (the first), probe.")] = (0,)
+
+
+_DEFAULT = How()
+
+
+def play(
+    workspace: Workspace,
+    scene: SceneName,
+    script: Annotated[str, Field(description=GRAMMAR)],
+    variation: Annotated[int, Field(ge=0, description="Which of the job's development variations.")] = 0,
+    seconds: Annotated[float, Field(ge=0, description="How long; the job's time unless given.")] = 0.0,
+    distances: Pairs = (),
+) -> Result:
+    """Play a motion script on a scene and tell path, heading, contacts, distances, stages and what ended it."""
+    found = play_script(workspace.subject(scene), script, variation=variation, seconds=seconds, distances=distances)
+    return Result(text=f"{found.text()}\nevery control step: read {workspace.add_file(found.csv(), 'csv')}")
+
+
+def probe(
+    workspace: Workspace,
+    scene: SceneName,
+    seeds: Annotated[tuple[int, ...], Field(description="Of as many searches.")] = (0, 1),
+    variations: Annotated[int, Field(ge=1, le=8, description="Development variations, each searched for itself.")] = 1,
+    seconds: Annotated[float, Field(ge=0, description="Of each motion tried; at most 15 unless given.")] = 0.0,
+    steps: Annotated[int, Field(ge=0, description="Physics steps of each search; by the job's time unless given.")] = 0,
+) -> Result:
+    """Search hundreds of open-loop motions by several seeds and play the best again with figures; takes minutes."""
+    subject = workspace.subject(scene)
+    measured = probe_motions(subject, seeds=seeds, variations=variations, steps=steps, seconds=seconds)
+    return Result(text=shortened(measured.text, workspace))
+
+
+def measure(
+    workspace: Workspace,
+    what: Annotated[
+        Literal["bends", "load", "clearances", "gaits"],
+        Field(
+            description="bends: tip, angle and force under each actuator alone. load: sag of a part, and how far it "
+            "gives under a force. clearances: distances between named things, as drawn and at rest. gaits: heading "
+            "drift, velocity and first touch under random gaits, of a scene only."
+        ),
+    ],
+    subject: Subject,
+    how: Annotated[How, Field(description="Details.")] = _DEFAULT,
+) -> Result:
+    """Measure one property of a robot or a scene."""
+    measurement = _measure(_with_part(workspace, subject, how), what)
+    return Result(text=shortened(measurement(workspace.subject(subject)).text, workspace))
+
+
+def sweep(
+    workspace: Workspace,
+    subject: Subject,
+    select: Annotated[str, Field(description="XPath of the elements, such as //joint[starts-with(@name,'bend_')].")],
+    attribute: Annotated[str, Field(description='The MJCF attribute, such as "stiffness".')],
+    values: Annotated[
+        tuple[str, ...],
+        Field(min_length=1, max_length=_MOST_VALUES, description='As in MJCF: ["0.2", "0.4"] or ["0 0 1", "0 1 0"].'),
+    ],
+    what: Annotated[What, Field(description="What is measured for each value; see measure, play and probe.")],
+    how: Annotated[How, Field(description="Details.")] = _DEFAULT,
+) -> Result:
+    """Measure the same for several values of one MJCF attribute, alone or placed again; the robot stays as it is."""
+    measurement = _measure(_with_part(workspace, subject, how), what)
+    head, rows = "", []
+    for value in values:
+        try:
+            measured = measurement(_changed(workspace, subject, select, attribute, value))
+        except AidsrError as error:
+            rows.append(f"{value} | failed: {error}")
+            continue
+        head = " | ".join(f"{each.name} {each.unit}".strip() for each in measured.figures)
+        rows.append(" | ".join([value, *(format_value(each.value) for each in measured.figures)]))
+    return Result(text="\n".join([f"{attribute} of {select} | {head or what}", *rows]))
+
+
+def train(
+    workspace: Workspace,
+    scene: SceneName,
+    steps: Annotated[int, Field(ge=2000, le=500_000, description="Control steps.")] = 50_000,
+) -> Result:
+    """Train a policy by reinforcement learning and evaluate it on development variations; takes many minutes."""
+    require_extra("rl", "training")
+    subject = workspace.subject(scene)
+    found = train_briefly(
+        subject.mjcf, steps=steps, groups=subject.groups, task=subject.task, level=subject.level, goal=subject.goal
+    )
+    rate = found.success_rate
+    progress = sum(one.best_progress for one in found.episodes) / len(found.episodes)
+    ends = {end: sum(one.ended == end for one in found.episodes) for end in ("failed", "out_of_time", "diverged")}
+    low, high = rate.interval.low, rate.interval.high
+    lines = [
+        f"after {steps:,} steps: success in {rate.share:.0%} of {len(found.episodes)} development variations (Wilson "
+        f"{low:.0%} to {high:.0%}), best progress {progress:.2f} on average, {'' if found.valid else 'not '}valid",
+        ", ".join(f"{count} {end.replace('_', ' ')}" for end, count in ends.items()),
+        *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
+    ]
+    return Result(text="\n".join(lines))
+
+
+def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
+    """Return what measures a robot or a scene.
+
+    Raises:
+        UserError: A detail is missing.
+    """
+    if what == "play" and not how.script:
+        raise UserError('play needs a script: "how": {"script": "…"}')
+    measurements: dict[What, Callable[[MeasuredScene], Measured]] = {
+        "bends": lambda subject: bends(subject.mjcf),
+        "load": lambda subject: load(subject.mjcf, how.part, force_n=how.force_n, direction=how.direction),
+        "clearances": lambda subject: clearances(subject.mjcf, how.pairs),
+        "gaits": lambda subject: random_gaits(
+            subject, gaits=how.gaits, seconds=how.seconds or 4.0, seed=how.seeds[0], variation=how.variation
+        ),
+        "play": lambda subject: Measured(
+            figures=play_script(
+                subject, how.script, variation=how.variation, seconds=how.seconds, distances=how.pairs
+            ).figures
+        ),
+        "probe": lambda subject: probe_motions(subject, seeds=how.seeds, seconds=how.seconds),
+    }
+    return measurements[what]
+
+
+def _with_part(workspace: Workspace, subject: str, how: How) -> How:
+    """Return the details with the functional part where no other is named."""
+    if how.part:
+        return how
+    own = FUNCTIONAL_SITE if subject.startswith("scene") else workspace.robot(subject).functional_part
+    return how.model_copy(update={"part": own})
+
+
+def _changed(workspace: Workspace, subject: str, select: str, attribute: str, value: str) -> MeasuredScene:
+    """Return a robot or a scene with another value of one attribute of the robot.
+
+    Raises:
+        UserError: Nothing is selected, or the attribute has no such name.
+        MjcfError: The changed robot cannot be loaded.
+    """
+    is_scene = subject.startswith("scene")
+    name = workspace.record(subject).robot if is_scene else subject
+    robot = workspace.robot(name)
+    if not attribute.isidentifier():
+        raise UserError(f'"{attribute}" is not the name of an attribute')
+    try:
+        mjcf = apply_patch(robot.mjcf, f"<patch><set sel={quoteattr(select)} {attribute}={quoteattr(value)}/></patch>")
+    except ReplyError as error:
+        if "changes nothing" not in str(error):
+            raise UserError(str(error)) from None
+        mjcf = robot.mjcf
+    changed = robot.model_copy(update={"mjcf": mjcf})
+    if not is_scene:
+        return MeasuredScene(mjcf=mjcf)
+    record = workspace.record(subject)
+    _, _, task = workspace.task_of(record.task, record.level)
+    made = place(workspace, changed, workspace.placement(subject), task)
+    return workspace.subject(subject).model_copy(update={"mjcf": made.scene.mjcf})

@@ -1,0 +1,38 @@
+"""A script as the controls of a simulation, for pictures of it."""
+
+from __future__ import annotations
+
+from aidsr.core.artifacts import Artifact
+from aidsr.sandbox.isolated import isolated
+from aidsr.tools.scene import MeasuredScene
+
+
+class Controls(Artifact):
+    """Controls of every actuator of a scene over time."""
+
+    rows: tuple[tuple[float, ...], ...]
+    """(n_frames, nu)."""
+    per_s: float
+    """Frames in a second."""
+
+
+@isolated
+def controls(scene: MeasuredScene, script: str, seconds: float) -> Controls:
+    """Return the controls of a scene under a script; what the environment itself drives stays at 0.
+
+    Raises:
+        UserError: The script cannot be read or names what is not there, or the scene is not one of its task.
+        MjcfError: The scene cannot be loaded.
+    """
+    import numpy as np
+
+    from aidsr.tools.script import parse_script
+
+    loaded = scene.load()
+    names = [group.name for group in loaded.actions.groups]
+    policy = parse_script(script).played_by(names, loaded.actions.rest, loaded.task.control_dt_s)
+    steps = max(1, round(seconds / loaded.task.control_dt_s))
+    actions = np.array([policy.at(step * loaded.task.control_dt_s) for step in range(steps)])
+    rows = np.zeros((steps, loaded.model.nu))
+    rows[:, list(loaded.actions.actuators)] = loaded.actions.ctrl(actions)
+    return Controls(rows=tuple(tuple(row) for row in rows.tolist()), per_s=1.0 / loaded.task.control_dt_s)

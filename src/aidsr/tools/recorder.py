@@ -1,0 +1,199 @@
+"""Measures one episode at every control step, in a simulation of its own that follows the episode's state."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from aidsr.core.artifacts import Vec3
+from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.rollout import EpisodeOutcomes
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.divergence import body_speeds
+from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.tasks import Task, Variation, apply_to_simulation
+from aidsr.tools.distances import distance_m, find_pairs
+from aidsr.tools.recording import Distance, Moment, Recording, Touch
+
+_TOUCH_N = 1e-3
+"""Normal force from which a contact counts. Our choice: below the weight of any part."""
+_START_S = 0.3
+"""What is touched before this is what the robot was placed on. Our choice: it falls a hand's breadth in this time."""
+_ROUNDING = 1e-6
+
+
+@dataclass
+class _Felt:
+    """Contact of the robot with one shape, so far."""
+
+    bodies: dict[str, None] = field(default_factory=dict)
+    first_s: float = 0.0
+    forces_n: list[float] = field(default_factory=list)
+
+
+class Recorder:
+    """Follows an episode.
+
+    Args:
+        scene: The scene.
+        variation: Of the episode.
+        episodes: Just reset, the only one.
+        distances: Pairs of names.
+
+    Raises:
+        UserError: A name is unknown.
+    """
+
+    def __init__(
+        self, scene: TaskScene, variation: Variation, episodes: Episodes, distances: Sequence[tuple[str, str]]
+    ) -> None:
+        self._task, self._episodes = scene.task, episodes
+        self._model = model = copy.copy(scene.model)
+        self._data = mujoco.MjData(model)
+        apply_to_simulation(variation, model, self._data)
+        self._names = [model.body(body).name for body in range(model.nbody)]
+        self._robot = np.array([name.startswith(ROBOT_PREFIX) for name in self._names])
+        self._root = int(self._robot.argmax())
+        self._upright = self._data.xmat[self._root].reshape(3, 3).copy()
+        self._pairs = find_pairs(model, distances)
+        self._felt: dict[str, _Felt] = {}
+        self._touches_itself, self._fastest = 0, ""
+        self._features = [self._observed()]
+        self._turns, self._last_turn_deg = 0.0, 0.0
+        self.moments = [self._moment(0.0, 0.0)]
+
+    def step(self, result: StepResult) -> None:
+        """Record the state after a control step."""
+        if result.diverged[0]:
+            return
+        for name in ("qpos", "qvel", "ctrl"):
+            getattr(self._data, name)[:] = self._episodes.batch.bind(name)[0]
+        mujoco.mj_forward(self._model, self._data)
+        self.moments.append(self._moment(float(result.time_s[0]), float(result.progress[0])))
+
+    def recording(self, outcomes: EpisodeOutcomes, variation: int) -> Recording:
+        """Return what was recorded."""
+        self._features.append(self._observed())
+        steps = len(self.moments)
+        touches = [
+            Touch(
+                geom=geom,
+                bodies=tuple(felt.bodies),
+                first_s=felt.first_s,
+                share=len(felt.forces_n) / steps,
+                mean_n=float(np.mean(felt.forces_n)),
+                peak_n=max(felt.forces_n),
+                at_start=felt.first_s <= _START_S,
+            )
+            for geom, felt in self._felt.items()
+        ]
+        return Recording(
+            variation=variation,
+            ended=self._ended(outcomes),
+            succeeded=bool(outcomes.success[0]),
+            best_progress=float(outcomes.best_progress[0]),
+            moments=tuple(self.moments),
+            stages=tuple((words, self._reached_s(start)) for start, words in self._task.stages),
+            touches=tuple(sorted(touches, key=lambda touch: touch.first_s)),
+            self_touch_share=self._touches_itself / steps,
+            distances=self._distances(),
+            features=tuple(
+                (name, unit, start, end)
+                for (name, unit), start, end in zip(_feature_names(self._task), *self._features, strict=True)
+            ),
+        )
+
+    def _ended(self, outcomes: EpisodeOutcomes) -> str:
+        if outcomes.success[0]:
+            return "success, held"
+        if outcomes.failure[0]:
+            return f"lost by the task's own rule: {self._task.criteria.failure}"
+        if outcomes.diverged[0]:
+            return f"the simulation diverged; {self._fastest} moved fastest before"
+        over = self.moments[-1].time_s > self._task.time_limit_s - self._task.control_dt_s / 2
+        return "the task's time is over" if over else "all that was to be played was played"
+
+    def _reached_s(self, progress: float) -> float | None:
+        return next((each.time_s for each in self.moments if each.progress >= progress - _ROUNDING), None)
+
+    def _moment(self, time_s: float, progress: float) -> Moment:
+        self._feel(time_s)
+        speeds = body_speeds(self._model.body_rootid, self._data.cvel, self._data.xipos, self._data.subtree_com)
+        self._fastest = self._names[int(np.where(self._robot, speeds, -1.0).argmax())].removeprefix(ROBOT_PREFIX)
+        return Moment(
+            time_s=round(time_s, 6),
+            progress=progress,
+            center_m=_vec3(self._data.subtree_com[self._root]),
+            heading_deg=self._heading_deg(),
+            distances_m=tuple(distance_m(self._model, self._data, first, second) for first, second in self._pairs),
+        )
+
+    def _heading_deg(self) -> float:
+        """Return how far the root has turned about the vertical, whole turns counted."""
+        turned = self._data.xmat[self._root].reshape(3, 3) @ self._upright.T
+        now = float(np.rad2deg(np.arctan2(turned[1, 0] - turned[0, 1], turned[0, 0] + turned[1, 1])))
+        self._turns += 360.0 * round((self._last_turn_deg - now) / 360.0)
+        self._last_turn_deg = now
+        return now + self._turns
+
+    def _feel(self, time_s: float) -> None:
+        """Add the contacts of the present state."""
+        model, data, force = self._model, self._data, np.zeros(6)
+        now: dict[str, float] = {}
+        itself = False
+        for index in range(data.ncon):
+            geoms = [int(geom) for geom in data.contact.geom[index]]
+            mine = [geom for geom in geoms if self._robot[model.geom_bodyid[geom]]]
+            mujoco.mj_contactForce(model, data, index, force)
+            if force[0] < _TOUCH_N or not mine:
+                continue
+            if len(mine) == 2:
+                itself = True
+                continue
+            (other,) = (geom for geom in geoms if geom not in mine)
+            name = model.geom(other).name or self._names[model.geom_bodyid[other]]
+            felt = self._felt.setdefault(name, _Felt(first_s=time_s))
+            felt.bodies[self._names[model.geom_bodyid[mine[0]]].removeprefix(ROBOT_PREFIX)] = None
+            now[name] = now.get(name, 0.0) + float(force[0])
+        for name, force_n in now.items():
+            self._felt[name].forces_n.append(force_n)
+        self._touches_itself += itself
+
+    def _distances(self) -> tuple[Distance, ...]:
+        found = []
+        for index, (first, second) in enumerate(self._pairs):
+            least = min(self.moments, key=lambda moment: moment.distances_m[index])
+            found.append(
+                Distance(
+                    first=first.name,
+                    second=second.name,
+                    start_m=self.moments[0].distances_m[index],
+                    least_m=least.distances_m[index],
+                    least_s=least.time_s,
+                    end_m=self.moments[-1].distances_m[index],
+                )
+            )
+        return tuple(found)
+
+    def _observed(self) -> list[float]:
+        """Return the task's features in the present observation, where they stand last."""
+        size = sum(feature.size for feature in self._task.features)
+        return [float(value) for value in self._episodes.observation[0][-size:]] if size else []
+
+
+def _feature_names(task: Task) -> list[tuple[str, str]]:
+    """Return name and unit of every number that a task observes."""
+    return [
+        (feature.name + (f" [{index}]" if feature.size > 1 else ""), feature.unit)
+        for feature in task.features
+        for index in range(feature.size)
+    ]
+
+
+def _vec3(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Vec3:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

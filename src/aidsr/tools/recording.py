@@ -1,0 +1,209 @@
+"""One episode in figures: path, heading, contacts, distances, stages, and what ended it."""
+
+from __future__ import annotations
+
+import itertools
+
+from aidsr.core.artifacts import Artifact, Vec3
+from aidsr.core.formatting import format_number
+from aidsr.tools.measured import Figure, format_value
+
+_ROWS = 9
+"""Moments in the table of the text."""
+_MOST_CONTACTS = 10
+_MOST_BODIES = 3
+"""Our choice: what a reader takes in; all of it stands in the file."""
+
+
+class Touch(Artifact):
+    """What one shape of the environment felt of the robot."""
+
+    geom: str
+    """The shape, or its body where it has no name."""
+    bodies: tuple[str, ...]
+    """Bodies of the robot that touched it, in the order in which they did."""
+    first_s: float
+    share: float
+    """Of the time during which it was touched."""
+    mean_n: float
+    """Normal forces together, while it was touched."""
+    peak_n: float
+    at_start: bool
+    """Whether it was touched within 0.3 s, as what the robot was placed on."""
+
+
+class Distance(Artifact):
+    """How far two named things were from each other over time: points, or surfaces."""
+
+    first: str
+    second: str
+    start_m: float
+    least_m: float
+    least_s: float
+    end_m: float
+
+
+class Moment(Artifact):
+    """State after a control step."""
+
+    time_s: float
+    progress: float
+    center_m: Vec3
+    """Centre of mass of the robot in the world."""
+    heading_deg: float
+    """How far the robot's root has turned about the vertical since the start, to the left."""
+    distances_m: tuple[float, ...]
+
+
+class Recording(Artifact):
+    """One episode that was played."""
+
+    variation: int
+    """Index among the development variations."""
+    ended: str
+    """What ended it, in words."""
+    succeeded: bool
+    best_progress: float
+    moments: tuple[Moment, ...]
+    """The start, and every control step."""
+    stages: tuple[tuple[str, float | None], ...]
+    """Stages of the task, and when each was reached; None where it was not."""
+    touches: tuple[Touch, ...]
+    self_touch_share: float
+    """Share of the time during which the robot touched itself."""
+    distances: tuple[Distance, ...]
+    features: tuple[tuple[str, str, float, float], ...]
+    """What the task observes: name, unit, value at the start and at the end."""
+
+    @property
+    def duration_s(self) -> float:
+        """How long it lasted."""
+        return self.moments[-1].time_s
+
+    @property
+    def path_m(self) -> float:
+        """Length of the way of the centre of mass."""
+        points = [moment.center_m for moment in self.moments]
+        return sum(_distance(a, b) for a, b in itertools.pairwise(points))
+
+    @property
+    def heading_deg(self) -> float:
+        """Heading at the end."""
+        return self.moments[-1].heading_deg
+
+    @property
+    def mean_velocity_m_s(self) -> Vec3:
+        """Displacement of the centre of mass over the time it took."""
+        (x0, y0, z0), (x1, y1, z1) = self.moments[0].center_m, self.moments[-1].center_m
+        time_s = self.duration_s or 1.0
+        return (x1 - x0) / time_s, (y1 - y0) / time_s, (z1 - z0) / time_s
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """The figures by which episodes are compared."""
+        vx, vy, vz = (1000 * value for value in self.mean_velocity_m_s)
+        return (
+            Figure(name="best progress", value=self.best_progress),
+            Figure(name="progress at the end", value=self.moments[-1].progress),
+            Figure(name="success", value=float(self.succeeded)),
+            Figure(name="time", value=self.duration_s, unit="s"),
+            Figure(name="mean velocity x", value=vx, unit="mm/s"),
+            Figure(name="y", value=vy, unit="mm/s"),
+            Figure(name="z", value=vz, unit="mm/s"),
+            Figure(name="heading", value=self.heading_deg, unit="deg"),
+            *(Figure(name=f"least {d.first} to {d.second}", value=1000 * d.least_m, unit="mm") for d in self.distances),
+        )
+
+    def text(self) -> str:
+        """Return the episode in at most 40 lines."""
+        lines = [
+            f"{format_number(self.duration_s)} s of development variation {self.variation}. Ended: {self.ended}",
+            self._progress(),
+            self._way(),
+            *self._touches(),
+            *(_distance_line(one) for one in self.distances),
+            *self._features(),
+            *self._table(),
+        ]
+        return "\n".join(lines)
+
+    def csv(self) -> str:
+        """Return every control step as CSV."""
+        names = [f"{one.first} to {one.second} [m]" for one in self.distances]
+        head = ["time [s]", "progress", "x [m]", "y [m]", "z [m]", "heading [deg]", *names]
+        rows = [
+            [moment.time_s, moment.progress, *moment.center_m, moment.heading_deg, *moment.distances_m]
+            for moment in self.moments
+        ]
+        return "\n".join([",".join(head), *(",".join(f"{value:.5g}" for value in row) for row in rows)]) + "\n"
+
+    def _progress(self) -> str:
+        best = max(self.moments, key=lambda moment: moment.progress)
+        reached = [f'"{words}" at {format_number(at)} s' for words, at in self.stages if at is not None]
+        missed = [f'"{words}"' for words, at in self.stages if at is None]
+        line = f"progress: best {best.progress:.2f} at {format_number(best.time_s)} s, {self.moments[-1].progress:.2f} "
+        line += "at the end"
+        if self.stages:
+            line += f"; reached: {', '.join(reached) or 'no stage'}" + f"; not: {', '.join(missed)}" * bool(missed)
+        return line
+
+    def _way(self) -> str:
+        start, end = self.moments[0].center_m, self.moments[-1].center_m
+        vx, vy, vz = (1000 * value for value in self.mean_velocity_m_s)
+        headings = [moment.heading_deg for moment in self.moments]
+        return (
+            f"centre of mass: from {_place(start)} to {_place(end)} m, path {format_number(self.path_m)} m, mean "
+            f"velocity {vx:.1f} {vy:.1f} {vz:.1f} mm/s; heading {self.heading_deg:+.1f} deg at the end, between "
+            f"{min(headings):+.1f} and {max(headings):+.1f} (left positive)"
+        )
+
+    def _touches(self) -> list[str]:
+        lines = []
+        for touch in self.touches[:_MOST_CONTACTS]:
+            more = len(touch.bodies) - _MOST_BODIES
+            by = ", ".join(touch.bodies[:_MOST_BODIES]) + (f" and {more} more" if more > 0 else "")
+            when = "at the start" if touch.at_start else f"first at {format_number(touch.first_s)} s"
+            lines.append(
+                f"touches {touch.geom} {when}, {touch.share:.0%} of the time, mean {format_number(touch.mean_n)} N, "
+                f"peak {format_number(touch.peak_n)} N, by {by}"
+            )
+        if len(self.touches) > _MOST_CONTACTS:
+            lines.append(f"touches {len(self.touches) - _MOST_CONTACTS} more shapes")
+        if self.self_touch_share:
+            lines.append(f"touches itself {self.self_touch_share:.0%} of the time")
+        return lines or ["touches nothing"]
+
+    def _features(self) -> list[str]:
+        if not self.features:
+            return []
+        told = [
+            f"{name} {format_value(start)} -> {format_value(end)}{unit and ' '}{unit}"
+            for name, unit, start, end in self.features
+        ]
+        return ["the task observes (start -> end): " + "; ".join(told)]
+
+    def _table(self) -> list[str]:
+        last = len(self.moments) - 1
+        picked = sorted({round(i * last / (_ROWS - 1)) for i in range(_ROWS)})
+        head = "time s | progress | x y z m | heading deg"
+        head += "".join(f" | {one.first} to {one.second} mm" for one in self.distances)
+        rows = [head]
+        for moment in (self.moments[index] for index in picked):
+            row = f"{moment.time_s:.2f} | {moment.progress:.2f} | {_place(moment.center_m)} | {moment.heading_deg:+.1f}"
+            rows.append(row + "".join(f" | {1000 * value:.1f}" for value in moment.distances_m))
+        return rows
+
+
+def _distance_line(one: Distance) -> str:
+    return (
+        f"{one.first} to {one.second}: {1000 * one.start_m:.1f} mm at the start, least {1000 * one.least_m:.1f} mm at "
+        f"{format_number(one.least_s)} s, {1000 * one.end_m:.1f} mm at the end"
+    )
+
+
+def _place(point_m: Vec3) -> str:
+    return " ".join(f"{value:.3f}" for value in point_m)
+
+
+def _distance(a: Vec3, b: Vec3) -> float:
+    return float(sum((x - y) ** 2 for x, y in zip(a, b, strict=True)) ** 0.5)

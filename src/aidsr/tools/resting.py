@@ -1,0 +1,168 @@
+"""A robot or scene that has come to rest, and what one pull or push does to it from there."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.errors import UserError
+from aidsr.mjcf.compile import load_mjcf
+from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
+from aidsr.sim.functional_part import find_functional_part
+from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.sim.structure import Structure, name_of, read_structure
+from aidsr.tools.statics import Mount
+from aidsr.validation.mount import mount_model
+
+Vector = NDArray[np.float64]
+
+_RAMP_S = 0.5
+"""How long a pull or push grows. Our choice: slow against the swing of a limb of this size."""
+_LONGEST_S = 6.0
+"""How long is waited for rest. Our choice: several times the slowest settling of built-in bodies."""
+_LOOK_S = 0.1
+_AT_REST = 1e-3
+"""Speed of the fastest joint that counts as rest [rad/s or m/s]. Our choice: 0.1 mm in 0.1 s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Resting:
+    """A state at rest."""
+
+    model: mujoco.MjModel
+    structure: Structure
+    drawn: mujoco.MjData
+    """The reference pose."""
+    data: mujoco.MjData
+    at_rest: bool
+    """Whether it came to rest within `_LONGEST_S`."""
+    drives: tuple[Drive, ...] = field(default=())
+
+    @classmethod
+    def of(cls, mjcf: str, mount: Mount) -> Resting:
+        """Return a robot where it rests with nothing pulled.
+
+        Raises:
+            MjcfError: It cannot be loaded.
+        """
+        model = mount_model(load_mjcf(mjcf), mount, None).model
+        structure = read_structure(model)
+        drawn, data = mujoco.MjData(model), mujoco.MjData(model)
+        mujoco.mj_forward(model, drawn)
+        neutral = neutral_ctrl(model, drawn)
+        data.ctrl[:] = neutral
+        set_act(model, data, neutral)
+        still = _settle(model, data, neutral, np.zeros(model.nv), None)
+        return cls(model, structure, drawn, data, still, read_drives(model, data, structure))
+
+    def pulled(self, drive: Drive, share: float) -> Resting:
+        """Return where it rests once one actuator pulls a share of what it can."""
+        ctrl = self.data.ctrl.copy()
+        ctrl[drive.ctrl] = drive.neutral + share * (drive.pull - drive.neutral)
+        return self._moved(ctrl, None)
+
+    def pushed(self, point_m: Vector, body: int, force_n: Vector) -> Resting:
+        """Return where it rests under a force [N] at a point of a body, given in the body's frame."""
+        return self._moved(self.data.ctrl.copy(), (point_m, body, force_n))
+
+    def _moved(self, ctrl: Vector, push: _Push | None) -> Resting:
+        data = copy.copy(self.data)
+        data.time = 0.0
+        still = _settle(self.model, data, ctrl, np.zeros(self.model.nv), push)
+        return Resting(self.model, self.structure, self.drawn, data, still, self.drives)
+
+    def world_m(self, point_m: Vector, body: int) -> Vector:
+        """Return where a point of a body is in the world, (3,) [m]."""
+        return _world_m(self.data, point_m, body)
+
+    def drawn_world_m(self, point_m: Vector, body: int) -> Vector:
+        """Return where it is in the reference pose, (3,) [m]."""
+        return _world_m(self.drawn, point_m, body)
+
+    def position_m(self, point_m: Vector, body: int) -> Vector:
+        """Return where a point of a body is in the axes of the robot's root, (3,) [m]."""
+        root = self.structure.roots[0]
+        turn = self.data.xmat[root].reshape(3, 3)
+        return np.asarray(turn.T @ (self.world_m(point_m, body) - self.data.xpos[root]))
+
+    def turned_deg(self, before: Resting, body: int) -> float:
+        """Return the angle by which a body has turned against the root since another state [deg]."""
+        now, then = (state._orientation(body) for state in (self, before))
+        cosine = (np.trace(now @ then.T) - 1.0) / 2.0
+        return float(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))))
+
+    def _orientation(self, body: int) -> Vector:
+        root = self.structure.roots[0]
+        return np.asarray(self.data.xmat[root].reshape(3, 3).T @ self.data.xmat[body].reshape(3, 3))
+
+    def farthest(self, moved: Resting) -> int:
+        """Return the body whose tip has moved farthest against the root in another state."""
+
+        def way_m(body: int) -> float:
+            tip = tip_of(self.model, body)
+            return float(np.linalg.norm(moved.position_m(tip, body) - self.position_m(tip, body)))
+
+        return max(self.structure.bodies, key=way_m)
+
+    def force_n(self, drive: Drive) -> float:
+        """Return the force of an actuator in this state, times its gear; without sign."""
+        out = int(self.model.actuator_outadr[drive.actuator])
+        return abs(float(self.data.actuator_force[out] * self.model.actuator_gear[drive.actuator, 0]))
+
+    def actuator_name(self, drive: Drive) -> str:
+        """Return the name of an actuator without "robot/"."""
+        return name_of(self.model, mujoco.mjtObj.mjOBJ_ACTUATOR, drive.actuator).removeprefix(ROBOT_PREFIX)
+
+    def body_name(self, body: int) -> str:
+        """Return the name of a body without "robot/"."""
+        return name_of(self.model, mujoco.mjtObj.mjOBJ_BODY, body).removeprefix(ROBOT_PREFIX)
+
+
+_Push = tuple[Vector, int, Vector]
+
+
+def tip_of(model: mujoco.MjModel, body: int) -> Vector:
+    """Return the distal tip of a body in its own frame, (3,) [m]."""
+    part = find_functional_part(model, name) if (name := model.body(body).name) else None
+    return part.position_m if part else np.zeros(3)
+
+
+def point_of(model: mujoco.MjModel, name: str) -> tuple[int, Vector]:
+    """Return the body of a named part and its working point in the body's frame, (3,) [m].
+
+    Raises:
+        UserError: There is no such part.
+    """
+    part = find_functional_part(model, name) or find_functional_part(model, ROBOT_PREFIX + name)
+    if part is None:
+        raise UserError(f'no body, site or geom "{name}"; name one of the robot')
+    return int(model.body(part.body).id), part.position_m
+
+
+def _world_m(data: mujoco.MjData, point_m: Vector, body: int) -> Vector:
+    return np.asarray(data.xpos[body] + data.xmat[body].reshape(3, 3) @ point_m)
+
+
+def _settle(model: mujoco.MjModel, data: mujoco.MjData, ctrl: Vector, force: Vector, push: _Push | None) -> bool:
+    """Let a state come to rest under a command and perhaps a push that grow over a ramp; whether it did."""
+    start, began_s = data.ctrl.copy(), data.time
+    look = max(1, round(_LOOK_S / model.opt.timestep))
+    for step in range(round(_LONGEST_S / model.opt.timestep)):
+        ramp = min(1.0, (data.time - began_s) / _RAMP_S)
+        data.ctrl[:] = start + ramp * (ctrl - start)
+        if push is not None:
+            point_m, body, force_n = push
+            force[:] = 0.0
+            mujoco.mj_applyFT(model, data, ramp * force_n, np.zeros(3), _world_m(data, point_m, body), body, force)
+            data.qfrc_applied[:] = force
+        mujoco.mj_step(model, data)
+        over = data.time - began_s > 2 * _RAMP_S
+        if over and step % look == 0 and np.abs(data.qvel).max(initial=0.0) < _AT_REST:
+            mujoco.mj_forward(model, data)
+            return True
+    mujoco.mj_forward(model, data)
+    return False

@@ -1,0 +1,41 @@
+"""What is measured, as it travels to the process in which it is simulated: a scene and its job, or a robot alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aidsr.core.artifacts import ActuatorGroup, Artifact
+from aidsr.core.errors import UserError
+from aidsr.tasks import Level
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
+
+
+class MeasuredScene(Artifact):
+    """A robot in the environment of its job, or alone."""
+
+    mjcf: str
+    task: str = ""
+    """Name of the task; empty where there is a goal."""
+    level: Level = "standard"
+    goal: Path | None = None
+    """File of a goal, instead of a task."""
+    groups: tuple[ActuatorGroup, ...] = ()
+    """Actuators that act together."""
+
+    def load(self) -> TaskScene:
+        """Return the scene, ready to be stepped; only in a limited process.
+
+        Raises:
+            UserError: There is neither task nor goal, no such task, or the scene is not one of it.
+            MjcfError: The scene cannot be loaded.
+        """
+        from aidsr.learn.episodes.scene import TaskScene
+        from aidsr.tasks import goal_task, load_task, read_goal
+
+        if not self.task and self.goal is None:
+            raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
+        goal = self.goal and goal_task(read_goal(self.goal), self.mjcf)
+        return TaskScene.of(self.mjcf, goal or load_task(self.task, self.level), groups=self.groups)

@@ -1,0 +1,212 @@
+"""Motion scripts: what each group of actuators does over time, in a few lines of text that are parsed, never run.
+
+left legs:  mean 0.2 amplitude 0.5 hz 1.5 phase 90
+right legs: mean 0.2 amplitude 0.5 hz 1.5 phase 270
+neck:       t=0 -1, t=1 0.8, t=3 -0.2
+jaw:        t=0 -1, t=2 1 amplitude 0.1 hz 4 from 2 until 6
+*:          -1
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
+from aidsr.learn.openloop.motion import Motion
+from aidsr.sim.ownership import ROBOT_PREFIX
+
+FloatArray = NDArray[np.float64]
+
+GRAMMAR = """\
+One line for each group of actuators, "group: ...". Actions are -1 to 1 over the control range; a group that is not \
+named stays at rest, "*" names all that have no line of their own. A line holds waypoints, between which the action is \
+interpolated ("t=0 -1, t=1.5 0.8": seconds, action), or "mean 0.2", or one number; and, if wanted, a sine on top: \
+"amplitude 0.5 hz 1.5 phase 90" (degrees), perhaps only "from 2 until 6" seconds. Sums are cut off at -1 and 1."""
+
+_MAX_CHARACTERS = 10_000
+_MAX_WAYPOINTS = 100
+"""Our choice: more than a motion that is written by hand needs."""
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_TERM = re.compile(
+    rf"\s*(?:t\s*=\s*(?P<time>{_NUMBER})\s*s?\s*[:,]?\s*(?P<action>{_NUMBER})|(?P<key>[a-z]+)\s*=?\s*(?P<value>{_NUMBER})"
+    rf"|(?P<constant>{_NUMBER}))\s*(?:[,;]|(?=\s)|$)"
+)
+_OTHERS = "*"
+_KEYS = ("mean", "amplitude", "hz", "phase", "from", "until")
+
+
+@dataclass(frozen=True)
+class Track:
+    """What one group does."""
+
+    waypoints: tuple[tuple[float, float], ...]
+    """Times [s] and actions, in rising order of time; held before the first and after the last."""
+    amplitude: float = 0.0
+    frequency_hz: float = 0.0
+    phase_rad: float = 0.0
+    """Of the sine at time 0."""
+    from_s: float = 0.0
+    until_s: float = math.inf
+    """When the sine is on top."""
+
+    def at(self, time_s: FloatArray | float) -> FloatArray:
+        """Return the actions at some times, of their shape, -1 to 1."""
+        times, actions = zip(*self.waypoints, strict=True)
+        base = np.interp(time_s, times, actions)
+        on = (np.asarray(time_s) >= self.from_s) & (np.asarray(time_s) < self.until_s)
+        swing = self.amplitude * np.sin(2 * np.pi * self.frequency_hz * np.asarray(time_s) + self.phase_rad)
+        return np.asarray(np.clip(base + np.where(on, swing, 0.0), -1.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Script:
+    """A parsed script: the tracks by name of their group."""
+
+    tracks: dict[str, Track]
+
+    def played_by(self, groups: Sequence[str], rest: FloatArray, control_dt_s: float = 0.04) -> ScriptPolicy:
+        """Return what plays the script.
+
+        Args:
+            groups: Names of all groups of the scene, one for each number of an action; "robot/" may be left out.
+            rest: Action at which each of them rests, (k,).
+            control_dt_s: Time between two actions [s].
+
+        Raises:
+            UserError: The script names a group that there is not.
+        """
+        plain = [name.removeprefix(ROBOT_PREFIX) for name in groups]
+        tracks = {name.removeprefix(ROBOT_PREFIX): track for name, track in self.tracks.items()}
+        for name in tracks:
+            if name != _OTHERS and name not in plain:
+                near = closest_name(name, plain)
+                hint = f' Did you mean "{near}"?' if near else ""
+                raise UserError(f'no group "{name}" in this scene.{hint} Its groups: {", ".join(plain)}')
+        others = tracks.get(_OTHERS)
+        return ScriptPolicy(
+            [
+                tracks.get(name) or others or Track(((0.0, float(at_rest)),))
+                for name, at_rest in zip(plain, rest, strict=True)
+            ],
+            control_dt_s,
+        )
+
+
+class ScriptPolicy:
+    """Plays the tracks of a script in one episode, whatever it observes.
+
+    Args:
+        tracks: One for each number of an action.
+        control_dt_s: Time between two actions [s].
+    """
+
+    def __init__(self, tracks: Sequence[Track], control_dt_s: float) -> None:
+        self._tracks, self.control_dt_s, self._steps = tuple(tracks), control_dt_s, 0
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """Return the next action, (1, k)."""
+        del observation
+        self._steps += 1
+        return self.at((self._steps - 1) * self.control_dt_s)[None]
+
+    def at(self, time_s: float) -> FloatArray:
+        """Return the action at a time, (k,)."""
+        return np.array([float(track.at(time_s)) for track in self._tracks])
+
+
+def parse_script(text: str) -> Script:
+    """Return a script.
+
+    Raises:
+        UserError: The text is no script; says in which line and why.
+    """
+    if len(text) > _MAX_CHARACTERS:
+        raise UserError(f"the script has {len(text):,} characters; use at most {_MAX_CHARACTERS:,}")
+    tracks: dict[str, Track] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        stripped = line.partition("#")[0].strip()
+        if not stripped:
+            continue
+        name, colon, terms = stripped.rpartition(": ") if ": " in stripped else stripped.rpartition(":")
+        if not colon or not name.strip():
+            raise UserError(f'line {number} of the script has no group: "{stripped}"; write "group: t=0 -1, t=1 0.5"')
+        if name.strip() in tracks:
+            raise UserError(f'line {number} of the script: group "{name.strip()}" has a line already')
+        tracks[name.strip()] = _track(terms, number)
+    if not tracks:
+        raise UserError(f"the script is empty. {GRAMMAR}")
+    return Script(tracks)
+
+
+def _track(text: str, line: int) -> Track:
+    """Return what a line says of its group.
+
+    Raises:
+        UserError: It says something else.
+    """
+    waypoints: list[tuple[float, float]] = []
+    given: dict[str, float] = {}
+    at = 0
+    while at < len(text.rstrip()):
+        term = _TERM.match(text, at)
+        if term is None:
+            raise UserError(f'line {line} of the script: cannot read "{text[at:].strip()}". {GRAMMAR}')
+        at = term.end()
+        if term["time"]:
+            waypoints.append((float(term["time"]), float(term["action"])))
+            continue
+        key, value = term["key"] or "mean", float(term["value"] or term["constant"])
+        if key not in _KEYS:
+            raise UserError(f'line {line} of the script: unknown word "{key}"; words: t=, {", ".join(_KEYS)}')
+        if key in given:
+            raise UserError(f'line {line} of the script: "{key}" is given twice')
+        given[key] = value
+    return _checked(waypoints, given, line)
+
+
+def _checked(waypoints: list[tuple[float, float]], given: dict[str, float], line: int) -> Track:
+    where = f"line {line} of the script"
+    if waypoints and "mean" in given:
+        raise UserError(f"{where} has both waypoints and a mean; leave the mean out")
+    if len(waypoints) > _MAX_WAYPOINTS:
+        raise UserError(f"{where} has {len(waypoints)} waypoints; use at most {_MAX_WAYPOINTS}")
+    times = [time_s for time_s, _ in waypoints]
+    if times != sorted(set(times)) or (times and times[0] < 0):
+        raise UserError(f"{where}: times of waypoints must rise from 0 or later")
+    if not waypoints and not given:
+        raise UserError(f"{where} says nothing of its group. {GRAMMAR}")
+    if ("amplitude" in given) != ("hz" in given):
+        raise UserError(f"{where}: a sine needs both amplitude and hz")
+    numbers = [*given.values(), *(number for waypoint in waypoints for number in waypoint)]
+    if not all(math.isfinite(number) and abs(number) <= 1e6 for number in numbers):
+        raise UserError(f"{where} has a number that is not finite or too large")
+    return Track(
+        waypoints=tuple(waypoints) or ((0.0, given.get("mean", 0.0)),),
+        amplitude=given.get("amplitude", 0.0),
+        frequency_hz=given.get("hz", 0.0),
+        phase_rad=math.radians(given.get("phase", 0.0)),
+        from_s=given.get("from", 0.0),
+        until_s=given.get("until", math.inf),
+    )
+
+
+def script_of(motion: Motion) -> str:
+    """Return a motion of the probe as a script, a line for each group."""
+    lines = []
+    for group in motion.groups:
+        line = f"{group.group.removeprefix(ROBOT_PREFIX)}: {group.first:g}"
+        if group.first != group.last:
+            times = f"t={motion.begin_s:.4g}", f"t={motion.begin_s + motion.ramp_s:.4g}"
+            line = f"{group.group.removeprefix(ROBOT_PREFIX)}: {times[0]} {group.first:g}, {times[1]} {group.last:g}"
+        if group.amplitude:
+            frequency = group.frequency_hz or motion.frequency_hz
+            line += f"; amplitude {group.amplitude:.3g} hz {frequency:.4g} phase {math.degrees(group.phase_rad):.1f}"
+        lines.append(line)
+    return "\n".join(lines)

@@ -1,0 +1,140 @@
+"""A body at rest: how it bends under each cable, how far it sags, how stiff it is, how far parts are apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
+
+from aidsr.core.artifacts import Vec3
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+from aidsr.tools.measured import Figure, Measured
+
+if TYPE_CHECKING:
+    pass
+
+Mount = Literal["auto", "fixed", "free"]
+
+_LIMITS = Limits(wall_s=600.0, cpu_s=300.0)
+_MOST_LINES = 30
+
+
+@isolated(limits=_LIMITS)
+def bends(mjcf: str, *, mount: Mount = "fixed", pull: float = 1.0) -> Measured:
+    """Return what each actuator alone does to the robot where it rests: tip, angle, force.
+
+    The body that moves farthest against the robot's root counts as the actuator's tip.
+
+    Args:
+        mjcf: A robot, or a scene.
+        mount: How the root of a robot alone is held.
+        pull: Share of the control range, 0 to 1, from where the robot rests to the end that pulls.
+
+    Raises:
+        MjcfError: It cannot be loaded.
+        IsolationError: It took too long.
+    """
+    from aidsr.tools.resting import Resting, tip_of
+
+    robot = Resting.of(mjcf, mount)
+    lines, angles, ways = [], [], []
+    for drive in robot.drives:
+        moved = robot.pulled(drive, pull)
+        body = robot.farthest(moved)
+        way = moved.position_m(tip_of(robot.model, body), body) - robot.position_m(tip_of(robot.model, body), body)
+        angle_deg = moved.turned_deg(robot, body)
+        angles.append(angle_deg)
+        ways.append(float((way**2).sum() ** 0.5))
+        x, y, z = (1000 * float(value) for value in way)
+        still = "" if moved.at_rest else ", still moving"
+        lines.append(
+            f"{robot.actuator_name(drive)}: {moved.force_n(drive):.3g} N; {robot.body_name(body)} tip moves {x:+.1f} "
+            f"{y:+.1f} {z:+.1f} mm and turns {angle_deg:.1f} deg{still}"
+        )
+    figures = (
+        Figure(name="largest bend", value=max(angles, default=0.0), unit="deg"),
+        Figure(name="smallest bend", value=min(angles, default=0.0), unit="deg"),
+        Figure(name="largest way of a tip", value=1000 * max(ways, default=0.0), unit="mm"),
+    )
+    left = len(lines) - _MOST_LINES
+    more = [f"{left} more actuators"] * (left > 0)
+    axes = "Ways are in the axes of the robot's root; each actuator alone, from where the robot rests."
+    return Measured(figures=figures, lines=(axes, *lines[:_MOST_LINES], *more))
+
+
+@isolated(limits=_LIMITS)
+def load(
+    mjcf: str,
+    part: str,
+    *,
+    force_n: float = 0.5,
+    direction: Vec3 = (0.0, 0.0, -1.0),
+    mount: Mount = "fixed",
+) -> Measured:
+    """Return how far a part sags under the robot's own weight, and how far it gives under a force.
+
+    Args:
+        mjcf: A robot, or a scene.
+        part: Body or site of the robot.
+        force_n: Size of the force at it [N].
+        direction: Of the force in the axes of the world, of any length.
+        mount: How the root of a robot alone is held.
+
+    Raises:
+        UserError: There is no such part, or no direction.
+        MjcfError: It cannot be loaded.
+        IsolationError: It took too long.
+    """
+    import numpy as np
+
+    from aidsr.core.errors import UserError
+    from aidsr.tools.resting import Resting, point_of
+
+    length = float(np.linalg.norm(direction))
+    if not (length > 0 and np.isfinite(length) and force_n > 0):
+        raise UserError("a load needs a force above 0 N and a direction other than zero")
+    robot = Resting.of(mjcf, mount)
+    body, point = point_of(robot.model, part)
+    drawn = robot.drawn_world_m(point, body)
+    rest = robot.world_m(point, body)
+    pushed = robot.pushed(point, body, force_n * np.array(direction) / length)
+    given_m = float((pushed.world_m(point, body) - rest) @ np.array(direction)) / length
+    sag = rest - drawn
+    figures = (
+        Figure(name="sag", value=1000 * float(np.linalg.norm(sag)), unit="mm"),
+        Figure(name="gives", value=1000 * given_m, unit=f"mm under {force_n:g} N"),
+        Figure(name="stiffness", value=force_n / given_m if given_m > 1e-9 else float("inf"), unit="N/m"),
+        Figure(name="turns", value=pushed.turned_deg(robot, body), unit="deg"),
+    )
+    x, y, z = (1000 * float(value) for value in sag)
+    lines = [f"sag is from where {part} is drawn to where it rests with nothing pulled: {x:+.1f} {y:+.1f} {z:+.1f} mm"]
+    lines += [] if robot.at_rest and pushed.at_rest else ["it was still moving when it was measured"]
+    return Measured(figures=figures, lines=tuple(lines))
+
+
+@isolated(limits=_LIMITS)
+def clearances(mjcf: str, pairs: Sequence[tuple[str, str]], *, mount: Mount = "fixed") -> Measured:
+    """Return how far named things are from each other, as drawn and where the robot rests with nothing pulled.
+
+    Args:
+        mjcf: A robot, or a scene.
+        pairs: Two sites each, or two geoms or bodies, between whose surfaces is measured.
+        mount: How the root of a robot alone is held.
+
+    Raises:
+        UserError: A name is unknown, or a site is paired with a surface.
+        MjcfError: It cannot be loaded.
+    """
+    from aidsr.core.errors import UserError
+    from aidsr.tools.distances import distance_m, find_pairs
+    from aidsr.tools.resting import Resting
+
+    if not pairs:
+        raise UserError("no pairs of names given; name two sites, geoms or bodies")
+    robot = Resting.of(mjcf, mount)
+    figures, lines = [], []
+    for first, second in find_pairs(robot.model, pairs):
+        drawn, rest = (distance_m(robot.model, data, first, second) for data in (robot.drawn, robot.data))
+        figures.append(Figure(name=f"{first.name} to {second.name}", value=1000 * rest, unit="mm"))
+        lines.append(f"{first.name} to {second.name}: {1000 * drawn:.1f} mm as drawn, {1000 * rest:.1f} mm at rest")
+    return Measured(figures=tuple(figures), lines=tuple(lines))

@@ -1,0 +1,176 @@
+"""The folder in which a designer's robots, scenes and files are kept under names such as "robot_2" and "scene_1"."""
+
+from __future__ import annotations
+
+import json
+import re
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Placement, Robot, Scene
+from aidsr.core.errors import UserError
+from aidsr.tasks import Level, Task, load_task
+from aidsr.tools.scene import MeasuredScene
+
+_NAME = re.compile(r"(robot|scene|file)_[1-9]\d{0,5}(\.\w+)?")
+
+
+class SceneRecord(Artifact):
+    """What belongs to a scene beside its MJCF."""
+
+    robot: str
+    """Name of the robot in the workspace."""
+    task: str
+    level: Level = "standard"
+    goal: Path | None = None
+    groups: tuple[ActuatorGroup, ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a designer works on, where a workspace is for one job."""
+
+    brief: Brief
+    level: Level = "standard"
+    goal: Path | None = None
+    """File of the goal, where success is measured by one."""
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A folder of robots, scenes and files; each is written once.
+
+    Attributes:
+        folder: Created with the first thing that is kept.
+        job: What all of it is for; None where every scene names its task.
+    """
+
+    folder: Path
+    job: Job | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
+
+    def add_robot(self, robot: Robot) -> str:
+        """Keep a robot and return its name."""
+        folder = self._new("robot")
+        (folder / "robot.xml").write_text(robot.mjcf, encoding="utf-8")
+        (folder / "robot.json").write_text(robot.model_dump_json(exclude={"mjcf"}, indent=2), encoding="utf-8")
+        return folder.name
+
+    def robot(self, name: str) -> Robot:
+        """Return a robot by its name.
+
+        Raises:
+            UserError: There is no such robot.
+        """
+        folder = self._find("robot", name)
+        rest = json.loads((folder / "robot.json").read_bytes())
+        return Robot.model_validate({**rest, "mjcf": (folder / "robot.xml").read_text(encoding="utf-8")})
+
+    def add_scene(self, robot: str, scene: Scene, task: str, level: Level) -> str:
+        """Keep a scene of a robot and return its name."""
+        folder = self._new("scene")
+        goal = self.job.goal if self.job else None
+        groups = self.robot(robot).actuator_groups
+        record = SceneRecord(robot=robot, task=task, level=level, goal=goal, groups=groups)
+        (folder / "scene.xml").write_text(scene.mjcf, encoding="utf-8")
+        (folder / "placement.json").write_text(scene.placement.model_dump_json(indent=2), encoding="utf-8")
+        (folder / "scene.json").write_text(record.model_dump_json(indent=2), encoding="utf-8")
+        return folder.name
+
+    def subject(self, name: str) -> MeasuredScene:
+        """Return a scene with what measures success in it, or a robot alone.
+
+        Raises:
+            UserError: There is none of this name.
+        """
+        mjcf = self.mjcf(name)
+        if not name.startswith("scene"):
+            return MeasuredScene(mjcf=mjcf)
+        record = self.record(name)
+        return MeasuredScene(mjcf=mjcf, task=record.task, level=record.level, goal=record.goal, groups=record.groups)
+
+    def record(self, name: str) -> SceneRecord:
+        """Return what belongs to a scene beside its MJCF.
+
+        Raises:
+            UserError: There is no such scene, or its file is damaged.
+        """
+        path = self._find("scene", name) / "scene.json"
+        try:
+            return SceneRecord.model_validate_json(path.read_bytes())
+        except (OSError, ValidationError):
+            raise UserError(f"{path} is missing or damaged; assemble the scene again") from None
+
+    def placement(self, name: str) -> Placement:
+        """Return how the robot of a scene is placed.
+
+        Raises:
+            UserError: There is no such scene.
+        """
+        return Placement.model_validate_json((self._find("scene", name) / "placement.json").read_bytes())
+
+    def mjcf(self, name: str) -> str:
+        """Return the MJCF of a robot or a scene.
+
+        Raises:
+            UserError: There is none of this name.
+        """
+        kind = "scene" if name.startswith("scene") else "robot"
+        return (self._find(kind, name) / f"{kind}.xml").read_text(encoding="utf-8")
+
+    def task_of(self, task: str, level: Level) -> tuple[str, Level, Task | None]:
+        """Return name, level and task of the job, or of what is named in a workspace without one.
+
+        Raises:
+            UserError: No task is named, or another than the job's, or there is no such task.
+        """
+        if self.job is None:
+            if not task:
+                raise UserError("name a task; list_tasks has them")
+            loaded = load_task(task, level)
+            return loaded.name, level, loaded
+        own = self.job.brief.task
+        if task and task not in (own, own.rpartition("/")[2]):
+            raise UserError(f'this work is for {own or "a job of its own"}, not for "{task}"; leave the task out')
+        return own, self.job.level, load_task(own, self.job.level) if own else None
+
+    def add_file(self, text: str, suffix: str) -> str:
+        """Keep a text and return its name."""
+        with self._lock:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            number = 1 + sum(1 for _ in self.folder.glob("file_*"))
+            path = self.folder / f"file_{number}.{suffix}"
+            path.write_text(text, encoding="utf-8")
+        return path.name
+
+    def file(self, name: str) -> str:
+        """Return the text of a file.
+
+        Raises:
+            UserError: There is no such file.
+        """
+        path = self.folder / name
+        if not (_NAME.fullmatch(name) and path.is_file()):
+            raise UserError(f'no file "{name}"; files: {self._listed("file")}')
+        return path.read_text(encoding="utf-8")
+
+    def _new(self, kind: str) -> Path:
+        with self._lock:
+            number = 1
+            while (folder := self.folder / f"{kind}_{number}").exists():
+                number += 1
+            folder.mkdir(parents=True)
+        return folder
+
+    def _find(self, kind: str, name: str) -> Path:
+        folder = self.folder / name
+        if not (_NAME.fullmatch(name) and name.startswith(kind) and folder.is_dir()):
+            raise UserError(f'no {kind} "{name}"; {kind}s: {self._listed(kind)}')
+        return folder
+
+    def _listed(self, kind: str) -> str:
+        names = (path.name for path in self.folder.glob(f"{kind}_*"))
+        return ", ".join(sorted(names, key=lambda name: int(re.sub(r"\D", "", name)))) or "none yet"

@@ -1,0 +1,196 @@
+"""The tools as a designer calls them: by name, with plain arguments, in a workspace."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from tests.scenes import small_arm
+from tests.tools.test_statics import limb
+
+from aidsr.core.artifacts import Brief
+from aidsr.core.errors import AidsrError, UserError
+from aidsr.sim.environment_summary import summarize_environment
+from aidsr.tools import TOOLS, Job, Workspace, tools_table
+
+ENVIRONMENT = """
+<mujoco>
+  <option timestep="0.002" integrator="implicitfast"/>
+  <worldbody><geom name="floor" type="plane" size="5 5 0.1"/><site name="mount" pos="0 0 0.1"/></worldbody>
+</mujoco>"""
+CART = """
+<mujoco><worldbody><body name="base"><geom type="sphere" size="0.01" mass="0.1" pos="0 0 0.2"/>
+  <body name="cart"><joint name="along" type="slide" axis="1 0 0"/><geom type="sphere" size="0.05" mass="1"/></body>
+</body></worldbody>
+<actuator><velocity name="drive" joint="along" kv="1000" ctrlrange="-0.5 0.5"/></actuator></mujoco>"""
+
+
+def travelling(folder: Path, distance_m: float = 9.0) -> Workspace:
+    """A workspace whose job is to travel along x."""
+    goal = folder / "goal.toml"
+    goal.write_text(f'kind = "travel"\ndistance_m = {distance_m}\ntime_limit_s = 4\nhold_s = 0.2\n')
+    summary = summarize_environment(ENVIRONMENT)
+    brief = Brief(objective="Travel.", environment=ENVIRONMENT, summary=summary, base="any")
+    return Workspace(folder / "work", Job(brief, goal=goal))
+
+
+def call(work: Workspace, tool: str, **arguments: object) -> str:
+    return TOOLS[tool].call(work, arguments).text
+
+
+def with_cart(folder: Path, distance_m: float = 9.0) -> Workspace:
+    work = travelling(folder, distance_m)
+    call(work, "validate", mjcf=CART, functional_part="cart")
+    call(work, "assemble", robot="robot_1", placement={"mount": "mount", "base": "fixed"})
+    return work
+
+
+def test_every_tool_says_what_it_does_and_describes_its_arguments() -> None:
+    for tool in TOOLS.values():
+        assert tool.description.endswith(".")
+        for name, field in tool.arguments.model_fields.items():
+            assert field.description or name in ("level", "first_line", "lines"), f"{tool.name}.{name}"
+        assert tool.schema["additionalProperties"] is False
+
+
+def test_the_docs_have_the_table_of_tools() -> None:
+    page = Path(__file__).parents[2] / "docs" / "tools.md"
+    assert tools_table() in page.read_text(), (
+        "paste the output of: python -c 'import aidsr.tools as t; print(t.tools_table())'"
+    )
+
+
+def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    first = call(work, "validate", mjcf=small_arm(), functional_part="tip", mount="fixed")
+    assert first.startswith("robot_1:\nstable: no faults found\nlength 238 mm, moving mass 0.04 kg, 2 actuators")
+    edited = call(work, "edit", robot="robot_1", patch="<set sel=\"//joint[@name='bend1']\" stiffness='0.4'/>")
+    assert edited.startswith("robot_2: changed from robot_1\nstable")
+    assert 'stiffness="0.4"' in call(work, "read", name="robot_2", lines=100)
+    assert work.robot("robot_2").functional_part == "tip"
+    assert call(work, "fix", robot="robot_1") == "nothing of robot_1 can be fixed by code: it has no fault"
+    call(work, "edit", robot="robot_1", patch="<set sel=\"//joint\" damping='0.00001'/>")
+    assert "robot_4: fixed from robot_3" in call(work, "fix", robot="robot_3")
+
+
+def test_a_scene_is_played_and_its_file_can_be_read(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    played = call(work, "play", scene="scene_1", script="drive: 0.4", seconds=1.0)
+    assert "mean velocity" in played
+    file = re.search(r"read (file_\d+\.csv)", played)
+    assert file is not None
+    shown = call(work, "read", name=file[1], lines=3)
+    assert shown.splitlines()[1].startswith("time [s],progress,x [m]")
+    assert shown.startswith(f"{file[1]}, lines 1 to 3 of 27:")
+
+
+def test_a_number_of_a_robot_is_swept(tmp_path: Path) -> None:
+    work = Workspace(tmp_path)
+    call(work, "validate", mjcf=limb(), functional_part="tip")
+    table = call(
+        work,
+        "sweep",
+        subject="robot_1",
+        select="//body/joint",
+        attribute="stiffness",
+        values=["0.1", "0.2", "x"],
+        what="bends",
+    )
+    head, soft, stiff, broken = table.splitlines()
+    assert head.startswith("stiffness of //body/joint | largest bend deg | ")
+    assert float(soft.split(" | ")[1]) == pytest.approx(28.6, abs=0.2)
+    assert float(stiff.split(" | ")[1]) == pytest.approx(14.3, abs=0.2)
+    assert broken.startswith("x | failed: ")
+    assert {path.name for path in tmp_path.iterdir()} == {"robot_1"}, "the robot stays as it is"
+
+
+def test_a_number_is_swept_in_a_scene_under_a_script(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    swept = {"subject": "scene_1", "select": "//velocity", "attribute": "ctrlrange", "values": ["-0.5 0.5", "-0.1 0.1"]}
+    table = call(work, "sweep", **swept, what="play", how={"script": "drive: 1", "seconds": 1.0})
+    column = table.splitlines()[0].split(" | ").index("mean velocity x mm/s")
+    fast, slow = (float(row.split(" | ")[column]) for row in table.splitlines()[1:])
+    assert fast == pytest.approx(5 * slow, rel=0.01)
+    assert fast == pytest.approx(500 * 1.0 / 1.1, rel=0.01), "of the centre of mass: 1 kg moves and 0.1 kg stays"
+
+
+def test_a_probe_tells_seeds_and_the_script_that_got_farthest(tmp_path: Path) -> None:
+    work = with_cart(tmp_path, 0.4)
+    told = call(work, "probe", scene="scene_1", seeds=[0, 3], steps=20_000)
+    assert "seed 0: progress 1.00" in told
+    assert "seed 3: progress 1.00" in told
+    script = re.search(r"as a script:\n(drive: .*)\n", told)
+    assert script is not None
+    assert "Ended: success, held" in call(work, "play", scene="scene_1", script=script[1])
+
+
+def test_a_property_is_measured(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    assert "heading drift, median" in call(
+        work, "measure", what="gaits", subject="scene_1", how={"gaits": 2, "seconds": 0.5}
+    )
+    assert "cart to floor: 50.0 mm as drawn" in call(
+        work, "measure", what="clearances", subject="scene_1", how={"pairs": [["cart", "floor"]]}
+    )
+    call(work, "validate", mjcf=limb(), functional_part="tip")
+    assert "stiffness" in call(work, "measure", what="load", subject="robot_2")
+
+
+def test_a_picture_is_drawn(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    for arguments in ({"subject": "robot_1"}, {"subject": "scene_1", "script": "drive: 1", "seconds": 0.5}):
+        (png,) = TOOLS["look"].call(work, arguments).pictures
+        assert png.startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments", "message"),
+    [
+        ("play", {"scene": "scene_1"}, "script: field required"),
+        ("play", {"scene": "scene_1", "script": "drive: 1", "speed": 2}, "speed: extra inputs"),
+        ("play", {"scene": "scene_9", "script": "drive: 1"}, 'no scene "scene_9"; scenes: scene_1'),
+        ("probe", {"scene": "robot_1"}, "nothing measures success here"),
+        (
+            "sweep",
+            {"subject": "scene_1", "select": "//velocity", "attribute": "kv", "values": ["1"], "what": "play"},
+            "play needs a script",
+        ),
+        (
+            "assemble",
+            {"robot": "robot_1", "placement": {"mount": "mount", "base": "fixed"}, "task": "tunnel"},
+            'not for "tunnel"',
+        ),
+        ("edit", {"robot": "robot_1", "patch": "<set sel='//tendon' width='1'/>"}, "selects no element"),
+        ("read", {"name": "file_3.csv"}, 'no file "file_3.csv"; files: none yet'),
+        ("read", {"name": "file_1/../../goal.toml"}, "no file"),
+    ],
+)
+def test_what_cannot_be_done_is_said(tmp_path: Path, tool: str, arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(AidsrError, match=re.escape(message)):
+        call(with_cart(tmp_path), tool, **arguments)
+
+
+def test_results_that_are_long_become_files(tmp_path: Path) -> None:
+    from aidsr.tools.tool import MOST_LINES, shortened
+
+    work = Workspace(tmp_path)
+    long = "\n".join(f"line {number}" for number in range(200))
+    short = shortened(long, work)
+    assert len(short.splitlines()) == MOST_LINES
+    assert short.endswith("more lines: read file_1.txt")
+    assert call(work, "read", name="file_1.txt", first_line=150, lines=1).endswith("line 149")
+
+
+def test_a_damaged_scene_is_said(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    (work.folder / "scene_1" / "scene.json").unlink()
+    with pytest.raises(UserError, match="missing or damaged; assemble the scene again"):
+        work.record("scene_1")
+
+
+@pytest.mark.slow
+def test_a_short_training_is_told(tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="needs the extra rl")
+    told = call(with_cart(tmp_path, 0.4), "train", scene="scene_1", steps=4000)
+    assert told.startswith("after 4,000 steps: success in ")

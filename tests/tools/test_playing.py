@@ -1,0 +1,67 @@
+"""What is measured of a played script, against motions whose figures are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.tools.carts import cart
+
+from aidsr.core.errors import UserError
+from aidsr.tools.playing import play
+
+
+def test_a_cart_of_constant_speed_has_its_path_velocity_and_distances(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 9.0), "drive: 0.4", seconds=1.0, distances=[("nose", "mark"), ("robot/cart", "wall")])
+    assert found.duration_s == pytest.approx(1.0)
+    assert found.mean_velocity_m_s == pytest.approx((0.2, 0.0, 0.0), abs=0.002), "0.4 of 0.5 m/s"
+    assert found.path_m == pytest.approx(0.2, abs=0.002)
+    assert found.heading_deg == pytest.approx(0.0, abs=1e-6)
+    marked, wall = found.distances
+    assert (marked.start_m, marked.end_m, marked.least_s) == pytest.approx((0.3, 0.1, 1.0), abs=0.002)
+    assert (wall.start_m, wall.end_m) == pytest.approx((0.45, 0.25), abs=0.002), "between surfaces"
+    assert found.ended == "all that was to be played was played"
+    assert found.touches == ()
+    assert "mean velocity 199" in found.text()
+
+
+def test_a_turntable_counts_whole_turns_to_the_left(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 9.0), "turn: 1")
+    assert found.duration_s == pytest.approx(4.0)
+    assert found.heading_deg == pytest.approx(360.0, abs=2.0), "a quarter of a turn each second"
+    assert found.ended == "the task's time is over"
+    assert play(cart(tmp_path, 9.0), "turn: -1", seconds=1.0).heading_deg == pytest.approx(-90.0, abs=1.0)
+
+
+def test_the_first_wall_is_named_with_time_force_and_body(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 9.0), "drive: t=0 1")
+    (touch,) = found.touches
+    assert (touch.geom, touch.bodies, touch.at_start) == ("wall", ("cart",), False)
+    assert touch.first_s == pytest.approx(0.45 / 0.5, abs=0.05)
+    assert touch.mean_n == pytest.approx(500.0, rel=0.05), "stalled: kv times the speed that is asked for"
+    assert "touches wall first at 0.9" in found.text()
+
+
+def test_success_ends_it_and_is_said(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 0.2), "drive: t=0 1, t=0.4 1, t=0.41 0")
+    assert found.succeeded
+    assert found.ended == "success, held"
+    assert found.moments[-1].progress == pytest.approx(1.0)
+
+
+def test_the_text_is_short_and_the_file_has_every_control_step(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 9.0), "drive: 0.2", distances=[("nose", "mark")])
+    assert len(found.text().splitlines()) <= 40
+    assert len(found.csv().splitlines()) == 1 + len(found.moments) == 102
+
+
+@pytest.mark.parametrize(
+    ("pair", "message"),
+    [
+        (("nose", "wall"), "one is a site, the other has a surface"),
+        (("nos", "mark"), 'no site, geom or body "nos"; did you mean nose'),
+    ],
+)
+def test_distances_that_cannot_be_measured_are_refused(tmp_path: Path, pair: tuple[str, str], message: str) -> None:
+    with pytest.raises(UserError, match=message):
+        play(cart(tmp_path), "drive: 0", distances=[pair])

@@ -1,0 +1,85 @@
+"""Bends, sag, stiffness and clearances of a limb of one hinge, against the balance of its moments."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from aidsr.core.errors import UserError
+from aidsr.tools.statics import bends, clearances, load
+
+STIFFNESS, ARM_M, LENGTH_M, MASS_KG = 0.1, 0.01, 0.1, 0.05
+
+
+def limb(gravity: float = 0.0) -> str:
+    """A straight limb along x on a hinge about y, and a cable of constant moment arm, 0 to 5 N."""
+    return f"""
+<mujoco model="limb">
+  <option timestep="0.001" gravity="0 0 {-gravity}"/>
+  <worldbody>
+    <body name="base">
+      <geom type="sphere" size="0.01" mass="0.1" pos="-0.03 0 0"/>
+      <site name="anchor" pos="0 0 0.1"/>
+      <body name="link">
+        <joint name="bend" type="hinge" axis="0 1 0" stiffness="{STIFFNESS}" damping="0.01"/>
+        <geom type="sphere" size="0.001" pos="{LENGTH_M} 0 0" mass="{MASS_KG}"/>
+        <site name="tip" pos="{LENGTH_M} 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon><fixed name="cable"><joint joint="bend" coef="{ARM_M}"/></fixed></tendon>
+  <actuator><general name="pull" tendon="cable" ctrlrange="0 5" gainprm="-1"/></actuator>
+</mujoco>"""
+
+
+def test_a_cable_bends_a_hinge_by_its_moment_over_the_stiffness() -> None:
+    angle = 5.0 * ARM_M / STIFFNESS
+    found = bends(limb())
+    assert found.figure("largest bend") == pytest.approx(math.degrees(angle), rel=0.01)
+    way_m = 2 * (LENGTH_M + 0.001) * math.sin(angle / 2)  # of the far end of the ball at the tip
+    assert found.figure("largest way of a tip") == pytest.approx(1000 * way_m, rel=0.01)
+    assert "pull: 5 N; link tip moves" in found.text
+    half = bends(limb(), pull=0.5)
+    assert half.figure("largest bend") == pytest.approx(math.degrees(angle) / 2, rel=0.01)
+
+
+def balance(moment: float) -> float:
+    """Angle at which the spring balances a vertical force at the tip of a limb that was level."""
+    angle = 0.0
+    for _ in range(200):
+        angle += 0.3 * (moment * math.cos(angle) / STIFFNESS - angle)
+    return angle
+
+
+def test_a_limb_sags_until_its_spring_balances_its_weight() -> None:
+    angle = balance(MASS_KG * 9.81 * LENGTH_M)
+    found = load(limb(9.81), "tip", force_n=0.1)
+    assert found.figure("sag") == pytest.approx(2000 * LENGTH_M * math.sin(angle / 2), rel=0.01)
+
+
+def test_a_limb_gives_under_a_force_as_its_spring_says() -> None:
+    angle = balance(0.2 * LENGTH_M)
+    found = load(limb(), "tip", force_n=0.2)
+    given_m = LENGTH_M * math.sin(angle)
+    assert found.figure("sag") == pytest.approx(0.0, abs=1e-6)
+    assert found.figure("gives") == pytest.approx(1000 * given_m, rel=0.01)
+    assert found.figure("stiffness") == pytest.approx(0.2 / given_m, rel=0.01)
+    assert found.figure("turns") == pytest.approx(math.degrees(angle), rel=0.01)
+
+
+def test_clearances_are_measured_as_drawn_and_at_rest() -> None:
+    found = clearances(limb(9.81), [("anchor", "tip")])
+    angle = balance(MASS_KG * 9.81 * LENGTH_M)
+    at_rest = math.hypot(LENGTH_M * math.cos(angle), 0.1 + LENGTH_M * math.sin(angle))
+    assert found.figure("anchor to tip") == pytest.approx(1000 * at_rest, rel=0.01)
+    assert "141.4 mm as drawn" in found.text
+
+
+def test_what_cannot_be_measured_is_said() -> None:
+    with pytest.raises(UserError, match='no body, site or geom "fingertip"'):
+        load(limb(), "fingertip")
+    with pytest.raises(UserError, match="a direction other than zero"):
+        load(limb(), "tip", direction=(0.0, 0.0, 0.0))
+    with pytest.raises(UserError, match="no pairs of names given"):
+        clearances(limb(), [])
