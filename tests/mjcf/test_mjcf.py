@@ -268,7 +268,7 @@ def test_colours_are_not_taken_for_names() -> None:
 def test_mujoco_gets_what_was_checked_and_nothing_else() -> None:
     text = '<mujoco><!-- <geom size="1"/> --><worldbody>stray<body\n name="a&amp;&quot;"/>' + "</worldbody></mujoco>"
     written, owners = canonical(read_mjcf(text).root)
-    assert written == "<mujoco>\n<worldbody>\n<body name='a&amp;\"'/>\n</worldbody>\n</mujoco>"
+    assert written == '<mujoco>\n<worldbody>\n<body name="a&amp;&quot;"/>\n</worldbody>\n</mujoco>'
     assert [owner.tag for owner in owners] == ["mujoco", "worldbody", "body", "worldbody", "mujoco"]
 
 

@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from aidsr.render.raycasting import draw
+from aidsr.render.raycasting import RayCanvas
 
 BALL_AND_TENDON = """
 <mujoco>
@@ -23,7 +23,7 @@ def picture_of(mjcf: str) -> np.ndarray:
     mujoco.mj_forward(model, data)
     camera = mujoco.MjvCamera()
     camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (0, 0, 0), 1.0, 90, -20
-    return draw(model, data, camera, 120, 80).astype(int)
+    return RayCanvas(model, 120, 80).draw(data, camera).astype(int)
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +47,32 @@ def test_objects_throw_shadows() -> None:
 
 def test_an_empty_model_is_all_sky() -> None:
     assert picture_of("<mujoco><worldbody/></mujoco>").min() > 180
+
+
+def test_what_collides_with_nothing_is_seen_beyond_what_does() -> None:
+    """The bounds of a body that MuJoCo keeps hold only geoms that collide."""
+    post = '<geom type="capsule" size="0.02" fromto="0 0 0 0.4 0 0" rgba="0 1 0 1" contype="0" conaffinity="0"/>'
+    picture = picture_of(f'<mujoco><worldbody><body><geom size="0.02"/>{post}</body></worldbody></mujoco>')
+    green = (picture[..., 1] > 60) & (picture[..., 0] < 20)
+    assert np.ptp(np.nonzero(green)[1]) > 30
+
+
+@pytest.mark.parametrize("uniform", ["texuniform='true' texrepeat='5 5'", "texrepeat='4 4'"])
+def test_the_squares_of_a_floor_are_seen(uniform: str) -> None:
+    picture = picture_of(
+        f"""<mujoco><asset><texture name="t" type="2d" builtin="checker" rgb1="0 0 1" rgb2="1 1 0"
+        width="8" height="8"/><material name="floor" texture="t" {uniform}/></asset>
+        <worldbody><geom type="plane" size="0.4 0.4 0.1" material="floor"/></worldbody></mujoco>"""
+    )
+    blue, yellow = picture[..., 2] - picture[..., 0] > 90, picture[..., 0] - picture[..., 2] > 90
+    middle = blue[35:45, 40:80] + 2 * yellow[35:45, 40:80]
+    assert 0.3 < (middle == 1).mean() < 0.7
+    assert 0.3 < (middle == 2).mean() < 0.7
+    assert 1 <= (np.abs(np.diff(middle.astype(int), axis=1)) > 0).sum(axis=1).max() < 12
+
+
+def test_outlines_are_smooth(picture: np.ndarray) -> None:
+    """A pixel that a ball half covers has a colour between the ball's and the sky's."""
+    rows = picture[20:60, 40:80]
+    between = (rows[..., 1] > 60) & (rows[..., 1] < 160)
+    assert between.sum() > 20

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from functools import cache
 from types import TracebackType
 from typing import Any, Self
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from aidsr.sandbox.environment import GL_WANTED
 
 _MAX_GEOMS = 20_000
+_IN_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software")
 _OFF = ("disable", "disabled", "off", "false", "0")
 
 
@@ -41,7 +43,7 @@ class Canvas:
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
         self._model, self._viewport = model, mujoco.MjrRect(0, 0, width, height)
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        self._window = _window(width, height)
+        self._window = _window(width, height, _kinds())
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
@@ -49,7 +51,7 @@ class Canvas:
         # Colours each tendon by its control, which hides the colour it was given.
         self._options.flags[mujoco.mjtVisFlag.mjVIS_ACTUATOR] = False
 
-    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera, *, shadows: bool) -> NDArray[np.uint8]:
+    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera, *, shadows: bool = True) -> NDArray[np.uint8]:
         """Return the model in its current state as RGB values, shape `(height, width, 3)`."""
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._options, None, camera, everything, self._scene)
@@ -70,10 +72,35 @@ class Canvas:
         self._window.free()
 
 
-def _window(width: int, height: int) -> Any:
+def renderer() -> str:
+    """Return what draws with OpenGL here, in its own words.
+
+    Raises:
+        NoOpenGLError: There is no OpenGL to draw with.
+    """
+    return _renderer(_kinds())
+
+
+@cache
+def _renderer(kinds: Sequence[str]) -> str:
+    window = _window(16, 16, kinds)
+    try:
+        from OpenGL.GL import GL_RENDERER, glGetString
+
+        return str(glGetString(GL_RENDERER), "utf-8", "replace")
+    finally:
+        window.free()
+
+
+def in_software(name: str) -> bool:
+    """Return whether a renderer of this name draws with the processor, without a graphics card."""
+    return any(word in name.lower() for word in _IN_SOFTWARE)
+
+
+def _window(width: int, height: int, kinds: Sequence[str]) -> Any:
     """Return a current OpenGL context of the first kind that works here."""
     reasons = []
-    for kind in _kinds():
+    for kind in kinds:
         try:
             window = _context_class(kind)(width, height)
             window.make_current()

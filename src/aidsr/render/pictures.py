@@ -1,7 +1,7 @@
 """Pictures and videos of models, drawn in a worker.
 
-With OpenGL a picture takes a fraction of a second. Without, `aidsr.render.raycasting` draws it in about a second;
-videos need OpenGL.
+A graphics card draws with OpenGL. Where there is none, `aidsr.render.raycasting` draws a picture in a fraction of a
+second; videos need OpenGL, which may be in software.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ def filmstrip(
     seconds: float = 6.0,
     frames_per_s: float = 25.0,
     count: int = 5,
-    width: int = 320,
-    height: int = 320,
+    width: int = 240,
+    height: int = 240,
     view: View | None = None,
 ) -> bytes:
     """Return a PNG picture of a motion: `count` moments of it side by side.

@@ -1,10 +1,14 @@
-"""Pictures without a graphics driver, drawn with MuJoCo's own ray casting.
+"""Pictures without a graphics card, drawn with MuJoCo's own ray casting.
 
-It takes about a second a picture and shows no textures, but it needs nothing beyond MuJoCo itself, so that a machine
-without OpenGL still shows what was designed. `aidsr.render.pictures` chooses between this and OpenGL.
+It shows no textures but those of floors, and needs nothing beyond MuJoCo itself, so that a machine without OpenGL still
+shows what was designed. `aidsr.render.draw` chooses between this and OpenGL.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -13,38 +17,212 @@ from numpy.typing import NDArray
 _Array = NDArray[np.float64]
 _SKY_TOP, _SKY_BOTTOM = np.array([0.80, 0.87, 0.95]), np.array([0.97, 0.98, 0.99])
 _VISIBLE_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)  # what MuJoCo's viewer shows when it opens
-_SAMPLES = 2  # rays per pixel and axis, against jagged edges
+_MAX_GEOMS = 10_000
+_WITHIN_PIXEL = np.array(
+    [0.25, 0.75]
+)  # where rays go through a pixel and axis at an edge; elsewhere through its middle
+_EDGE = 0.08  # change of colour from one pixel to the next that is smoothed; our choice: less is hardly seen as jagged
 _AMBIENT, _DIFFUSE, _IN_SHADOW = 0.45, 0.55, 0.35
 _SHADOW_SLACK = 2e-3  # of the distance to the light; smaller values speckle
 
 
-def draw(
-    model: mujoco.MjModel, data: mujoco.MjData, camera: mujoco.MjvCamera, width: int, height: int
-) -> NDArray[np.uint8]:
-    """Return a picture of the model in its current state.
+class RayCanvas:
+    """A picture of a model, drawn as often as wanted; used like `aidsr.render.opengl.Canvas`.
+
+    Args:
+        model: The compiled model; the bounds of its bodies are made large enough to hold all that is seen.
+        width: Columns [px].
+        height: Rows [px].
+    """
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        self._model, self._width, self._height = model, width, height
+        self._scene = mujoco.MjvScene(model, maxgeom=_MAX_GEOMS)
+        self._geom_colours = _geom_colours(model)
+        _widen_bounds(model)
+
+    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> NDArray[np.uint8]:
+        """Return the model in a state with kinematics computed as RGB values, shape `(height, width, 3)`."""
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(self._model, data, mujoco.MjvOption(), None, camera, everything, self._scene)
+        layers = [_Layer(self._model, data, self._geom_colours), *_routing(self._scene)]
+        eye = _Eye(self._scene, self._width / self._height)
+        rows, columns = np.divmod(np.arange(self._width * self._height), self._width)
+        seen = _Seen(layers, eye, (columns + 0.5) / self._width, (rows + 0.5) / self._height)
+        lamp = seen.lamp()
+        picture = seen.colours(lamp)
+        edges = np.flatnonzero(_edges(picture.reshape(self._height, self._width, 3)))
+        across, down = np.meshgrid(_WITHIN_PIXEL, _WITHIN_PIXEL)
+        x = (columns[edges, None] + across.ravel()) / self._width
+        y = (rows[edges, None] + down.ravel()) / self._height
+        finer = _Seen(layers, eye, x.ravel(), y.ravel()).colours(lamp)
+        picture[edges] = finer.reshape(*x.shape, 3).mean(axis=1)
+        return np.asarray(np.clip(picture, 0, 1) * 255, np.uint8).reshape(self._height, self._width, 3)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pass
+
+
+class _Eye:
+    """Where a camera stands, and the rays through its picture."""
+
+    def __init__(self, scene: mujoco.MjvScene, aspect: float) -> None:
+        view = mujoco.mjv_averageCamera(scene.camera[0], scene.camera[1])
+        slope = view.frustum_top / view.frustum_near
+        self.position = np.array(view.pos, float)
+        self._forward = np.array(view.forward, float)
+        self._up = slope * np.array(view.up, float)
+        self._right = aspect * np.cross(self._forward, self._up)
+
+    def rays(self, x: _Array, y: _Array) -> _Array:
+        """Return unit vectors, (n, 3), through places of the picture: 0 is left and top, 1 is right and bottom."""
+        across, down = (2 * x - 1)[:, None], (2 * y - 1)[:, None]
+        rays: _Array = self._forward + across * self._right - down * self._up
+        rays /= np.sqrt(np.einsum("ij,ij->i", rays, rays))[:, None]
+        return rays
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """A model whose geoms are seen.
+
+    Attributes:
+        model: The model.
+        data: Its state.
+        colours: Of its geoms, (ngeom, 3).
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    colours: _Array
+
+    def cast(self, origin: _Array, rays: _Array) -> tuple[NDArray[np.int32], _Array, _Array]:
+        """Return the geom that each ray meets first (-1 for none), its distance and its surface normal there."""
+        n = len(rays)
+        geom, distance, normal = np.full(n, -1, np.int32), np.zeros(n), np.zeros(3 * n)
+        mujoco.mj_multiRay(
+            *(self.model, self.data, origin, rays.ravel(), _VISIBLE_GROUPS, True, -1),
+            *(geom, distance, normal, n, mujoco.mjMAXVAL),
+        )
+        return geom, distance, normal.reshape(-1, 3)
+
+    def colours_at(self, geom: NDArray[np.int32], points: _Array) -> _Array:
+        """Return the colours of these geoms at these points of them, (n, 3)."""
+        colours = self.colours[geom]
+        for floor in np.flatnonzero(self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE):
+            on_it = np.flatnonzero(geom == floor)
+            frame = self.data.geom_xmat[floor].reshape(3, 3)
+            place = (points[on_it] - self.data.geom_xpos[floor]) @ frame[:, :2]
+            colours[on_it] *= _texture_of_plane(self.model, int(floor), place)
+        return colours
+
+
+def _texture_of_plane(model: mujoco.MjModel, plane: int, place: _Array) -> _Array:
+    """Return the texture of a plane at places on it, (n, 3) in [0, 1]: white where it has none.
 
     Args:
         model: The compiled model.
-        data: Its state, with kinematics computed (`mj_forward`).
-        camera: From where to look.
-        width: Columns [px].
-        height: Rows [px].
-
-    Returns:
-        RGB values, shape `(height, width, 3)`.
+        plane: Number of the geom.
+        place: In the frame of the plane, (n, 2) [m].
     """
-    scene = mujoco.MjvScene(model, maxgeom=10_000)
-    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene)
-    layers = [(model, data, _geom_colours(model)), *_routing(scene)]
-    eye, rays = _camera_rays(scene, width * _SAMPLES, height * _SAMPLES)
-    distance, normal, colour = _nearest(layers, eye, rays)
-    picture = _sky(width * _SAMPLES, height * _SAMPLES)
-    hit = np.flatnonzero(np.isfinite(distance))
-    if hit.size:
-        points = eye + rays[hit] * distance[hit, None]
-        brightness = _brightness(layers, eye, points, normal[hit])
-        picture[hit] = colour[hit] * brightness[:, None]
-    return _shrink(picture, width, height)
+    material = model.geom_matid[plane]
+    texture = model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] if material >= 0 else -1
+    if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
+        return np.ones((len(place), 3))
+    start, channels = model.tex_adr[texture], model.tex_nchannel[texture]
+    shape = model.tex_height[texture], model.tex_width[texture], channels
+    texels = model.tex_data[start : start + np.prod(shape)].reshape(shape)
+    size = model.geom_size[plane, :2]
+    endless = size == 0
+    scale = np.where(model.mat_texuniform[material] | endless, 1.0, 0.5 / np.where(endless, 1.0, size))
+    column, row = (place * scale * model.mat_texrepeat[material] % 1 * shape[1::-1]).astype(int).T
+    rgb: _Array = texels[row, column, :3] / 255
+    return rgb if channels >= 3 else rgb[:, :1].repeat(3, axis=1)
+
+
+def _widen_bounds(model: mujoco.MjModel) -> None:
+    """Let rays meet geoms that collide with nothing.
+
+    A body's bounds hold none of them, and `mj_multiRay` (3.17) passes over a body whose bounds a ray misses.
+    """
+    visual = (model.geom_contype == 0) & (model.geom_conaffinity == 0)
+    for body in np.unique(model.geom_bodyid[visual]):
+        if model.body_bvhnum[body]:
+            geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_rbound > 0))  # of a plane it is 0
+            furthest = np.linalg.norm(model.geom_pos[geoms], axis=1) + model.geom_rbound[geoms]
+            reach = furthest.max(initial=0.0) + np.linalg.norm(model.body_ipos[body])
+            bounds = model.bvh_aabb[model.body_bvhadr[body]]
+            bounds[3:] = np.maximum(bounds[3:], reach + np.abs(bounds[:3]))
+
+
+class _Seen:
+    """What rays from an eye meet.
+
+    Args:
+        layers: What there is to see.
+        eye: From where to look.
+        x: Places in the picture, from 0 at its left to 1 at its right, (n,).
+        y: The same from top to bottom, (n,).
+    """
+
+    def __init__(self, layers: list[_Layer], eye: _Eye, x: _Array, y: _Array) -> None:
+        self._layers, self._eye, self._y = layers, eye, y
+        rays = eye.rays(x, y)
+        self._distance, self._layer = np.full(len(x), np.inf), np.zeros(len(x), np.int8)
+        self._geom, self._normal = np.full(len(x), -1, np.int32), np.zeros((len(x), 3))
+        for number, layer in enumerate(layers):
+            geom, distance, normal = layer.cast(eye.position, rays)
+            closer = np.flatnonzero((geom >= 0) & (distance < self._distance))
+            self._layer[closer], self._geom[closer] = number, geom[closer]
+            self._distance[closer], self._normal[closer] = distance[closer], normal[closer]
+        self._hit = np.flatnonzero(self._geom >= 0)
+        self._points = eye.position + rays[self._hit] * self._distance[self._hit, None]
+
+    def lamp(self) -> _Array:
+        """Return the place of one lamp above the eye, in proportion to how far away things are, (3,) [m]."""
+        middle = np.median(self._points, axis=0) if len(self._points) else self._eye.position
+        lamp: _Array = self._eye.position + np.array([0.3, 0.4, 1.0]) * np.linalg.norm(middle - self._eye.position)
+        return lamp
+
+    def colours(self, lamp: _Array) -> _Array:
+        """Return what is seen in the light of a lamp, (n, 3)."""
+        fade = self._y[:, None]
+        seen: _Array = (1 - fade) * _SKY_TOP + fade * _SKY_BOTTOM
+        if len(self._hit):
+            own = np.empty((len(self._hit), 3))
+            for number, layer in enumerate(self._layers):
+                mine = np.flatnonzero(self._layer[self._hit] == number)
+                own[mine] = layer.colours_at(self._geom[self._hit[mine]], self._points[mine])
+            seen[self._hit] = own * self._brightness(lamp)[:, None]
+        return seen
+
+    def _brightness(self, lamp: _Array) -> _Array:
+        """Return the brightness in [0, 1] of each point that was met."""
+        towards = self._points - lamp
+        reach = np.sqrt(np.einsum("ij,ij->i", towards, towards))
+        towards /= reach[:, None]
+        geom, distance, _ = self._layers[0].cast(lamp, towards)  # routing is too thin for a shadow that one would see
+        lit = (geom < 0) | (distance > reach * (1 - _SHADOW_SLACK))
+        lambert = np.clip(-np.einsum("ij,ij->i", self._normal[self._hit], towards), 0, 1)
+        brightness: _Array = _AMBIENT + _DIFFUSE * lambert * np.where(lit, 1.0, _IN_SHADOW)
+        return brightness
+
+
+def _edges(picture: _Array) -> NDArray[np.bool_]:
+    """Return which pixels differ from one beside, above or below them, (height, width)."""
+    edges = np.zeros(picture.shape[:2], bool)
+    across = (np.abs(picture[:, 1:] - picture[:, :-1]) > _EDGE).any(axis=2)
+    down = (np.abs(picture[1:] - picture[:-1]) > _EDGE).any(axis=2)
+    edges[:, 1:] |= across
+    edges[:, :-1] |= across
+    edges[1:] |= down
+    edges[:-1] |= down
+    return edges
 
 
 def _geom_colours(model: mujoco.MjModel) -> _Array:
@@ -54,7 +232,7 @@ def _geom_colours(model: mujoco.MjModel) -> _Array:
     return colours
 
 
-def _routing(scene: mujoco.MjvScene) -> list[tuple[mujoco.MjModel, mujoco.MjData, _Array]]:
+def _routing(scene: mujoco.MjvScene) -> list[_Layer]:
     """Return tendons and sites as a model of their own: rays meet geoms only, and these are not geoms."""
     spec, colours = mujoco.MjSpec(), []
     for shape in scene.geoms[: scene.ngeom]:
@@ -71,60 +249,4 @@ def _routing(scene: mujoco.MjvScene) -> list[tuple[mujoco.MjModel, mujoco.MjData
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    return [(model, data, np.array(colours, float))]
-
-
-def _camera_rays(scene: mujoco.MjvScene, width: int, height: int) -> tuple[_Array, _Array]:
-    view = mujoco.mjv_averageCamera(scene.camera[0], scene.camera[1])
-    forward, up = np.array(view.forward, float), np.array(view.up, float)
-    slope = view.frustum_top / view.frustum_near
-    across = np.linspace(-slope, slope, width) * width / height
-    down = np.linspace(slope, -slope, height)
-    rays = forward + across[None, :, None] * np.cross(forward, up) + down[:, None, None] * up
-    rays = rays.reshape(-1, 3)
-    return np.array(view.pos, float), rays / np.linalg.norm(rays, axis=1, keepdims=True)
-
-
-def _nearest(
-    layers: list[tuple[mujoco.MjModel, mujoco.MjData, _Array]], origin: _Array, rays: _Array
-) -> tuple[_Array, _Array, _Array]:
-    """Return distance (inf where nothing is hit), surface normal and colour for each ray."""
-    n = len(rays)
-    nearest, normal, colour = np.full(n, np.inf), np.zeros((n, 3)), np.zeros((n, 3))
-    for model, data, colours in layers:
-        geom, distance, facing = np.full(n, -1, np.int32), np.zeros(n), np.zeros(3 * n)
-        mujoco.mj_multiRay(
-            model, data, origin, rays.ravel(), _VISIBLE_GROUPS, True, -1, geom, distance, facing, n, mujoco.mjMAXVAL
-        )
-        closer = (geom >= 0) & (distance < nearest)
-        nearest[closer] = distance[closer]
-        normal[closer] = facing.reshape(-1, 3)[closer]
-        colour[closer] = colours[geom[closer]]
-    return nearest, normal, colour
-
-
-def _brightness(
-    layers: list[tuple[mujoco.MjModel, mujoco.MjData, _Array]], eye: _Array, points: _Array, normal: _Array
-) -> _Array:
-    """Return the brightness in [0, 1] of surface points under one lamp above the camera."""
-    lamp = eye + np.array([0.3, 0.4, 1.0]) * np.linalg.norm(np.median(points, axis=0) - eye)
-    towards = points - lamp
-    reach = np.linalg.norm(towards, axis=1)
-    towards /= reach[:, None]
-    first, _, _ = _nearest(layers, lamp, towards)
-    lit = first > reach * (1 - _SHADOW_SLACK)
-    lambert = np.clip(-np.sum(normal * towards, axis=1), 0, 1)
-    brightness: _Array = _AMBIENT + _DIFFUSE * lambert * np.where(lit, 1.0, _IN_SHADOW)
-    return brightness
-
-
-def _sky(width: int, height: int) -> _Array:
-    fade = np.linspace(0, 1, height).repeat(width)[:, None]
-    sky: _Array = (1 - fade) * _SKY_TOP + fade * _SKY_BOTTOM
-    return sky
-
-
-def _shrink(picture: _Array, width: int, height: int) -> NDArray[np.uint8]:
-    """Return the mean over the samples of each pixel."""
-    mean = picture.reshape(height, _SAMPLES, width, _SAMPLES, 3).mean(axis=(1, 3))
-    return np.asarray(np.clip(mean, 0, 1) * 255, np.uint8)
+    return [_Layer(model, data, np.array(colours, float))]
