@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from browser import Server, browsing, chromium, open_tab, shoot
 from made import SCRIPT, made_export, made_run, made_training
-from playwright.sync_api import Page, WebSocket, expect
+from playwright.sync_api import Locator, Page, WebSocket, expect
 
 import aidsr
 from aidsr.runs import Library
@@ -211,9 +211,9 @@ def test_printed_parts_are_drawn_and_pointed_at(runs: Path, server: Server) -> N
         assert not complaints
 
 
-@pytest.mark.parametrize("width", [820, 1280, 1920])
-def test_pages_fit_tablets_and_wide_screens(runs: Path, server: Server, width: int) -> None:
-    run = made_run(runs, waiting=True)
+@pytest.mark.parametrize("width", [390, 820, 1280, 1920])
+def test_pages_fit_phones_tablets_and_wide_screens(runs: Path, server: Server, width: int) -> None:
+    run = made_run(runs, waiting=True, task="", objective="Turn" + "ing" * 300)
     with browsing(viewport={"width": width, "height": 1000}) as visitor:
         page = visitor.new_page()
         made_export(run.design(2))
@@ -222,6 +222,12 @@ def test_pages_fit_tablets_and_wide_screens(runs: Path, server: Server, width: i
             page.goto(server.address(path))
             page.get_by_role("link", name="AID-SR").wait_for()
             assert page.evaluate("document.documentElement.scrollWidth") <= width, path
+            assert all(one["height"] < 120 for one in map(Locator.bounding_box, page.locator("h1").all()) if one), path
+        page.goto(server.address())
+        for seen in (page.get_by_text("waiting", exact=True), page.get_by_role("button", name="Delete")):
+            place = seen.first.bounding_box()
+            assert place
+            assert 0 <= place["x"] <= width - place["width"]
 
 
 def test_the_page_is_used_by_keyboard(runs: Path, server: Server) -> None:

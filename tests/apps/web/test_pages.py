@@ -458,12 +458,27 @@ async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
         await user.open(f"/run/{run.path.name}")
         await user.should_see("Prompt 1, of the coder")
         await user.should_see("Write a robot.")
+        assert site.view(run).shown == "waiting"
         press(user, "Send the reply")
         await user.should_see("the reply is empty")
         user.find("The whole reply").type("<mujoco/>")
         press(user, "Send the reply")
         await user.should_not_see("Prompt 1, of the coder", retries=30)
     assert (directory / "0001.reply.md").read_text() == "<mujoco/>"
+
+
+@visiting
+async def test_a_prompt_after_a_refused_reply_says_why(user: User, site: Site) -> None:
+    directory = site.own / "prompts" / "1"
+    asked_by_hand(
+        directory, 1, "\n===== EARLIER REPLY =====\n\n<mujoco/>\n\n===== MESSAGE =====\n\nThe reply was empty.\n"
+    )
+    run = made_run(site.library.path, model=f"manual:{directory}", designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    with EventLog(run.events):
+        await user.open(f"/run/{run.path.name}")
+        await user.should_see("What it says about your last reply")
+        await user.should_see("The reply was empty.")
 
 
 def test_a_prompt_is_answered_once_and_only_within_the_folder_of_runs(tmp_path: Path) -> None:

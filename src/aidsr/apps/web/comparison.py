@@ -11,21 +11,22 @@ from aidsr.apps.web.live import live
 from aidsr.apps.web.site import DesignView, Site
 from aidsr.apps.web.widgets import badge, box, file_address, image, text
 from aidsr.core.artifacts import Evaluation
-from aidsr.core.formatting import format_cost, format_duration
+from aidsr.core.formatting import format_cost, format_duration, format_number
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.compare import attempted
 from aidsr.runs.trainings import trainings_of
 
 _MEASURED = (
-    ("length of a limb", "characteristic_length_m", "{:.3g} m"),
-    ("moving mass", "moving_mass_kg", "{:.3g} kg"),
-    ("tendons", "tendons", "{}"),
-    ("actuators", "actuators", "{}"),
-    ("degrees of freedom", "degrees_of_freedom", "{}"),
-    ("largest motion / length", "largest_effect_over_length", "{:.3g}"),
-    ("fastest part", "fastest_body_m_s", "{:.3g} m/s"),
+    ("length of a limb", "characteristic_length_m", 1000.0, "mm"),
+    ("moving mass", "moving_mass_kg", 1000.0, "g"),
+    ("tendons", "tendons", 1.0, ""),
+    ("actuators", "actuators", 1.0, ""),
+    ("degrees of freedom", "degrees_of_freedom", 1.0, ""),
+    ("largest motion / length", "largest_effect_over_length", 1.0, ""),
+    ("fastest part", "fastest_body_m_s", 1.0, "m/s"),
 )
-"""What the validator measured, as a person reads it."""
+"""What the validator measured, as a person reads it: title, name, factor and unit; lengths in mm and masses in g, as in
+faults and parts."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,11 @@ def comparison_table(site: Site, run: Run) -> None:
 
 def measured_in_words(measurements: dict[str, Any]) -> tuple[tuple[str, str], ...]:
     """Return the measurements that describe a robot as pairs of name and value."""
-    return tuple((name, form.format(measurements[key])) for name, key, form in _MEASURED if key in measurements)
+    return tuple(
+        (name, f"{format_number(factor * float(measurements[key]))} {unit}".rstrip())
+        for name, key, factor, unit in _MEASURED
+        if measurements.get(key) is not None
+    )
 
 
 def _read(site: Site, run: Run) -> tuple[_Column, ...]:

@@ -117,7 +117,11 @@ def _line(entry: Entry) -> ui.element:
         if entry.call is None:
             text(entry.line)
         else:
-            _call(entry.line, entry.call)
+            with box("stack tight"):
+                why = _why_again(entry.call)
+                if why:
+                    text(f"the reply before was sent back: {why}", "small wait clamp", "p")
+                _call(entry.line, entry.call)
     return line
 
 
@@ -135,10 +139,18 @@ def _call(line: str, call: CallRecord) -> None:
                 text(message.text, "text", "pre")
             text("reply", "label")
             text(call.reply, "text", "pre")
+            if call.finish != "stop":
+                text(f"The reply was ended by {call.finish}.", "small bad", "p")
             for attempt in call.failed_attempts:
                 text(f"failed attempt: {attempt.error}", "small bad", "p")
 
     fold.on_value_change(lambda event: partial(unfold, is_open=bool(event.value))())
+
+
+def _why_again(call: CallRecord) -> str:
+    """Return what a role is told about its reply before; empty for a first question."""
+    messages = call.question.messages
+    return messages[-1].text if len(messages) > 1 and messages[-2].role == "assistant" else ""
 
 
 def _summary(record: CallRecord) -> str:

@@ -34,7 +34,7 @@ from aidsr.apps.web.widgets import (
     text,
     usage_facts,
 )
-from aidsr.core.artifacts import Critique
+from aidsr.core.artifacts import Critique, Outcome
 from aidsr.core.errors import AidsrError
 from aidsr.core.formatting import format_duration
 from aidsr.runs import DesignFolder, Run
@@ -67,6 +67,15 @@ class _Page:
         """Return the number of the iteration looked at."""
         return self.read()[2]
 
+    def titled(self) -> tuple[str, str, int, int]:
+        """Return the concept and state at the iteration looked at, its number, and that which the design stands at."""
+        design, shown, number = self.read()
+        status = design.status
+        concept = attempted(self.folder, number).concept if number else None
+        stale = status.state == "running" and shown in ("interrupted", "waiting")
+        state = status.outcome.outcome if status.outcome else shown if stale else status.state
+        return f"{status.number}. {concept.name if concept else status.concept}", state, number, status.stands_at
+
     def seen(self) -> tuple[int, bool, bool, tuple[Motion, ...]]:
         """Return which iteration is looked at, whether its scene is validated and pictured, what can be replayed."""
         number = self.number()
@@ -79,7 +88,7 @@ def add_design_page(site: Site) -> None:
     """Answer at /run/NAME/NUMBER."""
 
     @ui.page("/run/{name}/{number}")
-    def design_page(name: str, number: int, iteration: int = 0) -> None:
+    def design_page(name: str, number: int, iteration: int = 0, tab: str = "") -> None:
         try:
             run, folder = site.design(name, number)
             page = _Page(site, run, folder, iteration, Stage())
@@ -89,33 +98,45 @@ def add_design_page(site: Site) -> None:
             not_found(error)
             return
         with frame(f"{number}. {design.status.concept}", ("Runs", "/"), (title, f"/run/{name}")):
-            live(page.read, partial(_head, page))
+            with box("stack"):
+                with box("row apart top"):
+                    live(page.titled, _title)
+                    live(lambda: page.read()[0].status.outcome, partial(_actions, page))
+                live(page.read, partial(_head, page))
             with box("split"):
                 with box("stack wide"):
                     live(page.seen, partial(_scene, page))
                     live(page.read, partial(_iterations, page))
                 with box("stack wide"):
                     live(partial(_awaited, page), partial(_review, page))
-                    _tabs(page)
+                    _tabs(page, tab)
+
+
+def _title(facts: tuple[str, str, int, int]) -> None:
+    title, state, number, newest_number = facts
+    with box("row grow"):
+        text(title, tag="h1")
+        if number in (0, newest_number):
+            badge(state)
+        else:
+            text(f"iteration {number}, an earlier one", "badge waiting")
+            ui.link(f"To iteration {newest_number}, at which the design stands", "?")
+
+
+def _actions(page: _Page, outcome: Outcome | None) -> None:
+    home = f"{page.run.path.name}/{page.folder.number}"
+    with box("row"):
+        if outcome and outcome.outcome == "approved":
+            hint = "Parts to print, motors, cables and a sheet to build it by"
+            button("Export", lambda: ui.navigate.to(f"/run/{home}/export"), "quiet", "construction", hint)
+        hint = "The folder of this design as a ZIP file"
+        button("Download", lambda: ui.download(f"/download/{home}"), "quiet", "download", hint)
 
 
 def _head(page: _Page, facts: tuple[DesignView, str, int]) -> None:
     design, shown, _ = facts
     status = design.status
     with box("stack"):
-        with box("row apart top"):
-            with box("row grow"):
-                text(f"{status.number}. {status.concept}", tag="h1")
-                stale = status.state == "running" and shown == "interrupted"
-                badge(status.outcome.outcome if status.outcome else "interrupted" if stale else status.state)
-            address = f"/download/{page.run.path.name}/{status.number}"
-            with box("row"):
-                if status.outcome and status.outcome.outcome == "approved":
-                    parts = f"/run/{page.run.path.name}/{status.number}/export"
-                    hint = "Parts to print, motors, cables and a sheet to build it by"
-                    button("Export", lambda: ui.navigate.to(parts), "quiet", "construction", hint)
-                hint = "The folder of this design as a ZIP file"
-                button("Download", lambda: ui.download(address), "quiet", "download", hint)
         with box("facts"):
             fact("family", status.family)
             fact("iterations", str(status.iteration))
@@ -195,8 +216,8 @@ def _review(page: _Page, number: int) -> None:
     review_panel(page.site, page.run, page.folder, number, part_names(scene.decode()) if scene else [])
 
 
-def _tabs(page: _Page) -> None:
-    opened = app.storage.user.get("design_tab", "found")
+def _tabs(page: _Page, wanted: str) -> None:
+    opened = wanted or app.storage.user.get("design_tab", "found")
     with ui.tabs().props("dense align=left no-caps") as tabs:
         for key, title in _TABS.items():
             ui.tab(key, title)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from nicegui import app, ui
 
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.launch import DEMO, launch
-from aidsr.apps.web.live import as_action, live, working
+from aidsr.apps.web.live import Rows, as_action, live, watch, working
 from aidsr.apps.web.site import RunView, Site
 from aidsr.apps.web.studies_panel import studies_panel
-from aidsr.apps.web.widgets import badge, box, button, file_address, image, text
-from aidsr.core.errors import UserError
+from aidsr.apps.web.widgets import badge, box, button, image, notice, text, thumbnail_address
+from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_cost
 from aidsr.runs import Run
 
-_COLUMNS = ("", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "")
+_COLUMNS = ("picture", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "delete")
+_UNNAMED = frozenset({"picture", "delete"})
+"""Columns whose heading is for screen readers alone."""
 _NUMBERS = frozenset({"designs", "stable", "valid", "successful", "cost"})
 
 
@@ -35,32 +39,57 @@ class _Shown:
     rows: tuple[_Row, ...]
     of: int
     search: str
-    trashed: str
 
 
 def add_home(site: Site) -> None:
     """Answer at /."""
 
     @ui.page("/")
-    def home() -> None:
-        kept = app.storage.user
+    def home(search: str = "") -> None:
+        searched, kept = {"words": search}, app.storage.user
         with frame(""):
             with box("row apart"):
                 text("Runs", tag="h1")
                 field = ui.input(placeholder="Search: task, words, model, state").props("outlined dense clearable")
-                field.bind_value(kept, "search")
+                field.bind_value(searched, "words")
                 field.props.update({"data-search": "yes", "aria-label": "Search runs", "style": "width: 320px"})
                 with field.add_slot("append"):
                     text("/", tag="kbd")
-            look = live(
-                lambda: _read(site, str(kept.get("search") or ""), str(kept.get("trashed") or "")),
-                lambda shown: _table(site, shown),
-            )
+            live(lambda: str(kept.get("trashed") or ""), partial(_undo, site))
+            look = _runs(site, searched)
             field.on_value_change(look)
             studies_panel(site)
 
 
-def _read(site: Site, search: str, trashed: str) -> _Shown:
+def _runs(site: Site, searched: dict[str, str]) -> Callable[[], Coroutine[Any, Any, None]]:
+    """Show the runs that match, and return what looks at once for those that match by now."""
+    with box("live") as without:
+        pass
+    with box("sheet flush scroll") as sheet, box("list open runs", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for column in _COLUMNS:
+                text(column, "unseen" if column in _UNNAMED else "num" if column in _NUMBERS else "", "th")
+        with box(tag="tbody"):
+            rows = Rows(partial(_cells, site))
+
+    def show(found: _Shown | AidsrError) -> None:
+        without.clear()
+        there = found.rows if isinstance(found, _Shown) else ()
+        sheet.set_visibility(bool(there))
+        with without:
+            if isinstance(found, AidsrError):
+                notice(str(found), "bad")
+            elif not found.of:
+                _nothing_yet(site)
+            elif not there:
+                with box("sheet empty"):
+                    text(f"None of {found.of} runs matches “{found.search}”.", "soft")
+        rows.update((row.name, row) for row in there)
+
+    return watch(lambda: _read(site, searched["words"] or ""), show)
+
+
+def _read(site: Site, search: str) -> _Shown:
     rows = []
     for one in site.library.runs():
         try:
@@ -69,7 +98,7 @@ def _read(site: Site, search: str, trashed: str) -> _Shown:
             rows.append(_Row(one.path.name, None, str(error)))
     words = search.lower().split()
     matching = tuple(row for row in rows if all(word in _searched(row) for word in words))
-    return _Shown(matching, len(rows), search, trashed)
+    return _Shown(matching, len(rows), search)
 
 
 def _searched(row: _Row) -> str:
@@ -80,52 +109,34 @@ def _searched(row: _Row) -> str:
     return " ".join((row.name, record.task, record.objective, record.config.model, row.view.shown, names)).lower()
 
 
-def _table(site: Site, shown: _Shown) -> None:
-    if shown.trashed:
-        _undo(site, shown.trashed)
-    if not shown.of:
-        _nothing_yet(site)
-        return
-    if not shown.rows:
-        with box("sheet empty"):
-            text(f"None of {shown.of} runs matches “{shown.search}”.", "soft")
-        return
-    with box("sheet flush scroll"), box("list open", "table"):
-        with box(tag="thead"), box(tag="tr"):
-            for column in _COLUMNS:
-                text(column, "num" if column in _NUMBERS else "", "th")
-        with box(tag="tbody"):
-            for row in shown.rows:
-                with box(tag="tr"):
-                    _cells(site, row)
-
-
 def _cells(site: Site, row: _Row) -> None:
     if row.view is None:
-        text("", tag="td")
+        text("", "picture", "td")
         with box(tag="td", colspan="9"), box("stack tight"):
             text(row.name, "mono")
             text(row.complaint, "small bad")
         _delete(site, row.name)
         return
     view, record = row.view, row.view.status.record
-    with box(tag="td"):
+    with box("picture", "td"):
         picture = next((design.picture for design in view.designs if design.picture), "")
-        image(file_address(row.name, picture), "", "thumb")
-    with box(tag="td", style="min-width: 220px"), box("stack tight"):
+        image(thumbnail_address(row.name, picture), "", "thumb")
+    with box("what", "td"), box("stack tight"):
         ui.link(view.title, f"/run/{row.name}").classes("cover")
         text(record.objective if record.task else row.name, "small soft clamp")
-    text(record.config.model, "mono", "td")
-    with box(tag="td"):
+    text(record.config.model, "mono model", "td")
+    with box("state", "td"), box("row"):
         badge(view.shown)
+        for kind in sorted({job.kind for job in view.jobs}):
+            badge(kind)
     total = len(view.designs)
     text(f"{view.status.approved} of {total or record.config.concepts} approved", "num", "td")
     text(str(sum(bool(design.status.stable) for design in view.designs)) if total else "–", "num", "td")
     trained = any(design.trained for design in view.designs)
     for count in (sum(one.valid for one in view.designs), sum(one.successful for one in view.designs)):
         text(str(count) if trained else "–", "num", "td")
-    text(format_cost(view.status.usage), "num", "td")
-    with box(tag="td"), box("stack tight small soft numbers"):
+    text(format_cost(view.status.usage), "num cost", "td")
+    with box("when", "td"), box("stack tight small soft numbers"):
         text(record.started[:10], "line")
         text(record.started[11:16])
     _delete(site, row.name)
@@ -136,11 +147,14 @@ def _delete(site: Site, name: str) -> None:
         site.trash(name)
         app.storage.user["trashed"] = name
 
-    with box(tag="td"):
+    with box("delete", "td"):
         button("", as_action(trash), "bare", "delete_outline", f"Delete {name}").classes("above")
 
 
 def _undo(site: Site, name: str) -> None:
+    if not name:
+        return
+
     def restore() -> None:
         site.library.restore(name)
         app.storage.user["trashed"] = ""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
-from typing import Any, TypeVar
+from collections.abc import Callable, Coroutine, Iterable
+from typing import Any, Generic, TypeVar
 from weakref import WeakKeyDictionary
 
 from nicegui import Client, background_tasks, run, ui
@@ -15,25 +15,59 @@ _REFRESHERS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, Non
 """Functions that refresh the live parts of each open page."""
 
 
-def live(
-    read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
+def watch(
+    read: Callable[[], Facts], show: Callable[[Facts | AidsrError], None], *, every_s: float = 1.0
 ) -> Callable[[], Coroutine[Any, Any, None]]:
-    """Draw what was read, and redraw it whenever it changes.
+    """Show what was read, and show it again whenever it changes.
 
     Args:
         read: Returns values that can be compared; runs in a thread, so that a slow disk does not block the server.
-        draw: Makes elements of them; what a person opens or types must be remembered elsewhere. An error that it raises
-            is shown as a sentence, like one raised while reading.
+        show: Is given them, or the error raised while reading.
         every_s: Interval between reads [s].
 
     Returns:
         A function that refreshes at once, for after an action.
     """
+    known: list[Facts | AidsrError] = []
+
+    def read_facts() -> Facts | AidsrError:
+        try:
+            return read()
+        except AidsrError as error:
+            return error
+
+    async def refresh() -> None:
+        facts = await run.io_bound(read_facts)
+        if facts is None or timer.is_deleted:  # the server, or this part of a page, is closing
+            return
+        same = str(facts) == str(known[0]) if isinstance(facts, AidsrError) else facts == known[0]
+        if not same:
+            known[:] = [facts]
+            show(facts)
+
+    known.append(read_facts())
+    show(known[0])
+    timer = ui.timer(every_s, refresh, immediate=False)
+    _REFRESHERS.setdefault(ui.context.client, []).append(refresh)
+    return refresh
+
+
+def live(
+    read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
+) -> Callable[[], Coroutine[Any, Any, None]]:
+    """Draw what was read, and redraw it whenever it changes; see `watch`.
+
+    Buttons belong into a part whose facts change seldom: a redrawn button loses the focus, and a click on it.
+
+    Args:
+        read: See `watch`.
+        draw: Makes elements of what was read; what a person opens or types must be remembered elsewhere. An error that
+            it raises is shown as a sentence, like one raised while reading.
+        every_s: See `watch`.
+    """
     place = ui.element("div").classes("live")
-    shown: list[Facts | AidsrError] = []
 
     def show(facts: Facts | AidsrError) -> None:
-        shown[:] = [facts]
         place.clear()
         with place:
             try:
@@ -45,24 +79,46 @@ def live(
                 with ui.element("div").classes("notice bad").props('role="alert"'):
                     ui.label(str(error))
 
-    def read_facts() -> Facts | AidsrError:
-        try:
-            return read()
-        except AidsrError as error:
-            return error
+    return watch(read, show, every_s=every_s)
 
-    async def refresh() -> None:
-        facts = await run.io_bound(read_facts)
-        if facts is None or place.is_deleted:  # the server, or this page, is closing
-            return
-        same = str(facts) == str(shown[0]) if isinstance(facts, AidsrError) else facts == shown[0]
-        if not same:
-            show(facts)
 
-    show(read_facts())
-    ui.timer(every_s, refresh, immediate=False)
-    _REFRESHERS.setdefault(ui.context.client, []).append(refresh)
-    return refresh
+class Rows(Generic[Facts]):
+    """Rows of the element in which it is made: only those that changed are redrawn.
+
+    Args:
+        draw: Fills a row.
+        tag: HTML element of a row.
+        classes: Its classes.
+    """
+
+    def __init__(self, draw: Callable[[Facts], None], tag: str = "tr", classes: str = "") -> None:
+        self._home = ui.context.slot.parent
+        self._draw, self._tag, self._classes = draw, tag, classes
+        self._shown: dict[str, tuple[ui.element, Facts]] = {}
+
+    def update(self, rows: Iterable[tuple[str, Facts]]) -> None:
+        """Show these rows, each a key and its facts, in this order."""
+        wanted = dict(rows)
+        for key in [key for key in self._shown if key not in wanted]:
+            self._shown.pop(key)[0].delete()
+        before = list(self._shown)
+        for key, facts in wanted.items():
+            known = self._shown.get(key)
+            if known is not None and known[1] == facts:
+                continue
+            if known is None:
+                with self._home:
+                    row = ui.element(self._tag).classes(self._classes)
+            else:
+                row = known[0]
+                row.clear()
+            self._shown[key] = row, facts
+            with row:
+                self._draw(facts)
+        if list(wanted) != [*(key for key in before if key in wanted), *(key for key in wanted if key not in before)]:
+            for index, key in enumerate(wanted):
+                self._shown[key][0].move(target_index=index)
+        self._shown = {key: self._shown[key] for key in wanted}
 
 
 def as_action(do: Callable[[], object]) -> Callable[[], None]:
@@ -73,6 +129,8 @@ def as_action(do: Callable[[], object]) -> Callable[[], None]:
             do()
         except AidsrError as error:
             show_error(error)
+        else:
+            clear_error()
         for refresh in _REFRESHERS.get(ui.context.client, ()):
             background_tasks.create(refresh())
 
@@ -89,8 +147,9 @@ def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts],
         try:
             made = await run.io_bound(do)
         except AidsrError as error:
-            with element:
-                show_error(error)
+            if not element.is_deleted and element.parent_slot is not None:
+                with element.parent_slot:
+                    show_error(error)
         else:
             if made is not None and not element.is_deleted:
                 with element:
@@ -102,5 +161,16 @@ def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts],
 
 
 def show_error(error: AidsrError) -> None:
-    """Show a sentence until it is closed."""
-    ui.notify(str(error), type="negative", multi_line=True, close_button="OK", timeout=0)
+    """Show a sentence beside what was clicked, in place of the one before, until it is closed."""
+    clear_error()
+    with ui.element("div").classes("notice bad trouble").props('role="alert"') as shown:
+        ui.label(str(error))
+        close = ui.button(icon="close", color=None, on_click=shown.delete).props("flat dense round size=sm")
+        close.classes("bare").props["aria-label"] = "Close this message"
+
+
+def clear_error() -> None:
+    """Take away the sentence beside what was clicked."""
+    for child in list(ui.context.slot.children):
+        if "trouble" in child.classes:
+            child.delete()

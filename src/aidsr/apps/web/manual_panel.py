@@ -26,6 +26,8 @@ class _Prompt:
 
     waiting: PendingPrompt
     asked: str
+    refused: str
+    """What it says about the reply before; empty for a first prompt."""
 
 
 def prompts_of(site: Site, run: Run) -> Path | None:
@@ -73,7 +75,10 @@ def _read(site: Site, run: Run) -> tuple[_Prompt, ...]:
     directory = prompts_of(site, run)
     if directory is None or not site.is_at_work(run):
         return ()
-    return tuple(_Prompt(one, one.prompt.read_text(encoding="utf-8")) for one in pending_prompts(directory))
+    return tuple(
+        _Prompt(one, one.prompt.read_text(encoding="utf-8"), one.answer_to_reply())
+        for one in pending_prompts(directory)
+    )
 
 
 def _draw(run: Run, prompts: tuple[_Prompt, ...]) -> None:
@@ -100,6 +105,10 @@ def _prompt(run: Run, prompt: _Prompt) -> None:
         with box("row apart"):
             text(f"Prompt {int(prompt.waiting.prompt.name[:4])}, of the {prompt.waiting.role}", tag="h2")
             button("Copy the prompt", copy, "quiet", "content_copy")
+        if prompt.refused:
+            with box("stack tight"):
+                text("What it says about your last reply", "label")
+                notice(prompt.refused, "wait")
         with ui.expansion("Read it").props("dense dense-toggle").classes("full"):
             text(prompt.asked, "text", "pre")
         field = ui.textarea("The whole reply").props("outlined").bind_value(draft, "text")

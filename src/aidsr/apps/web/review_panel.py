@@ -69,6 +69,16 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
     def refine() -> None:
         take(refinement(str(draft.kept["text"] or ""), str(draft.kept["about"] or "")))
 
+    def give_up() -> None:
+        sure.close()
+        take(Decision(verdict="quit"))
+
+    with ui.dialog() as sure, ui.card().classes("stack"):
+        text("Give this design up?", tag="h2")
+        text("No further iteration is made of it, and this cannot be undone. Its files are kept.", "", "p")
+        with box("row"):
+            button("Give it up", as_action(give_up), "danger", "close")
+            button("Keep it", sure.close)
     with box("sheet stack review", "section", aria_label="your decision"):
         text("Your decision", tag="h2")
         text(
@@ -87,7 +97,7 @@ def review_panel(site: Site, run: Run, design: DesignFolder, number: int, names:
             button(
                 "Refine", as_action(refine), "quiet", "edit", "Back to the Designer with your words; a new round begins"
             )
-            button("Quit", as_action(lambda: take(Decision(verdict="quit"))), "danger", "close", "Give this design up")
+            button("Quit", sure.open, "danger", "close", "Give this design up")
 
 
 def part_names(mjcf: str) -> list[str]:

@@ -6,6 +6,7 @@ import hashlib
 import io
 import threading
 import zipfile
+from functools import lru_cache
 from pathlib import Path
 from urllib.parse import quote
 
@@ -25,6 +26,8 @@ _ALONE = {
 }
 """For a whole page out of a folder: it is drawn, and can neither run a script nor reach anything."""
 _PICTURE_PX = (480, 320)
+_THUMBNAIL_PX = (184, 138)
+"""Twice what a list shows, for dense screens."""
 
 
 def routes(site: Site) -> APIRouter:
@@ -49,6 +52,14 @@ def _to_look_at(router: APIRouter, site: Site) -> None:
         if found.suffix in _DOWNLOADED:
             return FileResponse(found, media_type="application/octet-stream", filename=found.name)
         raise HTTPException(404)
+
+    @router.get("/thumbnails/{name}/{path:path}")
+    def thumbnail(name: str, path: str) -> Response:
+        found = _inside(site, name, path)
+        if found.suffix != ".png":
+            raise HTTPException(404)
+        small = _thumbnail(str(found), found.stat().st_mtime_ns)
+        return Response(small, media_type="image/webp", headers={"cache-control": "private, max-age=3600"})
 
     @router.get("/sheet/{name}/{number}")
     def sheet(name: str, number: int) -> FileResponse:
@@ -89,6 +100,21 @@ def _to_keep(router: APIRouter, site: Site) -> None:
     def export(name: str, number: int) -> Response:
         mark = _inside(site, name, f"designs/{number}/export/{MARK}")
         return _archive(mark.parent, f"{name}_design{number}_export")
+
+
+@lru_cache(maxsize=1000)
+def _thumbnail(path: str, _changed_ns: int) -> bytes:
+    """Return a picture, small."""
+    from PIL import Image, UnidentifiedImageError
+
+    buffer = io.BytesIO()
+    try:
+        with Image.open(path, formats=("PNG",)) as picture:
+            picture.thumbnail(_THUMBNAIL_PX)
+            picture.convert("RGB").save(buffer, "WEBP", quality=80)
+    except (UnidentifiedImageError, OSError, Image.DecompressionBombError):
+        raise HTTPException(404, "that is not a picture") from None
+    return buffer.getvalue()
 
 
 def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -10,10 +11,10 @@ from nicegui import app, ui
 from aidsr.apps.web.comparison import comparison_table
 from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.live import as_action, live
+from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.manual_panel import manual_panel
 from aidsr.apps.web.model_form import budget_from, limit_fields
-from aidsr.apps.web.site import DesignView, RunView, Site
+from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -49,7 +50,12 @@ def add_run_page(site: Site) -> None:
             not_found(error)
             return
         with frame(view.title, ("Runs", "/")):
-            live(lambda: site.view(run), partial(_head, site, run))
+            with box("stack"):
+                with box("row apart top"):
+                    with box("stack tight grow"):
+                        live(lambda: site.view(run).shown, partial(_title, view))
+                    live(lambda: (site.view(run).shown, site.is_at_work(run)), partial(_actions, site, run))
+                live(lambda: site.view(run), _facts)
             live(lambda: _of_note(site, run), partial(_notes, site, run))
             manual_panel(site, run)
             opened = app.storage.user.get("run_tab", "watch")
@@ -59,7 +65,7 @@ def add_run_page(site: Site) -> None:
             tabs.on_value_change(lambda event: app.storage.user.update(run_tab=event.value))
             with ui.tab_panels(tabs, value=opened if opened in _TABS else "watch", animated=False).classes("full"):
                 with ui.tab_panel("watch"):
-                    live(lambda: site.view(run), _columns)
+                    _columns(site, run)
                 with ui.tab_panel("compare"):
                     comparison_table(site, run)
                 with ui.tab_panel("log"):
@@ -74,70 +80,100 @@ def not_found(error: AidsrError) -> None:
         ui.link("All runs", "/")
 
 
-def _head(site: Site, run: Run, view: RunView) -> None:
+def _title(view: RunView, shown: Shown) -> None:
+    record = view.status.record
+    with box("row"):
+        text(view.title, tag="h1")
+        badge(shown)
+    if record.objective != view.title:
+        text(record.objective, "soft", "p")
+
+
+def _facts(view: RunView) -> None:
     status, config = view.status, view.status.record.config
-    with box("stack"):
-        with box("row apart top"):
-            with box("stack tight grow"):
-                with box("row"):
-                    text(view.title, tag="h1")
-                    badge(view.shown)
-                if status.record.task:
-                    text(status.record.objective, "soft", "p")
-            _actions(site, run, view)
-        with box("facts"):
-            fact("who designs", "built-in rules" if config.model == "builtin" else config.model)
-            if status.record.level:
-                fact("level", status.record.level)
-            fact("approved", f"{status.approved} of {len(view.designs) or config.concepts}")
-            fact("worked", format_duration(status.latency_s))
-            usage_facts(status.usage)
-            if config.model == "builtin":
-                fact("seed", str(config.seed))
+    with box("facts"):
+        fact("who designs", "built-in rules" if config.model == "builtin" else config.model)
+        if status.record.level:
+            fact("level", status.record.level)
+        fact("approved", f"{status.approved} of {len(view.designs) or config.concepts}")
+        fact("worked", format_duration(status.latency_s))
+        usage_facts(status.usage)
+        if config.model == "builtin":
+            fact("seed", str(config.seed))
 
 
-def _actions(site: Site, run: Run, view: RunView) -> None:
+def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
+    shown, working = state
+
     def stop() -> None:
         if not site.processes.stop(run.path.name):
             raise UserError("this run was started elsewhere, as in a terminal; end it there with Control-C")
         ui.notify("Stopping; what is done is kept.")
 
     with box("row"):
-        if view.shown in ("stopped", "interrupted"):
+        if shown in ("stopped", "interrupted"):
             button("Resume", as_action(partial(site.resume, run)), "primary", "play_arrow")
-        elif view.shown == "waiting" and not site.is_at_work(run):
+        elif shown == "waiting" and not working:
             button("Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process runs this run")
-        elif view.shown != "finished":
+        elif shown != "finished":
             button("Stop", as_action(stop), "danger", "stop", "Ends as Control-C does; what is done is kept")
         summary = file_address(run.path.name, "summary.html")
         button("", lambda: ui.download(summary), "bare", "download", "Download the summary page")
 
 
-def _of_note(site: Site, run: Run) -> tuple[RunView, str]:
-    """Return how a run stands, and the end of its process's output where it stopped without an event."""
+@dataclass(frozen=True)
+class _Noted:
+    """What a person must not overlook; a part of its own, so that its buttons stay while a run goes on."""
+
+    stopped: str
+    interrupted: bool
+    used_up: bool
+    at_work: tuple[tuple[Job, str], ...]
+    """With the names of their designs."""
+    waiting: tuple[tuple[int, str], ...]
+    """Numbers and names of designs."""
+    output_tail: str
+    """Of its process, where it stopped without an event."""
+
+
+def _of_note(site: Site, run: Run) -> _Noted:
     view = site.view(run)
     silent = view.shown == "interrupted" or (view.shown == "stopped" and not view.status.stopped)
-    return view, site.processes.output_tail(run.path.name) if silent else ""
+    return _Noted(
+        stopped=view.status.stopped.message if view.status.stopped else "",
+        interrupted=view.shown == "interrupted",
+        used_up=any(d.status.outcome and d.status.outcome.outcome == "out_of_budget" for d in view.designs),
+        at_work=tuple((job, view.design(job.number).status.concept) for job in view.jobs),
+        waiting=tuple((d.status.number, d.status.concept) for d in view.designs if d.status.state == "waiting"),
+        output_tail=site.processes.output_tail(run.path.name) if silent else "",
+    )
 
 
-def _notes(site: Site, run: Run, facts: tuple[RunView, str]) -> None:
-    view, output_tail = facts
-    if view.status.stopped is not None:
-        notice(f"Stopped: {view.status.stopped.message}", "bad")
-    if view.shown == "interrupted":
+def _notes(site: Site, run: Run, noted: _Noted) -> None:
+    if noted.stopped:
+        notice(f"Stopped: {noted.stopped}", "bad")
+    if noted.interrupted:
         with box("notice wait stack tight", role="status"):
             text("No process is running this run: it ended, or the folder comes from another machine.")
             text("“Resume” continues it from its files; no answered call is repeated.", "small soft")
-            if output_tail:
-                text(output_tail, "text last", "pre")
-    if any(one.status.outcome and one.status.outcome.outcome == "out_of_budget" for one in view.designs):
+            if noted.output_tail:
+                text(noted.output_tail, "text last", "pre")
+    if noted.used_up:
         _larger_budget(site, run)
-    for design in view.designs:
-        if design.status.state == "waiting":
-            with box("notice wait", role="status"), box("row apart"):
-                text(f"Design {design.status.number}, {design.status.concept}, waits for your decision.")
-                address = f"/run/{run.path.name}/{design.status.number}"
-                button("Review", partial(ui.navigate.to, address), "primary")
+    for job, concept in noted.at_work:
+        with box("notice", role="status"), box("row apart"):
+            doing = "is being trained" if job.kind == "training" else "is being exported as parts"
+            text(f"Design {job.number}, {concept}, {doing}.")
+            button("Watch", partial(ui.navigate.to, job_address(run.path.name, job)), "quiet")
+    for number, concept in noted.waiting:
+        with box("notice wait", role="status"), box("row apart"):
+            text(f"Design {number}, {concept}, waits for your decision.")
+            button("Review", partial(ui.navigate.to, f"/run/{run.path.name}/{number}"), "primary")
+
+
+def job_address(run: str, job: Job) -> str:
+    """Return the address of the page on which a job is watched."""
+    return f"/run/{run}/{job.number}" + ("/export" if job.kind == "export" else "?tab=training")
 
 
 def _larger_budget(site: Site, run: Run) -> None:
@@ -156,62 +192,79 @@ def _larger_budget(site: Site, run: Run) -> None:
             button("Resume with this budget", as_action(resume), "primary", "play_arrow")
 
 
-def _columns(view: RunView) -> None:
-    if not view.designs:
-        with box("sheet empty"):
-            if view.shown == "running":
-                text(f"{DOING['concepts'][0].upper()}{DOING['concepts'][1:]}", tag="h2")
-                if view.since:
-                    clock(view.since)
-                text("A language model may take minutes. This page can be closed meanwhile.", "soft", "p")
-            else:
-                text("There are no concepts yet", tag="h2")
-        return
+def _columns(site: Site, run: Run) -> None:
+    with box("live") as without:
+        pass
     with box("columns"):
-        for design in view.designs:
-            _column(view, design)
+        columns = Rows(_column, "article", "sheet flush")
+
+    def show(found: RunView | AidsrError) -> None:
+        without.clear()
+        designs = found.designs if isinstance(found, RunView) else ()
+        with without:
+            if isinstance(found, AidsrError):
+                notice(str(found), "bad")
+            elif not designs:
+                _no_concepts(found)
+        shown = found.shown if isinstance(found, RunView) else "stopped"
+        columns.update((str(one.status.number), (run.path.name, shown, one)) for one in designs)
+
+    watch(lambda: site.view(run), show)
 
 
-def _column(view: RunView, design: DesignView) -> None:
+def _no_concepts(view: RunView) -> None:
+    with box("sheet empty"):
+        if view.shown == "running":
+            text(f"{DOING['concepts'][0].upper()}{DOING['concepts'][1:]}", tag="h2")
+            if view.since:
+                clock(view.since)
+            text("A language model may take minutes. This page can be closed meanwhile.", "soft", "p")
+        elif view.prompts:
+            text("The Designer waits for your reply", tag="h2")
+        else:
+            text("There are no concepts yet", tag="h2")
+
+
+def _column(facts: tuple[str, Shown, DesignView]) -> None:
+    run, shown, design = facts
     status = design.status
-    address = f"/run/{view.name}/{status.number}"
-    with box("sheet flush", "article"):
-        with ui.link(target=address).props("tabindex=-1 aria-hidden=true"):
-            image(file_address(view.name, design.picture), f"design {status.number}")
-        with box("stack inside"):
-            with box("row apart top"):
-                with box("stack tight grow"):
-                    with box(tag="h3"):
-                        ui.link(f"{status.number}. {status.concept or 'concept'}", address)
-                    text(status.family, "small soft")
-                badge(status.outcome.outcome if status.outcome else _shown(view, design))
-            _doing(view, design)
-            strip(design.attempts, lambda number: f"{address}?iteration={number}")
-            if status.stopped:
-                notice(status.stopped.message, "bad")
-            if status.faults and not status.outcome:
-                with box("row"):
-                    for code in status.faults[:6]:
-                        text(code, "chip")
-            with box("facts small"):
-                fact("worked", format_duration(status.latency_s))
-                usage_facts(status.usage)
-                if status.mechanical_repairs:
-                    fact("fixed by code", str(status.mechanical_repairs))
-                if design.trained:
-                    fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
+    address = f"/run/{run}/{status.number}"
+    with ui.link(target=address).props("tabindex=-1 aria-hidden=true"):
+        image(file_address(run, design.picture), "")
+    with box("stack inside"):
+        with box("row apart top"):
+            with box("stack tight grow"):
+                with box(tag="h2"):
+                    ui.link(f"{status.number}. {status.concept or 'concept'}", address)
+                text(status.family, "small soft")
+            badge(status.outcome.outcome if status.outcome else _state(shown, design))
+        _doing(shown, design)
+        strip(design.attempts, lambda number: f"{address}?iteration={number}")
+        if status.stopped:
+            notice(status.stopped.message, "bad")
+        if status.faults and not status.outcome:
+            with box("row"):
+                for code in status.faults[:6]:
+                    text(code, "chip")
+        with box("facts small"):
+            fact("worked", format_duration(status.latency_s))
+            usage_facts(status.usage)
+            if status.mechanical_repairs:
+                fact("fixed by code", str(status.mechanical_repairs))
+            if design.trained:
+                fact("trained", "successful" if design.successful else "valid" if design.valid else "not valid")
 
 
-def _shown(view: RunView, design: DesignView) -> str:
+def _state(shown: Shown, design: DesignView) -> str:
     state = design.status.state
-    return "interrupted" if state == "running" and view.shown == "interrupted" else state
+    return shown if state == "running" and shown in ("interrupted", "waiting") else state
 
 
-def _doing(view: RunView, design: DesignView) -> None:
+def _doing(shown: Shown, design: DesignView) -> None:
     status = design.status
     if status.outcome:
         text(status.outcome.reason, "small", "p")
-    elif status.doing and view.shown == "running":
+    elif status.doing and shown == "running":
         with box("row small"):
             text(DOING[status.doing], "accent")
             clock(design.since)

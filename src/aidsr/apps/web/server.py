@@ -16,6 +16,7 @@ from fastapi import FastAPI
 from nicegui import app, ui
 from nicegui.storage import Storage
 
+from aidsr.apps.web.errors import add_error_pages
 from aidsr.apps.web.frame import ASSETS
 from aidsr.apps.web.guard import LOOPBACK, Guard
 from aidsr.apps.web.pages import add_pages
@@ -103,11 +104,13 @@ def build(runs: Path, studies: Sequence[Path] = (), *, hosts: frozenset[str] = L
         title="AID-SR",
         favicon=ASSETS / "icon.svg",
         dark=None,
+        language="en-US",
         tailwind=False,
         storage_secret=_secret(site.own / "secret"),
         show_welcome_message=False,
         reconnect_timeout=20,
     )
+    add_error_pages(application)
     application.add_middleware(Guard, hosts=hosts, token=token)
     return application
 

@@ -164,7 +164,13 @@ def _settings(form: Form, names: Sequence[str]) -> None:
             if SETTINGS[name].annotation is int:
                 within = bounds(SETTINGS[name])
                 field = ui.number(
-                    SETTINGS[name].title, min=within["ge"], max=within.get("le"), step=1, precision=0, format="%d"
+                    SETTINGS[name].title,
+                    min=within["ge"],
+                    max=within.get("le"),
+                    step=1,
+                    precision=0,
+                    format="%d",
+                    validation=partial(_complaint, within),
                 )
                 field.props("outlined dense").bind_value(form, name)
     for name in names:
@@ -172,12 +178,30 @@ def _settings(form: Form, names: Sequence[str]) -> None:
             ui.switch(SETTINGS[name].title or name).bind_value(form, name)
 
 
+def _complaint(within: dict[str, Any], number: float | None) -> str | None:
+    """Return what is wrong with a number, None where nothing is."""
+    low, high = within["ge"], within.get("le")
+    if number is None or number < low or (high is not None and number > high):
+        return f"from {low} to {high}" if high is not None else f"at least {low}"
+    return None
+
+
 def _start(site: Site, form: Form) -> None:
     def request() -> Run:
         return launch(site, request_from(site, form))
 
     def opened(made: Run) -> None:
+        form.update(robot="", robot_name="")  # a robot is for one run
         ui.navigate.to(f"/run/{made.path.name}")
 
+    def leave_out() -> None:
+        form.update(robot="", robot_name="")
+        ui.navigate.reload()
+
+    with box("notice row", role="status") as begins:
+        said = ui.label().classes("grow")
+        said.bind_text_from(form, "robot_name", lambda name: f"The run starts from a robot of yours: {name}")
+        button("Leave it out", leave_out, "quiet", "close")
+    begins.bind_visibility_from(form, "robot", bool)
     with box("row"):
         go = button("Start the run", lambda: working(go, request, opened), "primary", "play_arrow")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +17,7 @@ from aidsr.runs.library import fingerprint
 from aidsr.runs.stages import Attempt, attempts
 from aidsr.runs.status import State, newest
 from aidsr.runs.trainings import trainings_of
+from aidsr.teams.providers.manual import pending_prompts, prompts_directory
 
 Shown = State | Literal["interrupted"]
 """A run's state, and "interrupted" where the files say "running" and no process is."""
@@ -42,6 +43,17 @@ class DesignView:
 
 
 @dataclass(frozen=True)
+class Job:
+    """A process at work on a design, started by the web app."""
+
+    number: int
+    """Of the design."""
+    kind: Literal["training", "export"]
+    process: str
+    """Its name among the processes."""
+
+
+@dataclass(frozen=True)
 class RunView:
     """A run as a page shows it."""
 
@@ -51,12 +63,22 @@ class RunView:
     shown: Shown
     since: str
     """When something last happened to the run itself, ISO 8601; empty before the first event."""
+    jobs: tuple[Job, ...] = ()
+    """Trainings and exports at work."""
+    prompts: int = 0
+    """How many questions wait for a person's reply."""
 
     @property
     def title(self) -> str:
         """The task's name, or what is to be done in a few words."""
         record = self.status.record
-        return record.task.rpartition("/")[2].replace("_", " ") or record.objective
+        named = record.task.rpartition("/")[2].replace("_", " ")
+        return named or shortened(record.objective)
+
+    @property
+    def awaited(self) -> int:
+        """How many decisions and replies wait for a person."""
+        return self.prompts + sum(design.status.state == "waiting" for design in self.designs)
 
     def design(self, number: int) -> DesignView:
         """Return one design by its number.
@@ -102,9 +124,21 @@ class Site:
             known = self._read[name] = (mark, status, designs)
         _, status, designs = known
         shown: Shown = status.state
+        prompts = 0
         if shown == "running" and not self.is_at_work(run):
             shown = "interrupted"
-        return RunView(name, status, designs, shown, _changed(run.events))
+        elif shown == "running" and (directory := prompts_directory(status.record.config.model)) is not None:
+            prompts = len(pending_prompts(directory))
+            shown = "waiting" if prompts else shown
+        jobs = tuple(job for design in designs for job in self._jobs(run, design.status.number))
+        return RunView(name, status, designs, shown, _changed(run.events), jobs, prompts)
+
+    def _jobs(self, run: Run, number: int) -> Iterator[Job]:
+        training, export = self.training_name(run, number), self.export_name(run, number)
+        if self.processes.is_alive(training):
+            yield Job(number, "training", training)
+        if self.processes.is_alive(export):
+            yield Job(number, "export", export)
 
     def is_at_work(self, run: Run) -> bool:
         """Whether a process is at work on a run, started here or in a terminal."""
@@ -148,11 +182,8 @@ class Site:
         """
         run = self.library.run(name)
         self.refuse_at_work(run)
-        for design in run.designs:
-            for process in (self.training_name(run, design.number), self.export_name(run, design.number)):
-                if self.processes.is_alive(process):
-                    doing = process.rpartition(".")[2]
-                    raise UserError(f"design {design.number} is at its {doing}; stop that first, then delete {name}")
+        for job in (job for design in run.designs for job in self._jobs(run, design.number)):
+            raise UserError(f"design {job.number} is at its {job.kind}; stop that first, then delete {name}")
         self.library.trash(name)
 
     def training_name(self, run: Run, number: int) -> str:
@@ -162,6 +193,16 @@ class Site:
     def export_name(self, run: Run, number: int) -> str:
         """Return the name of the process that exports a design."""
         return f"{run.path.name}.design{number}.export"
+
+
+_TITLE_CHARACTERS = 80
+"""Of an objective where it stands for the run. Our choice: one line."""
+
+
+def shortened(words: str) -> str:
+    """Return a text of people or models cut to the length of a title."""
+    line = " ".join(words.split())
+    return line if len(line) <= _TITLE_CHARACTERS else f"{line[: _TITLE_CHARACTERS - 1].rstrip()}…"
 
 
 def _design(run: Run, design: DesignFolder, status: DesignStatus) -> DesignView:

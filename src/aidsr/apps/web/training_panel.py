@@ -174,7 +174,7 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
         last = shown.curve[-1] if shown.curve else None
         success, progress = (last.success_share, last.progress) if last else (None, None)
         with box("facts"):
-            fact("steps", f"{last.steps if last else 0:,} of {shown.steps:,}".replace(",", " "))
+            fact("steps", f"{min(last.steps, shown.steps) if last else 0:,} of {shown.steps:,}".replace(",", " "))
             fact("success so far", "–" if success is None else f"{success:.0%}")
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
@@ -207,7 +207,8 @@ def _verdict(verdict: Evaluation) -> None:
     with box("stack"):
         for check in verdict.checks:
             with box("check"):
-                text("holds" if check.passed else "fails", f"badge {'yes' if check.passed else 'no'}")
+                held = "" if check.measured is None and check.passed else "yes" if check.passed else "no"
+                text({"": "not measured", "yes": "holds", "no": "fails"}[held], f"badge {held}")
                 with box("stack tight grow"):
                     text(check.message, "small", "p")
                     text(f"{check.name.replace('_', ' ')}: {format_check(check)}", "small soft numbers")
@@ -256,9 +257,13 @@ def _films(addresses: tuple[str, ...]) -> None:
     with box("columns"):
         for address in addresses:
             with box("stack tight", "figure"):
-                with box(tag="video", src=address, controls="", loop="", muted="", autoplay="", preload="auto"):
+                name = f"film of the {PurePosixPath(address).stem} held-out episode"
+                film = {"src": address, "controls": "", "muted": "", "autoplay": "", "preload": "auto"}
+                with box("film", "video", aria_label=name, **film):
                     pass
-                text(f"the {PurePosixPath(address).stem} held-out episode", "small soft")
+                with box("small soft"):
+                    text(f"the {PurePosixPath(address).stem} held-out episode")
+                    text("", "pace")
 
 
 def _motions(training: Training, motions: tuple[Path, ...], stage: Stage) -> None:

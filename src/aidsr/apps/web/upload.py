@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import events, run, ui
 
-from aidsr.apps.web.live import show_error
+from aidsr.apps.web.live import clear_error, show_error
 from aidsr.apps.web.widgets import box, button, fact, text
 from aidsr.core.errors import AidsrError, UserError
 
@@ -65,10 +65,21 @@ def upload(form: Form, wanted: FileField) -> None:
             show_error(UserError(f"{event.file.name} cannot be used: {error}"))
         else:
             form.update({key: content, f"{key}_name": event.file.name[:100]})
+            clear_error()
             found.refresh(facts)
 
+    # Quasar's own control is a button within a button, without a name: it does the work unseen
+    with box("drop row") as place:
+        choose = button(f"Choose: {wanted.label}", lambda: None, "quiet", "upload_file")
+        text("or drop the file here", "small soft")
     field = ui.upload(label=wanted.label, max_file_size=wanted.most_bytes, auto_upload=True, on_upload=take)
-    field.props(f"flat accept={wanted.suffixes}")
+    field.props(f"flat accept={wanted.suffixes}").classes("hidden")
+    uploader = f"getElement({field.id}).$refs.qRef"
+    choose.on("click", js_handler=f"() => {uploader}.pickFiles()")
+    place.on("dragover", js_handler="(event) => event.preventDefault()")
+    place.on(
+        "drop", js_handler=f"(event) => {{ event.preventDefault(); {uploader}.addFiles(event.dataTransfer.files); }}"
+    )
     kinds = wanted.suffixes.replace(",", " or ")
     refused = UserError(f"not a {kinds} file of at most {wanted.most_bytes / 1e6:g} MB; choose another file")
     field.on("rejected", lambda: show_error(refused))

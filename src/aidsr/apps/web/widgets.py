@@ -75,6 +75,11 @@ def file_address(run: str, path: str, *, version: str = "") -> str:
     return f"/files/{quote(run)}/{quote(path)}" + (f"?v={quote(version)}" if version else "") if path else ""
 
 
+def thumbnail_address(run: str, path: str) -> str:
+    """Return the address of a small copy of a picture of a run, for where many stand in a list."""
+    return f"/thumbnails/{quote(run)}/{quote(path)}" if path else ""
+
+
 def badge(state: str) -> None:
     """Show a state."""
     text(state.replace("_", " "), f"badge {state}")

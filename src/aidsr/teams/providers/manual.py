@@ -47,6 +47,11 @@ class PendingPrompt:
     reply: Path
     role: str
 
+    def answer_to_reply(self) -> str:
+        """Return what the prompt says about the reply before it, as why it could not be used; empty for a first one."""
+        _, earlier, rest = self.prompt.read_text(encoding="utf-8").rpartition(f"\n===== {_TITLES['assistant']} =====\n")
+        return rest.partition(f"\n===== {_TITLES['user']} =====\n")[2].strip() if earlier else ""
+
 
 def pending_prompts(directory: Path) -> tuple[PendingPrompt, ...]:
     """Return the prompts in a directory that have no reply, in order; empty where there is no directory."""

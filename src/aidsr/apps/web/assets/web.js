@@ -14,3 +14,12 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "n") location.href = "/new";
   if (event.key === "h") location.href = "/";
 });
+// A success takes a fraction of a second: its film is slowed down to some seconds, and its end stays for a while.
+const LEAST_S = 4, HELD_MS = 1500;
+document.addEventListener("loadedmetadata", ({ target }) => {
+  if (!target.matches("video.film")) return;
+  target.playbackRate = Math.min(1, Math.max(0.1, target.duration / LEAST_S));
+  const pace = target.parentElement.querySelector(".pace");
+  if (pace && target.playbackRate < 1) pace.textContent = `, at ${target.playbackRate.toPrecision(2)} times real time`;
+}, true);
+document.addEventListener("ended", ({ target }) => { if (target.matches("video.film")) setTimeout(() => target.play(), HELD_MS); }, true);

@@ -1,0 +1,74 @@
+"""No page has a fault that keeps people from using it, by axe-core (axe.min.js, MPL-2.0, version in its first line)."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browser import Server, browsing, chromium, open_tab
+from made import made_export, made_run, made_training
+from playwright.sync_api import Page
+
+from aidsr.core.artifacts import PlausibilityCheck
+
+AXE = Path(__file__).with_name("axe.min.js")
+
+
+def findings(page: Page) -> list[str]:
+    """Return what axe-core finds serious or critical on a page: rule and first element."""
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+    return [
+        f"{one['id']}: {one['nodes'][0]['html'][:200]}"
+        for one in found["violations"]
+        if one["impact"] in ("serious", "critical")
+    ]
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    chromium()
+    return tmp_path / "runs"
+
+
+@pytest.fixture
+def server(runs: Path) -> Iterator[Server]:
+    server = Server.start(runs)
+    yield server
+    server.stop()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str) -> None:
+    check = PlausibilityCheck(name="energy", passed=True, measured=None, limit=0.1, unit="J", message="energy kept")
+    with browsing(color_scheme=scheme) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        page.get_by_role("button", name="Set up a run").wait_for()
+        found = {"empty": findings(page)}
+        run = made_run(runs, waiting=True)
+        made_training(run.design(2), (True, False), (check,))
+        made_export(run.design(2))
+        made_run(runs, task="", objective="Turn the knob.")
+        made = f"/run/{run.path.name}"
+        for path in ("/", "/new", made, f"{made}/1", f"{made}/1?iteration=1", f"{made}/2/export", "/nowhere"):
+            page.goto(server.address(path))
+            page.get_by_role("heading").first.wait_for()
+            page.wait_for_timeout(500)
+            found[path] = findings(page)
+        page.goto(server.address("/new"))
+        page.get_by_role("radio", name="A language model").click()
+        page.get_by_text("OPENAI_API_KEY").first.wait_for()
+        open_tab(page, "In your own words")
+        found["words"] = findings(page)
+        for tab in ("Side by side", "Log"):
+            page.goto(server.address(made))
+            open_tab(page, tab)
+            page.wait_for_timeout(300)
+            found[tab] = findings(page)
+        for tab in ("Concept", "MJCF", "Log", "Training"):
+            page.goto(server.address(f"{made}/2"))
+            open_tab(page, tab)
+            page.wait_for_timeout(300)
+            found[f"design {tab}"] = findings(page)
+    bad = {place: each for place, each in found.items() if each}
+    assert not bad, "\n".join(f"{place}: {one}" for place, each in bad.items() for one in each)

@@ -1,0 +1,213 @@
+"""What a person who works with the page all day would stumble over, in a real browser."""
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from browser import Server, browsing, chromium
+from made import MJCF, concept, made_run, made_training
+from PIL import Image
+from playwright.sync_api import Response, expect
+
+from aidsr.apps.web.site import Site
+from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.runs import EventLog
+from aidsr.runs.events import StepStarted
+from aidsr.runs.files import replace_file
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    chromium()
+    return tmp_path / "runs"
+
+
+@pytest.fixture
+def server(runs: Path) -> Iterator[Server]:
+    server = Server.start(runs)
+    yield server
+    server.stop()
+
+
+def test_a_robot_to_start_from_is_named_and_used_once(runs: Path, server: Server) -> None:
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/new"))
+        begins = page.get_by_text("The run starts from a robot of yours: mine.xml")
+        expect(begins).to_be_hidden()
+        page.get_by_text("More", exact=True).click()
+        page.locator("input[type=file]").last.set_input_files(
+            {"name": "mine.xml", "mimeType": "text/xml", "buffer": MJCF.encode()}
+        )
+        expect(begins).to_be_visible()
+        page.get_by_role("button", name="Start the run").click()
+        page.wait_for_url("**/run/*")
+        page.get_by_role("button", name="Stop").click()
+        page.goto(server.address("/new"))
+        page.get_by_role("button", name="Start the run").wait_for()
+        expect(begins).to_be_hidden()
+
+
+def test_a_training_at_work_is_seen_on_home_and_on_the_page_of_its_run(runs: Path, server: Server) -> None:
+    run, site = made_run(runs), Site.at(runs)
+    log = site.processes.folder / f"{site.training_name(run, 2)}.log"
+    log.parent.mkdir(parents=True)
+    with browsing() as visitor, EventLog(log):  # which is held as long as the process lives
+        log.with_suffix(".json").write_text('{"pid": 0}')
+        page = visitor.new_page()
+        page.goto(server.address())
+        expect(page.locator("tr .badge.training")).to_have_text("training")
+        page.goto(server.address(f"/run/{run.path.name}"))
+        page.get_by_text("Design 2, Arm 2, is being trained.").wait_for()
+        page.get_by_role("button", name="Watch").click()
+        expect(page.get_by_role("tab", name="Training")).to_have_attribute("aria-selected", "true")
+
+
+def test_stop_keeps_the_focus_while_a_run_goes_on(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    (run.design(1).path / "outcome.json").unlink()
+    with browsing() as visitor, EventLog(run.events), EventLog(run.design(1).events) as log:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}"))
+        stop = page.get_by_role("button", name="Stop")
+        stop.focus()
+        log.write(StepStarted(step="robot", iteration=2))
+        page.get_by_text("the Coder writes the robot").wait_for()
+        log.write(StepStarted(step="critique", iteration=2))
+        page.get_by_text("the Judge looks at the scene").wait_for()
+        expect(stop).to_be_focused()
+
+
+def test_quit_asks_first_and_an_error_stands_once_beside_its_button(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1, waiting=True)
+    with browsing() as visitor, EventLog(run.events):
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        panel = page.get_by_role("region", name="your decision")
+        for _ in range(3):
+            panel.get_by_role("button", name="Refine").click()
+        expect(panel.get_by_text("a refinement needs text")).to_have_count(1)
+        panel.get_by_role("button", name="Close this message").click()
+        expect(panel.get_by_text("a refinement needs text")).to_have_count(0)
+        panel.get_by_role("button", name="Quit").click()
+        page.get_by_role("button", name="Keep it").click()
+        assert not run.design(1).iteration(2).decision.path.exists()
+        panel.get_by_role("button", name="Quit").click()
+        page.get_by_role("button", name="Give it up").click()
+        expect(page.get_by_role("button", name="Give it up")).to_be_hidden()
+        decision = run.design(1).iteration(2).decision.read()
+        assert decision is not None
+        assert decision.verdict == "quit"
+
+
+def test_a_number_out_of_bounds_is_told_at_its_field(runs: Path, server: Server) -> None:
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/new"))
+        page.get_by_label("Concepts, side by side").fill("99")
+        expect(page.locator(".q-field", has=page.get_by_label("Concepts, side by side"))).to_contain_text(
+            "from 1 to 20"
+        )
+
+
+def test_an_earlier_iteration_has_its_own_title(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    run.design(1).iteration(2).concept.write(concept("Slimmer arm"))
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1?iteration=1"))
+        expect(page.locator("h1")).to_have_text("1. Arm 1")
+        page.get_by_role("link", name="To iteration 2, at which the design stands").click()
+        expect(page.locator("h1")).to_have_text("1. Slimmer arm")
+
+
+def test_a_search_does_not_outlive_its_page(runs: Path, server: Server) -> None:
+    made_run(runs)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        page.get_by_label("Search runs").fill("nothing of the kind")
+        page.get_by_text("None of 1 runs matches").wait_for()
+        page.goto(server.address("/new"))
+        page.goto(server.address())
+        page.get_by_text("3 of 3 approved").wait_for()
+        expect(page.get_by_label("Search runs")).to_have_value("")
+
+
+def test_what_was_not_measured_does_not_hold(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    facts = {"limit": 0.1, "message": "too few successful episodes to tell"}
+    checks = (
+        PlausibilityCheck(name="needs_cables", passed=True, measured=None, **facts),
+        PlausibilityCheck(name="energy", passed=True, measured=0.01, **facts),
+    )
+    made_training(run.design(1), (True,), checks)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
+        expect(page.locator(".check > .badge")).to_have_text(["not measured", "holds"])
+
+
+def test_a_film_of_half_a_second_is_slowed_down(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    folder = made_training(run.design(1), (True,))
+    replace_file(folder / "best.mp4", _film(frames=12, per_s=25))
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
+        page.get_by_text("times real time").wait_for()
+        assert page.locator("video").evaluate("film => film.playbackRate") < 0.2
+
+
+def test_addresses_that_lead_nowhere_are_pages_of_ours(runs: Path, server: Server) -> None:
+    made_run(runs)
+    with browsing() as visitor:
+        page = visitor.new_page()
+        for address in ("/nowhere", "/files/no_run/preview.png", "/run/x/notanumber", "/download/no_run/1"):
+            answer = page.goto(server.address(address))
+            assert answer is not None
+            assert answer.status == 404, address
+            expect(page.get_by_role("heading", name="There is nothing here")).to_be_visible()
+            expect(page.get_by_role("link", name="All runs")).to_be_visible()
+
+
+def test_home_of_many_runs_sends_small_pictures(runs: Path, server: Server) -> None:
+    picture = io.BytesIO()
+    gradient = np.add.outer(np.arange(480) // 2, np.arange(640) // 3)[..., None] % 256
+    speckle = np.random.default_rng(0).integers(0, 9, (480, 640, 3))
+    Image.fromarray(np.clip(gradient + speckle, 0, 255).astype(np.uint8)).save(picture, "PNG")
+    for number in range(56):
+        run = made_run(runs, designs=1, started=f"2026-01-31T10:{number:02d}:00+00:00")
+        replace_file(run.design(1).iteration(2).preview.path, picture.getvalue())
+    sizes: list[int] = []
+
+    def weigh(answer: Response) -> None:
+        if answer.request.resource_type == "image":
+            sizes.append(int(answer.headers.get("content-length", 0)))
+
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.on("response", weigh)
+        page.goto(server.address(), wait_until="networkidle")
+        assert len(sizes) < 40, "pictures out of sight wait"
+        page.evaluate("""() => Promise.all([...document.querySelectorAll("img.thumb")].map((one) => {
+            one.loading = "eager";
+            return one.decode();
+        }))""")
+    assert len(sizes) >= 56
+    assert sum(sizes) < 300_000
+
+
+def _film(*, frames: int, per_s: int) -> bytes:
+    content = io.BytesIO()
+    with av.open(content, "w", "mp4") as film:
+        stream = film.add_stream("libx264", rate=per_s)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for number in range(frames):
+            shade = np.full((48, 64, 3), 20 * number, np.uint8)
+            film.mux(stream.encode(av.VideoFrame.from_ndarray(shade, format="rgb24")))
+        film.mux(stream.encode())
+    return content.getvalue()
