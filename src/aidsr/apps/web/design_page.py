@@ -102,7 +102,7 @@ def add_design_page(site: Site) -> None:
                 with box("row apart top"):
                     live(page.titled, _title)
                     live(lambda: page.read()[0].status.outcome, partial(_actions, page))
-                live(page.read, partial(_head, page))
+                live(page.read, _head)
             with box("split"):
                 with box("stack wide"):
                     live(page.seen, partial(_scene, page))
@@ -133,7 +133,7 @@ def _actions(page: _Page, outcome: Outcome | None) -> None:
         button("Download", lambda: ui.download(f"/download/{home}"), "quiet", "download", hint)
 
 
-def _head(page: _Page, facts: tuple[DesignView, str, int]) -> None:
+def _head(facts: tuple[DesignView, str, int]) -> None:
     design, shown, _ = facts
     status = design.status
     with box("stack"):
