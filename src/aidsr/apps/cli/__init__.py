@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from typing import TYPE_CHECKING
@@ -36,9 +37,12 @@ if TYPE_CHECKING:
 
 def _format_error(error: CycloptsError) -> Panel:
     """Return what the terminal shows of a mistake in a command line."""
+    from aidsr.apps.cli.terminal import printable
+
     if isinstance(error, UnusedCliTokensError):
-        return CycloptsPanel(f"Unexpected words: {' '.join(error.unused_tokens or ())}; put an objective in quotes")
-    return CycloptsPanel(error)
+        words = " ".join(error.unused_tokens or ())
+        return CycloptsPanel(printable(f"Unexpected words: {words}; put an objective in quotes"))
+    return CycloptsPanel(printable(str(error)))
 
 
 app = App(
@@ -87,12 +91,16 @@ def main(arguments: list[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = app(arguments)
+        sys.stdout.flush()
     except UserError as error:
         _print_error(error)
         code = 2
     except AidsrError as error:
         _print_error(error)
         code = 1
+    except BrokenPipeError:  # the reader has gone, as `head` does when it has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 128 + signal.SIGPIPE
     except OSError as error:
         problem = storage_problem(error)
         if problem is None:
@@ -105,7 +113,8 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _print_error(error: AidsrError | str) -> None:
-    from rich.console import Console
     from rich.markup import escape
 
-    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[bold red]aidsr:[/] {escape(str(error))}")
+    from aidsr.apps.cli.terminal import make_console
+
+    make_console(to_stderr=True, soft_wrap=True).print(f"[bold red]aidsr:[/] {escape(str(error))}")

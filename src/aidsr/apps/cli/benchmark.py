@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -59,9 +58,8 @@ def benchmark(
     dry_run
         Print the estimated cost and exit.
     """
-    from rich.console import Console
-
     from aidsr.apps.cli.studies import StudyTable, print_forecast, print_unfinished
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.trust import confirmed
     from aidsr.core.extras import require_extra
     from aidsr.studies.budget import check_budget, read_budget, set_budget
@@ -69,7 +67,7 @@ def benchmark(
     from aidsr.studies.runner import run_study
     from aidsr.studies.study import create_study, require_study_is_ours
 
-    console = Console(highlight=False)
+    console = make_console()
     found = _study(study, options or PlanOptions(), resume)
     limit = (limits or StudyLimits()).changed(read_budget(found))
     check_budget(found, limit)
@@ -89,9 +87,9 @@ def benchmark(
         with StudyTable(console, found) as table:
             progress = run_study(found, _pool(study, jobs, ray), table.listen)
     except KeyboardInterrupt:
-        console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", soft_wrap=True)
+        console.print(f"\nInterrupted. Resume with aidsr benchmark {study} --resume", markup=False, soft_wrap=True)
         return 130
-    console.print(f"Report: {write_report(found)}", soft_wrap=True)
+    console.print(f"Report: {write_report(found)}", markup=False, soft_wrap=True)
     if progress.unpaid:
         print_unfinished(console, found, progress.refused)
     return 1 if progress.failed or progress.unpaid else 0
@@ -142,12 +140,11 @@ def report(study: Path, /) -> int:
     study
         Folder of the study.
     """
-    from rich.console import Console
-
+    from aidsr.apps.cli.terminal import write
     from aidsr.studies.report import write_report
     from aidsr.studies.study import open_study
 
-    Console(highlight=False).print(str(write_report(open_study(study))), soft_wrap=True)
+    write(f"{write_report(open_study(study))}\n")
     return 0
 
 
@@ -165,12 +162,11 @@ def compare(one: Path, other: Path, /) -> int:
     other
         Folder of another.
     """
-    from rich.console import Console
-
     from aidsr.apps.cli.studies import print_comparison
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.studies.study import open_study
 
-    return print_comparison(Console(highlight=False), open_study(one), open_study(other))
+    return print_comparison(make_console(), open_study(one), open_study(other))
 
 
 def submit(study: Path, /, *, out: Path | None = None) -> int:
@@ -185,16 +181,15 @@ def submit(study: Path, /, *, out: Path | None = None) -> int:
     out
         The file; submission.json in the study's folder unless named.
     """
-    from rich.console import Console
-
+    from aidsr.apps.cli.terminal import write
     from aidsr.studies.study import open_study
     from aidsr.studies.submission import read_submission
-    from aidsr.studies.submission import submit as write
+    from aidsr.studies.submission import submit as write_submission
 
     path = out if out is not None else study / "submission.json"
-    write(open_study(study), path)
+    write_submission(open_study(study), path)
     found = read_submission(path)
-    Console(highlight=False).print(f"{path}: {len(found.designs)} designs, sha256 {found.sha256}", soft_wrap=True)
+    write(f"{path}: {len(found.designs)} designs, sha256 {found.sha256}\n")
     return 0
 
 
@@ -212,14 +207,15 @@ def leaderboard(submissions: list[Path], /, *, study: Path | None = None) -> int
     study
         Folder that the first file was made from: also check that it holds the very scenes that were submitted.
     """
+    from aidsr.apps.cli.terminal import write, write_document
     from aidsr.studies.leaderboard import check_scenes
     from aidsr.studies.leaderboard import leaderboard as merged
     from aidsr.studies.study import open_study
 
-    sys.stdout.write(merged(submissions))
+    write_document(merged(submissions))
     if study is not None:
         count = check_scenes(submissions[0], open_study(study))
-        sys.stdout.write(f"\n{submissions[0]}: all {count} scenes are those in {study}.\n")
+        write(f"\n{submissions[0]}: all {count} scenes are those in {study}.\n")
     return 0
 
 

@@ -38,16 +38,17 @@ def doctor(*, test_isolation: bool = False) -> int:
     test_isolation
         Also crash, stall and overfill child processes on purpose, to see that their limits hold here.
     """
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
+
+    from aidsr.apps.cli.terminal import make_console
 
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=False)
     marks = {"ok": "[green]ok[/]", "absent": "[yellow]–[/]", "problem": "[bold red]problem[/]"}
     found = checks(test_isolation=test_isolation)
     for check in found:
         table.add_row(marks[check.result], f"[bold]{check.topic}[/]", escape(check.text))
-    Console(highlight=False).print(table)
+    make_console().print(table)
     return 1 if any(check.result == "problem" for check in found) else 0
 
 

@@ -50,14 +50,11 @@ def evaluate(
     json
         Print the whole evaluation as JSON.
     """
-    import sys
-
-    from rich.console import Console
-
     from aidsr import api
+    from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.apps.cli.training import print_evaluating, print_evaluation
 
-    console = Console(highlight=False)
+    console = make_console()
     if not json:
         films = videos and level is None and split == "held_out"
         print_evaluating(console, episodes, videos=films, perturbed=perturbed)
@@ -65,7 +62,7 @@ def evaluate(
         training, episodes=episodes, level=level, split=split, threads=threads, videos=videos, perturbed=perturbed
     )
     if json:
-        sys.stdout.write(evaluation.model_dump_json(indent=2) + "\n")
+        write_document(evaluation.model_dump_json(indent=2) + "\n")
     else:
         print_evaluation(console, training, evaluation)
     return 0 if evaluation.successful else 1

@@ -51,12 +51,11 @@ def export(
     step
         Also write each part as STEP, with flat facets; needs the extra "cad".
     """
-    from rich.console import Console
-
     from aidsr import api
+    from aidsr.apps.cli.terminal import make_console
 
     exported = api.export(design, out or "", printer=printer, material=material, policy=policy, step=step)
-    _print_export(Console(highlight=False), exported)
+    _print_export(make_console(), exported)
     return 1 if exported.verdict.verdict == "not buildable" else 0
 
 

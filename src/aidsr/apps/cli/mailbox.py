@@ -46,7 +46,7 @@ class Mailbox:
             if waiting.prompt not in self._announced:
                 self._announced.add(waiting.prompt)
                 self._console.print(
-                    f"[yellow]waiting for a reply[/] of the {waiting.role}: read {escape(str(waiting.prompt))}, "
-                    f"save the reply as [bold]{escape(waiting.reply.name)}[/] beside it",
+                    f"[yellow]waiting for a reply[/] of the {escape(waiting.role)}: read "
+                    f"{escape(str(waiting.prompt))}, save the reply as [bold]{escape(waiting.reply.name)}[/] beside it",
                     soft_wrap=True,
                 )

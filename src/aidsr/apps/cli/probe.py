@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -68,11 +67,10 @@ def probe(
     json
         Print the whole report as JSON.
     """
-    from rich.console import Console
-
     from aidsr import api
+    from aidsr.apps.cli.terminal import make_console
 
-    with Console(stderr=True, highlight=False).status("trying motions") as status:
+    with make_console(to_stderr=True).status("trying motions") as status:
         report = api.probe(
             scene,
             task or "",
@@ -92,17 +90,16 @@ def probe(
 
 def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None:
     """Keep the report where it is to be kept, and print it."""
-    from rich.console import Console
-
+    from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.runs.files import replace_file
 
     text = report.model_dump_json(indent=2) + "\n"
     if kept is not None:
         replace_file(kept, text.encode())
     if json:
-        sys.stdout.write(text)
+        write_document(text)
     else:
-        _print(Console(highlight=False), report, kept)
+        _print(make_console(), report, kept)
 
 
 def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:

@@ -18,6 +18,7 @@ from rich.text import Text
 from aidsr.apps.cli.mailbox import Mailbox
 from aidsr.apps.cli.reporting import print_introduction, print_result
 from aidsr.apps.cli.review_prompt import ReviewPrompt
+from aidsr.apps.cli.terminal import make_console
 from aidsr.core.formatting import format_cost
 from aidsr.loop.parts import Parts
 from aidsr.loop.runner import run_designs
@@ -29,7 +30,7 @@ from aidsr.runs.status import newest
 
 def follow_run(run: Run, parts: Parts) -> int:
     """Work on a run while a person watches; return 0 if a design is approved, 1 if none, 130 if interrupted."""
-    console = Console(highlight=False)
+    console = make_console()
     print_introduction(console, run)
     view: View = Panel(console, run) if console.is_terminal else Lines(console)
     prompt = ReviewPrompt(console, run, view.aside)

@@ -31,7 +31,9 @@ def print_introduction(console: Console, run: Run) -> None:
             "no key is used and nothing is paid."
         )
     elif is_offline(record.config.model):
-        console.print(f"Model: [cyan]{record.config.model}[/]. No language model: no key is used and nothing is paid.")
+        console.print(
+            f"Model: [cyan]{escape(record.config.model)}[/]. No language model: no key is used and nothing is paid."
+        )
     elif prompts_directory(record.config.model):
         console.print(
             f"Model: [cyan]{escape(record.config.model)}[/]. Each call waits there as a file until its reply is saved "

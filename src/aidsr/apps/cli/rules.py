@@ -24,26 +24,26 @@ def rules(*codes: str, page: Annotated[bool, Parameter(negative="", show_default
     import re
     import sys
 
-    from rich.console import Console
     from rich.markdown import Markdown
     from rich.table import Table
 
+    from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.validation.registry import all_rules, builtin_rules, require_rule
     from aidsr.validation.rules_page import rule_section, rules_page
 
     if page:
-        sys.stdout.write(rules_page(builtin_rules()))
+        write_document(rules_page(builtin_rules()))
     elif codes:
         text = "\n".join(rule_section(require_rule(code)) for code in codes)
         if sys.stdout.isatty():
-            Console().print(Markdown(re.sub(r"\[([^]]+)\]\([^)]*\)", r"\1", text)))  # its links lead nowhere here
+            make_console().print(Markdown(re.sub(r"\[([^]]+)\]\([^)]*\)", r"\1", text)))  # its links lead nowhere here
         else:
-            sys.stdout.write(text)
+            write_document(text)
     else:
         table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
         for title in ("code", "stage", "finds"):
             table.add_column(title, overflow="fold", vertical="top")
         for rule in all_rules():
             table.add_row(f"[bold]{rule.code}[/]", rule.stage.title, rule.finds)
-        Console().print(table)
+        make_console().print(table)
     return 0

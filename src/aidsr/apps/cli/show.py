@@ -32,25 +32,22 @@ def show(
     layout
         Print which files a run may hold and what is in them.
     """
-    import sys
-
-    from rich.console import Console
-
+    from aidsr.apps.cli.terminal import make_console, write, write_document
     from aidsr.core.errors import UserError
     from aidsr.runs import Run, layout_text, read_status
 
     if layout:
-        sys.stdout.write(layout_text() + "\n")
+        write(layout_text() + "\n")
         return 0
     if run is None:
         raise UserError("no run given; name the folder of one, for example one under runs/")
     status = read_status(Run(run))
     if json:
-        sys.stdout.write(status.model_dump_json(indent=2) + "\n")
+        write_document(status.model_dump_json(indent=2) + "\n")
         return 0
     from aidsr.apps.cli.reporting import print_files, print_status
 
-    console = Console(highlight=False)
+    console = make_console()
     print_status(console, Run(run), status)
     print_files(console, Run(run))
     return 0

@@ -50,13 +50,12 @@ class StudyLimits:
 
 def print_estimate(config: RunConfig, runs: Path) -> None:
     """Print the estimated cost of a run."""
-    from rich.console import Console
-
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.core.formatting import format_cost
     from aidsr.loop.estimate import estimate
     from aidsr.teams.providers import is_offline
 
-    console = Console(highlight=False)
+    console = make_console()
     if is_offline(config.model):
         who = "the built-in rules call" if config.model == BUILTIN else f"{config.model} calls"
         console.print(f"Nothing to pay: {who} no language model.", soft_wrap=True, markup=False)

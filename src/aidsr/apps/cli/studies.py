@@ -41,11 +41,11 @@ def print_forecast(console: Console, study: Study, jobs: int, limit: Budget) -> 
     for name in ("arm", "model", "what is not as usual"):
         arms.add_column(name, overflow="fold")
     for arm in study.plan.arms:
-        arms.add_row(arm.name, arm.config.model, arm.settings or "nothing, the full method")
+        arms.add_row(*map(escape, (arm.name, arm.config.model, arm.settings or "nothing, the full method")))
     console.print(arms)
     found = estimate_study(study)
     left = ", ".join(f"{count} {stage}" for stage, count in found.jobs.items() if count) or "none"
-    console.print(f"[bold]{study.path.name}[/]: jobs to do: {left}", soft_wrap=True)
+    console.print(f"[bold]{escape(study.path.name)}[/]: jobs to do: {left}", soft_wrap=True)
     basis = "from this study's own designs" if found.measured else "a first guess"
     took = f", {_hours(found.core_hours / jobs)} with --jobs {jobs}" if jobs > 1 and found.core_hours else ""
     price = f"${found.cost_usd:.2f}" + (" (at the published cost of GPT-5)" if found.published_costs else "")
@@ -92,8 +92,8 @@ def print_unfinished(console: Console, study: Study, refused: Collection[Limit])
     console.print(
         f"The study's limit is reached: {' and '.join(parts)}; of {format_limits(refused)} too little is left for the "
         f"next call. {runs} not "
-        f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark {study.path} "
-        f"--resume {' '.join(options)}",
+        f"designed to the end ({escape(names)}). By the estimate, this would do the rest: aidsr benchmark "
+        f"{escape(str(study.path))} --resume {' '.join(options)}",
         soft_wrap=True,
     )
 

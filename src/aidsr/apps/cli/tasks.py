@@ -21,17 +21,15 @@ def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] =
     page
         Print all that is known about the tasks of the benchmark, as Markdown.
     """
-    import sys
-
-    from rich.console import Console
     from rich.table import Table
 
     from aidsr.apps.cli.reporting import print_unwrapped
+    from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.tasks import TASKS, load_task, task_names
     from aidsr.tasks.reference import task_reference
 
     if page:
-        sys.stdout.write(task_reference(TASKS.values()))
+        write_document(task_reference(TASKS.values()))
         return 0
     table = Table(box=None, pad_edge=False, padding=(0, 3, 1, 0), header_style="dim")
     for title in ("task", "levels", "objective"):
@@ -39,7 +37,7 @@ def tasks(*, page: Annotated[bool, Parameter(negative="", show_default=False)] =
     for name in task_names():
         task = load_task(name)
         table.add_row(f"[bold]{name}[/]", "standard, hard" if task.hard else "standard", task.objective)
-    console = Console()
+    console = make_console()
     if console.is_terminal:
         console.print(table)
     else:

@@ -81,17 +81,16 @@ def train(
     again
         Train again, into the next folders, whatever earlier commands have left.
     """
-    from rich.console import Console
-
     from aidsr.core.extras import require_extra
 
     require_extra("rl", "training")
     from aidsr.api import find_scene
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.training import Trainer
     from aidsr.learn.rl.recipe import Recipe
 
     found = find_scene(scene, task or "", level=level, goal=goal or "")
-    console = Console(highlight=False)
+    console = make_console()
     trainer = Trainer(
         console,
         steps,

@@ -96,10 +96,11 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     """Train and evaluate each approved design of a run; return 0 if one is successful, 1 if none, 130 if stopped."""
     from aidsr.api import find_scene
     from aidsr.apps.cli.reporting import print_status
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.runs import read_status, write_summary
 
-    console = Console(highlight=False)
+    console = make_console()
     trainer = Trainer(console, steps, range(seeds), Recipe())
     left = [one for one in run.designs if (ended := one.outcome.read()) is not None and ended.outcome == "approved"]
     successful = False
@@ -167,7 +168,8 @@ def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> 
     print_evaluations(console, {folder: evaluation})
     for check in evaluation.checks:
         if not check.passed:
-            console.print(f"[red]{check.name}[/]: {escape(check.message)}: {format_check(check)}", soft_wrap=True)
+            found = escape(f"{check.message}: {format_check(check)}")
+            console.print(f"[red]{escape(check.name)}[/]: {found}", soft_wrap=True)
     if evaluation.perturbed:
         print_perturbed(console, evaluation.perturbed)
 
@@ -179,7 +181,7 @@ def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) ->
         table.add_column(title, overflow="fold")
     for one in perturbed:
         kept = "–" if one.kept_share is None else f"{one.kept_share:.0%}"
-        table.add_row(one.summary, _success(one.success_rate), kept)
+        table.add_row(escape(one.summary), _success(one.success_rate), kept)
     console.print()
     print_unwrapped(console, table)
 

@@ -19,6 +19,7 @@ def confirmed(require_ours: _Check, trust: bool) -> None:
     from rich.markup import escape
     from rich.prompt import Confirm
 
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.runs.origin import ForeignFolderError
 
     try:
@@ -26,6 +27,6 @@ def confirmed(require_ours: _Check, trust: bool) -> None:
     except ForeignFolderError as error:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             raise
-        if not Confirm.ask(f"{escape(str(error))}.\nResume it?", default=False):
+        if not Confirm.ask(f"{escape(str(error))}.\nResume it?", console=make_console(), default=False):
             raise
         require_ours(trust=True)

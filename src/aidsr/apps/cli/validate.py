@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -80,13 +79,14 @@ def validate(
     schema
         Print the schema of the JSON, and nothing else.
     """
+    from aidsr.apps.cli.terminal import write_document
     from aidsr.core.errors import UserError
     from aidsr.sandbox.pool import warm_up
 
     if schema:
         from aidsr.validation.json_report import schema_text
 
-        sys.stdout.write(schema_text())
+        write_document(schema_text())
         return 0
     warm_up()  # the worker starts while the rest is imported
     from aidsr.apps.cli.checking import Check, refuse_to_overwrite
@@ -112,6 +112,7 @@ def _codes(text: str) -> tuple[str, ...]:
 
 def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool, scope: bool) -> int:
     """Check files, print what was found, and return the exit code."""
+    from aidsr.apps.cli.terminal import write, write_document
     from aidsr.apps.cli.verdicts import format_verdict
 
     reports: list[FileReport] = []
@@ -122,8 +123,8 @@ def _print_reports(check: Check, files: tuple[str, ...], *, as_json: bool, scope
         code = max(code, 0 if report.sound and (report.in_scope or not scope) else 1)
         if not as_json:
             text = format_verdict(report, repaired=check.repair, named=len(files) > 1, motors=check.realizable)
-            sys.stdout.write(text + "\n" * (1 + (len(files) > 1)))
+            write(text + "\n" * (1 + (len(files) > 1)))
     if as_json:
         texts = [report.model_dump_json(indent=2) for report in reports]
-        sys.stdout.write((texts[0] if len(files) == 1 else "[" + ",\n".join(texts) + "]") + "\n")
+        write_document((texts[0] if len(files) == 1 else "[" + ",\n".join(texts) + "]") + "\n")
     return code

@@ -21,9 +21,9 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     picture
         Where the picture goes when there is no display.
     """
-    from rich.console import Console
     from rich.markup import escape
 
+    from aidsr.apps.cli.terminal import make_console
     from aidsr.core.errors import UserError
     from aidsr.mjcf.read import open_mjcf
     from aidsr.render.viewer import view as look
@@ -32,9 +32,7 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
         raise UserError(f"--picture writes PNG; name a file that ends in .png, found {picture}")
     drawn = look(open_mjcf(model_of(path)), picture)
     if drawn is not None:
-        Console(highlight=False, soft_wrap=True).print(
-            f"There is no display here; drawn as [bold]{escape(str(drawn))}[/]"
-        )
+        make_console(soft_wrap=True).print(f"There is no display here; drawn as [bold]{escape(str(drawn))}[/]")
     return 0
 
 
