@@ -7,6 +7,7 @@ a changed digit in them is a changed experiment.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -175,3 +176,8 @@ def _account_line(faults: list[Fault]) -> str:
         line += f", and {len(faults) - 1} more like it"
     sentences = [line, f"Likely cause: {fault.likely_cause}" if fault.likely_cause else "", fault.cure]
     return " ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence)
+
+
+def format_cell(text: str) -> str:
+    """Return text as a cell of a Markdown table that shows it as it is: no markup, no further cell, no further line."""
+    return re.sub(r"([\\`*\[\]<>|])", r"\\\1", " ".join(text.split()))

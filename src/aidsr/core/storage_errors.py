@@ -20,6 +20,7 @@ _PROBLEMS = {
     "ENAMETOOLONG": ("the name is too long", "use a shorter one"),
     "EMFILE": ("too many files are open in this process", "raise the limit on open files (ulimit -n)"),
     "ENFILE": ("too many files are open on this machine", "close other programs"),
+    "EEXIST": ("a file stands where a folder is needed", "name another place"),
     "ENOTDIR": ("a file stands where a folder is needed", "name another place"),
     "EISDIR": ("a folder stands where a file is needed", "name a file"),
 }
@@ -36,7 +37,7 @@ def storage_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        error.filename = error.filename or str(path)  # a full disk is reported without a name
+        error.filename = str(path)  # a full disk is reported without a name, others with that of a temporary file
         problem = storage_problem(error)
         if problem is None:
             raise

@@ -12,6 +12,7 @@ from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Brief
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.text_files import read_text_file
 from aidsr.loop.ablations import ablate
 from aidsr.loop.early_stop import never_stop, no_progress
 from aidsr.loop.human import DecisionFile, PresetFeedback, approve
@@ -180,6 +181,8 @@ def make_brief(
     from aidsr.tasks import goal_task, load_task, read_goal
 
     starting_robot = mjcf_text(robot, "robot") if robot else ""
+    if robot and not starting_robot.strip():
+        raise UserError(f"the robot {robot} is empty; give the MJCF of a robot, or leave it out")
     if task:
         if objective or environment or goal:
             raise UserError(
@@ -288,15 +291,17 @@ def mjcf_text(source: str | Path, what: str) -> str:
         TypeError: It is neither text nor a path.
         UserError: The file cannot be read.
     """
+    from aidsr.mjcf.read import SIZE_LIMITS
+
     check_type(source, (str, Path), f"the {what} must be MJCF text or the path of a file")
     if isinstance(source, str) and source.lstrip().startswith("<"):
         return source
     try:
-        return Path(source).read_text(encoding="utf-8")
+        return read_text_file(Path(source), max_bytes=SIZE_LIMITS.characters)
     except FileNotFoundError:
         raise UserError(f"the {what} {source} does not exist; give the path of an MJCF file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"the {what} {source} cannot be read as text ({error}); give an MJCF file") from None
+    except OSError as error:
+        raise UserError(f"the {what} {source} cannot be read ({error.strerror}); give an MJCF file") from None
 
 
 def _version(package: str) -> str:

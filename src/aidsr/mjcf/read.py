@@ -16,6 +16,7 @@ from lxml import etree
 from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Fault, Robot, Scene
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.core.text_files import read_text_file
 from aidsr.mjcf.attribute_checks import check_finite, check_fromto
 from aidsr.mjcf.elements import Element, attributes, line_of
 from aidsr.mjcf.forbidden import check_forbidden
@@ -85,10 +86,9 @@ def open_mjcf(path: Path) -> str:
         size = path.stat().st_size
         if size > SIZE_LIMITS.characters:
             raise MjcfError([_too_large(size)])
-        content = path.read_bytes()
+        return read_text_file(path, max_bytes=SIZE_LIMITS.characters)
     except OSError as error:
         raise UserError(f"cannot read the MJCF file {path}: {error.strerror}") from error
-    return decode_mjcf(content, str(path))
 
 
 def decode_mjcf(content: bytes, source: str) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import stat
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -59,7 +60,7 @@ def _replace(path: Path, content: bytes) -> None:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        Path(temporary).chmod(0o644)
+        Path(temporary).chmod(stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o644)
         Path(temporary).replace(path)
     except BaseException:
         with contextlib.suppress(FileNotFoundError):
@@ -146,12 +147,19 @@ class MjcfFile(Generic[Drawn]):
         """Return the robot or scene, or None while it is not written.
 
         Raises:
-            UserError: The JSON beside its XML does not hold what belongs to it.
+            UserError: The XML is empty, as after a power cut, or no text; or the JSON beside it does not hold what
+                belongs to it.
         """
         mjcf = self.xml.read()
         if mjcf is None:
             return None
-        whole = {**(self.json.read() or {}), "mjcf": mjcf.decode()}
+        if not mjcf.strip():
+            raise UserError(f"{self.xml.path} is empty; restore or remove it")
+        try:
+            text = mjcf.decode()
+        except UnicodeDecodeError:
+            raise UserError(f"{self.xml.path} is not UTF-8 text; restore or remove it") from None
+        whole = {**(self.json.read() or {}), "mjcf": text}
         return _valid(self.json.path, lambda: self.kind.model_validate(whole))
 
     def write(self, value: Drawn) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from aidsr.core.config import Method, RunConfig, StudyMethod
 from aidsr.core.errors import UserError
+from aidsr.core.text_files import parse_toml, read_text_file
 from aidsr.studies.study import Arm
 from aidsr.tasks import load_task
 
@@ -87,6 +87,9 @@ def _arm(model: str, way: StudyMethod, concepts: int, feedback: Mapping[str, str
     )
 
 
+_MAX_BYTES = 2**20
+
+
 def read_feedback(path: Path, tasks: Sequence[str]) -> dict[str, str]:
     """Return a person's feedback on the designs of each task, from a TOML file with one text per task.
 
@@ -94,8 +97,8 @@ def read_feedback(path: Path, tasks: Sequence[str]) -> dict[str, str]:
         UserError: It cannot be read, or has no text for a task.
     """
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        found = parse_toml(read_text_file(path, max_bytes=_MAX_BYTES))
+    except (OSError, ValueError) as error:
         raise UserError(f"{path} cannot be read as a person's feedback: {error}") from None
     texts = {load_task(name).name: str(text).strip() for name, text in found.items()}
     silent = [task for task in tasks if not texts.get(task)]

@@ -13,9 +13,8 @@ def first_error(error: ValidationError) -> str:
     first = error.errors()[0]
     key = ""
     for part in first["loc"]:
-        key += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if key else part
-    found = repr(first["input"])
-    shown = found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
+        key += f"[{part + 1}]" if isinstance(part, int) else f".{_shortened(part)}" if key else _shortened(part)
+    shown = _shortened(repr(first["input"]))
     match first["type"]:
         case "missing":
             return f'the key "{key}" is missing'
@@ -30,3 +29,7 @@ def first_error(error: ValidationError) -> str:
         case _:
             expected = first["msg"].removeprefix("Input should be ")
             return f'"{key}": expected {expected[:1].lower()}{expected[1:]}, found {shown}'
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

@@ -10,7 +10,6 @@ docs/environments.md has a worked example. `aidsr.tasks.goal_task` makes the tas
 from __future__ import annotations
 
 import math
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +19,7 @@ from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
+from aidsr.core.text_files import parse_toml, read_text_file
 
 GOAL_VERSION = 2
 """Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
@@ -120,6 +120,9 @@ AnyGoal = Annotated[Reach | Lift | Travel | Touch, Field(discriminator="kind")]
 _KINDS: dict[str, type[Goal]] = {"reach": Reach, "lift": Lift, "travel": Travel, "touch": Touch}
 
 
+_MAX_BYTES = 2**20
+
+
 def read_goal(path: str | Path) -> AnyGoal:
     """Return the goal in a file.
 
@@ -129,11 +132,11 @@ def read_goal(path: str | Path) -> AnyGoal:
     """
     check_type(path, (str, Path), "goal must be the path of a TOML file")
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = read_text_file(Path(path), max_bytes=_MAX_BYTES)
     except FileNotFoundError:
         raise UserError(f"goal not found: {path}; give a TOML file as docs/environments.md shows") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"cannot read {path} as TOML: {error}") from None
+    except OSError as error:
+        raise UserError(f"cannot read {path} as TOML: {error.strerror}") from None
     return parse_goal(text, str(path))
 
 
@@ -148,8 +151,8 @@ def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
         UserError: It is no goal.
     """
     try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        values = parse_toml(text)
+    except ValueError as error:
         raise UserError(f"cannot read {name} as TOML: {error}") from None
     kind = values.get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:

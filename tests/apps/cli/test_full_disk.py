@@ -74,6 +74,16 @@ def test_a_command_ends_with_one_sentence(tmp_path: Path, arguments: tuple[str, 
     assert len(ended.stderr.strip().splitlines()) == 1
 
 
+def test_a_file_that_is_fixed_in_place_is_whole_after_a_full_disk(tmp_path: Path) -> None:
+    before = EXAMPLE.read_text().replace("<mujoco", "<!-- a -- b --><mujoco", 1)
+    (tmp_path / "robot.xml").write_text(before)
+    ended = run(tmp_path, "fix", "robot.xml", "--in-place", size_bytes=100)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("aidsr: ")
+    assert (tmp_path / "robot.xml").read_text() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]
+
+
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EACCES, errno.EDQUOT, errno.EIO])
 def test_a_file_that_cannot_be_written_keeps_what_it_held(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from aidsr.apps.cli.output_file import write_output
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.errors import UserError
 from aidsr.fixes import fix
@@ -50,14 +51,15 @@ class Check:
         if self.repair is not None:
             answer = fix(_opened(text))
             text, repairs = answer.mjcf, answer.repairs
-            _write(self.repair, text)
+            write_output(self.repair, text)
         shown = self._trace(_opened(text)) if self.page is not None else None
         report = shown.report if shown is not None else self._validated(text)
         loads = not any(fault.layer == "load" for fault in report.errors)
         trust = check_fidelity(text) if self.fidelity and loads else None
         if shown is not None and self.page is not None:
             name = "standard input" if file == STANDARD_INPUT else Path(file).name
-            _write(self.page, page_html(_opened(text), shown, file=name, repairs=repairs, fidelity=trust))
+            page = page_html(_opened(text), shown, file=name, repairs=repairs, fidelity=trust)
+            write_output(self.page, page)
         return FileReport(**dict(report), file=file, repairs=repairs, fidelity=trust)
 
     def _validated(self, text: str | Path) -> ValidationReport:
@@ -97,10 +99,3 @@ def _is_our_page(path: Path) -> bool:
             return f'content="{GENERATOR}"'.encode() in file.read(_HEAD_BYTES)
     except OSError:
         return False
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"cannot write {path}: {error.strerror}") from error

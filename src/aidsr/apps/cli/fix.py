@@ -51,10 +51,11 @@ def fix(
     list_fixes
         Print all fixes as a Markdown table, with the fault codes they cure, and nothing else.
     """
+    from aidsr.apps.cli.terminal import write_document
     from aidsr.core.errors import UserError
 
     if list_fixes:
-        sys.stdout.write(fixes_table())
+        write_document(fixes_table())
         return 0
     unknown = next((file for file in files if file.startswith("--")), None)
     if unknown or not files:
@@ -70,6 +71,8 @@ def fix(
 
 def _fix_file(file: str, target: Path | None) -> int:
     """Fix one file, write it where it goes, print what was fixed, and return the exit code."""
+    from aidsr.apps.cli.output_file import write_output
+    from aidsr.apps.cli.terminal import write, write_document
     from aidsr.fixes import fix
     from aidsr.mjcf.read import decode_mjcf, open_mjcf
 
@@ -80,13 +83,14 @@ def _fix_file(file: str, target: Path | None) -> int:
     written = True
     if target is not None:
         if result.total or target != Path(file):
-            _write(target, fixed)
+            write_output(target, fixed)
     elif from_stdin:
-        sys.stdout.write(fixed)
+        write_document(fixed)
     else:
         written = not result.total
-    (sys.stderr if from_stdin and target is None else sys.stdout).write(
-        _account("standard input" if from_stdin else file, result, target, written=written)
+    write(
+        _account("standard input" if from_stdin else file, result, target, written=written),
+        to=sys.stderr if from_stdin and target is None else sys.stdout,
     )
     return 0 if written and not result.unfixed else 1
 
@@ -98,15 +102,6 @@ def _account(name: str, result: FixResult, target: Path | None, *, written: bool
     head = "nothing to fix" if not result.total else f"{count}{place if written else _NOT_WRITTEN}"
     left = f"left: {', '.join(result.unfixed)}; see aidsr validate" if result.unfixed else ""
     return "\n".join([f"{name}: {head}", *(f"- {note}" for note in result.notes), *([left] if left else []), ""])
-
-
-def _write(path: Path, text: str) -> None:
-    from aidsr.core.errors import UserError
-
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"cannot write {path}: {error.strerror}") from error
 
 
 def fixes_table() -> str:

@@ -53,22 +53,23 @@ def serve(
             f"refusing to bind {host} without --token: any client could execute code; give a --token of at least "
             f"{_SHORTEST_TOKEN} characters, which the web app then asks for, or leave out --host"
         )
-    door = _listening(host, port)
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
-    server = uvicorn.Server(
-        uvicorn.Config(
-            build(runs, studies, hosts=LOOPBACK if alone else frozenset(), token=token),
-            log_level="warning",
-            ws="websockets-sansio",
-            timeout_graceful_shutdown=3,
+    with _listening(host, port) as door, suppress(KeyboardInterrupt):
+        server = uvicorn.Server(
+            uvicorn.Config(
+                build(runs, studies, hosts=LOOPBACK if alone else frozenset(), token=token),
+                log_level="warning",
+                ws="websockets-sansio",
+                timeout_graceful_shutdown=3,
+            )
         )
-    )
-    if browser:
-        app.on_startup(lambda: threading.Timer(0.3, webbrowser.open, (address,)).start())
-    app.on_startup(
-        lambda: sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs continue)\n") and sys.stdout.flush()
-    )
-    with door, suppress(KeyboardInterrupt):
+        if browser:
+            app.on_startup(lambda: threading.Timer(0.3, webbrowser.open, (address,)).start())
+        app.on_startup(
+            lambda: (
+                sys.stdout.write(f"AID-SR is at {address} (Control-C ends it; runs continue)\n") and sys.stdout.flush()
+            )
+        )
         server.run(sockets=[door])
 
 

@@ -17,7 +17,7 @@ from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
-from aidsr.mjcf.read import parse_document
+from aidsr.mjcf.read import open_mjcf, parse_document
 from aidsr.sim.assembly import add_sensors
 from aidsr.sim.same_environment import find_environment_change
 from aidsr.sim.task_sensors import check_task_sensors
@@ -88,13 +88,11 @@ def read_mjcf_text(scene: str | Path) -> str:
 
     Raises:
         UserError: There is no such file.
+        MjcfError: It is too large.
     """
     if isinstance(scene, str) and "<" in scene:
         return scene
-    try:
-        return Path(scene).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"cannot read the scene {scene}: {error}") from None
+    return open_mjcf(Path(scene))
 
 
 def _with_sensors(mjcf: str, task: Task) -> str:
