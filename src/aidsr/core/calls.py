@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, PlainSerializer
+from pydantic import BeforeValidator, ConfigDict, Field, PlainSerializer
 
 from aidsr.core.artifacts import Artifact, Role
 
@@ -43,29 +43,36 @@ class Question(Artifact):
     max_output_tokens: int = 20_000
 
 
+Count = Annotated[int, Field(ge=0, le=10**15)]
+"""Of calls, tokens or steps; in a file of others a number can be larger than any float."""
+_Amount = Annotated[float, Field(ge=0, le=1e15)]
+
+
 class Usage(Artifact):
     """Tokens, money and time of one call or of many."""
 
-    calls: int = 0
-    input_tokens: int = 0
-    cached_input_tokens: int = 0
-    output_tokens: int = 0
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    calls: Count = 0
+    input_tokens: Count = 0
+    cached_input_tokens: Count = 0
+    output_tokens: Count = 0
     """Reasoning included."""
     tokens_estimated: bool = False
     """Whether tokens were, at least in part, estimated from visible text, because the provider does not count them."""
-    cost_usd: float | None = 0.0
+    cost_usd: _Amount | None = 0.0
     """None when a price is unknown; unknown is never counted as free."""
-    replayed_cost_usd: float | None = 0.0
+    replayed_cost_usd: _Amount | None = 0.0
     """What replayed calls cost when they were recorded; not paid again. None when that is unknown."""
-    latency_s: float = 0.0
-    retries: int = 0
+    latency_s: _Amount = 0.0
+    retries: Count = 0
 
     def __add__(self, other: Usage) -> Usage:
         """Return the sum; one unknown price makes the sum unknown."""
         once_known = self.replayed_cost_usd is not None and other.replayed_cost_usd is not None
         once = (self.replayed_cost_usd or 0.0) + (other.replayed_cost_usd or 0.0)
         known = self.cost_usd is not None and other.cost_usd is not None
-        return Usage(
+        return Usage.model_construct(  # the sum of two that are within their bounds is not checked
             calls=self.calls + other.calls,
             input_tokens=self.input_tokens + other.input_tokens,
             cached_input_tokens=self.cached_input_tokens + other.cached_input_tokens,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_cell
 from aidsr.studies.report import counted, format_rate, format_training, taken_in_words
 from aidsr.studies.study import Study
 from aidsr.studies.submission import Submission, hash_scenes, read_submission
@@ -45,7 +46,7 @@ def leaderboard(paths: Sequence[Path]) -> str:
     for path, submission in found.items():
         groups.setdefault(_conditions(submission), []).extend((path, arm) for arm in _arms(submission))
     parts = [_table(conditions, rows) for conditions, rows in groups.items()]
-    hashes = [f"- {path.name}: sha256 {submission.sha256}" for path, submission in found.items()]
+    hashes = [f"- {format_cell(path.name)}: sha256 {submission.sha256}" for path, submission in found.items()]
     return "\n\n".join([*parts, "Files, each with figures that follow from its outcomes:\n" + "\n".join(hashes)]) + "\n"
 
 
@@ -105,7 +106,7 @@ def _row(path: Path, arm: ArmLine, trained: bool) -> str:
         tokens,
         cost,
     ]
-    return f"| {' | '.join(cells)} |"
+    return f"| {' | '.join(map(format_cell, cells))} |"
 
 
 def _rank(arm: ArmLine) -> tuple[float, float, float]:

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from statistics import fmean
 
+from pydantic import ConfigDict
+
 from aidsr.core.artifacts import Artifact, Evaluation, ValidationReport
-from aidsr.core.calls import Usage
+from aidsr.core.calls import Count, Usage
 from aidsr.runs import DesignFolder, read_status
 from aidsr.runs.files import JsonFile
 from aidsr.studies.jobs import VERIFIED, exhausted_limits, training_folder_of
@@ -18,10 +20,12 @@ from aidsr.studies.study import Cell, Study
 class DesignRow(Artifact):
     """One design of a study, whether it got anywhere or not."""
 
+    model_config = ConfigDict(allow_inf_nan=False)
+
     arm: str
     task: str
-    run: int
-    design: int
+    run: Count
+    design: Count
     family: str = ""
     outcome: str = "failed"
     """As in outcome.json; "failed" where its run ended without it, "unfinished" where it is not done yet."""
@@ -32,18 +36,18 @@ class DesignRow(Artifact):
     """Whether its final scene was validated separately."""
     stable: bool = False
     """Whether it was approved and its final scene passes the validator when it is validated separately."""
-    seeds: int = 0
+    seeds: Count = 0
     """Policies that the plan asks for; those that are not judged count as failed. `read_submission` fills it in
     where an earlier version left it out and one policy or none was asked for."""
     evaluations: tuple[Evaluation, ...] = ()
     """One for each policy that was judged."""
-    steps: int = 0
+    steps: Count = 0
     """Control steps of all its trainings."""
     training_s: float = 0.0
     probe_progress: float | None = None
     usage: Usage = Usage()
     latency_s: float = 0.0
-    iterations: int = 0
+    iterations: Count = 0
 
     @property
     def valid(self) -> bool:

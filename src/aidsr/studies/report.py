@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from aidsr.core.config import BUILTIN
+from aidsr.core.formatting import format_cell
 from aidsr.core.html import html_template
 from aidsr.runs.files import replace_file
 from aidsr.studies import plots
@@ -52,7 +53,7 @@ def table_markdown(lines: Sequence[Line], *, trained: bool = True) -> str:
         "| task | designs | stable | valid | successful | at 80, 95 % | episodes | probe | tokens | cost | latency |\n"
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
     )
-    return "\n".join([head, *("| " + " | ".join(_cells(line, trained)) + " |" for line in lines)])
+    return "\n".join([head, *("| " + " | ".join(map(format_cell, _cells(line, trained))) + " |" for line in lines)])
 
 
 def raw_csv(rows: Sequence[DesignRow]) -> str:
@@ -126,16 +127,17 @@ def _arm_cells(study: Study, arm: ArmLine) -> list[str]:
 def _markdown(
     study: Study, rows: Sequence[DesignRow], arms: Sequence[ArmLine], tables: dict[str, tuple[Line, ...]]
 ) -> str:
-    head = [f"# Study {study.path.name}", _standing(study, rows)]
+    head = [f"# Study {format_cell(study.path.name)}", _standing(study, rows)]
     if len(arms) > 1:
         compared = [f"| {' | '.join(ARM_HEADS)} |", "|---|---|" + "---:|" * (len(ARM_HEADS) - 2)]
-        compared += [f"| {' | '.join(_arm_cells(study, arm))} |" for arm in arms]
+        compared += [f"| {' | '.join(map(format_cell, _arm_cells(study, arm)))} |" for arm in arms]
         head += ["## Arms", "\n".join(compared)]
         against = differences(rows, arms[0].arm)
         real = [f"{d.arm} {d.what} {_change(d)}" for d in against if d.real]
         head += [f"Differences from {arms[0].arm} that are more than noise: {'; '.join(real) or 'none'}."]
     parts = [
-        f"## {arm.arm} ({arm.model})\n\n{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
+        f"## {arm.arm} ({format_cell(arm.model)})\n\n"
+        f"{table_markdown([*tables[arm.arm], arm.line], trained=study.plan.seeds > 0)}\n"
         for arm in arms
     ]
     return "\n\n".join(head) + "\n\n" + "\n".join(parts) + f"\n{_paper_in_words(study)}\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,7 @@ from aidsr.core.config import Method, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.core.provenance import versions_of
+from aidsr.core.text_files import parse_toml, read_text_file
 from aidsr.runs import Run
 from aidsr.runs.origin import mark_as_ours, require_ours
 from aidsr.studies.file_errors import first_error
@@ -34,6 +35,9 @@ _METHODS: dict[Method, str] = {
     "direct": "one call",
 }
 _NAME = r"^[a-z0-9][a-z0-9_.-]*$"
+_TASK = r"^\w[\w.-]*(/\w[\w.-]*)*$"
+"""Names of tasks, those of other packages too: they become names of folders."""
+_MANY = Field(min_length=1, max_length=1000)
 
 
 class Arm(Artifact):
@@ -73,9 +77,9 @@ class Arm(Artifact):
 class StudyPlan(Artifact):
     """Everything that decides what a study does. Two studies with equal plans can be merged."""
 
-    tasks: Annotated[tuple[str, ...], Field(min_length=1)]
+    tasks: Annotated[tuple[Annotated[str, Field(pattern=_TASK, max_length=200)], ...], _MANY]
     level: Literal["standard", "hard"] = "standard"
-    arms: Annotated[tuple[Arm, ...], Field(min_length=1)]
+    arms: Annotated[tuple[Arm, ...], _MANY]
     runs: Annotated[int, Field(ge=1, le=1000)] = 5
     """Runs of each task and arm. Source: AID-SR, 15 designs a task = 5 runs of 3 concepts."""
     seeds: Annotated[int, Field(ge=0, le=100)] = 1
@@ -89,7 +93,7 @@ class StudyPlan(Artifact):
 
     @model_validator(mode="after")
     def _nothing_twice(self) -> Self:
-        twice = sorted({task for task in self.tasks if self.tasks.count(task) > 1})
+        twice = sorted(task for task, count in Counter(self.tasks).items() if count > 1)
         if twice:
             raise ValueError(f"duplicate {'task' if len(twice) == 1 else 'tasks'}: {', '.join(twice)}")
         names = [arm.name for arm in self.arms]
@@ -200,16 +204,17 @@ def open_study(path: Path) -> Study:
     """
     require_plain_tree(path)
     try:
-        text = (path / "study.toml").read_text(encoding="utf-8")
-        return Study(path, StudyPlan.model_validate(tomllib.loads(text)))
+        text = read_text_file(path / "study.toml", max_bytes=_MAX_BYTES)
+        return Study(path, StudyPlan.model_validate(parse_toml(text)))
     except (FileNotFoundError, NotADirectoryError):
         raise UserError(f"{path} is not a study folder: study.toml not found") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path / 'study.toml'} cannot be read as TOML: {error}; {_RESTORE}") from None
     except ValidationError as error:
         raise UserError(f"{path / 'study.toml'} is not a study plan: {first_error(error)}; {_RESTORE}") from None
+    except ValueError as error:
+        raise UserError(f"{path / 'study.toml'} cannot be read as TOML: {error}; {_RESTORE}") from None
 
 
+_MAX_BYTES = 4 * 2**20
 _RESTORE = "a plan is not edited: restore it, or start another study"
 
 

@@ -5,24 +5,31 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
+from aidsr.core.text_files import read_text_file
 from aidsr.runs.files import replace_file
 from aidsr.studies.file_errors import first_error
 from aidsr.studies.outcomes import DesignRow, read_outcomes
 from aidsr.studies.study import Study, StudyPlan
 from aidsr.studies.tables import Line, task_lines
 
+_MAX_BYTES = 64 * 2**20
+"""Of a submission. Our choice: 1,000 designs with five policies each take half of that."""
+_MAX_DESIGNS = 20_000
+
 
 class Submission(Artifact):
     """A study's figures, with enough raw outcomes to compute them again."""
 
     plan: StudyPlan
-    designs: tuple[DesignRow, ...]
+    designs: Annotated[tuple[DesignRow, ...], Field(max_length=_MAX_DESIGNS)]
     scenes_sha256: dict[str, str]
     """Of every approved scene, by "arm/task/run/design", so that a submission can be checked against its study."""
     lines: dict[str, tuple[Line, ...]]
@@ -63,10 +70,10 @@ def read_submission(path: Path) -> Submission:
         UserError: It cannot be read, was changed, or its figures are not those of its outcomes.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text_file(path, max_bytes=_MAX_BYTES)
         found = Submission.model_validate_json(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path} cannot be read: {error}") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
     except ValidationError as error:
         raise UserError(f"{path} is not a file written by `aidsr submit`: {first_error(error)}") from None
     if found.sha256 != _digest(text):
@@ -79,7 +86,8 @@ def read_submission(path: Path) -> Submission:
         )
     rows = tuple(row.model_copy(update={"seeds": found.plan.seeds}) for row in found.designs)
     found = found.model_copy(update={"designs": rows})
-    if [_place(row) for row in found.designs] != list(_places(found.plan)):
+    # one by one: a plan can ask for far more designs than the file has
+    if any(_place(row) != place if row else True for row, place in zip_longest(found.designs, _places(found.plan))):
         raise UserError(f"{path}: the designs are not those of its plan, each of them once")
     for arm in (arm.name for arm in found.plan.arms):
         if not _follow(found.lines.get(arm, ()), task_lines(found.designs, arm)):

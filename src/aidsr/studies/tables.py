@@ -165,8 +165,15 @@ def line_of(task: str, rows: Sequence[DesignRow]) -> Line:
 
 def task_lines(rows: Sequence[DesignRow], arm: str) -> tuple[Line, ...]:
     """Return one line a task, in the order in which tasks come."""
-    own = [row for row in rows if row.arm == arm]
-    return tuple(line_of(task, [row for row in own if row.task == task]) for task in dict.fromkeys(r.task for r in own))
+    return tuple(line_of(task, own) for task, own in _rows_by_task(rows, arm).items())
+
+
+def _rows_by_task(rows: Sequence[DesignRow], arm: str) -> dict[str, list[DesignRow]]:
+    found: dict[str, list[DesignRow]] = {}
+    for row in rows:
+        if row.arm == arm:
+            found.setdefault(row.task, []).append(row)
+    return found
 
 
 def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[ArmLine, ...]:
@@ -178,15 +185,14 @@ def arm_lines(rows: Sequence[DesignRow], models: Mapping[str, str]) -> tuple[Arm
     """
     found = []
     for arm, model in models.items():
-        own = [row for row in rows if row.arm == arm]
-        if own:
-            tasks = dict.fromkeys(row.task for row in own)
-            interval = bootstrap_mean({task: [row.policies for row in own if row.task == task] for task in tasks})
+        by_task = _rows_by_task(rows, arm)
+        if by_task:
+            interval = bootstrap_mean({task: [row.policies for row in of_task] for task, of_task in by_task.items()})
             found.append(
                 ArmLine(
                     arm=arm,
                     model=model,
-                    line=line_of("all tasks", own),
+                    line=line_of("all tasks", [row for row in rows if row.arm == arm]),
                     success_low=interval.low,
                     success_high=interval.high,
                 )

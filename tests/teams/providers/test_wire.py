@@ -18,6 +18,7 @@ from aidsr.core.errors import ModelError
 from aidsr.runs.answered_calls import calls_in
 from aidsr.runs.recorded_model import RecordedModel
 from aidsr.teams.providers import RetryPolicy, connect
+from aidsr.teams.providers.wire import amount, token_count
 from fake_clock import FakeClock
 from loopback import Act, Cut, Fail, Loopback, Raw, Say, Serve
 
@@ -136,3 +137,10 @@ def test_a_count_of_tokens_that_is_none_is_estimated() -> None:
 def test_a_pause_that_is_none_is_not_waited_for(pause: str) -> None:
     record = ask(Fail(503, headers={"Retry-After": pause}), Say("ok"))
     assert record.failed_attempts[0].waited_s >= 0
+
+
+def test_a_count_of_tokens_past_all_bounds_is_not_believed() -> None:
+    for count in (10**400, -1, float("nan"), float("inf"), True, "12", None, [12]):
+        assert token_count(count) == 0
+        assert amount(count) is None
+    assert token_count(12) == 12

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
+import sys
 from collections.abc import Iterator
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -85,9 +85,9 @@ def http_client() -> httpx2.AsyncClient:
 
 def amount(value: object) -> float | None:
     """Return a number that a server reports, None where it is none, not finite or negative."""
-    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value >= 0:
-        return float(value)
-    return None
+    if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= sys.float_info.max:
+        return None
+    return float(value)
 
 
 def token_count(value: object) -> int:
