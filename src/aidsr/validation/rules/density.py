@@ -14,18 +14,25 @@ DENSITY_HIGH_KG_M3 = 23_000.0
 """Lightest foam; densest solid (osmium, 22,590 kg/m3)."""
 
 
-def _find_implausible_densities(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find moving bodies lighter than foam or denser than osmium."""
+def densities_kg_m3(robot: RobotUnderTest) -> dict[int, float]:
+    """Return mass / volume of the geoms of each body whose geoms all have a volume [kg/m3]."""
     model = robot.model
-    odd: dict[str, float] = {}
+    found: dict[int, float] = {}
     for body in robot.structure.bodies:
         geoms = [geom for geom in robot.structure.geoms if int(model.geom_bodyid[geom]) == body]
         volumes = [volume for geom in geoms if (volume := volume_m3(model, geom)) is not None]
-        if not volumes or len(volumes) < len(geoms) or model.body_mass[body] == 0:
-            continue
-        density = float(model.body_mass[body]) / sum(volumes)
-        if not DENSITY_LOW_KG_M3 <= density <= DENSITY_HIGH_KG_M3:
-            odd[robot.body(body)] = density
+        if volumes and len(volumes) == len(geoms) and model.body_mass[body] != 0:
+            found[body] = float(model.body_mass[body]) / sum(volumes)
+    return found
+
+
+def _find_implausible_densities(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find moving bodies lighter than foam or denser than osmium."""
+    odd = {
+        robot.body(body): density
+        for body, density in densities_kg_m3(robot).items()
+        if not DENSITY_LOW_KG_M3 <= density <= DENSITY_HIGH_KG_M3
+    }
     if odd:
         worst = max(odd.values(), key=lambda density: max(density, 1 / density))
         heavy = worst > DENSITY_HIGH_KG_M3

@@ -281,5 +281,5 @@ NO_EFFECT = Rule(
     cure=_CURE_STIFF,
     explains=("sensor_constant",),
     signal=effect_signal,
-    example=Example((('armature="1e-5"', 'armature="1000"'),)),
+    example=Example((('timestep="0.002"', 'timestep="0.002" viscosity="1e5"'),)),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import mujoco
 
@@ -14,6 +15,8 @@ from aidsr.validation.rule import Example, Rule, Stage
 
 GAP_SHARE = 0.5
 """Gap between neighbouring segments / segment length. Drawn joints leave gaps of up to a fifth. Our choice."""
+CARRIER_GAP_SHARE = 2.0
+"""The same between a limb and what carries it: bases are often drawn as a thin plate. Our choice."""
 _ROOT_LEVEL_SHARE = 0.02
 """Difference in height / L up to which bodies held by the world stand side by side, as fingers do; below the segment
 length of a limb of 40 segments. Our choice."""
@@ -98,11 +101,23 @@ DISCONNECTED = Rule(
 
 
 def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find neighbouring segments of a chain that are far from touching.
+    """Find neighbouring segments of a chain that are far from touching, and limbs far from what carries them.
 
     Source: our choice; `mj_geomDistance` between the nearest geoms of both.
     """
     wide = [gap for chain in robot.structure.chains for gap in _gaps(robot, robot.drawn, chain)]
+    loose = [gap for chain in robot.structure.chains for gap in _gap_to_carrier(robot, robot.drawn, chain)]
+    if loose:
+        share, body, spacing_m = max(loose)
+        yield SEGMENTS_GAP.fault(
+            f"empty space between limbs and what carries them, widest before {robot.body(body)}",
+            names=(robot.body(first) for _, first, _ in loose),
+            measured=share,
+            limit=CARRIER_GAP_SHARE,
+            whole=spacing_m,
+            whole_unit="m",
+            likely_cause="the pos of the limb's first body is not where its palm or base is",
+        )
     if wide:
         share, body, spacing_m = max(wide)
         yield SEGMENTS_GAP.fault(
@@ -118,15 +133,27 @@ def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
 
 def _gaps(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:
     """Gaps / segment length that are too wide, with the body behind them and the segment's length [m]."""
-    spacing_m = chain.spacing_m
-    for before, body in zip(chain.bodies, chain.bodies[1:], strict=False):
-        ours, theirs = _rigid_geoms(robot, body), _rigid_geoms(robot, before)
-        if not ours or not theirs or spacing_m == 0:
-            continue
-        reach_m = 10 * spacing_m
-        gap_m = min(mujoco.mj_geomDistance(robot.model, data, a, b, reach_m, None) for a in ours for b in theirs)
-        if gap_m > GAP_SHARE * spacing_m:
-            yield gap_m / spacing_m, body, spacing_m
+    for before, body in pairwise(chain.bodies):
+        gap = _gap_share(robot, data, chain, before, body)
+        if gap > GAP_SHARE:
+            yield gap, body, chain.spacing_m
+
+
+def _gap_to_carrier(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:
+    """The same for the gap between the limb's first segment and the part that it hangs from."""
+    carrier = int(robot.model.body_parentid[chain.bodies[0]])
+    gap = _gap_share(robot, data, chain, carrier, chain.bodies[0])
+    if gap > CARRIER_GAP_SHARE:
+        yield gap, chain.bodies[0], chain.spacing_m
+
+
+def _gap_share(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain, before: int, body: int) -> float:
+    """Gap between two bodies / segment length; 0 where one has no geoms."""
+    ours, theirs, spacing_m = _rigid_geoms(robot, body), _rigid_geoms(robot, before), chain.spacing_m
+    if not ours or not theirs or spacing_m == 0:
+        return 0.0
+    reach_m = 10 * spacing_m
+    return min(mujoco.mj_geomDistance(robot.model, data, a, b, reach_m, None) for a in ours for b in theirs) / spacing_m
 
 
 def _rigid_geoms(robot: RobotUnderTest, body: int) -> list[int]:
@@ -139,9 +166,10 @@ def _rigid_geoms(robot: RobotUnderTest, body: int) -> list[int]:
 SEGMENTS_GAP = Rule(
     code="segments_gap",
     stage=Stage.TOPOLOGY,
-    finds="There is empty space between neighbouring segments.",
+    finds="There is empty space between neighbouring segments, or between a limb and what carries it.",
     why="A joint cannot hold what it does not touch: such a robot simulates, and cannot be built as it is drawn.",
-    limit=f"gap between neighbouring geoms of a chain / segment length: at most {GAP_SHARE:g}",
+    limit=f"gap between neighbouring geoms of a chain / segment length: at most {GAP_SHARE:g}, between a limb and what "
+    f"carries it at most {CARRIER_GAP_SHARE:g}",
     check=_find_gaps,
     unit="of the segment's length",
     cure="Let each segment begin where the one before it ends.",

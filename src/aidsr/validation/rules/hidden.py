@@ -1,0 +1,130 @@
+"""What the drawn pose does not show: overlaps that nothing may touch, and poses stored beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import mujoco
+import numpy as np
+
+from aidsr.core.artifacts import Fault
+from aidsr.sim.structure import joined_bodies
+from aidsr.validation.robot_under_test import RobotUnderTest
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.solids import half_width_m
+
+HIDDEN_SHARE = 0.5
+"""Overlap / thickness of the thinner part, where the parts may not touch. Our choice: sleeves and guides overlap less.
+"""
+_NEIGHBOURS = 2
+"""Steps from part to part up to which they are drawn into each other on purpose. Our choice."""
+_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+_OUTSIDE_SHARE = 0.05
+"""Way beyond a joint's range / the range, which rounding does not explain. Our choice."""
+
+
+def _find_hidden_overlaps(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find parts of different places of the robot that stand in each other, where no contact says so."""
+    model, data = robot.model, robot.drawn
+    touching = {frozenset((int(contact.geom1), int(contact.geom2))) for contact in data.contact}
+    near = _neighbours(robot)
+    worst: dict[tuple[str, str], tuple[float, float]] = {}
+    for one, other in combinations(robot.structure.geoms, 2):
+        apart_m = float(np.linalg.norm(data.geom_xpos[one] - data.geom_xpos[other]))
+        if apart_m > model.geom_rbound[one] + model.geom_rbound[other] or frozenset((one, other)) in touching:
+            continue
+        bodies = int(model.geom_bodyid[one]), int(model.geom_bodyid[other])
+        if bodies[1] in near[bodies[0]]:
+            continue
+        depth_m = -float(mujoco.mj_geomDistance(model, data, one, other, 0.0, None))
+        thickness_m = 2 * min(half_width_m(model, geom) for geom in (one, other))
+        if depth_m > HIDDEN_SHARE * thickness_m > 0:
+            worst[robot.body(bodies[0]), robot.body(bodies[1])] = depth_m / thickness_m, thickness_m
+    if worst:
+        share, thickness_m = max(worst.values())
+        yield OVERLAP_HIDDEN.fault(
+            "parts of different places stand in each other in the drawn pose, and may not touch",
+            names=dict.fromkeys(name for pair in worst for name in pair),
+            measured=share,
+            limit=HIDDEN_SHARE,
+            whole=thickness_m,
+            whole_unit="m",
+            likely_cause="contype, conaffinity or <exclude> switch off the contact that would show it",
+        )
+
+
+def _neighbours(robot: RobotUnderTest) -> dict[int, set[int]]:
+    """Bodies up to `_NEIGHBOURS` steps away from each body, along the tree or across an equality that joins parts."""
+    bodies = (0, *robot.structure.bodies)
+    beside: dict[int, set[int]] = {body: set() for body in bodies}
+    pairs = [(body, int(robot.model.body_parentid[body])) for body in robot.structure.bodies]
+    pairs += [(min(pair), max(pair)) for pair in joined_bodies(robot.model)]
+    for one, other in pairs:
+        if one in beside and other in beside:
+            beside[one].add(other)
+            beside[other].add(one)
+    near = {body: {body} for body in bodies}
+    for _ in range(_NEIGHBOURS):
+        near = {body: reached.union(*(beside[other] for other in reached)) for body, reached in near.items()}
+    return near
+
+
+OVERLAP_HIDDEN = Rule(
+    code="overlap_hidden",
+    stage=Stage.TOPOLOGY,
+    finds="Parts of different places stand in each other, and contacts between them are switched off.",
+    why="Such a robot moves through itself in simulation and cannot be built.",
+    limit=f"overlap / thickness of the thinner part, for parts more than {_NEIGHBOURS} steps apart that may not touch: "
+    f"at most {HIDDEN_SHARE:g}",
+    check=_find_hidden_overlaps,
+    unit="of the thinner part",
+    cure="Move the parts apart; leave contacts between parts that are not neighbours switched on.",
+    example=Example(
+        (
+            (
+                '<geom name="g6"/>',
+                '<geom name="g6"/>\n'
+                '                  <geom name="rod" size="0.004 0.02" pos="0 0 -0.06" contype="0" conaffinity="0"/>',
+            ),
+        )
+    ),
+)
+
+
+def _find_wrong_keyframes(robot: RobotUnderTest) -> Iterator[Fault]:
+    """Find keyframes that put joints outside their ranges."""
+    model = robot.model
+    outside: dict[str, float] = {}
+    for key in range(model.nkey):
+        for joint in robot.structure.joints:
+            if not model.jnt_limited[joint] or int(model.jnt_type[joint]) not in (_HINGE, _SLIDE):
+                continue
+            low, high = (float(end) for end in model.jnt_range[joint])
+            value = float(model.key_qpos[key, model.jnt_qposadr[joint]])
+            beyond = max(low - value, value - high) / (high - low)
+            if beyond > _OUTSIDE_SHARE:
+                outside[robot.joint(joint)] = max(outside.get(robot.joint(joint), 0.0), beyond)
+    if outside:
+        yield KEYFRAME_OUT_OF_RANGE.fault(
+            "a keyframe puts these joints outside their ranges",
+            names=outside,
+            measured=max(outside.values()),
+            limit=_OUTSIDE_SHARE,
+            likely_cause="qpos is in degrees, or in another order than the joints",
+        )
+
+
+KEYFRAME_OUT_OF_RANGE = Rule(
+    code="keyframe_out_of_range",
+    stage=Stage.RANGES,
+    finds="A keyframe starts with joints outside their ranges.",
+    why="Whoever resets to it lets the limits throw the robot back. Keyframes are always in radians and metres.",
+    limit=f"way beyond the range / the range: at most {_OUTSIDE_SHARE:g}",
+    check=_find_wrong_keyframes,
+    unit="ranges",
+    cure="Write qpos in radians, one number for each joint in the order of the document, within the ranges.",
+    example=Example(
+        (("</mujoco>", '  <keyframe>\n    <key name="bent" qpos="20 20 20 20 20 20"/>\n  </keyframe>\n</mujoco>'),)
+    ),
+)
