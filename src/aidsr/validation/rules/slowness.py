@@ -84,7 +84,7 @@ def _still_moving(robot: RobotUnderTest) -> Iterator[int]:
 
 def _test_s(robot: RobotUnderTest) -> float:
     battery = battery_of(robot)
-    return battery.frame_s * next(iter(battery.fields.values())).shape[1]
+    return float(battery.frame_s * next(iter(battery.fields.values())).shape[1])
 
 
 _LIMIT = (

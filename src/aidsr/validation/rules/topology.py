@@ -153,7 +153,8 @@ def _gap_share(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain, before:
     if not ours or not theirs or spacing_m == 0:
         return 0.0
     reach_m = 10 * spacing_m
-    return min(mujoco.mj_geomDistance(robot.model, data, a, b, reach_m, None) for a in ours for b in theirs) / spacing_m
+    gaps_m = (float(mujoco.mj_geomDistance(robot.model, data, a, b, reach_m, None)) for a in ours for b in theirs)
+    return min(gaps_m) / spacing_m
 
 
 def _rigid_geoms(robot: RobotUnderTest, body: int) -> list[int]:
