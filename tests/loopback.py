@@ -28,6 +28,8 @@ class Say:
     """What a router reports; providers themselves report no cost."""
     counted: bool = True
     """Whether tokens are reported at all; some servers of one's own report none."""
+    calls: tuple[tuple[str, dict[str, Any]], ...] = ()
+    """Tools that are called after the text: name and arguments; their ids are "call_1", "call_2" …"""
 
 
 @dataclass(frozen=True)
@@ -199,9 +201,18 @@ def _counted_shape(path: str, say: Say) -> dict[str, Any]:
     return _generated_content(say)
 
 
+def _with_ids(say: Say) -> list[tuple[str, str, dict[str, Any]]]:
+    return [(f"call_{number}", name, arguments) for number, (name, arguments) in enumerate(say.calls, 1)]
+
+
 def _chat_completion(say: Say) -> dict[str, Any]:
-    message = {"role": "assistant", "content": say.text}
-    finish = say.finish
+    message: dict[str, Any] = {"role": "assistant", "content": say.text}
+    finish = "tool_calls" if say.calls else say.finish
+    if say.calls:
+        message["tool_calls"] = [
+            {"id": identity, "type": "function", "function": {"name": name, "arguments": json.dumps(arguments)}}
+            for identity, name, arguments in _with_ids(say)
+        ]
     if finish == "refusal":
         message, finish = {"role": "assistant", "content": None, "refusal": say.text}, "stop"
     return {
@@ -226,6 +237,17 @@ def _response(say: Say) -> dict[str, Any]:
     if say.finish == "refusal":
         content = {"type": "refusal", "refusal": say.text}
     cut = say.finish == "length"
+    calls = [
+        {
+            "id": f"fc_{identity}",
+            "type": "function_call",
+            "call_id": identity,
+            "name": name,
+            "arguments": json.dumps(arguments),
+            "status": "completed",
+        }
+        for identity, name, arguments in _with_ids(say)
+    ]
     return {
         "id": "resp_1",
         "object": "response",
@@ -234,7 +256,8 @@ def _response(say: Say) -> dict[str, Any]:
         "status": "incomplete" if cut else "completed",
         "incomplete_details": {"reason": "max_output_tokens"} if cut else None,
         "output": [
-            {"id": "msg_1", "type": "message", "role": "assistant", "status": "completed", "content": [content]}
+            {"id": "msg_1", "type": "message", "role": "assistant", "status": "completed", "content": [content]},
+            *calls,
         ],
         "parallel_tool_calls": True,
         "tool_choice": "auto",
@@ -256,8 +279,14 @@ def _anthropic_message(say: Say) -> dict[str, Any]:
         "type": "message",
         "role": "assistant",
         "model": "loop-1",
-        "content": [{"type": "text", "text": say.text}] if say.text else [],
-        "stop_reason": reasons[say.finish],
+        "content": [
+            *([{"type": "text", "text": say.text}] if say.text else []),
+            *(
+                {"type": "tool_use", "id": identity, "name": name, "input": arguments}
+                for identity, name, arguments in _with_ids(say)
+            ),
+        ],
+        "stop_reason": "tool_use" if say.calls else reasons[say.finish],
         "stop_sequence": None,
         "usage": {
             "input_tokens": say.input_tokens - say.cached_tokens,
@@ -276,7 +305,13 @@ def _generated_content(say: Say) -> dict[str, Any]:
         "candidates": [
             {
                 "index": 0,
-                "content": {"role": "model", "parts": [{"text": say.text}]},
+                "content": {
+                    "role": "model",
+                    "parts": [
+                        {"text": say.text},
+                        *({"functionCall": {"name": name, "args": arguments}} for name, arguments in say.calls),
+                    ],
+                },
                 "finishReason": reasons[say.finish],
             }
         ],

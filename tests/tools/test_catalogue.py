@@ -35,7 +35,7 @@ def travelling(folder: Path, distance_m: float = 9.0) -> Workspace:
     return Workspace(folder / "work", Job(brief, goal=goal))
 
 
-def call(work: Workspace, tool: str, **arguments: object) -> str:
+def call(work: Workspace, tool: str, /, **arguments: object) -> str:
     return TOOLS[tool].call(work, arguments).text
 
 

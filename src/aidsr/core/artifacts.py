@@ -188,6 +188,8 @@ class Repairs(Artifact):
 class Placement(Artifact):
     """Where and how a robot stands in an environment. Decided by the Scene Integrator, carried out by code."""
 
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
     mount: str
     """Name of a mount site of the environment, or "world" for the origin."""
     base: Literal["fixed", "free"]

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import base64
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, PlainSerializer
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+)
 
 from aidsr.core.artifacts import Artifact, Role
 
@@ -25,22 +32,64 @@ Png = Annotated[bytes, BeforeValidator(_decoded), PlainSerializer(_encoded, retu
 """A picture; base64 where it is written as JSON."""
 
 
-class Message(Artifact):
+class ToolSpec(Artifact):
+    """A tool that a model may call."""
+
+    name: str
+    description: str
+    parameters: dict[str, Any]
+    """JSON schema of its arguments, an object."""
+
+
+class ToolCall(Artifact):
+    """A model's call of a tool."""
+
+    id: str
+    """By which the result is matched."""
+    name: str
+    arguments: str
+    """As the model wrote them: JSON, or what was meant to be."""
+
+
+class ToolOutput(Artifact):
+    """The result of a call, for the model."""
+
+    id: str
+    name: str
+    text: str
+
+
+class _MayUseTools(Artifact):
+    """Is written without its fields about tools where they are empty, as in files from before there were any."""
+
+    @model_serializer(mode="wrap")
+    def _without_empty(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        values: dict[str, Any] = handler(self)
+        return {name: value for name, value in values.items() if value or not name.startswith("tool")}
+
+
+class Message(_MayUseTools):
     """One turn of a conversation with a language model."""
 
     role: Literal["system", "user", "assistant"]
     text: str
     pictures: tuple[Png, ...] = ()
     """Shown after the text; of a user's turn only, and only to a model that takes images."""
+    tool_calls: tuple[ToolCall, ...] = ()
+    """Made after the text; of an assistant's turn only."""
+    tool_outputs: tuple[ToolOutput, ...] = ()
+    """Before the text; of a user's turn only, which follows the calls."""
 
 
-class Question(Artifact):
+class Question(_MayUseTools):
     """Everything that is sent to a language model in one call."""
 
     role: Role
     """Which of the four roles makes the call."""
     messages: tuple[Message, ...]
     max_output_tokens: int = 20_000
+    tools: tuple[ToolSpec, ...] = ()
+    """That the model may call; only for one that can, see `aidsr.core.model.calls_tools`."""
 
 
 Count = Annotated[int, Field(ge=0, le=10**15)]
@@ -96,12 +145,13 @@ class FailedAttempt(Artifact):
     attempt without a reply."""
 
 
-class CallRecord(Artifact):
+class CallRecord(_MayUseTools):
     """One call, complete: enough to replay its answer without the model."""
 
     question: Question
     model: str
     reply: str
+    tool_calls: tuple[ToolCall, ...] = ()
     finish: Finish
     usage: Usage
     started: str

@@ -176,7 +176,8 @@ class RunConfig(Artifact):
         bool,
         Field(
             title="Show the Judge pictures of the scene",
-            description="Show the Judge pictures of the scene; only for a model that takes images.",
+            description="Show the Judge pictures of the scene, and let the measuring team draw some; only for a model "
+            "that takes images.",
         ),
     ] = False
     task_feedback: Annotated[
@@ -209,6 +210,40 @@ class RunConfig(Artifact):
     ] = 0
     budget: Annotated[Budget, Field(description="Limits of what a language model may use.")] = Budget()
     """As given at the start; a later one may replace it, see `aidsr.resume`."""
+    team: Annotated[
+        Literal["four_roles", "measuring"],
+        Field(
+            title="Team",
+            description="The paper's four roles, or one model that makes robots and measures them with tools until one "
+            "does the job; see docs/designing.md.",
+        ),
+    ] = "four_roles"
+    tool_calls: Annotated[
+        int,
+        Field(
+            ge=4,
+            le=1000,
+            title="Calls of tools of the measuring team, at most",
+            description="Maximum calls of tools for each design of --team measuring.",
+        ),
+    ] = 80
+    """Our choice: twice what a design took that was measured by hand."""
+    tool_minutes: Annotated[
+        int,
+        Field(
+            ge=1,
+            title="Minutes of its tools, at most",
+            description="Maximum minutes that the tools of each design of --team measuring take.",
+        ),
+    ] = 60
+    """Our choice."""
+    text_tools: Annotated[
+        bool,
+        Field(
+            title="Write calls of tools as text",
+            description="Let the measuring team write its calls of tools as text, for a server that takes no tools.",
+        ),
+    ] = False
     human: Annotated[
         bool,
         Field(

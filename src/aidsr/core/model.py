@@ -29,3 +29,11 @@ class Model(Protocol):
             ModelError: No reply after every retry, or a request that the provider will never accept.
         """
         ...
+
+
+def calls_tools(model: Model) -> bool:
+    """Return whether a model takes tools with a question, by its optional attribute `calls_tools`.
+
+    Others are told of tools in words, and call them in the text of their replies.
+    """
+    return bool(getattr(model, "calls_tools", False))

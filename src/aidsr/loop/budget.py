@@ -9,7 +9,7 @@ from pathlib import Path
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.config import Budget
 from aidsr.core.errors import AidsrError, BudgetError, Limit, ModelError, UserError
-from aidsr.core.model import Model
+from aidsr.core.model import Model, calls_tools
 from aidsr.runs import Run
 from aidsr.teams.providers.tokens import estimate_input_tokens
 
@@ -145,6 +145,11 @@ class Budgeted:
         self._model = model
         self._ledger = ledger
         self._folder = folder
+
+    @property
+    def calls_tools(self) -> bool:
+        """Whether the model takes tools."""
+        return calls_tools(self._model)
 
     def ask(self, question: Question) -> CallRecord:
         """Ask, or raise BudgetError."""

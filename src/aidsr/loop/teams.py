@@ -10,13 +10,14 @@ from aidsr.core.calls import CallRecord, Question
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.core.extras import require_extra
-from aidsr.core.model import Model
+from aidsr.core.model import Model, calls_tools
 from aidsr.core.roles import Team
 from aidsr.loop.budget import Budgeted, Ledger, Price, check_prices
 from aidsr.loop.judge_images import pictures_of
 from aidsr.loop.parts import TeamFor
 from aidsr.runs import RecordedModel, Run
 from aidsr.teams.providers import ManualModel, connect, is_offline, price_usd, provider_of
+from aidsr.teams.providers.replay import ReplayedModel
 
 
 def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -> None:
@@ -39,7 +40,11 @@ def check_model(config: RunConfig, budget: Budget, model: Model | None = None) -
             raise UserError("the built-in rules see no pictures; name a language model")
         if config.method == "direct":
             raise UserError("the built-in rules cannot be prompted directly; name a language model")
+        if config.team == "measuring":
+            raise UserError("the built-in rules call no tools; name a language model for the measuring team")
         return
+    if config.team == "measuring" and config.method != "full":
+        raise UserError(f'the ablation "{config.method}" is one of the four roles; leave out the measuring team')
     client = model or connect(config.model)
     if isinstance(client, ManualModel):
         client.check_available()
@@ -94,6 +99,7 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
         team = provider.team(run, config)
         return lambda _folder: team, lambda: None
     from aidsr.teams import llm
+    from aidsr.teams.measuring import ToolBudget, copy_measured, measuring_team
 
     client, price = (model, _unknown_price) if model else (connect(config.model), price_of(config.model))
     check_prices(run.budget(), config.model, price)
@@ -104,6 +110,18 @@ def team_of(run: Run, model: Model | None = None) -> tuple[TeamFor, Callable[[],
     def team_for(folder: Path) -> Team:
         recorded = RecordedModel(Budgeted(client, ledger, folder), folder, mark_recorded)
         capped = _Capped(recorded, config.max_output_tokens)
+        if config.team == "measuring":
+            if isinstance(client, ReplayedModel):
+                copy_measured(client.run, run, folder)
+            return measuring_team(
+                capped,
+                folder,
+                level=run.asked().level or "standard",
+                goal=run.goal.path if run.goal.path.exists() else None,
+                budget=ToolBudget(config.tool_calls, config.tool_minutes),
+                pictures=config.judge_pictures,
+                text_tools=config.text_tools,
+            )
         if config.method == "direct":
             return llm.direct_team(capped)
         return llm.team(capped, pictures=partial(pictures_of, folder) if config.judge_pictures else llm.no_pictures)
@@ -133,6 +151,11 @@ class _Capped:
         self.name = model.name
         self._model = model
         self._max_output_tokens = max_output_tokens
+
+    @property
+    def calls_tools(self) -> bool:
+        """Whether the model takes tools."""
+        return calls_tools(self._model)
 
     def ask(self, question: Question) -> CallRecord:
         """Ask with the cap in the question."""

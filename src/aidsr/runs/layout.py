@@ -40,6 +40,8 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),
     ("designs/N/II/calls/NNNN_ROLE.json", "the calls of this iteration"),
     ("designs/N/II/calls/NNNN_ROLE.unusable.json", "its calls without a reply, with each attempt"),
+    ("designs/N/II/tools/NNNN_TOOL.json", "calls of tools and their results, with --team measuring"),
+    ("designs/N/II/work/", "robots, scenes and files that its tools made; see docs/tools.md"),
     ("designs/N/outcome.json", "approved, invalid, quit or out_of_budget, with the reason"),
     ("designs/N/outcome_before_M.json", "an earlier out_of_budget, set aside when a larger budget was given"),
     ("designs/N/final.xml", "the approved scene"),

@@ -5,15 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from aidsr.core.calls import CallRecord, Question
 from aidsr.core.errors import AidsrError
+from aidsr.core.model import Model, calls_tools
 from aidsr.runs.answered_calls import UNUSABLE, calls_in
 from aidsr.runs.files import JsonFile
-
-if TYPE_CHECKING:
-    from aidsr.core.model import Model
 
 
 class RecordedModel:
@@ -36,6 +33,11 @@ class RecordedModel:
         self._unused = list(calls_in(folder, usable=True))
         self._count = len(calls_in(folder))
         self._lock = threading.Lock()
+
+    @property
+    def calls_tools(self) -> bool:
+        """Whether the model takes tools."""
+        return calls_tools(self._model)
 
     def ask(self, question: Question) -> CallRecord:
         """Return the recorded answer to exactly this question, or ask and record."""

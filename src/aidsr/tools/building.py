@@ -103,8 +103,8 @@ def assemble(
     name, at, found = workspace.task_of(task, level)
     made = place(workspace, workspace.robot(robot), placement, found, stand=stand)
     report = validate_mjcf(made.scene.mjcf, needs_contact=made.needs_contact)
-    kept = workspace.add_scene(robot, made.scene, name, at)
-    head = f"{kept}: {robot} in {name or 'the environment'}, file {workspace.folder / kept / 'scene.xml'}"
+    kept = workspace.add_scene(robot, made.scene, name, at, stable=report.stable)
+    head = f"{kept}: {robot} in {name or 'the environment'}, file {kept}/scene.xml"
     return Result(text="\n".join([head, report.account(), *made.notes, *made.scene.notes]))
 
 

@@ -99,7 +99,9 @@ def measure(
 def sweep(
     workspace: Workspace,
     subject: Subject,
-    select: Annotated[str, Field(description="XPath of the elements, such as //joint[starts-with(@name,'bend_')].")],
+    select: Annotated[
+        str, Field(description="XPath of the elements, such as //body/joint or //joint[@name='bend_1'].")
+    ],
     attribute: Annotated[str, Field(description='The MJCF attribute, such as "stiffness".')],
     values: Annotated[
         tuple[str, ...],

@@ -27,6 +27,8 @@ class SceneRecord(Artifact):
     level: Level = "standard"
     goal: Path | None = None
     groups: tuple[ActuatorGroup, ...] = ()
+    stable: bool = False
+    """Whether the validator found it so."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +71,12 @@ class Workspace:
         rest = json.loads((folder / "robot.json").read_bytes())
         return Robot.model_validate({**rest, "mjcf": (folder / "robot.xml").read_text(encoding="utf-8")})
 
-    def add_scene(self, robot: str, scene: Scene, task: str, level: Level) -> str:
+    def add_scene(self, robot: str, scene: Scene, task: str, level: Level, *, stable: bool) -> str:
         """Keep a scene of a robot and return its name."""
         folder = self._new("scene")
         goal = self.job.goal if self.job else None
         groups = self.robot(robot).actuator_groups
-        record = SceneRecord(robot=robot, task=task, level=level, goal=goal, groups=groups)
+        record = SceneRecord(robot=robot, task=task, level=level, goal=goal, groups=groups, stable=stable)
         (folder / "scene.xml").write_text(scene.mjcf, encoding="utf-8")
         (folder / "placement.json").write_text(scene.placement.model_dump_json(indent=2), encoding="utf-8")
         (folder / "scene.json").write_text(record.model_dump_json(indent=2), encoding="utf-8")

@@ -22,6 +22,7 @@ from aidsr.teams.llm.designer import _Reader as DesignerReader
 from aidsr.teams.llm.patch import apply_patch, extract_patch
 from aidsr.teams.llm.prompts import render
 from aidsr.teams.llm.replies import fenced_blocks, parse_json, validate_as
+from aidsr.teams.measuring import ToolBudget, measuring_team
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 FREE = BRIEF.model_copy(update={"base": "free", "needs_contact": False, "starting_robot": ROBOT.mjcf})
@@ -161,6 +162,28 @@ def test_what_direct_prompting_says() -> None:
     agrees("direct", question.messages[1].text)
 
 
+def measuring_heard(folder: Path, job: Callable[[Team], object]) -> list[Question]:
+    listener = Listener()
+    with pytest.raises(ReplyError, match="called no tool in 3 replies"):
+        job(measuring_team(listener, folder, budget=ToolBudget(80, 60)))
+    return listener.heard
+
+
+def test_what_the_measuring_team_is_told(tmp_path: Path) -> None:
+    numbered = CONCEPT.model_copy(update={"name": "Measured design 1 of 3", "rationale": ""})
+    first, second, _ = measuring_heard(tmp_path, lambda t: t.coder.write(BRIEF, numbered))
+    agrees("measuring", first.messages[0].text)
+    agrees("measuring_start", first.messages[1].text)
+    assert [message.role for message in second.messages] == ["system", "user", "assistant", "user"]
+    agrees("measuring_no_call", second.messages[3].text)
+
+
+def test_what_it_is_told_of_a_robot_that_came_back(tmp_path: Path) -> None:
+    asked = CONCEPT.model_copy(update={"name": "Measured design 1 of 3", "rationale": "Make it thinner."})
+    first, *_ = measuring_heard(tmp_path, lambda t: t.coder.repair(BRIEF, asked, ROBOT, CRITIQUE))
+    agrees("measuring_start_again", first.messages[1].text)
+
+
 def test_every_text_of_the_room_is_in_a_snapshot() -> None:
     """A line of a prompt's file that no snapshot shows would be a text that nobody looks at."""
     shown = "\n".join(path.read_text(encoding="utf-8") for path in SNAPSHOTS.glob("*.md"))
@@ -171,7 +194,21 @@ def test_every_text_of_the_room_is_in_a_snapshot() -> None:
 
 
 def test_no_snapshot_is_left_over() -> None:
-    names = {*JOBS, "direct", "direct_system", "designer", "coder", "coder_editor", "integrator", "judge", "reask"}
+    names = {
+        *JOBS,
+        "measuring",
+        "measuring_start",
+        "measuring_start_again",
+        "measuring_no_call",
+        "direct",
+        "direct_system",
+        "designer",
+        "coder",
+        "coder_editor",
+        "integrator",
+        "judge",
+        "reask",
+    }
     assert {path.stem for path in SNAPSHOTS.glob("*.md")} == names
 
 

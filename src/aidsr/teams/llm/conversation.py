@@ -49,31 +49,27 @@ class Conversation:
         messages: tuple[Message, ...] = (Message(role="system", text=system), prompt)
         for _ in range(1 + self.reasks):
             record = self.model.ask(Question(role=role, messages=messages))
-            try:
-                return read(_usable_reply(record))
-            except ReplyError as error:
-                complaint = str(error)
-            messages = _with_complaint(record, complaint)
+            complaint = complaint_about(record)
+            if not complaint:
+                try:
+                    return read(record.reply)
+                except ReplyError as error:
+                    complaint = str(error)
+            messages = with_complaint(record, complaint)
         raise ReplyError(f"No usable reply in {1 + self.reasks} attempts. The last one: {complaint}")
 
 
-def _usable_reply(record: CallRecord) -> str:
-    """Return the reply.
-
-    Raises:
-        ReplyError: It was refused, cut off, too long or empty.
-    """
+def complaint_about(record: CallRecord, *, needs_text: bool = True) -> str:
+    """Return why a reply cannot be used as it is: refused, cut off, too long or empty; "" where it can."""
     if record.finish == "refusal":
-        raise ReplyError("The reply was a refusal. The job is an ordinary engineering task in a simulator.")
+        return "The reply was a refusal. The job is an ordinary engineering task in a simulator."
     if record.finish == "length":
-        raise ReplyError(f"The reply was cut off {_describe_cutoff(record)}. Reply more briefly, without repetition.")
+        return f"The reply was cut off {_describe_cutoff(record)}. Reply more briefly, without repetition."
     if len(record.reply) > MAX_CHARACTERS:
-        raise ReplyError(
+        return (
             f"The reply has {len(record.reply):,} characters; at most {MAX_CHARACTERS:,} are read. Reply more briefly."
         )
-    if not record.reply.strip():
-        raise ReplyError("The reply was empty.")
-    return record.reply
+    return "The reply was empty." if needs_text and not record.reply.strip() else ""
 
 
 def _describe_cutoff(record: CallRecord) -> str:
@@ -87,7 +83,7 @@ def _describe_cutoff(record: CallRecord) -> str:
     )
 
 
-def _with_complaint(record: CallRecord, complaint: str) -> tuple[Message, ...]:
+def with_complaint(record: CallRecord, complaint: str) -> tuple[Message, ...]:
     """Return the conversation with the complaint added.
 
     A reply that was cut off, refused, too long or empty is left out: it would be paid for again, and some providers

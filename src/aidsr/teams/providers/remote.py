@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from aidsr.core.calls import CallRecord, FailedAttempt, Finish, Message, Question, Usage
+from aidsr.core.calls import CallRecord, FailedAttempt, Finish, Message, Question, ToolCall, Usage
 from aidsr.core.errors import AidsrError, ModelError, UserError
 from aidsr.teams.providers.client_errors import encodable, redact, translate_error
 from aidsr.teams.providers.event_loop import run_coroutine
@@ -18,10 +19,11 @@ from aidsr.teams.providers.tokens import estimate_input_tokens, estimate_tokens
 from aidsr.teams.providers.wire import MAX_REPLY_BYTES, Exchange, token_count, watched
 
 if TYPE_CHECKING:
-    from pydantic_ai.messages import ModelMessage, ModelResponse
+    from pydantic_ai.messages import ModelMessage, ModelResponse, ToolCallPart
     from pydantic_ai.models import Model as Client
     from pydantic_ai.settings import ModelSettings
 
+_WITHOUT_TOOLS = "start the run with text_tools, or name a model that calls tools"
 _WITHOUT_PICTURES = "start the run without judge_pictures, or name a model that takes images"
 
 _SHORTEST_KEY = 8
@@ -29,7 +31,12 @@ _SHORTEST_KEY = 8
 _REASONING_END = "</think>"
 """Alone where the server's chat template writes the opening tag; pydantic-ai removes whole pairs."""
 
-_FINISHES: dict[str | None, Finish] = {"stop": "stop", "length": "length", "content_filter": "refusal"}
+_FINISHES: dict[str | None, Finish] = {
+    "stop": "stop",
+    "tool_call": "stop",
+    "length": "length",
+    "content_filter": "refusal",
+}
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,11 @@ class RemoteModel:
         """Name of the model, as it is recorded."""
         return self.endpoint.name
 
+    @property
+    def calls_tools(self) -> bool:
+        """Whether the model takes tools, as far as it is known."""
+        return bool(self.client.profile.get("supports_tools", True))
+
     def ask(self, question: Question) -> CallRecord:
         """Return the reply to a question together with what it cost.
 
@@ -64,7 +76,7 @@ class RemoteModel:
         start_s = clock.now()
         failed: list[FailedAttempt] = []
 
-        def record(reply: str, finish: Finish, usage: Usage) -> CallRecord:
+        def record(reply: str, finish: Finish, usage: Usage, tool_calls: tuple[ToolCall, ...] = ()) -> CallRecord:
             billed = sum((attempt.usage for attempt in failed), usage)
             spent = {
                 "calls": 1,
@@ -75,6 +87,7 @@ class RemoteModel:
                 question=question,
                 model=self.name,
                 reply=reply,
+                tool_calls=tool_calls,
                 finish=finish,
                 usage=billed.model_copy(update=spent),
                 started=started.isoformat(timespec="milliseconds"),
@@ -95,7 +108,11 @@ class RemoteModel:
             raise
         keys = [key for key in self._keys() if len(key) >= _SHORTEST_KEY]
         finish = _FINISHES.get(response.finish_reason, "other")
-        return record(redact(_reply_text(response), keys), finish, self._usage(question, response))
+        called = tuple(
+            ToolCall(id=part.tool_call_id, name=part.tool_name, arguments=redact(_arguments(part), keys))
+            for part in response.tool_calls
+        )
+        return record(redact(_reply_text(response), keys), finish, self._usage(question, response), called)
 
     def _check_pictures(self, question: Question) -> None:
         has_pictures = any(message.pictures for message in question.messages)
@@ -110,7 +127,7 @@ class RemoteModel:
         """
         exchange = Exchange()
         try:
-            response = run_coroutine(self._request(messages, question.max_output_tokens, limit_s, exchange))
+            response = run_coroutine(self._request(question, messages, limit_s, exchange))
         except Exception as error:
             variables = " or ".join(self.endpoint.provider.key_variables)
             failure = translate_error(error, self.name, variables, self._keys())
@@ -122,27 +139,39 @@ class RemoteModel:
             failure = TransientError(f"the reply has more than {MAX_REPLY_BYTES // 2**20} MiB")
         if isinstance(failure, TransientError):
             failure.usage = self._billed(question, exchange)
+        if question.tools and (isinstance(failure, ModelError) or "tool" in str(failure)):
+            failure = UserError(f"{failure}; the request had tools: if the model takes none, {_WITHOUT_TOOLS}")
         if isinstance(failure, ModelError) and any(message.pictures for message in question.messages):
             failure = UserError(f"{failure}; the request had pictures: if the model takes none, {_WITHOUT_PICTURES}")
         raise failure
 
     async def _request(
-        self, messages: list[ModelMessage], max_output_tokens: int, limit_s: float, exchange: Exchange
+        self, question: Question, messages: list[ModelMessage], limit_s: float, exchange: Exchange
     ) -> ModelResponse:
         from pydantic_ai.direct import model_request
+        from pydantic_ai.models import ModelRequestParameters
+        from pydantic_ai.tools import ToolDefinition
 
         settings: ModelSettings = {
-            "max_tokens": max_output_tokens,
+            "max_tokens": question.max_output_tokens,
             "timeout": limit_s,
             "request_timeout": limit_s,
             "max_retries": 0,
             "framing_announcement": "never",
             "cache": True,
         }
+        tools = ModelRequestParameters(
+            function_tools=[
+                ToolDefinition(name=tool.name, description=tool.description, parameters_json_schema=tool.parameters)
+                for tool in question.tools
+            ]
+        )
         # The client's own limit holds for each piece of a reply; a server could send one piece a minute without end.
         async with asyncio.timeout(limit_s), self.client:
             with watched(exchange):
-                return await model_request(self.client, messages, model_settings=settings)
+                return await model_request(
+                    self.client, messages, model_settings=settings, model_request_parameters=tools
+                )
 
     def _keys(self) -> list[str]:
         return [key.get_secret_value() for key in self.endpoint.secrets]
@@ -182,10 +211,16 @@ def _reply_text(response: ModelResponse) -> str:
     return encodable(answer.lstrip() if end else text)
 
 
+def _arguments(part: ToolCallPart) -> str:
+    """Return the arguments of a call as text, as the model wrote them where its provider keeps that."""
+    return encodable(part.args if isinstance(part.args, str) else json.dumps(part.args or {}))
+
+
 def _with_token_counts(question: Question, response: ModelResponse) -> ModelResponse:
     """Return a response with its tokens, estimated from the visible text where its server did not count them."""
     reported = response.usage
     visible = encodable((response.thinking or "") + (response.text or ""))
+    visible += "".join(part.tool_name + _arguments(part) for part in response.tool_calls)
     usage = replace(
         reported,
         input_tokens=token_count(reported.input_tokens) or estimate_input_tokens(question),
@@ -203,6 +238,8 @@ def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:
         ModelResponse,
         SystemPromptPart,
         TextPart,
+        ToolCallPart,
+        ToolReturnPart,
         UserPromptPart,
     )
 
@@ -216,7 +253,11 @@ def _wire_messages(messages: tuple[Message, ...]) -> list[ModelMessage]:
             case "user":
                 pictures = [BinaryContent(data=png, media_type="image/png") for png in message.pictures]
                 turn = UserPromptPart([message.text, *pictures] if pictures else message.text)
-                wire.append(ModelRequest(parts=[turn]))
+                outputs = [ToolReturnPart(one.name, one.text, one.id) for one in message.tool_outputs]
+                said = [turn] if message.text or pictures or not outputs else []
+                wire.append(ModelRequest(parts=[*outputs, *said]))
             case "assistant":
-                wire.append(ModelResponse(parts=[TextPart(message.text)]))
+                calls = [ToolCallPart(one.name, one.arguments, one.id) for one in message.tool_calls]
+                text = [TextPart(message.text)] if message.text or not calls else []
+                wire.append(ModelResponse(parts=[*text, *calls]))
     return wire

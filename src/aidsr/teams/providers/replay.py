@@ -29,7 +29,7 @@ class ReplayedModel:
 
     def __init__(self, folder: Path) -> None:
         self.name = f"replay:{folder}"
-        run = Run(folder)
+        self.run = run = Run(folder)
         run.asked()
         iterations = (iteration for design in run.designs for iteration in design.iterations)
         calls = (*run.calls, *(call for iteration in iterations for call in iteration.calls))
@@ -40,6 +40,11 @@ class ReplayedModel:
         for record in self._records:
             self._replies.setdefault(_prompt(record.question), deque()).append(record)
         self._lock = threading.Lock()
+
+    @property
+    def calls_tools(self) -> bool:
+        """Whether the recorded model was given tools."""
+        return any(record.question.tools for record in self._records)
 
     def ask(self, question: Question) -> CallRecord:
         """Return the recorded reply; it costs nothing, and its cost when recorded is `replayed_cost_usd`.

@@ -18,6 +18,11 @@ def estimate_tokens(text: str) -> int:
 
 
 def estimate_input_tokens(question: Question) -> int:
-    """Return about how many tokens a question has, its pictures included."""
+    """Return about how many tokens a question has, its pictures and tools included."""
     pictures = sum(len(message.pictures) for message in question.messages)
-    return estimate_tokens("\n".join(message.text for message in question.messages)) + _TOKENS_PER_PICTURE * pictures
+    texts = [message.text for message in question.messages]
+    for message in question.messages:
+        texts += [call.name + call.arguments for call in message.tool_calls]
+        texts += [output.text for output in message.tool_outputs]
+    texts += [tool.model_dump_json() for tool in question.tools]
+    return estimate_tokens("\n".join(texts)) + _TOKENS_PER_PICTURE * pictures

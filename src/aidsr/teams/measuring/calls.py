@@ -1,0 +1,120 @@
+"""Calls of tools in the text of a reply, for models and servers that take no tools."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from aidsr.core.calls import ToolCall, ToolOutput, ToolSpec
+from aidsr.core.errors import ReplyError
+
+_FENCE = re.compile(
+    r"^[ \t]*+```[ \t]*+(tool|argument)[ \t]++(\w++)[ \t]*+\n(.*?)(?:^[ \t]*+```[ \t]*+$|\Z)", re.MULTILINE | re.DOTALL
+)
+
+
+@dataclass(frozen=True)
+class DescribedTool:
+    """A tool as a prompt shows it."""
+
+    name: str
+    description: str
+    arguments: tuple[str, ...]
+    """A line for each."""
+
+
+def calls_in_text(reply: str) -> tuple[ToolCall, ...]:
+    """Return the calls in a reply, in order, numbered from 1.
+
+    A block "tool NAME" holds the arguments as JSON; blocks "argument NAME" behind it add long ones as they are.
+
+    Raises:
+        ReplyError: An argument comes before any tool, or the JSON of a call is no object.
+    """
+    calls: list[tuple[str, dict[str, Any]]] = []
+    for kind, name, text in _FENCE.findall(reply):
+        if kind == "tool":
+            calls.append((name, _object(name, text)))
+        elif calls:
+            calls[-1][1][name] = text.removesuffix("\n")
+        else:
+            raise ReplyError(f"The block `argument {name}` has no block `tool NAME` before it.")
+    return tuple(
+        ToolCall(id=str(number), name=name, arguments=json.dumps(arguments, ensure_ascii=False))
+        for number, (name, arguments) in enumerate(calls, 1)
+    )
+
+
+def results_as_text(outputs: Sequence[ToolOutput]) -> str:
+    """Return the results of calls as the next message."""
+    return "\n\n".join(f"## {output.id}. {output.name}\n\n{output.text}" for output in outputs)
+
+
+def describe_tools(tools: Sequence[ToolSpec]) -> tuple[DescribedTool, ...]:
+    """Return tools as a prompt shows them: each argument with its type, its default and what it is.
+
+    The fields of an object that several tools take are told of once.
+    """
+    told: dict[str, str] = {}
+    return tuple(DescribedTool(tool.name, tool.description, tuple(_Arguments(tool, told).lines())) for tool in tools)
+
+
+def _object(name: str, text: str) -> dict[str, Any]:
+    try:
+        value = json.loads(text) if text.strip() else {}
+    except (ValueError, RecursionError) as error:
+        raise ReplyError(f"The block `tool {name}` is no JSON: {error}.") from None
+    if not isinstance(value, dict):
+        raise ReplyError(f"The block `tool {name}` is no JSON object; write the arguments by name.")
+    return value
+
+
+@dataclass(frozen=True)
+class _Arguments:
+    """The arguments of one tool in words."""
+
+    tool: ToolSpec
+    told: dict[str, str]
+    """Objects that were told of, and for which tool."""
+
+    def lines(self) -> list[str]:
+        """Return a line for each argument; of objects with their fields."""
+        schema = self.tool.parameters
+        return [self._line(name, field) for name, field in schema.get("properties", {}).items()]
+
+    def _line(self, name: str, field: dict[str, Any]) -> str:
+        default, about = field.get("default"), field.get("description", "")
+        left_out = "" if name in self.tool.parameters.get("required", ()) else ", may be left out"
+        if left_out and isinstance(default, int | float | list) and default not in (0, []):
+            left_out = f", {json.dumps(default)} unless given"
+        if left_out and isinstance(default, str) and default:
+            left_out = f", {json.dumps(default)} unless given"
+        return f"`{name}` ({self._type(field)}{left_out})" + f": {about}".rstrip(": ")
+
+    def _type(self, field: dict[str, Any]) -> str:
+        """Return the type of an argument in words."""
+        if "$ref" in field:
+            return self._object(field["$ref"].rpartition("/")[2])
+        if "enum" in field:
+            return " | ".join(json.dumps(value) for value in field["enum"])
+        if "anyOf" in field:
+            return " or ".join(self._type(each) for each in field["anyOf"] if each.get("type") != "null")
+        if "prefixItems" in field:
+            return "[" + ", ".join(self._type(each) for each in field["prefixItems"]) + "]"
+        if field.get("type") == "array":
+            return f"list of {self._type(field.get('items', {}))}"
+        return {"string": "text"}.get(field.get("type", ""), str(field.get("type", "any")))
+
+    def _object(self, name: str) -> str:
+        """Return an object as its fields, with what each is where that is said; "as for …" where it was told of."""
+        first = self.told.setdefault(name, self.tool.name)
+        if first != self.tool.name:
+            return f"as for {first}"
+        fields = []
+        for key, field in self.tool.parameters["$defs"][name].get("properties", {}).items():
+            about = field.get("description", "").rstrip(".")
+            fields.append(f"{key}: {self._type(field)}" + f" ({about})" * bool(about))
+        return "{" + "; ".join(fields) + "}"

@@ -1,0 +1,180 @@
+"""The four roles of a run, played by one measuring session for each design."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
+from aidsr.core.errors import ReplyError
+from aidsr.core.model import Model
+from aidsr.core.roles import Feedback, Team
+from aidsr.runs import Run
+from aidsr.tasks import Level
+from aidsr.teams.llm.describe_environment import describe_environment
+from aidsr.teams.llm.prompts import render
+from aidsr.teams.measuring.own_tools import Chosen, chosen, write_chosen
+from aidsr.teams.measuring.session import Session
+from aidsr.teams.measuring.toolbox import TOOLS_FOLDER, Toolbox, ToolBudget
+from aidsr.tools import Job, Workspace
+
+_WORK = "work"
+"""Folder of robots and scenes, in that of an iteration."""
+
+
+def measuring_team(
+    model: Model,
+    folder: Path,
+    *,
+    level: Level = "standard",
+    goal: Path | None = None,
+    budget: ToolBudget,
+    pictures: bool = False,
+    text_tools: bool = False,
+) -> Team:
+    """Return the team for one folder of a run.
+
+    Its session makes robot and placement together; it runs where the loop asks its Coder. The Designer's concepts are
+    only numbers, and the Judge passes what was measured.
+
+    Args:
+        model: Is asked.
+        folder: Of the iteration; of the run for its concepts.
+        level: Level of the task.
+        goal: File of a goal, where success is measured by one.
+        budget: What a session may use of its tools.
+        pictures: Whether the model takes pictures.
+        text_tools: Whether calls are written as text also by a model that takes tools.
+    """
+    roles = _Roles(model, folder, level, goal, budget, pictures, text_tools)
+    return Team(designer=roles, coder=roles, integrator=roles, judge=roles)
+
+
+def copy_measured(recorded: Run, run: Run, folder: Path) -> None:
+    """Copy what a recorded run measured into the same folder of a run that replays it, unless it is there.
+
+    So a replay measures nothing again: its replies are only the same where every result is.
+    """
+    source = recorded.path / folder.relative_to(run.path)
+    for name in (_WORK, TOOLS_FOLDER):
+        if (source / name).is_dir() and not (folder / name).exists():
+            shutil.copytree(source / name, folder / name)
+
+
+@dataclass(frozen=True)
+class _Roles:
+    """All four roles."""
+
+    model: Model
+    folder: Path
+    level: Level
+    goal: Path | None
+    budget: ToolBudget
+    pictures: bool
+    text_tools: bool
+
+    def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        """Return `count` concepts that are only numbers: a session proposes families of its own."""
+        return tuple(
+            Concept(
+                name=f"Measured design {number} of {count}",
+                interpretation=brief.objective,
+                morphology="What measuring makes of the job; the robot's notes say what.",
+                actuation="Likewise.",
+                functional_part="Likewise.",
+                family=f"measured {number}",
+            )
+            for number in range(1, count + 1)
+        )
+
+    def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
+        """Return the concept with what is asked for."""
+        del brief, robot
+        return concept.model_copy(update={"rationale": feedback})
+
+    def write(self, brief: Brief, concept: Concept) -> Robot:
+        """Return the robot of the scene that a session ends with.
+
+        Raises:
+            ReplyError: It ended without one.
+        """
+        return self._designed(brief, concept, None, None)
+
+    def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        """Return the robot of a further session that begins with the robot and what is wrong with it."""
+        return self._designed(brief, concept, robot, feedback)
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return the placement of the scene that the session ended with.
+
+        Raises:
+            ReplyError: No session has ended here.
+        """
+        del concept, robot
+        workspace = self._workspace(brief)
+        found = chosen(workspace, "finished")
+        if found is None:
+            raise ReplyError(f"no session has ended in {self.folder}")
+        return workspace.placement(found.scene)
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement of the last session here, or else as it was."""
+        del concept, robot, feedback
+        workspace = self._workspace(brief)
+        found = chosen(workspace, "finished")
+        return workspace.placement(found.scene) if found else placement
+
+    def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
+        """Return a pass: the session has measured the scene."""
+        del brief, concept, scene, report
+        return Critique(passed=True, summary=f"Passed by its designer, who measured it. {robot.notes}".strip())
+
+    def _workspace(self, brief: Brief) -> Workspace:
+        return Workspace(self.folder / _WORK, Job(brief, self.level, self.goal))
+
+    def _designed(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: Feedback | None) -> Robot:
+        workspace = self._workspace(brief)
+        toolbox = Toolbox(workspace, self.folder, self.budget, self.pictures)
+        start = render(
+            "measuring_start",
+            brief=brief,
+            environment=describe_environment(brief.summary),
+            concept=concept,
+            calls=self.budget.calls,
+            minutes=f"{self.budget.minutes:g}",
+            before=_first_robot(workspace, robot) if robot else "",
+            feedback=_words(feedback),
+        )
+        found = Session(self.model, toolbox, self.text_tools).run(start)
+        return _result(workspace, found)
+
+
+def _first_robot(workspace: Workspace, robot: Robot) -> str:
+    """Keep the robot that came back as the first of a workspace, once, and return its name."""
+    return "robot_1" if (workspace.folder / "robot_1").is_dir() else workspace.add_robot(robot)
+
+
+def _words(feedback: Feedback | None) -> str:
+    """Return what sent a robot back, in words."""
+    match feedback:
+        case ValidationReport():
+            return feedback.account()
+        case Critique():
+            issues = "; ".join(f"{issue.component}: {issue.problem}" for issue in feedback.issues)
+            return f"{feedback.summary} {issues}".strip()
+    return ""
+
+
+def _result(workspace: Workspace, found: Chosen) -> Robot:
+    """Return the robot of the scene that a session ended with; note the end, where it came by the budget."""
+    if chosen(workspace, "finished") is None:
+        write_chosen(workspace, "finished", found)
+    robot = workspace.robot(workspace.record(found.scene).robot)
+    families = json.loads((workspace.folder / "families.json").read_bytes())
+    proposed = ", ".join(family["name"] for family in families)
+    ended = found.why if found.measured else f"Kept when the budget ended, not measured again: {found.why}"
+    return robot.model_copy(update={"notes": f"{ended} Families proposed: {proposed}."})

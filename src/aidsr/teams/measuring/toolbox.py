@@ -1,0 +1,188 @@
+"""The tools of a session: each call and its result on record, an answered call never carried out again, a budget."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.calls import Png, ToolCall, ToolSpec
+from aidsr.core.errors import IsolationError, MjcfError, UserError
+from aidsr.runs.files import JsonFile
+from aidsr.teams.measuring.own_tools import OWN_TOOLS, has_families
+from aidsr.tools import TOOLS, Tool, Workspace
+
+TOOLS_FOLDER = "tools"
+"""Of the recorded calls, in the folder of an iteration."""
+_FREE = ("propose", "keep", "finish", "read")
+"""Tools that may be called when no calls are left, and are not counted."""
+_DEFAULT_SEEDS = TOOLS["probe"].arguments.model_fields["seeds"].default
+_FEWEST_SEEDS, _FEWEST_VARIATIONS = 2, 3
+"""With which a scene is measured again before it is the result. Our choice."""
+
+
+class ToolRecord(Artifact):
+    """One call of a tool and what it brought."""
+
+    name: str
+    arguments: str
+    """As the model wrote them."""
+    text: str
+    pictures: tuple[Png, ...] = ()
+    outcome: Literal["done", "failed", "refused"]
+    """Whether it was carried out, could not be, as the text says, or was refused without being tried."""
+    seconds: float
+    """It took."""
+
+    @property
+    def counts(self) -> bool:
+        """Whether it counts as one of the calls that a session may make."""
+        return self.outcome != "refused" and self.name not in _FREE
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The arguments by name."""
+        found: dict[str, Any] = json.loads(self.arguments or "{}")
+        return found
+
+
+@dataclass(frozen=True)
+class ToolBudget:
+    """What a session may use of its tools."""
+
+    calls: int
+    minutes: float
+
+
+@dataclass
+class Toolbox:
+    """The tools of one session.
+
+    Attributes:
+        workspace: Where robots and scenes are kept.
+        folder: Where calls are kept, in its folder "tools".
+        budget: What may be used.
+        pictures: Whether the model takes pictures; without, it has no tool that draws.
+        clock: Time source [s].
+    """
+
+    workspace: Workspace
+    folder: Path
+    budget: ToolBudget
+    pictures: bool = False
+    clock: Callable[[], float] = time.monotonic
+    _records: list[ToolRecord] = field(default_factory=list)
+    _unused: list[ToolRecord] = field(default_factory=list)
+    """Records of an interrupted session that no call of this process has come to yet."""
+
+    def __post_init__(self) -> None:
+        paths = sorted((self.folder / TOOLS_FOLDER).glob("[0-9]*_*.json"))
+        self._records = [record for path in paths if (record := JsonFile(path, ToolRecord).read())]
+        self._unused = list(self._records)
+
+    @property
+    def tools(self) -> dict[str, Tool]:
+        """The tools by name, in the order in which they are told of."""
+        propose, *others = OWN_TOOLS.values()
+        known = {propose.name: propose, **TOOLS, **{tool.name: tool for tool in others}}
+        return {name: tool for name, tool in known.items() if self.pictures or name != "look"}
+
+    @property
+    def specs(self) -> tuple[ToolSpec, ...]:
+        """The tools as a model is told of them."""
+        return tuple(
+            ToolSpec(name=tool.name, description=tool.description, parameters=tool.schema)
+            for tool in self.tools.values()
+        )
+
+    @property
+    def calls_made(self) -> int:
+        """Calls that count."""
+        return sum(record.counts for record in self._records)
+
+    @property
+    def minutes_used(self) -> float:
+        """Time that calls took."""
+        return sum(record.seconds for record in self._records) / 60
+
+    def call(self, call: ToolCall) -> ToolRecord:
+        """Carry out a call and record it, or return what the same call brought before.
+
+        A mistake in it is a result as well. A session that goes on after it was interrupted comes to its calls in their
+        order; after that, a measurement that was asked for before is not carried out again.
+        """
+        known = [record for record in self._unused if (record.name, record.arguments) == (call.name, call.arguments)]
+        if known:
+            self._unused.remove(known[0])
+            return known[0]
+        for record in self._records:
+            same = (record.name, record.arguments) == (call.name, call.arguments)
+            if same and record.outcome != "refused" and record.name not in OWN_TOOLS:
+                return record
+        record = self._carried_out(call)
+        number = len(self._records) + 1
+        name = call.name if call.name in self.tools else "unknown"
+        JsonFile(self.folder / TOOLS_FOLDER / f"{number:04d}_{name}.json", ToolRecord).write(record)
+        self._records.append(record)
+        return record
+
+    def _carried_out(self, call: ToolCall) -> ToolRecord:
+        def record(outcome: Literal["done", "failed", "refused"], text: str, *pictures: bytes) -> ToolRecord:
+            seconds = round(self.clock() - began, 3)
+            made = ToolRecord(
+                name=call.name, arguments=call.arguments, text=text, pictures=pictures, outcome=outcome, seconds=seconds
+            )
+            calls, minutes = self.calls_made + made.counts, self.minutes_used + seconds / 60
+            left = f"[{calls} of {self.budget.calls} calls, {minutes:.0f} of {self.budget.minutes:g} minutes]"
+            return made.model_copy(update={"text": f"{text}\n{left}"})
+
+        began = self.clock()
+        tool = self.tools.get(call.name)
+        if tool is None:
+            return record("refused", f"no tool {call.name!r}; tools: {', '.join(self.tools)}")
+        try:
+            arguments = json.loads(call.arguments or "{}")
+        except (ValueError, RecursionError) as error:
+            return record("refused", f"not carried out: the arguments are no JSON: {error}")
+        if not isinstance(arguments, dict):
+            return record("refused", "not carried out: the arguments are no JSON object")
+        if reason := self._refused(call.name, arguments):
+            return record("refused", f"not carried out: {reason}")
+        try:
+            result = tool.call(self.workspace, arguments)
+        except (UserError, MjcfError, IsolationError) as error:
+            return record("failed", f"failed: {error}")
+        return record("done", result.text, *result.pictures)
+
+    def _refused(self, name: str, arguments: dict[str, Any]) -> str:
+        """Return why a call is not carried out now, "" where it is."""
+        if name != "propose" and not has_families(self.workspace):
+            return "propose families of bodies first"
+        if name not in _FREE and self.calls_made >= self.budget.calls:
+            return f"all {self.budget.calls} calls are used: finish with the best scene"
+        if name not in _FREE and self.minutes_used >= self.budget.minutes:
+            return f"all {self.budget.minutes:g} minutes are used: finish with the best scene"
+        scene = arguments.get("scene")
+        if name == "finish" and scene and not self._is_spent and not self._measured_again(scene):
+            return (
+                f"{scene} was not measured again: probe it with {_FEWEST_SEEDS} seeds or more, play a script in "
+                f"{_FEWEST_VARIATIONS} variations or more, or train it; then finish"
+            )
+        return ""
+
+    @property
+    def _is_spent(self) -> bool:
+        return self.calls_made >= self.budget.calls or self.minutes_used >= self.budget.minutes
+
+    def _measured_again(self, scene: object) -> bool:
+        """Whether a scene was measured by several seeds or variations, or trained."""
+        done = [(record.name, record.values) for record in self._records if record.outcome == "done"]
+        about = [(name, values) for name, values in done if values.get("scene") == scene]
+        seeds = {seed for name, values in about if name == "probe" for seed in values.get("seeds", _DEFAULT_SEEDS)}
+        variations = {values.get("variation", 0) for name, values in about if name == "play"}
+        trained = any(name == "train" for name, _ in about)
+        return trained or len(seeds) >= _FEWEST_SEEDS or len(variations) >= _FEWEST_VARIATIONS

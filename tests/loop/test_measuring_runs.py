@@ -1,0 +1,195 @@
+"""Whole runs of the measuring team: over a server that speaks tool calls, and by hand, with real tools."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_language_model_runs import arm
+
+import aidsr
+from aidsr.core.config import Budget
+from aidsr.core.errors import UserError
+from aidsr.runs import Run
+from aidsr.teams.providers.manual import pending_prompts
+from loopback import Act, Fail, Loopback, Received, Say
+
+TASK = "reaching/button_pushing"
+FAMILIES = [{"name": name, "idea": "It pulls."} for name in ("arm", "claw", "ring", "worm")]
+PLACEMENT = {"mount": "mount", "base": "fixed"}
+ROUNDS: list[list[tuple[str, dict[str, Any]]]] = [
+    [("propose", {"families": FAMILIES})],
+    [("validate", {"mjcf": arm(), "functional_part": "tip"})],
+    [("assemble", {"robot": "robot_1", "placement": PLACEMENT})],
+    [("keep", {"scene": "scene_1", "why": "the only one"})],
+    [
+        ("play", {"scene": "scene_1", "script": "m0: t=0 -1, t=1 1", "seconds": 0.4, "variation": number})
+        for number in range(3)
+    ],
+    [("finish", {"scene": "scene_1", "summary": "An arm that bends to the side."})],
+]
+"""What the model calls in each reply."""
+
+
+class Measuring:
+    """Calls the tools of `ROUNDS`, in order; fails once it has answered so often."""
+
+    def __init__(self, answers: int = 99) -> None:
+        self.answers = answers
+
+    def __call__(self, received: Received) -> Act:
+        if self.answers <= 0:
+            return Fail(401, "the key is not known")
+        self.answers -= 1
+        number = sum(turn["role"] == "assistant" for turn in received.body["messages"])
+        return Say("", calls=tuple(ROUNDS[number]), input_tokens=15_000, output_tokens=200)
+
+
+def designed(server: Loopback, folder: Path, **settings: Any) -> Run:
+    return aidsr.design(task=TASK, model=f"m@{server.url}/v1", team="measuring", concepts=1, runs=folder, **settings)
+
+
+@pytest.fixture(autouse=True)
+def _key(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "none")
+
+
+def results(run: Run) -> dict[str, bytes]:
+    folder = run.design(1).path / "01" / "tools"
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def test_a_model_with_tools_designs_and_measures(tmp_path: Path) -> None:
+    with Loopback(Measuring()) as server:
+        run = designed(server, tmp_path)
+    outcome = run.design(1).outcome.read()
+    assert outcome is not None
+    assert outcome.outcome == "approved", outcome.reason
+    assert "An arm that bends to the side. Families proposed: arm, claw, ring, worm." in outcome.reason
+    assert len(server.requests) == len(ROUNDS)
+    offered = {tool["function"]["name"] for tool in server.requests[0].body["tools"]}
+    assert {"propose", "play", "sweep", "train", "finish"} <= offered
+    assert "look" not in offered
+    assert [name.partition("_")[2] for name in results(run)] == [
+        f"{name}.json" for calls in ROUNDS for name, _ in calls
+    ]
+    told = [turn for turn in server.requests[-1].body["messages"] if turn["role"] == "tool"]
+    assert [turn["tool_call_id"] for turn in told[-3:]] == ["call_1", "call_2", "call_3"]
+    assert "0.4 s of development variation 2. Ended: all that was to be played was played" in told[-1]["content"]
+
+
+def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None:
+    with Loopback(Measuring(answers=5)) as server:
+        run = designed(server, tmp_path)
+    assert run.design(1).outcome.read() is None
+    before = results(run)
+    assert len(before) == 7
+    record = run.record.path
+    with Loopback(Measuring()) as server:
+        text = record.read_text()
+        old = json.loads(text)["config"]["model"]
+        record.write_text(text.replace(old, f"m@{server.url}/v1"))
+        aidsr.resume(run, trust=True)
+    assert len(server.requests) == 1, "only the last reply was missing"
+    after = results(run)
+    assert {name: after[name] for name in before} == before
+    assert list(after)[7:] == ["0008_finish.json"]
+    outcome = run.design(1).outcome.read()
+    assert outcome is not None
+    assert outcome.outcome == "approved"
+
+
+def test_a_run_is_replayed_without_measuring_again(tmp_path: Path) -> None:
+    with Loopback(Measuring()) as server:
+        run = designed(server, tmp_path)
+    again = aidsr.design(task=TASK, model=f"replay:{run.path}", team="measuring", concepts=1, runs=tmp_path / "again")
+    assert results(again) == results(run)
+    assert again.design(1).final_scene.read() == run.design(1).final_scene.read()
+
+
+def test_what_was_kept_is_the_result_when_the_budget_ends(tmp_path: Path) -> None:
+    with Loopback(Measuring()) as server:
+        run = designed(server, tmp_path, budget=Budget(tokens=70_000), max_output_tokens=2000)
+    outcome = run.design(1).outcome.read()
+    assert outcome is not None
+    assert len(server.requests) < len(ROUNDS), "the budget did not end before it finished"
+    assert outcome.outcome == "approved", outcome.reason
+    assert "Kept when the budget ended, not measured again: the only one" in outcome.reason
+
+
+def in_text(calls: list[tuple[str, dict[str, Any]]]) -> str:
+    blocks = []
+    for name, arguments in calls:
+        rest = {key: value for key, value in arguments.items() if key != "mjcf"}
+        blocks.append(f"```tool {name}\n{json.dumps(rest)}\n```")
+        if "mjcf" in arguments:
+            blocks.append(f"```argument mjcf\n{arguments['mjcf']}\n```")
+    return "\n".join(blocks)
+
+
+def test_by_hand_tools_are_called_in_text(tmp_path: Path) -> None:
+    prompts, asked = tmp_path / "prompts", list[str]()
+    over = threading.Event()
+
+    def answer() -> None:
+        while not over.is_set():
+            for pending in pending_prompts(prompts):
+                asked.append(pending.prompt.read_text(encoding="utf-8"))
+                text = in_text(ROUNDS[len(asked) - 2]) if len(asked) > 1 else "I think."
+                pending.reply.write_text(text, encoding="utf-8")
+            time.sleep(0.05)
+
+    person = threading.Thread(target=answer, daemon=True)
+    person.start()
+    run = aidsr.design(task=TASK, model=f"manual:{prompts}", team="measuring", concepts=1, runs=tmp_path)
+    over.set()
+    person.join()
+    outcome = run.design(1).outcome.read()
+    assert outcome is not None
+    assert outcome.outcome == "approved", outcome.reason
+    assert "**sweep**:" in asked[0]
+    assert "No tool was called." in asked[1]
+    assert "## 3. play" in asked[-1]
+    assert len(asked) == 1 + len(ROUNDS)
+
+
+def test_a_server_without_tools_is_told_of_them_in_words(tmp_path: Path) -> None:
+    def words(received: Received) -> Act:
+        number = sum(turn["role"] == "assistant" for turn in received.body["messages"])
+        return Say(in_text(ROUNDS[number]))
+
+    with Loopback(words) as server:
+        run = designed(server, tmp_path, text_tools=True)
+    outcome = run.design(1).outcome.read()
+    assert outcome is not None
+    assert outcome.outcome == "approved", outcome.reason
+    assert not any("tools" in request.body for request in server.requests)
+
+
+def test_one_that_calls_nothing_or_gives_up_ends_invalid(tmp_path: Path) -> None:
+    with Loopback(lambda _: Say("I would rather talk.")) as server:
+        talking = designed(server, tmp_path / "talking").design(1).outcome.read()
+    assert talking is not None
+    assert talking.outcome == "invalid"
+    assert "called no tool in 3 replies" in talking.reason
+    assert len(server.requests) == 3
+    give_up = [ROUNDS[0], [("finish", {"scene": "", "summary": "No cable reaches it."})]]
+
+    def giving_up(received: Received) -> Act:
+        return Say("", calls=tuple(give_up[sum(turn["role"] == "assistant" for turn in received.body["messages"])]))
+
+    with Loopback(giving_up) as server:
+        given_up = designed(server, tmp_path / "given_up").design(1).outcome.read()
+    assert given_up is not None
+    assert (given_up.outcome, "gave up: No cable reaches it." in given_up.reason) == ("invalid", True)
+
+
+def test_rules_and_ablations_are_no_measuring_team(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="the built-in rules call no tools"):
+        aidsr.design(task=TASK, team="measuring", runs=tmp_path)
+    with pytest.raises(UserError, match='the ablation "direct" is one of the four roles'):
+        aidsr.design(task=TASK, model="m@http://127.0.0.1:9/v1", team="measuring", method="direct", runs=tmp_path)

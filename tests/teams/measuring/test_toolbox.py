@@ -1,0 +1,138 @@
+"""The tools of a session: what is recorded, what is never carried out twice, what the budget refuses."""
+
+from __future__ import annotations
+
+import json
+from itertools import count
+from pathlib import Path
+
+import pytest
+from tests.tools.test_catalogue import travelling, with_cart
+from tests.tools.test_statics import limb
+
+from aidsr.core.calls import ToolCall
+from aidsr.teams.measuring.own_tools import chosen
+from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget, ToolRecord
+from aidsr.tools import Workspace
+
+FAMILIES = [{"name": name, "idea": "It pulls."} for name in ("arm", "claw", "worm", "ring")]
+
+
+def toolbox(folder: Path, calls: int = 20, minutes: float = 30.0, work: Workspace | None = None) -> Toolbox:
+    ticks = count()
+    work = work or Workspace(folder / "work")
+    return Toolbox(work, folder, ToolBudget(calls, minutes), clock=lambda: 60.0 * next(ticks))
+
+
+def call(box: Toolbox, tool: str, /, **arguments: object) -> ToolRecord:
+    return box.call(ToolCall(id="1", name=tool, arguments=json.dumps(arguments)))
+
+
+def proposed(folder: Path, **options) -> Toolbox:
+    box = toolbox(folder, **options)
+    assert call(box, "propose", families=FAMILIES).outcome == "done"
+    return box
+
+
+def test_four_families_come_first(tmp_path: Path) -> None:
+    box = toolbox(tmp_path)
+    assert "propose families of bodies first" in call(box, "validate", mjcf=limb()).text
+    assert "3 families; propose at least 4" in call(box, "propose", families=[*FAMILIES[:3], FAMILIES[0]]).text
+    assert call(box, "propose", families=FAMILIES).text.startswith("noted: arm, claw, worm, ring")
+    assert call(box, "validate", mjcf=limb()).text.startswith("robot_1:")
+
+
+def test_a_measurement_that_was_asked_for_before_is_not_carried_out_again(tmp_path: Path) -> None:
+    box = proposed(tmp_path)
+    first = call(box, "validate", mjcf=limb(), functional_part="tip")
+    assert call(box, "validate", mjcf=limb(), functional_part="tip") is first
+    assert call(box, "validate", mjcf=limb()).text.startswith("robot_2:"), "another argument is another call"
+    assert box.calls_made == 2
+
+
+def test_a_session_that_goes_on_gets_its_results_and_its_refusals_again(tmp_path: Path) -> None:
+    box = toolbox(tmp_path)
+    calls = [
+        ("validate", {"mjcf": limb()}),
+        ("propose", {"families": FAMILIES}),
+        ("validate", {"mjcf": limb()}),
+        ("measure", {"what": "bends", "subject": "robot_1"}),
+        ("measure", {"what": "bends", "subject": "robot_9"}),
+    ]
+    before = [call(box, name, **arguments) for name, arguments in calls]
+    assert [record.outcome for record in before] == ["refused", "done", "done", "done", "failed"]
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
+    again = toolbox(tmp_path)
+    assert [call(again, name, **arguments) for name, arguments in calls] == before
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()} == files
+    assert call(again, "validate", mjcf=limb(9.81)).text.startswith("robot_2:")
+    assert (tmp_path / "tools" / "0006_validate.json").is_file()
+
+
+def test_calls_and_minutes_are_counted_and_kept_within_the_budget(tmp_path: Path) -> None:
+    box = proposed(tmp_path, calls=2)
+    assert "[1 of 2 calls, 2 of 30 minutes]" in call(box, "validate", mjcf=limb()).text
+    assert call(box, "measure", what="bends", subject="robot_1").outcome == "done"
+    refused = call(box, "measure", what="load", subject="robot_1")
+    assert (refused.outcome, refused.text.splitlines()[0]) == (
+        "refused",
+        "not carried out: all 2 calls are used: finish with the best scene",
+    )
+    assert call(box, "read", name="robot_1").outcome == "done", "what costs nothing goes on"
+    short = proposed(tmp_path / "short", minutes=2)
+    call(short, "validate", mjcf=limb())
+    assert "all 2 minutes are used" in call(short, "validate", mjcf=limb(9.81)).text
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "message"),
+    [("weigh", "{}", "no tool 'weigh'"), ("fix", "{", "no JSON"), ("fix", "[]", "no JSON object")],
+)
+def test_mistakes_are_results(tmp_path: Path, name: str, arguments: str, message: str) -> None:
+    box = proposed(tmp_path)
+    record = box.call(ToolCall(id="1", name=name, arguments=arguments))
+    assert (record.outcome, message in record.text, box.calls_made) == ("refused", True, 0)
+
+
+def with_scene(folder: Path, **options) -> Toolbox:
+    """A toolbox with a scene, called stable."""
+    work = with_cart(folder)
+    path = work.folder / "scene_1" / "scene.json"
+    path.write_text(path.read_text().replace('"stable": false', '"stable": true'))
+    return proposed(folder, work=work, **options)
+
+
+def test_a_scene_is_measured_again_before_it_is_the_result(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    assert "scene_1 was not measured again" in call(box, "finish", scene="scene_1", summary="A cart.").text
+    for variation in range(3):
+        call(box, "play", scene="scene_1", script="drive: 1", seconds=0.2, variation=variation)
+    assert call(box, "finish", scene="scene_1", summary="A cart.").outcome == "done"
+    found = chosen(box.workspace, "finished")
+    assert found is not None
+    assert (found.scene, found.why, found.measured) == ("scene_1", "A cart.", True)
+
+
+def test_with_the_budget_spent_it_may_finish_at_once(tmp_path: Path) -> None:
+    box = with_scene(tmp_path, calls=1)
+    call(box, "play", scene="scene_1", script="drive: 1", seconds=0.2)
+    assert call(box, "finish", scene="scene_1", summary="A cart.").outcome == "done"
+
+
+def test_the_last_scene_that_was_kept_counts(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    call(box, "assemble", robot="robot_1", placement={"mount": "mount", "base": "fixed", "position_m": [0, 0, 0.1]})
+    path = box.workspace.folder / "scene_2" / "scene.json"
+    path.write_text(path.read_text().replace('"stable": false', '"stable": true'))
+    for scene in ("scene_1", "scene_2", "scene_1"):
+        assert call(box, "keep", scene=scene, why="faster").outcome == "done"
+    found = chosen(box.workspace, "kept")
+    assert found is not None
+    assert (found.scene, found.measured) == ("scene_1", False)
+
+
+def test_a_scene_that_is_not_stable_is_neither_kept_nor_the_result(tmp_path: Path) -> None:
+    box = proposed(tmp_path, work=with_cart(tmp_path))
+    assert "scene_1 is not stable" in call(box, "keep", scene="scene_1", why="best").text
+    assert 'no scene "scene_7"' in call(box, "keep", scene="scene_7", why="best").text
+    assert chosen(travelling(tmp_path), "kept") is None
