@@ -71,6 +71,7 @@ class QuickPushing(ButtonPushing):
     """The button task over in a second, and won by bending towards any side."""
 
     time_limit_s = 1.0
+    hold_s = 0.2
 
     @property
     def environment(self):

@@ -29,6 +29,9 @@ def button_pushing(task: Task) -> Episode:
     for way in (0.15, 0.1, 0.05, 0.01):
         episode.place(face - way * inwards, inwards)
         episode.step()
+    while episode.data.time < episode.variation.parameters["signal_s"][0]:
+        episode.place(face - 0.01 * inwards, inwards)
+        episode.step()
     goal = face + 0.013 * inwards
     episode.run(2.0, lambda e: e.hold(STICK, e.tip_m, goal, along=inwards))
     return episode
@@ -92,11 +95,15 @@ def zero_gravity_grasping(task: Task) -> Episode:
 
 def dynamic_catching(task: Task) -> Episode:
     episode = Episode(task)
-    capture = episode.sensor("capture_position")
+    capture = episode.sensor("keeping_position")
     while np.linalg.norm(episode.sensor("ball_position") - capture) > 0.04:
         episode.step()
     episode.put("ball_free", capture)
-    episode.run(2.0, lambda e: e.hold("ball", e.sensor("ball_position"), capture + np.array([0.0, 0.0, 0.0005])))
+
+    def hand(e: Episode) -> None:
+        e.hold("ball", e.sensor("ball_position"), e.sensor("keeping_position") + np.array([0.0, 0.0, 0.0005]))
+
+    episode.run(5.0, hand)
     return episode
 
 

@@ -21,10 +21,10 @@ def of(name: str, level: str = "standard", **amiss) -> tuple[Task, Readings, Tas
     )
 
 
-def button_pushing(task, seen, travel_m=0.005, tip_n=0.06, robot_n=0.06, away_m=0.0):
+def button_pushing(task, seen, travel_m=0.005, tip_n=0.06, robot_n=0.06, away_m=0.0, asked=1.0):
     tip_m = seen["button_position"][0] + (0.6 * away_m, 0.0, 0.8 * away_m)
     forces = {"tip_force": (0, 0, tip_n), "robot_force": (0, 0, robot_n)}
-    return altered(seen, {"button_travel": travel_m, "tip_position": tip_m, **forces}), {}
+    return altered(seen, {"button_travel": travel_m, "tip_position": tip_m, **forces}), {"asked": asked}
 
 
 def surface_adapting(
@@ -79,9 +79,13 @@ def zero_gravity_grasping(task, seen, time_s=3.0, drift_m_s=0.0199, touched=True
     return altered(seen, sensors, time_s=time_s), {"left": left}
 
 
-def dynamic_catching(task, seen, away_m=0.0599, closest_m=0.0, touched=1.0, caught_s=0.0):
-    ball = {"ball_position": seen["capture_position"][0] + (0.0, 0.6 * away_m, -0.8 * away_m)}
-    return altered(seen, ball), {"closest": closest_m, "touched": touched, "caught_s": caught_s}
+def dynamic_catching(task, seen, away_m=0.0599, turned_deg=130.1, closest_m=0.0, touched=1.0, caught_s=0.0):
+    ball = {"ball_position": seen["keeping_position"][0] + (0.0, 0.6 * away_m, -0.8 * away_m)}
+    return altered(seen, {"mount_angle": np.deg2rad(turned_deg), **ball}), {
+        "closest": closest_m,
+        "touched": touched,
+        "caught_s": caught_s,
+    }
 
 
 def ball_from_bowl(task, seen, raised_m=0.1001, **grip):

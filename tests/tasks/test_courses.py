@@ -20,7 +20,7 @@ ENDS = {
 """Progress at the goal where no hand grips the object from two sides; elsewhere it is 0.9 at least."""
 
 MOVES = {
-    "reaching/button_pushing": {0, 1, 2, 6, 7},
+    "reaching/button_pushing": {0, 1, 2, 6, 7, 8},
     "reaching/surface_adapting": {0, 2, 7, 8, 9, 10},
     "reaching/pipe_inserting": {0, 1, 2, 3, 4, 5, 9},
     "reaching/around_corners": {0, 2, 3, 5, 9},
@@ -30,7 +30,7 @@ MOVES = {
     "grasping/simple_grasping": {2, 5, 8, 9, 10},
     "grasping/zero_gravity_grasping": {2, 3, 4, 5, 8, 9, 10, 11, 13, 14},
     "grasping/delicate_grasping": {2, 3, 4, 5, 8, 9, 10},
-    "grasping/dynamic_catching": {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11},
+    "grasping/dynamic_catching": {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12},
     "locomotion/flat_ground": {0},
     "locomotion/stairs": {0, 2},
     "locomotion/obstacles": {0, 8, 9, 10, 11, 12, 13},

@@ -152,8 +152,9 @@ MOVED = {
     "delicate_grasping": [(0, to_object), (9, lambda e: e.slid("carriage_lift"))],
     "dynamic_catching": [
         (0, lambda e: e.body("ball") - e.tip_m),
-        (3, lambda e: e.body("ball") - e.site("capture_point")),
+        (3, lambda e: e.body("ball") - e.site("keeping_place")),
         (6, lambda e: e.moving("ball_free")),
+        (12, lambda e: e.slid("mount_turn") / np.deg2rad(135.0)),
     ],
     "flat_ground": [(0, travelling)],
     "stairs": [(0, travelling), (8, of_stairs)],
@@ -189,7 +190,7 @@ MOVED = {
 FIVE_BRUSHED = np.where(np.arange(25) < 5, 0.1, 0.0)
 
 SAID = [
-    ("button_pushing", {"tip_force": (3.0, 0.0, -4.0)}, {}, {7: 1.0}),
+    ("button_pushing", {"tip_force": (3.0, 0.0, -4.0)}, {"asked": 1.0}, {7: 1.0, 8: 1.0}),
     ("surface_adapting", {"surface_contacts": touches(2.0, 1.0)}, {}, {9: 0.4}),
     ("pipe_inserting", {"wall_contacts": touches(2.0, 1.0)}, {}, {12: 0.6}),
     (
@@ -203,7 +204,7 @@ SAID = [
     ("simple_grasping", {"grip": touches(2.0, 1.0)}, {}, {11: 0.4, 12: 0.5}),
     ("zero_gravity_grasping", {"grip": touches(1.0, 2.0)}, {}, {11: 0.4, 12: 0.5}),
     ("delicate_grasping", {"grip": touches(1.0, 0.5)}, {}, {11: 0.2, 12: 0.5, 13: 0.25}),
-    ("dynamic_catching", {"grip": touches(2.0, 1.0)}, {"caught_s": 0.5}, {9: 0.4, 10: 0.5, 11: 0.5}),
+    ("dynamic_catching", {"grip": touches(2.0, 1.0)}, {"caught_s": 0.5}, {9: 0.4, 10: 0.5, 11: 0.2}),
     ("drawer_opening", {f"drawer_{n}_force": (0.0, 3.0, 4.0) for n in (1, 2, 3)}, {"stage": 3.0}, {4: 1.0, 5: -1.0}),
     ("force_controlled_brushing", {"brush_contacts": touches(0.4, 0.3)}, {}, {6: 0.7, 7: 1.0}),
     ("force_controlled_brushing", {"brush_contacts": touches(0.6, 0.5)}, {}, {6: 1.1, 7: 0.0}),

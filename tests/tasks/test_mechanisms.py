@@ -8,6 +8,7 @@ from stick import Episode
 
 from aidsr.tasks import apply_to_simulation, load_task
 from aidsr.tasks.reaching.pipe_inserting import BRANCH_M, INNER_M, LENGTH_M, in_pipe, pipe_walls
+from aidsr.tasks.scoring import score
 
 
 def stage(name: str, level: str = "standard") -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -34,6 +35,17 @@ def test_button_moves_beyond_its_preload_by_its_stiffness(level, preload_n, inde
     settle(model, data, 1.0)
     # a stop gives way a little under the preload
     assert data.joint("button_slide").qpos[0] == pytest.approx(0.0, abs=5e-4)
+
+
+def test_a_press_counts_that_begins_after_the_signal_from_a_button_that_is_out():
+    episode = Episode(load_task("button_pushing"), base="free")
+    signal_s, said = episode.variation.parameters["signal_s"][0], []
+    for time_s, travel_m in ((signal_s - 0.1, 0.0), (signal_s + 0.1, 0.006), (signal_s + 0.2, 0.0009), (9.0, 0.006)):
+        episode.data.time, episode.data.joint("button_slide").qpos = time_s, travel_m
+        mujoco.mj_forward(episode.model, episode.data)
+        episode.state, _ = score(episode.task, episode.state, episode.look(), np.zeros((1, 1)))
+        said.append(float(episode.state.task_state["asked"][0]))
+    assert said == [0.0, 0.0, 1.0, 1.0]
 
 
 @pytest.mark.parametrize(("level", "friction_n"), [("standard", 0.4), ("hard", 1.5)])
@@ -157,20 +169,45 @@ def test_the_hard_shake_pushes_the_object_sideways_with_one_newton():
 
 @pytest.mark.parametrize("level", ["standard", "hard"])
 @pytest.mark.parametrize("index", range(6))
-def test_an_untouched_ball_passes_the_capture_point_at_its_speed_and_time(level, index):
-    task = load_task("dynamic_catching", level)
-    model, data = stage("dynamic_catching")
-    apply_to_simulation(task.variation("held_out", index), model, data)
-    capture = data.site("capture_point").xpos.copy()
+def test_an_untouched_ball_waits_and_passes_the_capture_point_at_its_speed_and_time(level, index):
+    episode = Episode(load_task("dynamic_catching", level), base="free", split="held_out", index=index)
+    episode.place(np.array([0.0, 0.6, 0.5]), (0.0, 1.0, 0.0))
+    task, capture, start = episode.task, episode.data.site("capture_point").xpos.copy(), episode.sensor("ball_position")
+    throw_s = episode.variation.parameters["throw_s"][0]
     course = []
-    for _ in range(250):
-        mujoco.mj_step(model, data)
-        away_m = np.linalg.norm(data.body("ball").xpos - capture)
-        course.append((away_m, data.time, np.linalg.norm(data.joint("ball_free").qvel[:3])))
+
+    def watch(e: Episode) -> None:
+        away_m = np.linalg.norm(e.data.body("ball").xpos - capture)
+        course.append((away_m, e.data.time, np.linalg.norm(e.data.joint("ball_free").qvel[:3])))
+
+    while episode.data.time < throw_s - 1e-6:
+        episode.step(watch)
+    assert episode.sensor("ball_position") == pytest.approx(start, abs=1e-6)
+    episode.run(0.6, watch)
     away_m, time_s, speed_m_s = min(course)
-    assert away_m < 0.025 * np.sqrt(2) + 1e-3
-    assert 0.18 < time_s < 0.42
+    assert away_m < 0.025 * np.sqrt(2) + 5e-3
+    assert 0.18 < time_s - throw_s < 0.37
     assert task.slowest_m_s * 0.9 < speed_m_s < task.fastest_m_s * 1.1
+
+
+def test_every_ball_waits_over_the_floor():
+    task = load_task("dynamic_catching")
+    starts_m = [task.variation("held_out", index).changes[0].value[2] for index in range(200)]
+    assert min(starts_m) > 0.05 + 0.03
+
+
+def test_the_mount_turns_over_after_the_ball_is_due_until_it_looks_down():
+    episode = Episode(load_task("dynamic_catching"))
+    turn_s = episode.variation.parameters["turn_s"][0]
+    looks = {}
+    for time_s in (0.0, turn_s, turn_s + 1.2):
+        while episode.data.time < time_s - 1e-6:
+            episode.step()
+        looks[time_s] = episode.data.site("mount").xmat.reshape(3, 3)[:, 2].copy()
+    up, still, down = looks.values()
+    assert up == pytest.approx((np.sqrt(0.5), 0.0, np.sqrt(0.5)), abs=1e-6)
+    assert still == pytest.approx(up, abs=1e-3)
+    assert down == pytest.approx((0.0, 0.0, -1.0), abs=0.02)
 
 
 @pytest.mark.parametrize("branch_deg", [50.0, 65.0, 80.0])

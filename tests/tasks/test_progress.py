@@ -5,6 +5,7 @@ import states
 
 HALF_WAY = [
     ("button_pushing", {"travel_m": 0.0025, "away_m": 0.01}, 0.75),
+    ("button_pushing", {"travel_m": 0.0025, "asked": 0.0}, 0.5),
     ("button_pushing", {"travel_m": 0.0, "away_m": 0.05}, 0.25 / 1.36 + 0.25 * 0.1),
     ("surface_adapting", {"lying": 3, "gap_lengths": 0.029}, 0.832),
     ("surface_adapting", {"lying": 3, "gap_lengths": 0.029, "spread_lengths": 0.075}, 0.732),
@@ -25,7 +26,7 @@ HALF_WAY = [
     ("zero_gravity_grasping", {"away_m": 0.05, "opposed": True}, 1.0),
     ("dynamic_catching", {"closest_m": 0.24, "touched": 0.0}, 0.02),
     ("dynamic_catching", {"closest_m": 0.04, "touched": 0.0}, 0.2),
-    ("dynamic_catching", {"caught_s": 0.5}, 0.7),
+    ("dynamic_catching", {"caught_s": 1.25}, 0.7),
     ("around_corners", {"tip_n": 0.25}, 0.95),
     ("around_corners", {"tip_n": 0.0, "above_m": 0.05}, 0.7 + 0.1 / 1.36 + 0.1 * 0.1),
     ("ball_from_bowl", {"raised_m": 0.0, "away_m": 0.25}, 0.03),

@@ -48,6 +48,8 @@ def test_button_pushing():
     tilt_deg = np.rad2deg(np.arcsin(2 * (turns[:, 1] * turns[:, 3] - turns[:, 0] * turns[:, 2])))
     assert fills(tilt_deg, -20, 20)
 
+    assert fills(parameters(drawn("button_pushing"), "signal_s")[:, 0], 0.5, 1.5)
+
 
 def test_surface_adapting():
     variations = drawn("surface_adapting")
@@ -211,9 +213,12 @@ def test_every_task_is_looked_at_here():
 
 def test_dynamic_catching_throws_differ_in_speed_and_place():
     # speed, time and place at the capture point are measured in test_mechanisms
-    throws = values(drawn("dynamic_catching"), "qvel", "ball_free")
-    assert throws[:, :3].std(axis=0).min() > 0.1
-    assert not throws[:, 3:].any()
+    told = [variation.parameters for variation in drawn("dynamic_catching")]
+    assert np.std([one["throw_m_s"] for one in told], axis=0).min() > 0.1
+    throw_s = np.array([one["throw_s"][0] for one in told])
+    assert (throw_s.min(), throw_s.max()) == pytest.approx((0.5, 1.5), abs=0.1)
+    wait_s = np.array([one["turn_s"][0] for one in told]) - throw_s
+    assert (wait_s.min(), wait_s.max()) == pytest.approx((0.7, 0.85), abs=0.02)
 
 
 def test_a_change_holds_plain_numbers():

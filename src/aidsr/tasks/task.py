@@ -41,6 +41,10 @@ Version 4 closes ways to success that need no soft body, and tests by success wh
   touch is length that lies nowhere. An arm of which only the tip was solid had won by being near.
 - pipe_inserting: the tip has to be steered into a branch, past which the pipe goes straight on. Through the
   bend before, a straight rod and every slack body went by themselves.
+- button_pushing: the button is pressed at a signal, and was out then, for 0.6 s and not 0.2 s. Random actions had won a
+  quarter of the episodes, and thirteen fingers that all pulled 70 %.
+- dynamic_catching: nobody knows when the ball is thrown, and the mount turns over after the catch. Constant actions had
+  won 72 % and a basket 75 %. No throw begins below the floor any more.
 - all tasks: a valid policy needs its cables and its soft body, and no other actuators; a verdict has 100 episodes.
 """
 

@@ -43,9 +43,9 @@ def test_threads_change_nothing():
 
 
 def test_what_is_observed():
-    """Joints 4 + 4, tendons 2 + 2, forces 2, last action 2, features 8."""
+    """Joints 4 + 4, tendons 2 + 2, forces 2, last action 2, features 9."""
     episodes = begun(2)
-    assert episodes.observation.shape == (2, 24)
+    assert episodes.observation.shape == (2, 25)
     assert episodes.observation.dtype == np.float32
     assert np.allclose(episodes.observation[:, 14:16], -1.0)
     episodes.step(np.array([[0.25, -0.5], [1.0, 2.0]]))

@@ -270,7 +270,7 @@ def test_what_was_touched_for_a_goal_is_not_called_out_of_reach(text, seen, phas
 
 def test_the_body_that_moves_fastest_is_told_not_the_one_at_the_middle_of_its_tree() -> None:
     place = TaskScene.of(small_scene(), QuickPushing())
-    whirling = Variation((Change("qvel", "robot/bend4", (30.0,)),))
+    whirling = Variation((Change("qvel", "robot/bend4", (30.0,)),), {"signal_s": (1.0,)})
     seen = trace_motion(place, whirling, pulled(place, "neither"), targets_of(BUTTON))
     assert seen.steps[0].fastest == "robot/seg4", "the last segment alone turns, and about its own joint"
 

@@ -1,7 +1,8 @@
-"""Catch a thrown ball."""
+"""Catch a thrown ball and keep it while the mount turns over."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,44 +14,69 @@ from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
 from aidsr.tasks.variation import Change, Variation
 
-MOUNT_HEIGHT_M, MOUNT_DEG = 0.4, 45.0
-"""The mount looks up and forward."""
+MOUNT_HEIGHT_M, MOUNT_DEG = 0.5, 45.0
+"""The mount looks up and forward at first."""
 AHEAD_M = 0.12
 CAPTURE_M = np.array([AHEAD_M * np.sqrt(0.5), 0.0, MOUNT_HEIGHT_M + AHEAD_M * np.sqrt(0.5)])
 """The capture point, in front of the mount."""
 SPEED_M_S = (1.0, 1.8)
-FLIGHT_S = (0.2, 0.4)
+THROW_S, FLIGHT_S = (0.5, 1.5), (0.2, 0.35)
+"""When the ball is thrown, and how long it flies. Our choice: a hand that closes from the start is shut before."""
+WAIT_S, TURN_S = 0.5, 1.0
+"""The mount turns over so long after the ball is due, within so long."""
+TURN_RAD, TURNED_RAD = np.deg2rad(MOUNT_DEG + 90.0), np.deg2rad(MOUNT_DEG + 85.0)
+"""How far it turns, until it looks straight down, and from where on it counts as turned."""
+BALL_KG = 0.04
 OFFSET_M, SPREAD_DEG = 0.025, 15.0
 CAUGHT_M, FLOOR_M, GRAVITY_M_S2 = 0.06, 0.05, 9.81
 HOLD_S = 1.0
+CAUGHT_S = WAIT_S + TURN_S + HOLD_S
+"""How long a ball is held that is caught when it is due."""
 MAX_IMPACT_N = 20.0
 
 
 @dataclass(frozen=True)
 class DynamicCatching(Task):
-    """A ball flies at the robot and must stay near the capture point.
+    """A ball is thrown at the robot and must stay in front of the mount, which turns over.
 
-    Source: our choice, below the 2 m/s at which soft drones catch.
+    Source: our choice, below the 2 m/s at which soft drones catch. Nobody knows beforehand when the ball is thrown, so
+    that a hand which closes at once is shut, and what holds the ball by its weight loses it when the mount looks down.
     """
 
     name: ClassVar = "grasping/dynamic_catching"
-    base: ClassVar = "fixed"
-    time_limit_s: ClassVar = 4.0
+    base: ClassVar = "moving"
+    time_limit_s: ClassVar = 5.0
     hold_s: ClassVar = HOLD_S
-    stages: ClassVar = ((0.2, "in the ball's way"), (0.4, "touching it"), (0.7, "holding it a while"), (1.0, "caught"))
+    stages: ClassVar = (
+        (0.2, "in the ball's way"),
+        (0.4, "touching it"),
+        (0.52, "holding it until the mount turns"),
+        (0.76, "holding it until the mount has turned"),
+        (1.0, "kept"),
+    )
     control_dt_s: ClassVar = 0.02
-    required_names: ClassVar = ("mount", "ball", "ball_free", "capture_point")
+    required_names: ClassVar = (
+        "mount",
+        "mount_turn",
+        "ball",
+        "ball_free",
+        "capture_point",
+        "throw_x",
+        "throw_y",
+        "throw_z",
+    )
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),
         TaskSensor(name="grip", quantity="contacts", target="ball", slots=8),
     )
     features: ClassVar = (
         Feature("functional part to ball", "m", (-1, 1), "ball_position, tip_position", size=3),
-        Feature("capture point to ball", "m", (-1, 1), "ball_position, capture_position", size=3),
+        Feature("place where it is kept to ball", "m", (-1, 1), "ball_position, keeping_position", size=3),
         Feature("ball's velocity", "m/s", (-4, 4), "ball_velocity", size=3),
         Feature(f"strongest contact with the ball, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "grip"),
         Feature("how far the contacts face each other", "", (0, 1), "grip"),
-        Feature(f"time held, 1 = {HOLD_S:g} s", "", (0, 1), "(state)"),
+        Feature(f"time held, 1 = {CAUGHT_S:g} s", "", (0, 1), "(state)"),
+        Feature("turn of the mount, 1 = over", "", (0, 1), "mount_angle"),
     )
     hard: ClassVar = {"slowest_m_s": 2.5, "fastest_m_s": 2.5}
 
@@ -61,10 +87,12 @@ class DynamicCatching(Task):
     def objective(self) -> str:
         speed = span((self.slowest_m_s, self.fastest_m_s))
         return (
-            f"Catch a ball of 30 mm radius and 40 g that arrives at {speed} m/s after {span(FLIGHT_S)} s of flight, "
-            f"and keep it within {1000 * CAUGHT_M:g} mm of the capture point for {self.hold_s:g} s. The capture point "
-            f"is {AHEAD_M:g} m in front of the fixed mount, which looks up and forward at {MOUNT_DEG:g} degrees; the "
-            f"ball comes from there, up to {1000 * OFFSET_M:g} mm and {SPREAD_DEG:g} degrees off."
+            f"Catch a ball of 30 mm radius and 40 g that is thrown {span(THROW_S)} s after the start, flies "
+            f"{span(FLIGHT_S)} s and arrives at {speed} m/s, and keep it while the mount turns over, {WAIT_S:g} s "
+            f"after the ball is due and within {TURN_S:g} s, and then for {self.hold_s:g} s within "
+            f"{1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front of the mount. That place is the capture point "
+            f"while the mount looks up and forward at {MOUNT_DEG:g} degrees; the ball comes from there, up to "
+            f"{1000 * OFFSET_M:g} mm and {SPREAD_DEG:g} degrees off, and in the end the mount looks straight down."
         )
 
     @property
@@ -72,13 +100,16 @@ class DynamicCatching(Task):
         varies = self.slowest_m_s < self.fastest_m_s
         return Criteria(
             variation=(
-                f"{'Speed, time' if varies else 'Time'} of flight, +-{1000 * OFFSET_M:g} mm sideways and across, "
-                f"+-{SPREAD_DEG:g} deg in elevation and azimuth."
+                f"{'Speed, time' if varies else 'Time'} of the throw and of the flight, +-{1000 * OFFSET_M:g} mm "
+                f"sideways and across, +-{SPREAD_DEG:g} deg in elevation and azimuth."
             ),
             progress=(
                 "A fifth for the closest pass of the functional part, a fifth for a touch, the rest for time held."
             ),
-            success=f"Within {1000 * CAUGHT_M:g} mm of the capture point and off the floor.",
+            success=(
+                f"The mount is turned over, the ball within {1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front "
+                "of it and off the floor."
+            ),
             violation=f"An impact of more than {MAX_IMPACT_N:g} N.",
             failure="The ball is on the floor.",
         )
@@ -90,17 +121,34 @@ class DynamicCatching(Task):
         sideways_m, across_m = rng.uniform(-OFFSET_M, OFFSET_M, size=2)
         arrival = speed_m_s * np.array([-np.cos(down) * np.cos(aside), -np.cos(down) * np.sin(aside), -np.sin(down)])
         passes = CAPTURE_M + np.array([-across_m * np.sqrt(0.5), sideways_m, across_m * np.sqrt(0.5)])
-        # the throw, found by flying backwards from the capture point
+        # the throw, found by flying backwards from the capture point; it takes one control step
         fall = np.array([0.0, 0.0, GRAVITY_M_S2 * flight_s])
-        start = passes - flight_s * (arrival + fall / 2)
-        pose, velocity = (*start, 1.0, 0.0, 0.0, 0.0), (*(arrival + fall), 0.0, 0.0, 0.0)
-        return Variation((Change("qpos", "ball_free", pose), Change("qvel", "ball_free", velocity)))
+        thrown = arrival + fall
+        start = passes - flight_s * (arrival + fall / 2) - self.control_dt_s / 2 * thrown
+        throw_s = self.control_dt_s * round(rng.uniform(*THROW_S) / self.control_dt_s)
+        timing = {"throw_s": (throw_s,), "turn_s": (throw_s + flight_s + WAIT_S,)}
+        pose = (*start, 1.0, 0.0, 0.0, 0.0)
+        return Variation((Change("qpos", "ball_free", pose),), {"throw_m_s": tuple(thrown), **timing})
+
+    def script(self, readings: Readings) -> Mapping[str, FloatArray]:
+        timing, time_s = readings.parameters, readings.time_s
+        before_s = timing["throw_s"][:, 0] - time_s
+        carried, thrown = before_s > -self.control_dt_s / 2, np.abs(before_s) < self.control_dt_s / 2
+        push_n = BALL_KG / self.control_dt_s * timing["throw_m_s"] * thrown[:, None]
+        push_n[:, 2] += BALL_KG * GRAVITY_M_S2 * carried
+        turned = np.clip((time_s - timing["turn_s"][:, 0]) / TURN_S, 0.0, 1.0)
+        turn_rad = TURN_RAD * (1.0 - np.cos(np.pi * turned)) / 2
+        return {"mount_turn": turn_rad, **{f"throw_{axis}": push_n[:, k] for k, axis in enumerate("xyz")}}
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
         ball_m, grip = readings["ball_position"], readings.contacts("grip")
-        ways = [ball_m - readings["tip_position"], ball_m - readings["capture_position"], readings["ball_velocity"]]
-        held = [grip.force_n.max(axis=1) / FORCE_SCALE_N, grip.opposition(), state["caught_s"] / self.hold_s]
-        return np.column_stack([*ways, *held])
+        ways = [ball_m - readings["tip_position"], ball_m - readings["keeping_position"], readings["ball_velocity"]]
+        held = [
+            grip.force_n.max(axis=1) / FORCE_SCALE_N,
+            grip.opposition(),
+            np.minimum(state["caught_s"] / CAUGHT_S, 1),
+        ]
+        return np.column_stack([*ways, *held, readings["mount_angle"] / TURN_RAD])
 
     def reset_state(self, readings: Readings) -> TaskState:
         return {"closest": _distance_m(readings), "touched": np.zeros(readings.n), "caught_s": np.zeros(readings.n)}
@@ -108,25 +156,30 @@ class DynamicCatching(Task):
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         closest = np.minimum(state["closest"], _distance_m(readings))
         touched = np.maximum(state["touched"], readings.contacts("grip").found.any(axis=1))
-        caught_s = np.where(self.is_success(readings, state), state["caught_s"] + self.control_dt_s, 0.0)
+        caught_s = np.where(_is_kept(readings), state["caught_s"] + self.control_dt_s, 0.0)
         return {"closest": closest, "touched": touched, "caught_s": caught_s}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         del readings
         near = closeness(state["closest"], within=0.04, margin=0.2)
-        return 0.2 * near + 0.2 * state["touched"] + 0.6 * share(state["caught_s"], self.hold_s)
+        return 0.2 * near + 0.2 * state["touched"] + 0.6 * share(state["caught_s"], CAUGHT_S)
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_contact_n("grip"), MAX_IMPACT_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         del state
-        away_m = np.linalg.norm(readings["ball_position"] - readings["capture_position"], axis=1)
-        return np.asarray((away_m <= CAUGHT_M) & (readings["ball_position"][:, 2] > FLOOR_M))
+        return np.asarray(_is_kept(readings) & (readings.scalar("mount_angle") >= TURNED_RAD))
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
         del state
         return np.asarray(readings["ball_position"][:, 2] <= FLOOR_M)
+
+
+def _is_kept(readings: Readings) -> BoolArray:
+    """Return whether the ball is where it has to be kept, and off the floor, (n,)."""
+    away_m = np.linalg.norm(readings["ball_position"] - readings["keeping_position"], axis=1)
+    return np.asarray((away_m <= CAUGHT_M) & (readings["ball_position"][:, 2] > FLOOR_M))
 
 
 def _distance_m(readings: Readings) -> FloatArray:

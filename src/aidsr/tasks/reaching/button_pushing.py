@@ -1,4 +1,4 @@
-"""Press a spring-loaded button beside a hanging robot."""
+"""Press a spring-loaded button beside a hanging robot when a signal asks for it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import approach, excess, share
-from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState
+from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState, span
 from aidsr.tasks.variation import Change, Variation
 
 MOUNT_HEIGHT_M = 0.7
@@ -23,22 +23,27 @@ AZIMUTH_DEG = 90.0
 TILT_DEG = 20.0
 STIFFNESS_N_M = 60.0
 PRESSED_M = 0.005
+OUT_M = 0.001
+"""A button that is pressed less than this is out."""
+SIGNAL_S = (0.5, 1.5)
+"""When the button is to be pressed. Our choice: what goes there at once has pressed before."""
 MAX_FORCE_N = 20.0
 
 
 @dataclass(frozen=True)
 class ButtonPushing(Task):
-    """The functional part presses a button that faces the robot.
+    """The functional part presses a button that faces the robot, at a signal: a button pressed before is let out first.
 
     Source: our choice, after Meta-World's button-press (Yu et al. 2019). The button lies in the middle of the space
     that an arm of 0.25 to 0.35 m sweeps; its distance from the line straight down varies, its depth does not, so that
-    an arm which bends in one piece can reach every one.
+    an arm which bends in one piece can reach every one. When the signal comes varies too, so that nothing which moves
+    there by itself, however it is built, can win.
     """
 
     name: ClassVar = "reaching/button_pushing"
     base: ClassVar = "fixed"
     time_limit_s: ClassVar = 10.0
-    hold_s: ClassVar = 0.2
+    hold_s: ClassVar = 0.6
     stages: ClassVar = ((0.5, "at the button"), (1.0, "pressed"))
     required_names: ClassVar = ("mount", "button", "button_cap", "button_slide", "button_face")
     sensors: ClassVar = (
@@ -51,6 +56,7 @@ class ButtonPushing(Task):
         Feature("direction in which it is pressed", "", (-1, 1), "button_direction", size=3),
         Feature("travel, 1 when pressed", "", (0, 1.6), "button_travel"),
         Feature(f"force of the functional part, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "tip_force"),
+        Feature("1 once the button was out after the signal", "", (0, 1), "(state)"),
     )
     hard: ClassVar = {"preload_n": 5.0}
 
@@ -62,7 +68,8 @@ class ButtonPushing(Task):
         nearest_m, farthest_m = (OFFSET_M * factor for factor in OFFSET_FACTOR)
         return (
             f"Press a round push button of 20 mm radius at least {1000 * PRESSED_M:g} mm in and keep it in for "
-            f"{self.hold_s:g} s; it takes {self.preload_n:g} N to start moving and {STIFFNESS_N_M:g} N/m more from "
+            f"{self.hold_s:g} s after a signal, which comes {span(SIGNAL_S)} s after the start and finds it out, or "
+            f"sees it let out first; it takes {self.preload_n:g} N to start moving and {STIFFNESS_N_M:g} N/m more from "
             f"there. It lies {DEPTH_M:g} m below the fixed mount, {nearest_m:.2f} to {farthest_m:.2f} m to the side, "
             f"anywhere within {AZIMUTH_DEG:g} degrees to either side of the front, and faces inwards."
         )
@@ -76,10 +83,14 @@ class ButtonPushing(Task):
         return Criteria(
             variation=(
                 f"Azimuth +-{AZIMUTH_DEG:g} deg, distance from the axis +-{100 * (OFFSET_FACTOR[1] - 1):g} %, "
-                f"tilt of the pressing direction +-{TILT_DEG:g} deg."
+                f"tilt of the pressing direction +-{TILT_DEG:g} deg; the signal comes after {span(SIGNAL_S)} s."
             ),
-            progress="Half for nearness of the functional part to the button, half for the button's travel.",
-            success=f"Pressed at least {1000 * PRESSED_M:g} mm, by the functional part.",
+            progress=(
+                "Half for nearness of the functional part to the button, half for the button's travel, once it was out "
+                "after the signal."
+            ),
+            success=f"Pressed at least {1000 * PRESSED_M:g} mm by the functional part, from less than "
+            f"{1000 * OUT_M:g} mm after the signal.",
             violation=f"More than {MAX_FORCE_N:g} N on the button.",
         )
 
@@ -90,28 +101,36 @@ class ButtonPushing(Task):
         cos, sin, up, down = np.cos(azimuth / 2), np.sin(azimuth / 2), np.cos(tilt / 2), np.sin(tilt / 2)
         place = (offset_m * np.cos(azimuth), offset_m * np.sin(azimuth), MOUNT_HEIGHT_M - DEPTH_M)
         turn = (cos * up, -sin * down, cos * down, sin * up)
-        return Variation((Change("body_pos", "button", place), Change("body_quat", "button", turn)))
+        signal = {"signal_s": (rng.uniform(*SIGNAL_S),)}
+        return Variation((Change("body_pos", "button", place), Change("body_quat", "button", turn)), signal)
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
-        del state
         return np.column_stack(
             [
                 readings["button_position"] - readings["tip_position"],
                 readings["button_direction"],
                 readings["button_travel"] / PRESSED_M,
                 readings.force_n("tip_force") / FORCE_SCALE_N,
+                state["asked"],
             ]
         )
 
+    def reset_state(self, readings: Readings) -> TaskState:
+        return {"asked": np.zeros(readings.n)}
+
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        out = readings.scalar("button_travel") < OUT_M
+        asked = out & (readings.time_s >= readings.parameters["signal_s"][:, 0])
+        return {"asked": np.maximum(state["asked"], asked)}
+
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        del state
         distance = np.linalg.norm(readings["button_position"] - readings["tip_position"], axis=1)
         near = approach(distance, within=0.01)
-        return 0.5 * near + 0.5 * share(readings.scalar("button_travel"), PRESSED_M)
+        return 0.5 * near + 0.5 * state["asked"] * share(readings.scalar("button_travel"), PRESSED_M)
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_force_n("robot_force"), MAX_FORCE_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        del state
-        return (readings.scalar("button_travel") >= PRESSED_M) & (readings.force_n("tip_force") > TOUCH_N)
+        pressed = (readings.scalar("button_travel") >= PRESSED_M) & (readings.force_n("tip_force") > TOUCH_N)
+        return np.asarray(pressed & (state["asked"] > 0.0))
