@@ -26,13 +26,13 @@ WAIT_S = 120.0
 
 def read_frame(message: bytes) -> Snapshot:
     """Read a frame as its module describes it, as `frames.js` does."""
-    kind, parts, segments, tendons, controls, time_s, pace = struct.unpack_from("<IIIIIff", message)
+    kind, parts, segments, tendons, controls, contacts, time_s, pace = struct.unpack_from("<IIIIIIff", message)
     assert kind == Kind.FRAME
-    numbers = np.frombuffer(message, "<f4", offset=28)
-    poses, pieces, tension, ctrl = np.split(numbers, np.cumsum([12 * parts, 8 * segments, tendons]))
-    assert len(ctrl) == controls
+    numbers = np.frombuffer(message, "<f4", offset=32)
+    ends = np.cumsum([12 * parts, 8 * segments, tendons, controls])
+    poses, pieces, tension, ctrl, touching = np.split(numbers, ends)
     shaped = poses.reshape(parts, 12), pieces.reshape(segments, 8)
-    return Snapshot(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float))
+    return Snapshot(time_s, pace, *shaped, tension.astype(float), ctrl.astype(float), touching.reshape(contacts, 6))
 
 
 def watched(model: Model, talk: Callable[[SceneStream, Any], Awaitable[Any]], **options: float) -> Any:
@@ -63,10 +63,11 @@ def test_a_frame_is_read_as_it_was_packed() -> None:
         rng.normal(size=(5, 8)).astype(np.float32),
         np.array([0.0, 2.0]),
         np.array([1.0]),
+        rng.normal(size=(2, 6)).astype(np.float32),
     )
     found = read_frame(pack_frame(moment))
     assert (found.time_s, found.pace) == (1.5, 1.0)
-    for name in ("poses", "segments", "tension_n", "ctrl"):
+    for name in ("poses", "segments", "tension_n", "ctrl", "contacts"):
         np.testing.assert_array_equal(getattr(found, name), getattr(moment, name))
 
 
@@ -102,11 +103,78 @@ def test_a_recorded_episode_is_played_in_its_own_scene(tmp_path: Path) -> None:
 
     state, moment = watched(Model(arm(), episodes=(episode,)), talk)
     assert state["duration_s"] == pytest.approx(0.98)
+    assert not state["known"], "its cables were not recorded"
     data = mujoco.MjData(model)
     data.qpos[:] = 0.3
     mujoco.mj_forward(model, data)
     tip = data.xpos[-1]
     assert np.linalg.norm(moment.poses[:, :3] - tip, axis=1).min() < 0.05
+
+
+def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -> None:
+    model = mujoco.MjModel.from_xml_string(arm())
+    rows = 40
+    tension = np.zeros((rows, model.ntendon))
+    tension[10, 0] = 7.0
+    np.savez_compressed(
+        tmp_path / "3.npz",
+        qpos=np.zeros((rows, model.nq)),
+        ctrl=np.zeros((rows, model.nu)),
+        tension_n=tension,
+        progress=np.linspace(0, 1, rows),
+        contacts=[[20, 0, 0, 0.1, 0, 0, 2.0], [21, 0, 0, 0.1, 0, 0, 1.0]],
+        frame_s=0.01,
+        mjcf="",
+        ended="out_of_time",
+    )
+    episode = Episode.read(tmp_path / "3.npz", "3 of training 1")
+
+    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Any, Snapshot]:
+        await until(messages, Kind.TESTS)
+        await stream.execute({"do": "episode", "index": stream.add(episode)})
+        tracks = json.loads((await until(messages, Kind.TRACKS, lambda message: b"tension" in message))[4:])
+        state = json.loads((await until(messages, Kind.STATE, lambda message: b'"episode"' in message))[4:])
+        await stream.execute({"do": "pause"})
+        await stream.execute({"do": "seek", "time_s": 0.2})
+        frame = await until(messages, Kind.FRAME, lambda message: len(read_frame(message).contacts) > 0)
+        return tracks, state, read_frame(frame)
+
+    tracks, state, moment = watched(Model(arm()), talk)
+    assert [track["name"] for track in tracks["tracks"]] == ["cable tension", "contact force", "progress", "command"]
+    assert [(event["label"], event["time_s"]) for event in tracks["events"]] == [
+        ("hardest pull, 7 N", 0.1),
+        ("first contact", 0.2),
+        ("hardest contact, 2 N", 0.2),
+        ("most progress, 1.00", 0.39),
+        ("out of time", 0.39),
+    ]
+    assert tracks["touching"] == [[0.2, 0.22]]
+    assert state["known"]
+    assert state["speed"] == pytest.approx(0.1), "0.4 s are slowed down to 4 s"
+    np.testing.assert_allclose(moment.contacts, [[0, 0, 0.1, 0, 0, 2.0]], atol=1e-6)
+
+
+def test_a_body_is_dragged_and_what_was_done_is_looked_back_at() -> None:
+    async def talk(stream: SceneStream, messages: Any) -> tuple[Any, Any]:
+        facts = json.loads((await until(messages, Kind.FACTS))[4:])
+        first = read_frame(await until(messages, Kind.FRAME))
+        moving = [part for part in facts["parts"] if part["moves"]]
+        at = first.poses[len(moving) - 1, :3]
+        far = at + np.array([0.2, 0.0, 0.0])
+        await stream.execute({"do": "drag", "body": moving[-1]["body"], "point": at.tolist(), "to": far.tolist()})
+
+        def is_aside(message: bytes) -> bool:
+            frame = read_frame(message)
+            return bool(frame.time_s > 0.5 and frame.poses[len(moving) - 1, 0] > at[0] + 0.005)
+
+        await until(messages, Kind.FRAME, is_aside)
+        await stream.execute({"do": "let_go"})
+        await stream.execute({"do": "look_back"})
+        tracks = json.loads((await until(messages, Kind.TRACKS, lambda message: b"tension" in message))[4:])
+        return tracks, json.loads((await until(messages, Kind.STATE, lambda message: b'"past"' in message))[4:])
+
+    tracks, state = watched(Model(arm()), talk)
+    assert tracks["times"][-1] == pytest.approx(state["duration_s"], abs=1e-3)
 
 
 def test_what_is_no_recorded_episode_is_said(tmp_path: Path) -> None:

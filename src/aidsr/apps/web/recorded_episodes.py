@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from aidsr.apps.web.view3d import SceneView
+import numpy as np
+
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.view3d import Episode, SceneView
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder
-from aidsr.runs.trainings import trainings_of
+from aidsr.runs.files import replace_file
+from aidsr.runs.trainings import Training, trainings_of
 
 
 @dataclass(frozen=True)
@@ -34,6 +40,55 @@ class Stage:
         if self.view is None or name not in self.view.episodes:
             raise UserError(f"the view does not hold “{name}” yet; wait a second, or reload the page")
         self.view.replay(name)
+
+    def play(self, episode: Episode) -> None:
+        """Play an episode that the view need not hold yet.
+
+        Raises:
+            UserError: There is no view.
+        """
+        if self.view is None:
+            raise UserError("there is no view to play it in; reload the page")
+        self.view.play(episode)
+
+
+def record(site: Site, training: Training, variation: int) -> Episode:
+    """Return one held-out episode with cables, contacts and progress over time; may take seconds.
+
+    It is played again by the policy and kept beside the runs, since an evaluation keeps positions of two episodes only.
+
+    Raises:
+        UserError: The training has no policy, or its files do not fit together.
+        IsolationError: It takes too long.
+    """
+    from aidsr.learn.rl.recording import record_episode
+
+    kept = kept_recording(site, training, variation)
+    if not kept.exists():
+        replace_file(kept, record_episode(training.path, variation))
+    return Episode.read(kept, f"{variation} of training {training.number}")
+
+
+def kept_recording(site: Site, training: Training, variation: int) -> Path:
+    """Return where the recording of an episode is kept, another place for each policy.
+
+    Raises:
+        UserError: The training has no policy.
+    """
+    policy = training.path / "policy.zip"
+    if not policy.exists():
+        raise UserError("the policy of this training is not there, so its episodes cannot be played again")
+    taken = f"{policy.resolve()} {policy.stat().st_mtime_ns} {variation}"
+    return site.own / "episodes" / f"{hashlib.sha256(taken.encode()).hexdigest()[:24]}.npz"
+
+
+def variation_of(motion: Path) -> int | None:
+    """Return which held-out variation a recorded motion is of, None where it does not say."""
+    try:
+        with np.load(motion, allow_pickle=False) as stored:
+            return int(stored["variation"])
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        return None
 
 
 def replay_name(training: int, path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -10,9 +11,10 @@ from typing import Any
 from nicegui import app, ui
 
 from aidsr.apps.web.curve import curve_svg
-from aidsr.apps.web.live import as_action, live
-from aidsr.apps.web.recorded_episodes import Stage, replay_name
+from aidsr.apps.web.live import as_action, live, show_error, working
+from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.errors import UserError
@@ -21,6 +23,8 @@ from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
 
+Play = Callable[[int, ui.button], None]
+"""Plays a held-out variation; the button that was pressed shows that it takes seconds."""
 _DEFAULTS: dict[str, Any] = {"steps": 300_000, "seeds": 1, "task": "", "films": True}
 """As `aidsr train` has it."""
 
@@ -126,7 +130,7 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
         for training in trainings:
             with box("sheet stack", "article"):
                 live(partial(_learning, site, run, design, training), partial(_draw_learning, training))
-                live(partial(_judged, run, training), partial(_draw_judged, training, stage))
+                live(partial(_judged, run, training), partial(_draw_judged, site, training, stage))
                 live(partial(_read_inspection, training), partial(_inspection, training))
 
 
@@ -186,16 +190,30 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             text("━ progress", "wait")
 
 
-def _draw_judged(training: Training, stage: Stage, shown: _Judged) -> None:
+def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -> None:
     if shown.verdict is None:
         return
+    can_replay = (training.path / "policy.zip").exists()
+    play = partial(_play, site, training, stage) if can_replay else None
     with box("stack"):
-        _verdict(shown.verdict)
+        _verdict(shown.verdict, play)
         _films(shown.films)
-        _motions(training, shown.motions, stage)
+        _motions(training, shown.motions, stage, play)
 
 
-def _verdict(verdict: Evaluation) -> None:
+def _play(site: Site, training: Training, stage: Stage, variation: int, pressed: ui.button) -> None:
+    """Record a held-out episode, and play it in the view."""
+
+    def then(episode: Episode) -> None:
+        try:
+            stage.play(episode)
+        except UserError as error:
+            show_error(error)
+
+    working(pressed, partial(record, site, training, variation), then)
+
+
+def _verdict(verdict: Evaluation, play: Play | None) -> None:
     episodes = verdict.episodes
     won = sum(episode.ended == "succeeded" for episode in episodes)
     with box("facts"):
@@ -216,14 +234,16 @@ def _verdict(verdict: Evaluation) -> None:
         text("Where the scene differs from its model", "label")
         _perturbed(verdict.perturbed)
     with ui.expansion(f"All {len(episodes)} held-out episodes").props("dense dense-toggle").classes("full"):
-        _episodes(episodes)
+        _episodes(episodes, play)
 
 
-def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
+def _episodes(episodes: tuple[EpisodeResult, ...], play: Play | None) -> None:
     with box("scroll"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
             for title in ("variation", "ended", "progress", "best", "reward", "time"):
                 text(title, "" if title in ("variation", "ended") else "num", "th")
+            if play is not None:
+                text("replay", "unseen", "th")
         with box(tag="tbody"):
             for one in episodes:
                 with box(tag="tr"):
@@ -231,7 +251,14 @@ def _episodes(episodes: tuple[EpisodeResult, ...]) -> None:
                     text(one.ended.replace("_", " "), "good" if one.ended == "succeeded" else "", "td")
                     for number in (one.progress, one.best_progress, one.reward):
                         text(f"{number:.2f}", "num", "td")
-                    text(f"{one.time_s:.1f} s", "num", "td")
+                    text(f"{one.time_s:.2f} s", "num", "td")
+                    if play is not None:
+                        with box(tag="td"):
+                            _replay_button("", one.variation, play, f"Replay episode {one.variation}")
+
+
+def _replay_button(title: str, variation: int, play: Play, hint: str = "") -> None:
+    pressed = button(title, lambda: play(variation, pressed), "bare" if hint else "quiet", "play_arrow", hint)
 
 
 def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
@@ -266,14 +293,18 @@ def _films(addresses: tuple[str, ...]) -> None:
                     text("", "pace")
 
 
-def _motions(training: Training, motions: tuple[Path, ...], stage: Stage) -> None:
+def _motions(training: Training, motions: tuple[Path, ...], stage: Stage, play: Play | None) -> None:
     if not motions:
         return
     with box("row"):
         text("In the 3-D view:", "small soft")
         for motion in motions:
-            name = replay_name(training.number, motion)
-            button(f"Replay {motion.stem}", as_action(partial(stage.replay, name)), "quiet", "play_arrow")
+            variation = variation_of(motion)
+            if play is not None and variation is not None:
+                _replay_button(f"Replay {motion.stem}", variation, play)
+            else:
+                name = replay_name(training.number, motion)
+                button(f"Replay {motion.stem}", as_action(partial(stage.replay, name)), "quiet", "play_arrow")
 
 
 def _read_inspection(training: Training) -> tuple[bool, Inspection | None]:

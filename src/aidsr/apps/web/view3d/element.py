@@ -88,6 +88,15 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         """Play an episode in each watching browser, as if chosen there."""
         self.run_method("replay", self.episodes.index(name))
 
+    def play(self, episode: Episode) -> None:
+        """Add an episode, and play it in each watching browser."""
+        index = self.stream.add(episode)
+        names = list(self.episodes)
+        names[index : index + 1] = [episode.name]
+        self._props["episodes"] = names
+        self.update()
+        self.run_method("replay", index)
+
     def _pick(self, event: GenericEventArguments) -> None:
         kind, name = event.args.get("kind"), event.args.get("name")
         if self._picked is not None and kind in ("body", "tendon", "") and isinstance(name, str):

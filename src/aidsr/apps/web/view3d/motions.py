@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
@@ -10,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.display_model import DisplayModel
-from aidsr.apps.web.view3d.tendons import tensions_n
+from aidsr.sim.contact_forces import CONTACT_NUMBERS
 from aidsr.sim.drive import Drive
 from aidsr.sim.rollout import simulate
 from aidsr.sim.structure import name_of
+from aidsr.sim.tendon_tension import tensions_n
 from aidsr.validation.battery import BatteryTest
 from aidsr.validation.protocol import PlannedTests, Protocol, plan_tests
 
@@ -29,29 +31,62 @@ class Motion:
         qpos: (n_frames, nq), finite.
         tension_n: (n_frames, ntendon) where it is known.
         ctrl: (n_frames, nu) where it is known.
+        contacts: Of the robot with anything else, (n, 7): frame, point [m], force on the robot [N]; where known.
+        progress: On the task, (n_frames,), where it is known.
+        ended: How it ended, in a word; empty where that is not known.
     """
 
     frame_s: float
     qpos: Array
     tension_n: Array | None = None
     ctrl: Array | None = None
+    contacts: Array | None = None
+    progress: Array | None = None
+    ended: str = ""
 
     @property
     def duration_s(self) -> float:
         """Time from the first to the last row [s]."""
         return (len(self.qpos) - 1) * self.frame_s
 
+    def contacts_at(self, frame: int) -> Array:
+        """Return point and force of each contact in a frame, (n, 6)."""
+        if self.contacts is None:
+            return np.zeros((0, CONTACT_NUMBERS))
+        first, last = np.searchsorted(self.contacts[:, 0], (frame, frame + 1))
+        return self.contacts[first:last, 1:]
+
     @classmethod
-    def recorded(cls, model: mujoco.MjModel, frame_s: float, qpos: Array) -> Self:
-        """Return a motion from outside, up to where it stops being finite.
+    def recorded(cls, model: mujoco.MjModel, frame_s: float, arrays: Mapping[str, Array], ended: str = "") -> Self:
+        """Return a motion from outside, up to where its positions stop being finite.
+
+        Args:
+            model: What moves.
+            frame_s: Time between two rows [s].
+            arrays: Those of this class, by name; at least `qpos`.
+            ended: See this class.
 
         Raises:
             ValueError: It does not fit the model.
         """
+        qpos = arrays["qpos"]
         if qpos.ndim != 2 or qpos.shape[1] != model.nq or not len(qpos) or not frame_s > 0:
             raise ValueError(f"expected positions of shape (n, {model.nq}) and their distance in s, found {qpos.shape}")
         broken = np.flatnonzero(~np.isfinite(qpos).all(axis=1))
-        return cls(frame_s, qpos[: broken[0]] if broken.size else qpos)
+        frames = int(broken[0]) if broken.size else len(qpos)
+        wanted = {"tension_n": (len(qpos), model.ntendon), "ctrl": (len(qpos), model.nu), "progress": (len(qpos),)}
+        rest: dict[str, Array] = {}
+        for name, shape in wanted.items():
+            if name in arrays:
+                if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+                    raise ValueError(f"expected {name} of shape {shape}, found {arrays[name].shape}")
+                rest[name] = arrays[name][:frames]
+        contacts = arrays.get("contacts")
+        if contacts is not None:
+            if contacts.ndim != 2 or contacts.shape[1] != 1 + CONTACT_NUMBERS or not np.isfinite(contacts).all():
+                raise ValueError(f"expected contacts of shape (n, {1 + CONTACT_NUMBERS}), found {contacts.shape}")
+            rest["contacts"] = contacts[np.argsort(contacts[:, 0], kind="stable")]
+        return cls(frame_s, qpos[:frames], **rest, ended=ended)
 
 
 class Tests:

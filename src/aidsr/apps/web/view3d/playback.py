@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Snapshot
-from aidsr.apps.web.view3d.motions import Motion
-from aidsr.apps.web.view3d.tendons import tensions_n
+from aidsr.apps.web.view3d.motions import Array, Motion
+from aidsr.sim.contact_forces import ContactForces
 from aidsr.sim.divergence import FATAL_WARNINGS, numbers_failed
 from aidsr.sim.drive import set_act
+from aidsr.sim.tendon_tension import tensions_n
 
 SPEED_BOUNDS = (0.02, 4.0)
 """Times real time."""
 _CHUNK_STEPS = 5
+_PAST_FRAMES = 1500
+"""Of the live simulation that can be looked back at. Our choice: a minute."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Moment:
+    """The live simulation at one time."""
+
+    time_s: float
+    qpos: Array
+    tension_n: Array
+    ctrl: Array
+    contacts: Array
 
 
 class Playback:
@@ -39,7 +55,10 @@ class Playback:
         self.motion: Motion | None = None
         self.runs, self.speed, self.pace, self.time_s, self.trouble = True, 1.0, 0.0, 0.0, ""
         self._data = mujoco.MjData(shown.model)
+        self._contacts = ContactForces(shown.model, np.array(shown.structure.geoms, np.intp))
+        self._drag = mujoco.MjvPerturb()
         self._owed_s = 0.0
+        self._past: deque[_Moment] = deque(maxlen=_PAST_FRAMES)
         self.go_live()
 
     def go_live(self) -> None:
@@ -84,6 +103,51 @@ class Playback:
         for at, value in ctrl.items():
             self._data.ctrl[at] = value
 
+    def drag(self, body: str, point: Array, to: Array) -> None:
+        """Pull a body of the live simulation by one of its points with a spring, as MuJoCo's viewer does.
+
+        Args:
+            body: Its name.
+            point: Where it was taken, (3,), in the world when it was taken [m].
+            to: Where to, (3,), in the world [m].
+
+        Raises:
+            ValueError: There is no such body, or no numbers.
+        """
+        index = mujoco.mj_name2id(self.shown.model, mujoco.mjtObj.mjOBJ_BODY, body)
+        if index < 1 or self.motion is not None:
+            raise ValueError(f"{body[:80]} cannot be dragged here")
+        if self._drag.select != index or not self._drag.active:
+            self._drag.select, self._drag.active = index, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
+            turned = self._data.xmat[index].reshape(3, 3)
+            self._drag.localpos = turned.T @ (point - self._data.xpos[index])
+            self.shown.lines.begin_drag(self._data, self._drag)
+        self._drag.refselpos = to
+        self.runs = True
+
+    def let_go(self) -> None:
+        """End dragging."""
+        self._drag.active = 0
+        self._data.xfrc_applied[:] = 0.0
+
+    def look_back(self) -> Motion | None:
+        """Return what the live simulation did of late as a motion, None where nothing has happened yet."""
+        if self.motion is not None or len(self._past) < 2:
+            return None
+        past = list(self._past)
+        times = np.array([one.time_s for one in past])
+        frame_s = (times[-1] - times[0]) / (len(past) - 1)
+        nearest = np.abs(times[:, None] - times[0] - frame_s * np.arange(len(past))).argmin(axis=0)
+        rows = [past[int(at)] for at in nearest]
+        contacts = [np.insert(one.contacts, 0, index, axis=1) for index, one in enumerate(rows)]
+        return Motion(
+            float(frame_s),
+            np.array([one.qpos for one in rows]),
+            np.array([one.tension_n for one in rows]),
+            np.array([one.ctrl for one in rows]),
+            np.concatenate(contacts),
+        )
+
     def seek(self, time_s: float) -> None:
         """Go to a moment of the motion that is played back; a live simulation has only its present."""
         if self.motion is None:
@@ -117,15 +181,19 @@ class Playback:
         model, data, motion = self.shown.model, self._data, self.motion
         if motion is None:
             tension, ctrl = tensions_n(model, data.ten_length, data.actuator_force), np.array(data.ctrl)
+            contacts = self._contacts.read(data)
         else:
             row = min(round(self.time_s / motion.frame_s), len(motion.qpos) - 1)
             tension = np.zeros(model.ntendon) if motion.tension_n is None else motion.tension_n[row]
             ctrl = np.array(self.shown.neutral) if motion.ctrl is None else motion.ctrl[row]
+            contacts = motion.contacts_at(row)
         poses, segments = self.shown.parts.poses(data), self.shown.lines.segments(data)
-        return Snapshot(self.time_s, self.pace, poses, segments, tension, ctrl)
+        return Snapshot(self.time_s, self.pace, poses, segments, tension, ctrl, contacts)
 
     def _begin(self) -> None:
         mujoco.mj_resetData(self.shown.model, self._data)
+        self._past.clear()
+        self.let_go()
         self.time_s, self.trouble, self._owed_s, self.runs = 0.0, "", 0.0, True
 
     def _simulate(self, wall_s: float, budget_s: float) -> None:
@@ -137,6 +205,9 @@ class Playback:
         try:
             while done < wanted and time.thread_time() < end:
                 steps = min(_CHUNK_STEPS, wanted - done)
+                if self._drag.active:
+                    data.xfrc_applied[:] = 0.0
+                    mujoco.mjv_applyPerturbForce(model, data, self._drag)
                 mujoco.mj_step(model, data, nstep=steps)
                 done += steps
         except mujoco.FatalError as error:
@@ -144,9 +215,17 @@ class Playback:
         # smoothed over about ten frames, so that the number can be read
         self.pace += 0.1 * (done * step_s / wall_s - self.pace)
         self.time_s = float(data.time)
+        if done:
+            self._remember()
         warned = np.array([any(data.warning[kind].number for kind in FATAL_WARNINGS)])
         if numbers_failed(warned, data.qpos[None])[0]:
             self._stop("the numbers grew without bound")
+
+    def _remember(self) -> None:
+        model, data = self.shown.model, self._data
+        tension_n = tensions_n(model, data.ten_length, data.actuator_force)
+        contacts = self._contacts.read(data)
+        self._past.append(_Moment(self.time_s, data.qpos.copy(), tension_n, data.ctrl.copy(), contacts))
 
     def _stop(self, why: str) -> None:
         self.runs = False

@@ -17,11 +17,13 @@ from typing import Any, BinaryIO
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, pack_frame, pack_json
 from aidsr.apps.web.view3d.motions import Motion, Tests
 from aidsr.apps.web.view3d.playback import SPEED_BOUNDS, Playback
+from aidsr.apps.web.view3d.tracks import tracks_of
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError
 from aidsr.sandbox.limits import renew_cpu_limit
@@ -30,6 +32,9 @@ from aidsr.sandbox.pipes import connect_to_parent, write_bytes
 FRAMES_PER_S = 25.0
 """While something moves. Our choice: smooth to the eye; the screen draws in between what it likes."""
 _HEARTBEAT_S = 1.0
+_WATCHABLE_S = 4.0
+_SLOWEST = 0.05
+"""How long an episode takes to be shown, and how far it is slowed down for that. Our choices."""
 _SHARE_OF_A_CORE = 0.6
 """Spent on simulating at most; a model that needs more runs slower than asked for."""
 _MEMORY_MIB = 4096
@@ -51,6 +56,7 @@ class Player:
         self._tests: Tests | None = None
         self._choice: dict[str, Any] = {"mode": "live"}
         self._sent_state: dict[str, Any] = {}
+        self._tracked: Motion | None = None
         self._changed = False
         self._last = time.monotonic()
 
@@ -95,7 +101,12 @@ class Player:
             "speed": self._playing.speed,
             "trouble": self._playing.trouble,
             "duration_s": None if motion is None else round(motion.duration_s, 4),
+            "known": motion is None or motion.tension_n is not None,
         }
+        if motion is not self._tracked:
+            self._tracked = motion
+            tracks = {} if motion is None else tracks_of(motion, self._playing.shown.facts)
+            self._send(pack_json(Kind.TRACKS, tracks))
         if state != self._sent_state:
             self._sent_state = state
             self._send(pack_json(Kind.STATE, state))
@@ -140,6 +151,15 @@ class Player:
             case {"do": "test", "index": int(index)}:
                 self._live().play_back((self._tests or Tests(playing.shown)).motion(index))
                 self._choice = {"mode": "test", "index": index}
+            case {"do": "look_back"}:
+                past = playing.look_back()
+                if past is not None:
+                    playing.play_back(past)
+                    self._choice = {"mode": "past"}
+            case {"do": "drag", "body": str(body), "point": list(point), "to": list(to)}:
+                playing.drag(body, _point(point), _point(to))
+            case {"do": "let_go"}:
+                playing.let_go()
             case {"do": "episode"}:
                 self._episode(command)
             case _:
@@ -153,18 +173,24 @@ class Player:
         if self._playing is None:
             raise ValueError("nothing is shown")
         self._playing.go_live()
+        self._playing.speed = 1.0
         return self._playing
 
     def _episode(self, command: dict[str, Any]) -> None:
-        """Play an episode back; the server sends its positions along, as 32-bit floats in base64."""
+        """Play an episode back; the server sends its arrays along, as 32-bit floats in base64 with their shapes."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
         shown = DisplayModel.of(command["mjcf"]) if command["mjcf"] else self._base
-        flat = np.frombuffer(base64.b64decode(command["qpos"]), "<f4").astype(float)
-        motion = Motion.recorded(shown.model, _number(command["frame_s"]), flat.reshape(-1, max(shown.model.nq, 1)))
+        arrays = {
+            name: np.frombuffer(base64.b64decode(one["data"]), "<f4").astype(float).reshape(one["shape"])
+            for name, one in command["arrays"].items()
+        }
+        motion = Motion.recorded(shown.model, _number(command["frame_s"]), arrays, command["ended"])
         self._put_on(shown)
         if self._playing is not None:
             self._playing.play_back(motion)
+            # a success takes a fraction of a second: it is slowed down until it can be followed
+            self._playing.speed = min(1.0, max(_SLOWEST, round(motion.duration_s / _WATCHABLE_S, 2)))
         self._choice = {"mode": "episode", "index": int(command["index"])}
 
     def _send_trouble(self, text: str) -> None:
@@ -188,6 +214,12 @@ def main() -> None:
             player.tick()
         else:
             player.execute(command)
+
+
+def _point(values: list[object]) -> NDArray[np.float64]:
+    if len(values) != 3:
+        raise ValueError(f"expected a point, found {str(values)[:40]}")
+    return np.array([_number(value) for value in values])
 
 
 def _number(value: object) -> float:

@@ -16,7 +16,7 @@ import zipfile
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,10 @@ _SILENCE_S = 180.0
 take longer by the clock on a busy machine."""
 _LINGER_S = 5.0
 """How long a player keeps running unwatched: a reload must find the robot as it was left."""
-_FROM_BROWSER = frozenset({"play", "pause", "reset", "seek", "speed", "ctrl", "live", "test", "episode"})
+_FROM_BROWSER = frozenset(
+    {"play", "pause", "reset", "seek", "speed", "ctrl", "live", "test", "episode", "look_back", "drag", "let_go"}
+)
+_OPTIONAL = ("tension_n", "ctrl", "contacts", "progress")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,31 +51,37 @@ class Episode:
     Attributes:
         name: For the person who chooses among them.
         frame_s: Time between two rows [s].
-        qpos: (n_frames, nq).
+        arrays: `qpos`, (n_frames, nq), and what else is known; see `aidsr.learn.rl.recording.record_episode`.
         mjcf: The scene with what the episode's variation moved or resized; empty where nothing visible differs.
+        ended: How it ended, in a word; empty where that is not known.
     """
 
     name: str
     frame_s: float
-    qpos: NDArray[np.floating]
+    arrays: Mapping[str, NDArray[np.floating]]
     mjcf: str = ""
+    ended: str = ""
 
     @classmethod
-    def read(cls, file: Path, name: str) -> Episode:
-        """Return an episode as training writes it: an .npz file with `qpos`, `frame_s` and `mjcf`.
+    def read(cls, file: Path | BinaryIO, name: str) -> Episode:
+        """Return an episode as training or a recording writes it, as an .npz file.
 
         Raises:
             UserError: It is no such file.
         """
+        title = file.name if isinstance(file, Path) else name
         try:
             with zipfile.ZipFile(file) as archive:
                 size = sum(one.file_size for one in archive.infolist())
             if size > _MAX_EPISODE:
-                raise UserError(f"{file.name} is too large: {size // 2**20} MiB, at most 32")
+                raise UserError(f"{title} is too large: {size // 2**20} MiB, at most 32")
             with np.load(file, allow_pickle=False) as stored:
-                return cls(name, float(stored["frame_s"]), np.asarray(stored["qpos"], float), str(stored["mjcf"]))
+                names = ("qpos", *(one for one in _OPTIONAL if one in stored))
+                arrays = {one: np.asarray(stored[one], float) for one in names}
+                ended = str(stored["ended"]) if "ended" in stored else ""
+                return cls(name, float(stored["frame_s"]), arrays, str(stored["mjcf"]), ended)
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise UserError(f"{file.name} is not a recorded episode ({error})") from None
+            raise UserError(f"{title} is not a recorded episode ({error})") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +158,7 @@ class SceneStream:
     def __init__(self, model: Model, *, linger_s: float = _LINGER_S) -> None:
         self.id = secrets.token_urlsafe(18)
         self._model, self._linger_s = model, linger_s
+        self._episodes = list(model.episodes)
         self._watchers: set[Watcher] = set()
         self._known: dict[Kind, bytes] = {}
         self._process: asyncio.subprocess.Process | None = None
@@ -196,16 +206,31 @@ class SceneStream:
         await self._start()
         await self._send(command)
 
+    def add(self, episode: Episode) -> int:
+        """Add a recorded motion, in place of one of the same name, and return its number."""
+        for index, known in enumerate(self._episodes):
+            if known.name == episode.name:
+                self._episodes[index] = episode
+                return index
+        self._episodes.append(episode)
+        return len(self._episodes) - 1
+
     def close(self) -> None:
         """End the player for good; those who still watch see nothing more."""
         self._end()
 
     def _episode(self, index: object) -> dict[str, Any]:
-        if not isinstance(index, int) or not 0 <= index < len(self._model.episodes):
+        if not isinstance(index, int) or not 0 <= index < len(self._episodes):
             raise ValueError(f"there is no episode {index} of this design")
-        episode = self._model.episodes[index]
-        qpos = base64.b64encode(np.ascontiguousarray(episode.qpos, "<f4").tobytes()).decode()
-        return {"qpos": qpos, "frame_s": episode.frame_s, "mjcf": episode.mjcf}
+        episode = self._episodes[index]
+        arrays = {
+            name: {
+                "shape": values.shape,
+                "data": base64.b64encode(np.ascontiguousarray(values, "<f4").tobytes()).decode(),
+            }
+            for name, values in episode.arrays.items()
+        }
+        return {"arrays": arrays, "frame_s": episode.frame_s, "mjcf": episode.mjcf, "ended": episode.ended}
 
     async def _start(self) -> None:
         async with self._starting:

@@ -14,13 +14,10 @@ from aidsr.sim.drive import Drive
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.structure import name_of
 
-Array = NDArray[np.float64]
-
 SEGMENT_NUMBERS = 8
 """Of each piece of a tendon in a frame: its tendon, from (3), to (3), radius."""
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
-_BY_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 
 
 class TendonLines:
@@ -36,6 +33,10 @@ class TendonLines:
         self._options.flags[:] = False
         self._options.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = True
 
+    def begin_drag(self, data: mujoco.MjData, drag: mujoco.MjvPerturb) -> None:
+        """Take hold of a body: MuJoCo reads the strength of the spring from its mass and the size of the picture."""
+        mujoco.mjv_initPerturb(self._model, data, self._scene, drag)
+
     def segments(self, data: mujoco.MjData) -> NDArray[np.float32]:
         """Return the pieces in the current state, (n, 8): tendon, from, to, radius [m]."""
         if not self._model.ntendon:
@@ -48,22 +49,6 @@ class TendonLines:
             along = piece.mat[:, 2] * piece.size[2]
             row[0], row[1:4], row[4:7], row[7] = piece.objid, piece.pos - along, piece.pos + along, piece.size[0]
         return found
-
-
-def tensions_n(model: mujoco.MjModel, ten_length: Array, actuator_force: Array) -> Array:
-    """Return how hard each tendon is pulled by its actuators and its own spring, (ntendon,) [N]; negative pushes.
-
-    Source: MuJoCo documentation, Computation, "Actuation model" and "Passive forces"; only the linear part of a spring
-    is counted, which is the one that tendons are given.
-    """
-    spring = np.asarray(model.tendon_lengthspring)
-    stretched = np.maximum(ten_length - spring[:, 1], 0.0) + np.minimum(ten_length - spring[:, 0], 0.0)
-    pull = np.asarray(model.tendon_stiffness) * stretched
-    for actuator in range(model.nactuator):
-        if int(model.actuator_trntype[actuator]) == _BY_TENDON:
-            output = int(model.actuator_outadr[actuator])
-            pull[int(model.actuator_trnid[actuator, 0])] -= actuator_force[output] * model.actuator_gear[actuator, 0]
-    return np.asarray(pull)
 
 
 def tendon_facts(model: mujoco.MjModel, looks: mujoco.MjModel, drives: Sequence[Drive]) -> list[dict[str, Any]]:

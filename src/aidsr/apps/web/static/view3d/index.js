@@ -1,8 +1,9 @@
 // The browser's side of aidsr.apps.web.view3d: what the Vue components scene_view.js and parts_view.js use.
 export { Connection } from "./connection.js";
 export { squareInWords } from "./floor.js";
-export { FACTS, FRAME, STATE, TESTS } from "./frames.js";
+export { FACTS, FRAME, STATE, TESTS, TRACKS } from "./frames.js";
 export { plate } from "./plate.js";
+export { Timeline } from "./timeline.js";
 export { canDraw, shortName, Viewer } from "./viewer.js";
 
 const style = document.createElement("link");

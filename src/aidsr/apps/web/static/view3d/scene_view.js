@@ -1,7 +1,8 @@
 // The view as a Vue component for NiceGUI: picture, transport, and a slider for each thing that can be pulled.
-import { canDraw, Connection, FACTS, FRAME, shortName, squareInWords, STATE, TESTS, Viewer } from "aidsr-view3d";
+import { canDraw, Connection, FACTS, FRAME, shortName, squareInWords, STATE, TESTS, Timeline, TRACKS, Viewer } from "aidsr-view3d";
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2];
+const STEP_S = 0.01;
 const SEND_MS = 40;
 const HIDDEN_MS = 4000;
 const LABELS_AT_MOST = 6;
@@ -35,12 +36,18 @@ export default {
       <q-btn v-if="facts.tendons.length" flat round dense size="sm" icon="palette" :color="byTension ? 'primary' : undefined"
         @click="toggle('byTension')" :aria-pressed="String(byTension)" aria-label="Colour tendons by tension">
         <q-tooltip>Colour tendons by tension</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="straighten" :color="measuring ? 'primary' : undefined" @click="measure"
+        :aria-pressed="String(measuring)" aria-label="Measure between two points"><q-tooltip>Measure between two points (M)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="control_camera" :color="ghost ? 'primary' : undefined" @click="toggleGhost"
+        :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
         <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="fullscreen" @click="fullScreen" aria-label="Full screen">
         <q-tooltip>Full screen</q-tooltip></q-btn>
     </div>
-    <div class="v3d-legend" v-if="facts && facts.tendons.length && byTension">
+    <div class="v3d-measured" v-if="measuring">{{ distance === null ? 'Click two points' : distance }}</div>
+    <div class="v3d-legend" v-if="facts && facts.tendons.length && !state.known">cable tension was not recorded</div>
+    <div class="v3d-legend" v-else-if="facts && facts.tendons.length && byTension">
       <span>slack</span><i></i><span>{{ number(facts.tendons[0].full_n) }} N</span></div>
     <div class="v3d-square" v-if="facts">squares of {{ squareText }}</div>
     <div class="v3d-cover" v-if="cover"><q-spinner v-if="busy" size="2em" /><div>{{ cover }}</div>
@@ -56,10 +63,13 @@ export default {
     </q-btn-dropdown>
     <q-select class="v3d-choice" dense outlined options-dense emit-value map-options :options="choices" :model-value="choice"
       @update:model-value="choose" aria-label="What to show" />
+    <q-btn v-if="state.mode === 'live'" flat dense no-caps size="sm" icon="timeline" label="Look back" @click="send({do: 'look_back'})">
+      <q-tooltip>Play back what you did in the last minute, with forces over time</q-tooltip></q-btn>
     <q-slider v-if="state.duration_s" class="v3d-seek" dense :min="0" :max="state.duration_s" :step="0.001" :model-value="time"
       @update:model-value="seek" aria-label="Time" />
   </div>
-  <div class="v3d-sliders" v-if="facts && controls && facts.controls.length">
+  <timeline v-if="tracked" :tracks="tracks" :time="time" :duration="state.duration_s" @seek="seek" />
+  <div class="v3d-sliders" v-if="facts && controls && facts.controls.length && state.known">
     <div class="v3d-head"><b>{{ pullable ? 'Pull the tendons' : 'Move the actuators' }}</b>
       <q-btn flat dense no-caps size="sm" label="Let go" @click="letGo"><q-tooltip>Every command back to doing nothing</q-tooltip></q-btn></div>
     <div v-for="row in rows" :key="row.key" class="v3d-row" :class="{'v3d-member': row.member}">
@@ -71,6 +81,7 @@ export default {
   </div>
 </div>`,
 
+  components: { Timeline },
   props: { view: String, path: String, title: String, picture: String, lit: Array, episodes: Array, controls: Boolean },
   emits: ["pick", "ready"],
 
@@ -78,7 +89,7 @@ export default {
     return {
       drawable: canDraw(),
       facts: null,
-      state: { mode: "live", runs: true, speed: 1, trouble: "", duration_s: null },
+      state: { mode: "live", runs: true, speed: 1, trouble: "", duration_s: null, known: true },
       tests: [],
       status: "connecting",
       time: 0,
@@ -88,11 +99,15 @@ export default {
       labels: [],
       tip: null,
       chosen: null,
+      tracks: {},
+      measuring: false,
+      distance: null,
+      ghost: false,
       following: false,
       xray: false,
       byTension: true,
       speeds: SPEEDS,
-      keys: "Space plays and pauses, R resets, arrows turn, plus and minus zoom, F frames, X sees through, P saves a picture.",
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, arrows turn, plus and minus zoom, F frames, X sees through, P saves a picture.",
     };
   },
 
@@ -112,6 +127,7 @@ export default {
     showing() {
       const { mode, index } = this.state;
       if (mode === "test") return `Test: ${this.tests[index] ?? ""}`;
+      if (mode === "past") return "What you did";
       return mode === "episode" ? `Episode: ${this.episodes[index] ?? ""}` : "Live";
     },
     clock() {
@@ -121,14 +137,22 @@ export default {
       return this.state.runs && this.time > 0.5 && this.pace < 0.85 * this.state.speed ? `${this.pace.toFixed(2)}× real time` : "";
     },
     choice() {
+      if (this.state.mode === "past") return "past";
       return this.state.mode === "live" ? "live" : `${this.state.mode} ${this.state.index}`;
     },
     choices() {
       return [
         { label: "Live simulation", value: "live" },
+        ...(this.state.mode === "past" ? [{ label: "What you did", value: "past" }] : []),
         ...this.tests.map((label, index) => ({ label: `Test: ${label}`, value: `test ${index}` })),
         ...this.episodes.map((label, index) => ({ label: `Episode: ${label}`, value: `episode ${index}` })),
       ];
+    },
+    tracked() {
+      return this.controls && this.state.duration_s && this.tracks.tracks?.length;
+    },
+    ghostName() {
+      return this.facts?.ghost ? "Show the iteration before as a ghost" : "Leave a ghost where the robot is";
     },
     pullable() {
       return this.facts.controls.some((control) => control.pulls_tendon);
@@ -160,8 +184,11 @@ export default {
     xray(on) {
       this.viewer.setXray(on);
     },
-    byTension(on) {
-      this.viewer.setByTension(on);
+    byTension() {
+      this.viewer.setByTension(this.byTension && this.state.known);
+    },
+    "state.known"() {
+      this.viewer.setByTension(this.byTension && this.state.known);
     },
   },
 
@@ -172,6 +199,9 @@ export default {
       pick: (thing) => this.pick(thing),
       hover: (...at) => this.hover(...at),
       drawn: () => this.drawn(),
+      drag: (body, point, to) => this.send({ do: "drag", body, point, to }),
+      drop: () => this.send({ do: "let_go" }),
+      measured: (distance) => (this.distance = distance === null ? null : `${(1000 * distance).toPrecision(3)} mm`),
     });
     this.connection = new Connection(this.path, {
       message: (kind, value) => this.receive(kind, value),
@@ -208,10 +238,13 @@ export default {
         this.viewer.show(value);
         this.following = value.is_free;
         this.viewer.setXray(this.xray);
+        this.viewer.setByTension(this.byTension && this.state.known);
+        this.ghost = this.measuring = false;
         this.light();
         this.$emit("ready");
       } else if (kind === FRAME) this.frame(value);
       else if (kind === STATE) this.state = { ...this.state, ...value };
+      else if (kind === TRACKS) this.tracks = Object.freeze(value);
       else if (kind === TESTS) this.tests = value.tests;
     },
     frame(frame) {
@@ -229,6 +262,7 @@ export default {
       this.send({ do: this.state.runs ? "pause" : "play" });
     },
     choose(value) {
+      if (value === "past") return;
       const [mode, index] = value.split(" ");
       this.send(mode === "live" ? { do: "live" } : { do: mode, index: Number(index) });
     },
@@ -266,6 +300,17 @@ export default {
       this.sending = null;
       this.send({ do: "ctrl", values: Object.fromEntries(this.unsent) });
       this.unsent.clear();
+    },
+    measure() {
+      this.measuring = !this.measuring;
+      this.viewer.hands.setMeasuring(this.measuring);
+    },
+    toggleGhost() {
+      this.ghost = !this.ghost;
+      this.viewer.setGhost(this.ghost ? (this.facts.ghost ?? "now") : null);
+    },
+    step(by) {
+      if (this.state.duration_s) this.seek(Math.min(Math.max(this.time + by * STEP_S, 0), this.state.duration_s));
     },
     toggle(name) {
       this[name] = !this[name];
@@ -313,6 +358,10 @@ export default {
         r: () => this.send({ do: "reset" }),
         f: () => this.viewer.frame(),
         x: () => this.facts.is_scene && this.toggle("xray"),
+        m: () => this.measure(),
+        g: () => this.toggleGhost(),
+        ",": () => this.step(-1),
+        ".": () => this.step(1),
         p: () => this.download(),
         ArrowLeft: () => this.viewer.turn(-1, 0),
         ArrowRight: () => this.viewer.turn(1, 0),

@@ -14,13 +14,17 @@ import {
   Vector3,
   WebGLRenderer,
 } from "./three/three.js";
+import { Ghost } from "./ghost.js";
+import { Hands } from "./hands.js";
 import { Floor } from "./floor.js";
 import { CHOSEN, ERROR, THEMES, WARNING } from "./looks.js";
+import { Rods } from "./rods.js";
 import { Shapes } from "./shapes.js";
 import { Tendons } from "./tendons.js";
 
 const TENDON_REACH_PX = 7;
 const CLICK_PX = 5;
+const FULL_FORCE_LENGTHS = 0.8; // a contact as strong as a cable that pulls fully, as a share of the robot's length
 const STEP_RAD = Math.PI / 24;
 
 /** Return a name as a person reads it: assembly puts "robot/" before every name of the robot. */
@@ -39,7 +43,8 @@ export class Viewer {
   /**
    * @param {HTMLElement} host  which the picture fills
    * @param {{pick: (thing: object | null) => void, hover: (thing: object | null, event) => void,
-   *          drawn: () => void}} listener  called with what was clicked, what the pointer is over, and when all was redrawn
+   *          drawn: () => void, drag, drop, measured}} listener  called with what was clicked, what the pointer is over,
+   *   when all was redrawn; and as `Hands` does
    */
   constructor(host, listener) {
     this.host = host;
@@ -57,6 +62,7 @@ export class Viewer {
     Object.assign(this.controls, { enableDamping: true, dampingFactor: 0.12, zoomToCursor: true });
     this.light();
     this.following = false;
+    this.hands = new Hands(this, listener);
     this.listen();
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(host);
@@ -74,7 +80,10 @@ export class Viewer {
     this.tendons = new Tendons(facts);
     const lowest = Math.min(...facts.parts.map((part) => part.pose[2] - Math.max(...part.size.slice(0, 3), 0)), 0);
     this.floor = new Floor(facts.parts, facts.length_m, facts.camera.lookat, lowest);
-    this.scene.add(this.shapes.group, this.tendons.group, this.floor.mesh);
+    this.forces = new Rods("#e8590c", 0.004 * facts.length_m);
+    this.scene.add(this.shapes.group, this.tendons.group, this.floor.mesh, this.forces.group);
+    this.hands.show(facts.length_m);
+    this.setGhost(null);
     this.controls.minDistance = 0.15 * facts.length_m;
     this.controls.maxDistance = 12 * facts.length_m;
     this.centre = null;
@@ -88,8 +97,33 @@ export class Viewer {
     if (!this.shapes) return;
     this.shapes.place(frame.poses);
     this.tendons.place(frame.segments, frame.tensions);
+    this.placeForces(frame.contacts);
     this.moment = frame;
     this.follow();
+    this.dirty = true;
+  }
+
+  /** Draw the force on the robot at each contact; its length tells its size. */
+  placeForces(contacts) {
+    const scale = (FULL_FORCE_LENGTHS * this.facts.length_m) / (this.facts.tendons[0]?.full_n ?? 10);
+    const rods = [];
+    for (let at = 0; at < contacts.length; at += 6) {
+      const from = new Vector3(contacts[at], contacts[at + 1], contacts[at + 2]);
+      const force = new Vector3(contacts[at + 3], contacts[at + 4], contacts[at + 5]);
+      rods.push([from, from.clone().addScaledVector(force, scale)]);
+    }
+    this.forces.place(rods);
+  }
+
+  /** Show a ghost in place of the one before: "now" for the robot as it stands, facts of another robot, or null for none. */
+  setGhost(of) {
+    if (this.ghost) {
+      this.scene.remove(this.ghost.group);
+      this.ghost.dispose();
+    }
+    const robot = () => this.shapes.meshes.filter((mesh) => mesh?.userData.part.robot && mesh.userData.part.kind === "geom");
+    this.ghost = of === null ? null : of === "now" ? new Ghost(robot()) : Ghost.of(of);
+    if (this.ghost) this.scene.add(this.ghost.group);
     this.dirty = true;
   }
 
@@ -194,7 +228,9 @@ export class Viewer {
   }
 
   clear() {
-    for (const made of [this.shapes, this.tendons, this.floor]) {
+    if (this.facts) this.setGhost(null);
+    this.hands.clear();
+    for (const made of [this.shapes, this.tendons, this.floor, this.forces]) {
       if (made) this.scene.remove(made.group ?? made.mesh);
       made?.dispose();
     }

@@ -1,0 +1,96 @@
+"""What is known of a motion over time, as tracks below a view: cables, commands, contacts, progress, and events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.apps.web.view3d.motions import Array, Motion
+
+_MOST_POINTS = 600
+"""Of a line. Our choice: about as many as a screen has columns for it."""
+_PEAK_NEWTON = 0.05
+"""Smaller peaks of contact are no event. Our choice: 5 g."""
+
+
+def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
+    """Return the tracks of a motion.
+
+    Args:
+        motion: The motion.
+        facts: Of its model, as a viewer is sent them.
+    """
+    frames = len(motion.qpos)
+    shown = np.unique(np.linspace(0, frames - 1, min(frames, _MOST_POINTS)).round().astype(int))
+    contact_n = _contact_n(motion)
+    tracks = []
+    if motion.tension_n is not None:
+        lines = [(tendon["name"], motion.tension_n[shown, i]) for i, tendon in enumerate(facts["tendons"])]
+        tracks.append(_track("cable tension", "N", lines))
+    if contact_n is not None:
+        tracks.append(_track("contact force", "N", [("all contacts", contact_n[shown])]))
+    if motion.progress is not None:
+        tracks.append(_track("progress", "", [("progress", motion.progress[shown])], top=1.0))
+    if motion.ctrl is not None:
+        tracks.append(_track("command", "%", list(_commands(motion.ctrl[shown], facts["controls"])), top=100.0))
+    return {
+        "times": _rounded(shown * motion.frame_s),
+        "tracks": [track for track in tracks if track["lines"]],
+        "events": sorted(_events(motion, contact_n), key=lambda event: event["time_s"]),
+        "touching": _touching(motion, contact_n),
+    }
+
+
+def _contact_n(motion: Motion) -> Array | None:
+    """Return the sum of the sizes of all contact forces in each frame, None where they are not known [N]."""
+    if motion.contacts is None:
+        return None
+    at, size = motion.contacts[:, 0].astype(int), np.linalg.norm(motion.contacts[:, 4:], axis=1)
+    return np.asarray(np.bincount(at, size, minlength=len(motion.qpos))[: len(motion.qpos)], float)
+
+
+def _commands(ctrl: Array, controls: Sequence[dict[str, Any]]) -> Iterator[tuple[str, Array]]:
+    """Yield the robot's commands as shares of their range [%]: 0 lets go, 100 pulls."""
+    for control in controls:
+        if control["robot"]:
+            span = control["pull"] - control["release"] or 1.0
+            yield control["name"], 100.0 * (ctrl[:, control["at"]] - control["release"]) / span
+
+
+def _track(name: str, unit: str, lines: Sequence[tuple[str, Array]], top: float = 0.0) -> dict[str, Any]:
+    low = min([0.0, *(float(values.min()) for _, values in lines)])
+    high = max([top, 1e-9, *(float(values.max()) for _, values in lines)])
+    drawn = [{"name": line, "values": _rounded(values)} for line, values in lines]
+    return {"name": name, "unit": unit, "low": low, "high": high, "lines": drawn}
+
+
+def _events(motion: Motion, contact_n: Array | None) -> Iterator[dict[str, Any]]:
+    if contact_n is not None and contact_n.max(initial=0.0) > _PEAK_NEWTON:
+        yield _event(motion, int(np.flatnonzero(contact_n)[0]), "first contact")
+        yield _event(motion, int(contact_n.argmax()), f"hardest contact, {contact_n.max():.2g} N")
+    if motion.tension_n is not None and motion.tension_n.size:
+        hardest = motion.tension_n.max(axis=1)
+        yield _event(motion, int(hardest.argmax()), f"hardest pull, {hardest.max():.2g} N")
+    if motion.progress is not None and motion.progress.max(initial=0.0) > 0:
+        yield _event(motion, int(motion.progress.argmax()), f"most progress, {motion.progress.max():.2f}")
+    if motion.ended:
+        yield _event(motion, len(motion.qpos) - 1, motion.ended.replace("_", " "))
+
+
+def _event(motion: Motion, frame: int, label: str) -> dict[str, Any]:
+    return {"time_s": round(frame * motion.frame_s, 4), "label": label}
+
+
+def _touching(motion: Motion, contact_n: Array | None) -> list[list[float]]:
+    """Return when the robot touches something, as beginnings and ends [s]."""
+    if contact_n is None:
+        return []
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], contact_n > 0, [0]]).astype(int)))
+    return [_rounded(pair * motion.frame_s) for pair in edges.reshape(-1, 2)]
+
+
+def _rounded(numbers: NDArray[np.floating]) -> list[float]:
+    return [round(float(number), 4) for number in numbers]

@@ -1,0 +1,27 @@
+"""How hard tendons are pulled."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_BY_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+
+
+def tensions_n(model: mujoco.MjModel, ten_length: Array, actuator_force: Array) -> Array:
+    """Return how hard each tendon is pulled by its actuators and its own spring, (ntendon,) [N]; negative pushes.
+
+    Source: MuJoCo documentation, Computation, "Actuation model" and "Passive forces"; only the linear part of a spring
+    is counted, which is the one that tendons are given.
+    """
+    spring = np.asarray(model.tendon_lengthspring)
+    stretched = np.maximum(ten_length - spring[:, 1], 0.0) + np.minimum(ten_length - spring[:, 0], 0.0)
+    pull = np.asarray(model.tendon_stiffness) * stretched
+    for actuator in range(model.nactuator):
+        if int(model.actuator_trntype[actuator]) == _BY_TENDON:
+            output = int(model.actuator_outadr[actuator])
+            pull[int(model.actuator_trnid[actuator, 0])] -= actuator_force[output] * model.actuator_gear[actuator, 0]
+    return np.asarray(pull)

@@ -1,0 +1,83 @@
+"""Episodes over time, in a real browser: tracks, events, and what a person did with the live simulation."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Server, browsing, chromium, open_tab
+from made import made_run, made_training
+from playwright.sync_api import Page, expect
+from robots import arm
+
+from aidsr.apps.web.recorded_episodes import kept_recording
+from aidsr.apps.web.site import Site
+from aidsr.runs.files import replace_file
+from aidsr.runs.trainings import trainings_of
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    chromium()
+    return tmp_path / "runs"
+
+
+@pytest.fixture
+def server(runs: Path) -> Iterator[Server]:
+    server = Server.start(runs)
+    yield server
+    server.stop()
+
+
+def tracks(page: Page) -> list[str]:
+    return page.locator(".v3d-track-name b").all_inner_texts()
+
+
+def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    run.design(1).iteration(2).scene.xml.path.write_text(arm())
+    folder = made_training(run.design(1), (True, False, True))
+    replace_file(folder / "policy.zip", b"the recording below is kept, so that this is not read")
+    kept = kept_recording(Site.at(runs), trainings_of(run.design(1))[0], 2)
+    kept.parent.mkdir(parents=True)
+    rows, facts = 60, {"frame_s": 0.01, "mjcf": "", "ended": "succeeded", "variation": 2}
+    touching = [[row, 0, 0, 0.1, 0, 0, 2.0] for row in range(30, 40)]
+    np.savez(
+        kept, qpos=np.zeros((rows, 24)), tension_n=np.ones((rows, 4)), ctrl=np.zeros((rows, 4)),
+        progress=np.linspace(0, 1, rows), contacts=touching, **facts,
+    )  # fmt: skip
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
+        page.get_by_text("squares of").wait_for()
+        open_tab(page, "Training")
+        page.get_by_text("All 3 held-out episodes").click()
+        page.get_by_role("button", name="Replay episode 2").click()
+        expect(page.locator(".v3d-clock b")).to_have_text("Episode: 2 of training 1")
+        page.get_by_role("button", name="first contact").click()
+        expect(page.locator(".v3d-clock")).to_contain_text("0.30 s")
+        assert tracks(page) == ["cable tension", "contact force", "progress", "command"]
+        expect(page.locator(".v3d-key", has_text="all contacts")).to_contain_text("2 N")
+        page.get_by_label("3-D view of").press(".")
+        expect(page.locator(".v3d-clock")).to_contain_text("0.31 s")
+
+
+def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    run.design(1).iteration(2).scene.xml.path.write_text(arm())
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.get_by_text("squares of").wait_for()
+        page.locator(".v3d-row .q-slider").first.click()
+        page.wait_for_timeout(1500)
+        page.get_by_role("button", name="Look back").click()
+        expect(page.locator(".v3d-clock b")).to_have_text("What you did")
+        expect(page.locator(".v3d-track-name b").first).to_have_text("cable tension")
+        page.get_by_role("button", name="Measure between two points").click()
+        expect(page.get_by_text("Click two points")).to_be_visible()
+        stage = page.locator(".v3d-picture canvas").bounding_box()
+        assert stage
+        for x in range(3, 8):  # somewhere across the middle stands the robot
+            page.mouse.click(stage["x"] + stage["width"] * x / 10, stage["y"] + stage["height"] * 0.55)
+        expect(page.locator(".v3d-measured")).to_be_visible()
