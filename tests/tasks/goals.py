@@ -140,11 +140,15 @@ def incline(task: Task) -> Episode:
 
 
 def obstacles(task: Task) -> Episode:
-    return _travelled(task, [(x, 0.0, 0.06) for x in np.linspace(0.0, 1.1, 20)])
+    turns_m = np.reshape(Episode(task).variation.parameters["turns_m"], (-1, 2))
+    corners = np.array([(0.0, 0.0), *turns_m, (1.15, turns_m[-1, 1])])
+    along_m = np.linspace(0.0, 1.15, 30)
+    # it is the middle of the stick that goes around the corners
+    return _travelled(task, [(x + 0.06, np.interp(x, *corners.T), 0.02) for x in along_m])
 
 
 def gap(task: Task) -> Episode:
-    return _travelled(task, [(x, 0.0, 0.02) for x in np.linspace(0.0, 0.8, 20)])
+    return _travelled(task, [(x, 0.0, 0.02) for x in np.linspace(0.0, 1.4, 35)])
 
 
 def tunnel(task: Task) -> Episode:

@@ -110,13 +110,13 @@ def incline(task, seen, way=1.0 + JUST, climbed=0.801, aside_m=0.299):
     return _in_lane(seen, start_m + way * (edge_m - start_m), aside_m, low_m + climbed * rise_m), {}
 
 
-def obstacles(task, seen, forward_m=1.0 + JUST, aside_m=0.299):
-    return _in_lane(seen, _start_m(seen)[0] + forward_m, aside_m), {}
+def obstacles(task, seen, along_m=1.1 + JUST, aside_m=0.299):
+    return _in_lane(seen, along_m, aside_m), {}
 
 
 def gap(task, seen, way=1.0 + JUST):
     """The rearmost part has come this share of its way, from where the stick stands; all others are ahead of it."""
-    rear_m = -0.008 + way * (0.4 + seen.parameters["width_m"][0, 0] + 0.02 + 0.008)
+    rear_m = -0.008 + way * (1.0 + seen.parameters["width_m"][0, 0] + 0.02 + 0.008)
     along_m = rear_m + 0.008 + np.array([0.3, 0.0, 0.1])
     lane = seen["lane_position"][0] + along_m[:, None] * seen["lane_forward"][0]
     return outlined(seen, lane + 0.1 * seen["lane_left"][0]), {}

@@ -33,7 +33,7 @@ MOVES = {
     "grasping/dynamic_catching": {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12},
     "locomotion/flat_ground": {0},
     "locomotion/stairs": {0, 2},
-    "locomotion/obstacles": {0, 8, 9, 10, 11, 12, 13},
+    "locomotion/obstacles": {0, 1, 8, 9, 10, 11},
     "locomotion/gap": {0, 8, 9},
     "locomotion/tunnel": {0, 1, 8, 9},
     "manipulation/drawer_opening": {0, 1, 2, 3, 4, 5, 8, 9, 10},

@@ -72,9 +72,11 @@ def travelling(e: Stirred) -> np.ndarray:
 
 
 def to_obstacles(e: Stirred) -> np.ndarray:
-    middle_m = e.balls_m[1, :2]
-    ways = sorted((e.data.geom(f"obstacle_{n}").xpos[:2] - middle_m for n in range(1, 7)), key=np.linalg.norm)
-    return np.concatenate(ways[:3])
+    ways = []
+    for post in (e.model.geom(f"post_{number}") for number in (1, 2)):
+        side = np.sign(e.model.geom(post.name.replace("post", "barrier")).pos[1])
+        ways.append(post.pos[:2] - (0.0, side * (post.size[0] + 0.1)) - e.balls_m[1, :2])
+    return np.concatenate(ways)
 
 
 def in_box(e: Stirred) -> np.ndarray:
@@ -104,7 +106,7 @@ def in_pipe(e: Stirred) -> np.ndarray:
 
 
 def ends_in_gap(e: Stirred) -> np.ndarray:
-    along_m, width_m = e.balls_m[:, 0], e.near_edge_m("far_platform") - 0.4
+    along_m, width_m = e.balls_m[:, 0], e.near_edge_m("far_platform") - 1.0
     return np.array([along_m.min() - 0.008, along_m.max() + 0.008, width_m / 0.10])
 
 

@@ -1,9 +1,12 @@
 """What cannot be made good any more ends an episode as lost."""
 
+import numpy as np
 import pytest
+from sights import outlined
 from stick import Episode
 
 from aidsr.tasks import load_task
+from aidsr.tasks.scoring import reset, score
 
 LANES = ["flat_ground", "stairs", "incline", "obstacles", "gap", "tunnel"]
 
@@ -15,6 +18,27 @@ def test_a_robot_far_outside_its_lane_is_lost(name, aside_m, lost):
     left, start = episode.sensor("lane_left"), episode.sensor("lane_position")
     episode.place(start + aside_m * left + (0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
     assert episode.step().failure[0] == lost
+
+
+@pytest.mark.parametrize("name", ["flat_ground", "gap"])
+@pytest.mark.parametrize(("back_m", "lost"), [(0.045, False), (0.055, True)])
+def test_a_robot_that_falls_back_is_lost(name, back_m, lost):
+    episode = Episode(load_task(name))
+    forward = episode.sensor("lane_forward")
+    for along_m in (0.1, 0.2, 0.2 - back_m):
+        episode.place(along_m * forward + (0.0, 0.0, 0.02), forward)
+        episode.step()
+    assert episode.score.failure[0] == lost
+
+
+@pytest.mark.parametrize(("name", "begin_m"), [("stairs", 0.4), ("obstacles", 0.42), ("gap", 1.0), ("tunnel", 0.35)])
+@pytest.mark.parametrize(("beyond_m", "lost"), [(-0.001, False), (0.001, True)])
+def test_a_robot_that_starts_beyond_the_beginning_is_lost(name, begin_m, beyond_m, lost):
+    episode = Episode(load_task(name))
+    seen, forward = episode.look(), episode.sensor("lane_forward")
+    along_m = np.array([[-0.1], [begin_m + beyond_m - 0.008]])
+    _, worth = score(episode.task, reset(episode.task, outlined(seen, along_m * forward)), seen, np.zeros((1, 1)))
+    assert worth.failure.tolist() == [lost]
 
 
 def test_an_object_off_the_table_is_lost():
@@ -49,7 +73,7 @@ def test_a_ball_on_the_floor_is_lost():
 @pytest.mark.parametrize(("over_bottom_m", "lost"), [(0.005, False), (-0.002, True)])
 def test_a_robot_on_the_bottom_of_the_gap_is_lost(over_bottom_m, lost):
     episode = Episode(load_task("gap"))
-    middle = (0.4 + episode.variation.parameters["width_m"][0] / 2) * episode.sensor("lane_forward")
+    middle = (1.0 + episode.variation.parameters["width_m"][0] / 2) * episode.sensor("lane_forward")
     across = episode.sensor("lane_left")
     bottom_m = episode.data.body("pit").xpos[2]
     goal_m = middle + 0.06 * across + (0.0, 0.0, bottom_m + 0.008 + over_bottom_m)

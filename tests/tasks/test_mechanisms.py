@@ -1,5 +1,7 @@
 """The mechanisms of the environments behave as their tasks say, measured by applying forces."""
 
+from itertools import pairwise
+
 import goals
 import mujoco
 import numpy as np
@@ -265,19 +267,37 @@ def test_nothing_gets_around_the_tunnel_or_under_the_platforms():
             assert mujoco.mj_ray(model, data, start, forward, None, 1, -1, geom) == pytest.approx(0.342, abs=1e-3)
     model, data = stage("gap")
     mujoco.mj_forward(model, data)
-    start, forward = np.array([0.43, 0.0, -0.14 + 0.005]), np.array([1.0, 0.0, 0.0])
+    start, forward = np.array([1.03, 0.0, -0.14 + 0.005]), np.array([1.0, 0.0, 0.0])
     assert 0 < mujoco.mj_ray(model, data, start, forward, None, 1, -1, geom) < 0.06
 
 
 @pytest.mark.parametrize("level", ["standard", "hard"])
-def test_obstacles_leave_their_gaps_free(level):
+def test_the_only_way_past_the_obstacles_turns(level):
     task = load_task("obstacles", level)
     model, data = stage("obstacles", level)
-    solid = [model.geom(f"obstacle_{number}").id for number in range(1, 7)]
-    for index in range(10):
-        apply_to_simulation(task.variation("development", index), model, data)
-        gaps = [mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a in solid for b in solid if a < b]
-        assert min(gaps) >= task.gap_m - 1e-6
+    none = np.zeros(1, dtype=np.int32)
+
+    def free(start_m, end_m) -> bool:
+        """Whether both sides of something 0.1 m wide have a free way."""
+        sides = [[np.array([x, y + side, 0.02]) for x, y in (start_m, end_m)] for side in (-0.05, 0.05)]
+        ways = (mujoco.mj_ray(model, data, start, end - start, None, 1, -1, none) for start, end in sides)
+        return not any(0.0 <= way <= 1.0 for way in ways)
+
+    starts_m, ends_m = np.linspace(-0.1, 0.1, 9), np.linspace(-0.25, 0.25, 21)
+    for index in range(4):
+        variation = task.variation("development", index)
+        apply_to_simulation(variation, model, data)
+        assert not any(free((0.0, start), (1.1, end)) for start in starts_m for end in ends_m)
+        turns_m = np.reshape(variation.parameters["turns_m"], (-1, 2))
+        way_m = [(0.0, 0.0), *turns_m, (1.1, turns_m[-1, 1])]
+        assert all(free(start, end) for start, end in pairwise(way_m))
+        for along_m, y in turns_m:
+            walls_m = [
+                mujoco.mj_ray(model, data, np.array([along_m, y, 0.02]), np.array([0.0, way, 0.0]), None, 1, -1, none)
+                for way in (np.sign(y), -np.sign(y))
+            ]
+            assert walls_m == pytest.approx([0.3 - abs(y), 0.1], abs=1e-6)
+            assert sum(walls_m) == pytest.approx(0.3 - task.reach_m, abs=0.01)
 
 
 @pytest.mark.parametrize("bend", [-1.0, 0.0, 1.0])

@@ -160,7 +160,7 @@ def test_drawer_opening(level, friction_n):
 def test_flat_ground():
     variations = drawn("flat_ground")
     assert fills(values(variations, "geom_friction", "ground")[:, 0], 0.6, 1.2)
-    assert fills(yaw_deg(values(variations, "body_quat", "lane")), -20, 20)
+    assert fills(yaw_deg(values(variations, "body_quat", "lane")), -15, 15)
 
 
 @pytest.mark.parametrize(("level", "rise_m"), [("standard", 0.02), ("hard", 0.03)])
@@ -170,13 +170,21 @@ def test_stairs(level, rise_m):
     assert fills(parameters(variations, "tread_m")[:, 0], 0.12, 0.18)
 
 
-def test_obstacles():
-    variations = drawn("obstacles")
-    for number in range(1, 7):
-        assert fills(2 * values(variations, "geom_size", f"obstacle_{number}")[:, 0], 0.04, 0.06)
-    places = np.concatenate([values(variations, "geom_pos", f"obstacle_{number}") for number in range(1, 7)])
-    assert fills(places[:, 0], 0.35, 1.2)
-    assert fills(places[:, 1], -0.28, 0.28)
+@pytest.mark.parametrize(("level", "low_m", "high_m"), [("standard", 0.01, 0.03), ("hard", 0.06, 0.08)])
+def test_obstacles(level, low_m, high_m):
+    variations = drawn("obstacles", level)
+    sides = []
+    for number in (1, 2):
+        radius_m = values(variations, "geom_size", f"post_{number}")[:, 0]
+        places = values(variations, "geom_pos", f"post_{number}")
+        barriers = values(variations, "geom_pos", f"barrier_{number}")
+        sides.append(np.sign(barriers[:, 1]))
+        assert fills(radius_m, 0.02, 0.03)
+        assert fills(places[:, 0] + 0.05 - 0.5 * number, -0.03, 0.03)
+        assert fills(radius_m - sides[-1] * places[:, 1], low_m, high_m)
+        assert barriers[:, 0] == pytest.approx(places[:, 0])
+    assert 0.3 < (sides[0] > 0).mean() < 0.7
+    assert (sides[0] == -sides[1]).all()
 
 
 @pytest.mark.parametrize(("level", "low_m", "high_m"), [("standard", 0.06, 0.10), ("hard", 0.15, 0.15)])
@@ -192,7 +200,9 @@ def test_gap(level, low_m, high_m):
 @pytest.mark.parametrize(("level", "height_m"), [("standard", 0.10), ("hard", 0.07)])
 def test_tunnel(level, height_m):
     variations = drawn("tunnel", level)
-    assert fills(np.rad2deg(parameters(variations, "bend_rad")[:, 0]), -25, 25)
+    bend_deg = np.rad2deg(parameters(variations, "bend_rad")[:, 0])
+    assert fills(np.abs(bend_deg), 15, 25)
+    assert 0.3 < (bend_deg > 0).mean() < 0.7
     assert fills(parameters(variations, "height_m")[:, 0], 0.9 * height_m, 1.1 * height_m)
     assert fills(values(variations, "geom_friction", "ground")[:, 0], 0.6, 1.2)
 

@@ -45,6 +45,12 @@ Version 4 closes ways to success that need no soft body, and tests by success wh
   quarter of the episodes, and thirteen fingers that all pulled 70 %.
 - dynamic_catching: nobody knows when the ball is thrown, and the mount turns over after the catch. Constant actions had
   won 72 % and a basket 75 %. No throw begins below the floor any more.
+- flat_ground, gap: who falls back by 50 mm has lost, and the way is longer. Rings that shook at random had rolled there
+  and back until they won.
+- tunnel: it bends by 15 deg at least. The same rings had got through those that were nearly straight.
+- obstacles: they close one half each of a walled lane. Before, there was a straight way at their side.
+- stairs, obstacles, gap, tunnel: a robot that starts with a part beyond the beginning has lost. A long worm had started
+  across the gap.
 - all tasks: a valid policy needs its cables and its soft body, and no other actuators; a verdict has 100 episodes.
 """
 

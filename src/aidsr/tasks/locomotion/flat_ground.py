@@ -7,24 +7,25 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, in_lane, turned_lane
+from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, in_lane, turned_lane
+from aidsr.tasks.locomotion.course import FALLS_BACK, OneWayTask
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, TaskState, span
 from aidsr.tasks.variation import Change, Variation
 
 FRICTION = (0.6, 1.2)
-TURN_DEG = 20.0
+TURN_DEG = 15.0
 GOAL_LENGTHS = 4.0
 """A long robot has to go four times its own length, so that unrolling or falling over is not travelling."""
 
 
 @dataclass(frozen=True)
-class FlatGround(LaneTask):
-    """The robot's centre of mass travels forward and stays in the lane.
+class FlatGround(OneWayTask):
+    """The robot's centre of mass travels forward, without falling back far, and stays in the lane.
 
-    Source: our choice; 1.2 m in 40 s is 0.03 m/s, which soft crawlers of this size reach (0.05 to 0.06 body lengths per
-    second).
+    Source: our choice; 1.5 m in 40 s is 0.04 m/s, and sinusoidal gaits of the built-in crawlers and worms reach 0.06 to
+    0.2 m/s.
     """
 
     name: ClassVar = "locomotion/flat_ground"
@@ -32,9 +33,9 @@ class FlatGround(LaneTask):
     hold_s: ClassVar = 0.5
     stages: ClassVar = ((0.1, "moving forward"), (0.5, "half way"), (1.0, "at the goal"))
     required_names: ClassVar = ("mount", "ground", "lane")
-    hard: ClassVar = {"goal_m": 2.4, "goal_lengths": 2 * GOAL_LENGTHS}
+    hard: ClassVar = {"goal_m": 3.0, "goal_lengths": 2 * GOAL_LENGTHS}
 
-    goal_m: float = 1.2
+    goal_m: float = 1.5
     """Distance to travel [m]."""
     goal_lengths: float = GOAL_LENGTHS
     """Distance to travel in lengths of the robot; the larger one counts."""
@@ -58,7 +59,7 @@ class FlatGround(LaneTask):
             progress="Distance travelled forward.",
             success="The whole distance, and inside the lane.",
             violation=LEAVES_LANE,
-            failure=OUT_OF_LANE,
+            failure=FALLS_BACK,
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:

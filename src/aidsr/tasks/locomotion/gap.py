@@ -8,25 +8,26 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.locomotion.base import LEAVES_LANE, LaneTask, box_between, outline_in_lane, turned_lane
+from aidsr.tasks.locomotion.base import LEAVES_LANE, LaneTask, box_between, turned_lane
+from aidsr.tasks.locomotion.course import FALLS_BACK, OneWayTask, front_m, rear_m, starts_beyond
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Criteria, Edits, Feature, TaskState, span
 from aidsr.tasks.variation import Change, Variation
 
-EDGE_M = 0.4
-"""Where the gap begins: a robot of the usual size starts clear of it."""
+EDGE_M = 1.0
+"""Where the gap begins: far enough that nothing gets there by chance."""
 DEPTH_M = 0.15
 WIDTH_M = (0.06, 0.10)
 TURN_DEG = 15.0
 PAST_M = 0.02
-LONG_M, HALF_WIDTH_M, THICK_M = 1.4, 0.5, 0.14
+LONG_M, HALF_WIDTH_M, THICK_M = 1.8, 0.5, 0.14
 """Size of a platform. Its thickness leaves 10 mm over the bottom, so that nothing crawls under it."""
 
 
 @dataclass(frozen=True)
-class Gap(LaneTask):
-    """Every part of the robot gets past the far edge.
+class Gap(OneWayTask):
+    """Every part of the robot gets from before the near edge past the far one, without falling back far.
 
     Source: our choice, after EvoGym's terrains (gaps of a body length; Bhatia et al. 2021), eased towards the 0.15 body
     lengths that real soft robots cross.
@@ -71,7 +72,7 @@ class Gap(LaneTask):
             progress="Way of the rearmost part to beyond the far edge.",
             success="Every part is past the far edge.",
             violation=LEAVES_LANE,
-            failure="The robot touches the bottom, or is out of the lane.",
+            failure=f"A part of the robot starts beyond the near edge. It touches the bottom. {FALLS_BACK}",
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
@@ -79,22 +80,23 @@ class Gap(LaneTask):
         return Variation((*self._platforms(width_m), turned_lane(rng, TURN_DEG)), {"width_m": (width_m,)})
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
-        front_m = (outline_in_lane(readings)[:, :, 0] + readings.body.radius_m).max(axis=1)
         width = readings.parameters["width_m"] / WIDTH_M[1]
-        return np.column_stack([super().observe(readings, state), _rear_m(readings), front_m, width])
+        return np.column_stack([super().observe(readings, state), rear_m(readings), front_m(readings), width])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        return {"rear": _rear_m(readings)}
+        beyond = starts_beyond(readings, EDGE_M)
+        return {**super().reset_state(readings), "rear": rear_m(readings), "beyond": beyond}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        return share(_rear_m(readings) - state["rear"], _goal_m(readings) - state["rear"])
+        return share(rear_m(readings) - state["rear"], _goal_m(readings) - state["rear"])
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         del state
-        return _rear_m(readings) >= _goal_m(readings)
+        return rear_m(readings) >= _goal_m(readings)
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        return super().is_failure(readings, state) | (readings.peak_force_n("pit_force") > TOUCH_N)
+        lost = (readings.peak_force_n("pit_force") > TOUCH_N) | (state["beyond"] > 0.0)
+        return super().is_failure(readings, state) | lost
 
     @property
     def _width_mm(self) -> str:
@@ -105,11 +107,6 @@ class Gap(LaneTask):
         near = box_between("near_platform", low, (EDGE_M, HALF_WIDTH_M, 0.0))
         beyond = box_between("far_platform", (far, -HALF_WIDTH_M, -THICK_M), (far + LONG_M, HALF_WIDTH_M, 0.0))
         return (*near, *beyond, Change("geom_pos", "finish_line", (far + PAST_M, 0.0, 0.0)))
-
-
-def _rear_m(readings: Readings) -> FloatArray:
-    """Return where the rearmost part is along the lane, (n,) [m]."""
-    return np.asarray((outline_in_lane(readings)[:, :, 0] - readings.body.radius_m).min(axis=1))
 
 
 def _goal_m(readings: Readings) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Find a way between obstacles."""
+"""Find a way around obstacles that no straight way passes."""
 
 from __future__ import annotations
 
@@ -7,110 +7,169 @@ from typing import ClassVar
 
 import numpy as np
 
-from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, in_lane
+from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
+from aidsr.tasks.locomotion.course import starts_beyond
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
-from aidsr.tasks.task import Criteria, Feature, TaskState, span
+from aidsr.tasks.task import Criteria, Edits, Feature, TaskState
 from aidsr.tasks.variation import Change, Variation
 
-GOAL_M = 1.0
-OBSTACLES = 6
-"""Boxes and cylinders in turn, as the environment has them."""
-HALF_WIDTH_M = (0.02, 0.03)
-HEIGHT_M = 0.04
-FIELD_M = ((0.35, 1.2), (-0.28, 0.28))
-"""Where their middles lie, along and across the lane."""
-NEAREST = 3
+GOAL_M = 1.1
+OBSTACLES = 2
+"""Each a barrier from a wall of the lane to past its middle, with a round post at its end."""
+FIRST_M, SPACING_M, SHIFT_M = 0.45, 0.5, 0.03
+"""Where the first one stands, how far they are apart, and how far each may stand from there, along the lane."""
+HEIGHT_M, HALF_THICK_M = 0.04, 0.02
+POST_RADIUS_M = (0.02, 0.03)
+SPREAD_M = 0.01
+CLEAR_M = 0.10
+"""How far beside an obstacle's end the way leads by which progress is measured. Our choice: half the width of a robot
+of the usual size."""
 
 
 @dataclass(frozen=True)
 class Obstacles(LaneTask):
-    """The robot's centre of mass travels a metre between obstacles and stays in the lane.
+    """The robot's centre of mass gets around two obstacles, each of which closes one half of the lane.
 
-    Source: our choice; obstacles as high as the robots are thick, gaps for one to pass.
+    Source: our choice; obstacles as high as the robots are thick, and walls beside the lane, so that the only way leads
+    around one of them to the one side, and around the other to the other.
     """
 
     name: ClassVar = "locomotion/obstacles"
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
-    stages: ClassVar = ((0.1, "moving forward"), (0.5, "half way"), (1.0, "past all obstacles"))
+    stages: ClassVar = ((0.35, "at the first obstacle"), (0.8, "at the second one"), (1.0, "past both obstacles"))
+    needs_outline: ClassVar = True
     required_names: ClassVar = (
         "mount",
         "ground",
         "lane",
-        *(f"obstacle_{number}" for number in range(1, OBSTACLES + 1)),
+        *(f"{part}_{number}" for number in range(1, OBSTACLES + 1) for part in ("barrier", "post")),
     )
     features: ClassVar = (
         *LaneTask.features,
         Feature(
-            "centre of mass to the three nearest obstacles, along and to the left each",
+            "centre of mass to where the way passes each obstacle, along and to the left each",
             "m",
             (-1.5, 1.5),
             "com_position, lane_*, (parameters)",
-            size=6,
+            size=2 * OBSTACLES,
         ),
     )
-    hard: ClassVar = {"gap_m": 0.10}
+    hard: ClassVar = {"reach_m": 0.07}
 
-    gap_m: float = 0.15
-    """Least free way between two obstacles [m]."""
+    reach_m: float = 0.02
+    """How far past the middle of the lane an obstacle reaches [m]; an episode has up to 10 mm more or less."""
 
     @property
     def objective(self) -> str:
         return (
-            f"Travel {GOAL_M:.1f} m forward between boxes and cylinders {span(HALF_WIDTH_M, 2000)} mm wide and "
-            f"{1000 * HEIGHT_M:g} mm high, at least {1000 * self.gap_m:g} mm apart, within {self.time_limit_s:g} s, "
-            f"and stay within {LANE_HALF_WIDTH_M:g} m to either side of the lane's middle line."
+            f"Travel {GOAL_M:g} m forward along a lane {2 * LANE_HALF_WIDTH_M:g} m wide between two walls, around two "
+            f"obstacles {1000 * HEIGHT_M:g} mm high that reach about {1000 * self.reach_m:g} mm past its middle, one "
+            f"from the left and one from the right, within {self.time_limit_s:g} s."
         )
+
+    @property
+    def edits(self) -> Edits:
+        x, side = _places()
+        edits: dict[str, dict[str, tuple[float, ...]]] = {}
+        for change in _obstacles(x, side, np.full(OBSTACLES, self.reach_m), np.full(OBSTACLES, 0.025)):
+            # posts are as thick at both levels
+            if (change.field, change.name[:4]) != ("geom_size", "post"):
+                edits.setdefault(f"geom/{change.name}", {})[change.field.removeprefix("geom_")] = change.value
+        return edits
 
     @property
     def criteria(self) -> Criteria:
         return Criteria(
-            variation="Widths and places of the obstacles.",
-            progress="Distance travelled forward.",
-            success="A metre forward, and inside the lane.",
+            variation=(
+                f"Which of the obstacles reaches from the left; how far each does, +-{1000 * SPREAD_M:g} mm, and where "
+                f"it stands, +-{1000 * SHIFT_M:g} mm."
+            ),
+            progress="Way to the finish line around the obstacles.",
+            success="The centre of mass is past the finish line, inside the lane.",
             violation=LEAVES_LANE,
-            failure=OUT_OF_LANE,
+            failure=f"A part of the robot starts beyond the first obstacle. {OUT_OF_LANE}",
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
-        half_m = rng.uniform(*HALF_WIDTH_M, size=OBSTACLES)
-        places = _scatter(rng, half_m, self.gap_m)
-        changes: list[Change] = []
-        for number, ((x, y), half) in enumerate(zip(places, half_m, strict=True), start=1):
-            size = (half, half, HEIGHT_M / 2) if number % 2 else (half, HEIGHT_M / 2, 0.0)
-            changes.append(Change("geom_size", f"obstacle_{number}", size))
-            changes.append(Change("geom_pos", f"obstacle_{number}", (x, y, HEIGHT_M / 2)))
-        return Variation(tuple(changes), {"places_m": tuple(places.ravel())})
+        x, side = _places()
+        x = x + rng.uniform(-SHIFT_M, SHIFT_M, OBSTACLES)
+        side = side * rng.choice([-1.0, 1.0])
+        reach_m = self.reach_m + rng.uniform(-SPREAD_M, SPREAD_M, OBSTACLES)
+        turns_m = np.column_stack([x, -side * (reach_m + CLEAR_M)])
+        changes = _obstacles(x, side, reach_m, rng.uniform(*POST_RADIUS_M, OBSTACLES))
+        return Variation(changes, {"turns_m": tuple(turns_m.ravel())})
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
-        ways = readings.parameters["places_m"].reshape(readings.n, OBSTACLES, 2) - in_lane(readings)[:, None, :2]
-        order = np.argsort(np.linalg.norm(ways, axis=2), axis=1)[:, :NEAREST]
-        nearest = np.take_along_axis(ways, order[:, :, None], axis=1).reshape(readings.n, -1)
-        return np.column_stack([super().observe(readings, state), nearest])
+        ways = _turns_m(readings) - in_lane(readings)[:, None, :2]
+        return np.column_stack([super().observe(readings, state), ways.reshape(readings.n, -1)])
+
+    def reset_state(self, readings: Readings) -> TaskState:
+        """How long the way is from the start, and whether a part of the robot is beyond the first obstacle already."""
+        way_m = way_left_m(in_lane(readings)[:, :2], _turns_m(readings))
+        return {"way": np.maximum(way_m, 1e-6), "beyond": starts_beyond(readings, FIRST_M - SHIFT_M)}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        return share(in_lane(readings)[:, 0] - state["start"][:, 0], GOAL_M)
+        left_m = way_left_m(in_lane(readings)[:, :2], _turns_m(readings))
+        return share(state["way"] - left_m, state["way"])
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        del state
         there = in_lane(readings)
-        inside = np.abs(there[:, 1]) < LANE_HALF_WIDTH_M
-        return (there[:, 0] - state["start"][:, 0] >= GOAL_M) & inside
+        return (there[:, 0] >= GOAL_M) & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
+
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        return super().is_failure(readings, state) | (state["beyond"] > 0.0)
 
 
-def _scatter(rng: np.random.Generator, half_m: FloatArray, gap_m: float) -> FloatArray:
-    """Return places with at least `gap_m` between any two obstacles, (OBSTACLES, 2) [m].
+def way_left_m(point_m: FloatArray, turns_m: FloatArray) -> FloatArray:
+    """Return the length of the shortest way to the finish line around the obstacles' ends, (n,) [m].
 
-    Boxes count with their diagonals. A layout that leaves no room for the next obstacle is thrown away as a whole.
+    Args:
+        point_m: Where it begins, along the lane and to its left, (n, 2) [m].
+        turns_m: Where the way passes each obstacle, (n, OBSTACLES, 2) [m]. What is farther from the lane's middle than
+            that is open as well, up to the wall.
     """
-    reach_m = half_m * np.where(np.arange(OBSTACLES) % 2 == 0, np.sqrt(2), 1.0)
-    (x_low, x_high), (y_low, y_high) = FIELD_M
-    while True:
-        places = np.empty((0, 2))
-        for _ in range(200):
-            place = np.array([rng.uniform(x_low, x_high), rng.uniform(y_low, y_high)])
-            free = np.linalg.norm(places - place, axis=1) - reach_m[: len(places)] - reach_m[len(places)]
-            if (free >= gap_m).all():
-                places = np.vstack([places, place])
-            if len(places) == OBSTACLES:
-                return places
+    (along_m, aside_m), last_m = point_m.T, turns_m[:, -1]
+    after_m = GOAL_M - last_m[:, 0]
+    is_open = (along_m >= last_m[:, 0]) | (np.sign(last_m[:, 1]) * (aside_m - last_m[:, 1]) >= 0.0)
+    left_m = np.where(is_open, np.maximum(GOAL_M - along_m, 0.0), _distance_m(point_m, last_m) + after_m)
+    for number in reversed(range(OBSTACLES - 1)):
+        turn_m, next_m = turns_m[:, number], turns_m[:, number + 1]
+        part = (turn_m[:, 0] - along_m) / np.maximum(next_m[:, 0] - along_m, 1e-9)
+        passes_m = aside_m + part * (next_m[:, 1] - aside_m)
+        is_open = np.sign(turn_m[:, 1]) * (passes_m - turn_m[:, 1]) >= 0.0
+        straight_m = _distance_m(point_m, next_m) + after_m
+        after_m = after_m + _distance_m(turn_m, next_m)
+        around_m = _distance_m(point_m, turn_m) + after_m
+        left_m = np.where(along_m < turn_m[:, 0], np.where(is_open, straight_m, around_m), left_m)
+    return np.asarray(left_m)
+
+
+def _distance_m(one_m: FloatArray, other_m: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(other_m - one_m, axis=1))
+
+
+def _places() -> tuple[FloatArray, FloatArray]:
+    """Return where the obstacles stand along the lane [m], and from which side they reach: 1 left, -1 right."""
+    numbers = np.arange(OBSTACLES, dtype=np.float64)
+    return FIRST_M + SPACING_M * numbers, 1.0 - 2.0 * (numbers % 2.0)
+
+
+def _turns_m(readings: Readings) -> FloatArray:
+    return readings.parameters["turns_m"].reshape(readings.n, OBSTACLES, 2)
+
+
+def _obstacles(x: FloatArray, side: FloatArray, reach_m: FloatArray, radius_m: FloatArray) -> tuple[Change, ...]:
+    """Return the changes that place barriers and their posts."""
+    changes: list[Change] = []
+    for number in range(OBSTACLES):
+        post_m = float(side[number] * (radius_m[number] - reach_m[number]))
+        low_m, high_m = sorted((post_m, float(side[number]) * LANE_HALF_WIDTH_M))
+        along_m, radius = float(x[number]), float(radius_m[number])
+        corners = (along_m - HALF_THICK_M, low_m, 0.0), (along_m + HALF_THICK_M, high_m, HEIGHT_M)
+        changes += box_between(f"barrier_{number + 1}", *corners)
+        changes.append(Change("geom_size", f"post_{number + 1}", (radius, HEIGHT_M / 2, 0.0)))
+        changes.append(Change("geom_pos", f"post_{number + 1}", (along_m, post_m, HEIGHT_M / 2)))
+    return tuple(changes)

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
+from aidsr.tasks.locomotion.course import starts_beyond
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Criteria, Edits, Feature, TaskState
@@ -26,7 +27,7 @@ CLIMBED = 0.8
 
 @dataclass(frozen=True)
 class Stairs(LaneTask):
-    """The robot's centre of mass gets past the third edge and stays up there.
+    """The robot's centre of mass gets from before the stairs past the third edge and stays up there.
 
     Source: our choice, after EvoGym's terrains (risers of 0.2 body lengths; Bhatia et al. 2021), eased to what random
     gaits of good bodies climb in a third of their tries.
@@ -36,6 +37,7 @@ class Stairs(LaneTask):
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 1.0
     stages: ClassVar = ((0.2, "before the stairs"), (0.5, "on the stairs"), (1.0, "past the last edge"))
+    needs_outline: ClassVar = True
     required_names: ClassVar = ("mount", "ground", "lane", "step_1", "step_2", "step_3")
     features: ClassVar = (
         *LaneTask.features,
@@ -68,7 +70,7 @@ class Stairs(LaneTask):
             ),
             success="Past the third edge, up by four fifths of all steps, and not off the side.",
             violation=LEAVES_LANE,
-            failure=OUT_OF_LANE,
+            failure=f"A part of the robot starts beyond the first edge. {OUT_OF_LANE}",
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
@@ -80,13 +82,13 @@ class Stairs(LaneTask):
         return np.column_stack([super().observe(readings, state), tread, rise])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        """Where the centre of mass starts."""
-        there = in_lane(readings)
-        return {"start": there[:, 0], "lowest": there[:, 2]}
+        """Where the centre of mass starts, and whether a part of the robot is beyond the first edge already."""
+        there, beyond = in_lane(readings), starts_beyond(readings, FIRST_EDGE_M)
+        return {"start": there[:, 0], "lowest": there[:, 2], "beyond": beyond}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         """The lowest height of the centre of mass: a body that sinks down at first does not have to rise again."""
-        return {"start": state["start"], "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
+        return {**state, "lowest": np.minimum(state["lowest"], in_lane(readings)[:, 2])}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         there, last_edge_m = in_lane(readings), _last_edge_m(readings)
@@ -97,6 +99,9 @@ class Stairs(LaneTask):
         there = in_lane(readings)
         up = there[:, 2] - state["lowest"] >= _climb_m(readings)
         return (there[:, 0] > _last_edge_m(readings)) & up & (np.abs(there[:, 1]) < LANE_HALF_WIDTH_M)
+
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        return super().is_failure(readings, state) | (state["beyond"] > 0.0)
 
     def _steps(self, rise_m: float, tread_m: float) -> tuple[Change, ...]:
         """Return the boxes of the steps and of the mark on the last of them."""
