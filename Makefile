@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study cheats bench-fabrication film
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study cheats attacks bench-fabrication film
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -51,8 +51,9 @@ corpus-report: $(VENV)/core  ## precision and recall of the validator on robots 
 bench-validator: $(VENV)/core  ## time of a validation, against a plain loop over mj_step
 	$(BIN)/python -m benchmarks.validator.speed
 
-fuzz: $(VENV)/core  ## give CASES=1000 broken documents to the validator, simulate BATTERY=50 of them
+fuzz: $(VENV)/dev  ## give CASES=1000 broken documents to the validator, simulate BATTERY=50 of them; and TEXTS=200 broken texts to each parser
 	$(BIN)/python -m benchmarks.validator.fuzz --cases $(or $(CASES),1000) --battery $(or $(BATTERY),50)
+	AIDSR_FUZZ_CASES=$(or $(TEXTS),200) $(BIN)/python -m pytest -n 0 tests/test_foreign_texts.py
 
 bench-fabrication: $(VENV)/dev  ## how many approved designs under RUNS=runs can be built, and why not the others: JOBS=2
 	$(BIN)/python benchmarks/fabrication/run.py $(or $(RUNS),runs) --jobs $(or $(JOBS),2)
@@ -62,6 +63,9 @@ tasks-study: $(VENV)/core  ## what wins each task without a designed policy, and
 
 cheats: $(VENV)/dev  ## try robots that are no cable-driven soft bodies on every task, and show how each is refused (hours, resumable): STATIC=1 JOBS=2
 	$(BIN)/python -m benchmarks.cheats.matrix --jobs $(or $(JOBS),2) $(if $(STATIC),--static)
+
+attacks: $(VENV)/dev  ## kill every command, and attack it by servers, documents, replies, folders and requests (hours, resumable): ONLY=kills
+	$(BIN)/python -m benchmarks.attacks.run $(if $(ONLY),--only $(ONLY))
 
 film: $(VENV)/dev  ## make the film of the README again (minutes)
 	rm -rf build/readme

@@ -138,7 +138,7 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
             act = loopback.act(Received(self.path, {k.lower(): v for k, v in self.headers.items()}, body))
             match act:
                 case Say():
-                    self._send(200, json.dumps(_shape(self.path, act)).encode())
+                    self._send(200, json.dumps(reply_of(self.path, act)).encode())
                     loopback.sent.append(act.text)
                 case Fail():
                     self._send(act.status, json.dumps({"error": {"message": act.message}}).encode(), act.headers)
@@ -149,7 +149,7 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
                 case Drop():
                     self.close_connection = True
                 case Cut():
-                    body = json.dumps(_shape(self.path, act.say)).encode()
+                    body = json.dumps(reply_of(self.path, act.say)).encode()
                     self._send(200, body[: len(body) // 2], length=len(body))
                     act.meanwhile()
                     self.close_connection = True
@@ -185,7 +185,7 @@ def _handler(loopback: Loopback) -> type[BaseHTTPRequestHandler]:
     return Handler
 
 
-def _shape(path: str, say: Say) -> dict[str, Any]:
+def reply_of(path: str, say: Say) -> dict[str, Any]:
     """Return a reply in the wire format that belongs to a path."""
     shape = _counted_shape(path, say)
     return shape if say.counted else {key: value for key, value in shape.items() if not key.startswith("usage")}

@@ -124,3 +124,11 @@ def test_values_of_secret_variables_are_replaced(monkeypatch) -> None:
     monkeypatch.setenv("MY_API_TOKEN", "tok-abcdefgh")
     monkeypatch.setenv("SHORT_KEY", "on")
     assert without_secrets("on: tok-abcdefgh!") == "on: [MY_API_TOKEN]!"
+
+
+@pytest.mark.parametrize("time", ["", "yesterday", "2026-01-31T10:00:00", "2026-13-01T00:00:00+00:00", "²"])
+def test_a_line_whose_time_is_none_is_named(tmp_path, time) -> None:
+    path = tmp_path / "events.jsonl"
+    path.write_text(f'{{"kind": "started", "time": "{time}"}}\n')
+    with pytest.raises(UserError, match=r"line 1 of .* is not an event"):
+        read_events(path)

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from aidsr.core.artifacts import Artifact, Outcome
 from aidsr.core.errors import UserError
@@ -38,8 +38,18 @@ Step = Literal[
 """A step is named after the file it writes."""
 
 
+def _with_offset(time: str) -> str:
+    """Check the time of an event; it is empty until the event is written."""
+    if time and datetime.fromisoformat(time).utcoffset() is None:
+        raise ValueError(_NO_OFFSET)
+    return time
+
+
+_NO_OFFSET = "a time without its offset from UTC"
+
+
 class _Event(Artifact):
-    time: str = ""
+    time: Annotated[str, AfterValidator(_with_offset)] = ""
     """ISO 8601 with zone; set by the log."""
 
 
@@ -274,9 +284,12 @@ def read_events(path: Path) -> tuple[Event, ...]:
     events = []
     for number, line in enumerate(content.split(b"\n")[:-1], start=1):
         try:
-            events.append(_ADAPTER.validate_json(line))
+            event = _ADAPTER.validate_json(line)
         except ValidationError:
-            raise UserError(f"line {number} of {path} is not an event of AID-SR; remove or restore that line") from None
+            event = None
+        if event is None or not event.time:
+            raise UserError(f"line {number} of {path} is not an event of AID-SR; remove or restore that line")
+        events.append(event)
     return tuple(events)
 
 

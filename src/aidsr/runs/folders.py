@@ -14,6 +14,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from aidsr.core.arguments import check_type
 from aidsr.core.artifacts import (
     Brief,
@@ -254,14 +256,19 @@ class Run:
         """Return the brief given to the team.
 
         Raises:
-            UserError: A file of the run is missing.
+            UserError: A file of the run is missing or damaged.
         """
         facts = JsonFile(self.path / "brief.json", dict[str, Any]).read()
         environment = BytesFile(self.path / "environment.xml").read()
         if facts is None or environment is None:
             raise UserError(f"{self.path} lacks brief.json or environment.xml; start the design again")
         robot = BytesFile(self.path / "starting_robot.xml").read() or b""
-        return Brief.model_validate({**facts, "environment": environment.decode(), "starting_robot": robot.decode()})
+        try:
+            texts = {"environment": environment.decode(), "starting_robot": robot.decode()}
+            return Brief.model_validate({**facts, **texts})
+        except ValueError as error:  # of pydantic, or bytes that are no text
+            reason = error.errors()[0]["msg"] if isinstance(error, ValidationError) else error
+            raise UserError(f"the brief in {self.path} cannot be read ({reason}); start the design again") from None
 
 
 def new_run(runs: Path, record: RunRecord, brief: Brief, goal: bytes = b"") -> Run:

@@ -66,7 +66,8 @@ def test_weights_that_are_none(weights: Callable[[], bytes], tmp_path: Path, mon
     "normalisation",
     ["", "[]", "{}", "3", "{" * 5000]
     + [json.dumps(GOOD | change) for change in (
-        {"mean": [[0.0]]}, {"mean": ["x", 1]}, {"mean": [np.nan, 0.0]}, {"count": "x"}, {"count": 1e999}, {"more": 1.0}
+        {"mean": [[0.0]]}, {"mean": ["x", 1]}, {"mean": [np.nan, 0.0]}, {"count": "x"}, {"count": 1e999}, {"more": 1.0},
+        {"count": 10**400}, {"mean": [10**400, 0]},
     )],
 )  # fmt: skip
 def test_normalisations_that_are_none(normalisation: str, tmp_path: Path) -> None:

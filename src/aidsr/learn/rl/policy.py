@@ -86,8 +86,11 @@ class Normalisation:
             ValueError, TypeError, KeyError: The text holds something else.
         """
         plain = json.loads(text)
-        arrays = {name: np.array(plain[name], dtype=float) for name in ("mean", "var")}
-        numbers = {name: float(value) for name, value in plain.items() if name not in arrays}
+        try:
+            arrays = {name: np.array(plain[name], dtype=float) for name in ("mean", "var")}
+            numbers = {name: float(value) for name, value in plain.items() if name not in arrays}
+        except OverflowError:
+            raise ValueError("the normalisation has an integer that no float can hold") from None
         if arrays["mean"].ndim != 1 or arrays["var"].shape != arrays["mean"].shape:
             raise ValueError("the normalisation is not one number for each observation")
         if not np.isfinite([*arrays["mean"], *arrays["var"], *numbers.values()]).all():

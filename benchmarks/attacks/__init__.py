@@ -1,0 +1,1 @@
+"""Attacks on every command: kills, hostile servers, documents and replies, foreign folders, requests."""

@@ -1,0 +1,125 @@
+"""Hostile documents and replies: mutated robots, texts that once hung, replies of a model that answers only that."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+from benchmarks.attacks.tries import LIMIT_S, Outcome, contents
+from benchmarks.validator.fuzz import fingerprint, make_canary, seeds
+from benchmarks.validator.mutation import mutate
+
+from aidsr import RunConfig, design
+from aidsr.core.errors import AidsrError
+from aidsr.fixes import fix
+from aidsr.runs import read_status
+from aidsr.validation import validate
+from foreign_texts import PIECES, Answering
+from hostile_text import DOCUMENTS, REPLIES
+from scenes import small_arm
+
+_MUTATED, _ANSWERED = 120, 80
+
+
+def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
+    """Yield all tries by name: 120 documents and 80 replies."""
+    for name in DOCUMENTS:
+        yield f"document: {name}", partial(_document, place, name, DOCUMENTS[name])
+    for number in range(_MUTATED - len(DOCUMENTS)):
+        yield f"document: mutation {number}", partial(_document, place, f"mutation {number}", partial(_mutated, number))
+    for name in REPLIES:
+        yield f"reply: {name}", partial(_reply, place, name, REPLIES[name])
+    for number in range(_ANSWERED - len(REPLIES)):
+        yield f"reply: mutation {number}", partial(_reply, place, f"mutation {number}", partial(_answer, number))
+
+
+@cache
+def _seeds() -> list[str]:
+    return seeds()
+
+
+def _mutated(number: int) -> str:
+    return mutate(_seeds(), np.random.default_rng([28, number]), _canary().as_posix())
+
+
+@cache
+def _canary() -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="aidsr-attacks-"))
+    make_canary(folder)
+    return folder
+
+
+def _answer(number: int) -> str:
+    """A reply of a robot with pieces put in, left out and repeated."""
+    chance = random.Random(number)
+    text = (
+        '```json\n{"interpretation": "reach", "functional_part": "tip", "concepts": [{"name": "a", "family": "arm", '
+        '"morphology": "x", "actuation": "y", "functional_part": "tip"}]}\n```\n```xml\n' + small_arm() + "\n```"
+    )
+    for _ in range(chance.randint(1, 6)):
+        start = chance.randrange(len(text))
+        left_out = chance.choice([0, 0, 3, 50, 1000])
+        text = text[:start] + chance.choice(PIECES) * chance.choice([1, 1, 3, 500]) + text[start + left_out :]
+    return text
+
+
+@cache
+def _healthy() -> str:
+    """The report on a healthy robot, which nothing before it may change."""
+    return validate(small_arm()).model_dump_json()
+
+
+def _document(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
+    outcome = Outcome("documents", name)
+    before, healthy = fingerprint(_canary()), _healthy()
+    text = text_of()
+    began_s = time.process_time()
+    began_wall_s = time.monotonic()
+    try:
+        report = validate(text)
+        outcome.notes["stable"] = report.stable
+        fix(text)
+    except AidsrError as error:
+        outcome.notes["refused"] = type(error).__name__
+    except Exception as error:
+        outcome.failed = f"{type(error).__name__}: {str(error)[:200]}"
+    outcome.hang = _late(began_s, began_wall_s)
+    if fingerprint(_canary()) != before:
+        outcome.failed = "a foreign file was read or written"
+    if validate(small_arm()).model_dump_json() != healthy:
+        outcome.changed = "the report on a healthy robot"
+    if contents(place):
+        outcome.failed = "files were left in the working directory"
+    return outcome
+
+
+def _reply(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
+    outcome = Outcome("documents", f"reply: {name}")
+    before = fingerprint(_canary())
+    folder = Path(tempfile.mkdtemp(prefix="aidsr-attacks-"))
+    text = text_of()
+    began_s, began_wall_s = time.process_time(), time.monotonic()
+    try:
+        run = design(task="button_pushing", model=Answering(text), config=RunConfig(concepts=1), runs=folder)
+        outcome.notes["state"] = read_status(run).state
+        asked = [*run.calls, *(call for one in run.designs for it in one.iterations for call in it.calls)]
+        if not asked or any(call.reply != text for call in asked if call.finish == "stop"):
+            outcome.lost = "a reply that was given"
+    except AidsrError as error:
+        outcome.notes["refused"] = f"{type(error).__name__}: {str(error)[:100]}"
+    except Exception as error:
+        outcome.failed = f"{type(error).__name__}: {str(error)[:200]}"
+    outcome.hang = _late(began_s, began_wall_s)
+    if fingerprint(_canary()) != before or contents(place):
+        outcome.failed = "a foreign file was read or written"
+    return outcome
+
+
+def _late(began_s: float, began_wall_s: float) -> str:
+    took_s, passed_s = time.process_time() - began_s, time.monotonic() - began_wall_s
+    return f"{took_s:.0f} s of processor, {passed_s:.0f} s" if took_s > LIMIT_S or passed_s > 120 else ""

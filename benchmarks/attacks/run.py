@@ -1,0 +1,142 @@
+"""Attack every command, and write what it took: kills, servers, documents and replies, foreign folders, requests.
+
+    make attacks
+
+Each try is a line of results.jsonl with the commit of the code; one that is there is not made again unless its name is
+given with --again. results.md is made of the lines.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from benchmarks.attacks import documents, folders, kills, requests, servers  # noqa: E402 - tests/ holds their texts
+from benchmarks.attacks.tries import LIMIT_S, WALL_S, Outcome  # noqa: E402
+
+from aidsr.core.provenance import commit  # noqa: E402
+
+RESULTS, PAGE = HERE / "results.jsonl", HERE / "results.md"
+ATTACKS = {
+    "kills": "`kill -9` of a command, or of its workers alone, at moments spread over its work; then the same command",
+    "servers": "a language model's server, hostile or broken, under a design",
+    "documents": "hostile MJCF and replies",
+    "folders": "runs, studies and trainings from strangers",
+    "requests": "requests to the web app and messages to the MCP server",
+}
+Try = tuple[str, Callable[[], Outcome]]
+
+
+def main() -> None:
+    """Make the tries that are missing, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", choices=tuple(ATTACKS), help="one kind of attack")
+    parser.add_argument("--again", default="", help="repeat the tries whose names begin so")
+    options = parser.parse_args()
+    rows = {row["try"]: row for row in _kept() if not (options.again and row["try"].startswith(options.again))}
+    place = Path(tempfile.mkdtemp(prefix="aidsr-attacks-"))
+    os.environ["XDG_CONFIG_HOME"] = str(place / "settings")
+    os.chdir(_empty(place))
+    warnings.simplefilter("ignore")
+    for name, attempt in _tries(place, options.only):
+        if name in rows:
+            continue
+        rows[name] = {"try": name, **_made(attempt).row(), "commit": commit()}
+        with RESULTS.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(rows[name]) + "\n")
+        _say(f"{name}: {'survived' if rows[name]['survived'] else rows[name]}")
+    PAGE.write_text(page(list(rows.values())), encoding="utf-8")
+    shutil.rmtree(place, ignore_errors=True)
+
+
+def _empty(place: Path) -> Path:
+    folder = place / "documents"
+    folder.mkdir()
+    return folder
+
+
+def _tries(place: Path, only: str | None) -> Iterator[Try]:
+    kinds: dict[str, Callable[[], Iterator[Try]]] = {
+        "requests": lambda: requests.tries(place / "requests"),
+        "folders": lambda: folders.tries(place / "folders"),
+        "servers": lambda: servers.tries(place / "servers"),
+        "documents": lambda: documents.tries(place / "documents"),
+        "kills": lambda: chain(kills.tries(place / "kills"), requests.killed_tries(place / "kills")),
+    }
+    for kind, of in kinds.items():
+        if only in (None, kind):
+            yield from of()
+
+
+def _made(attempt: Callable[[], Outcome]) -> Outcome:
+    began_s = time.monotonic()
+    outcome = attempt()
+    outcome.seconds = round(time.monotonic() - began_s, 1)
+    return outcome
+
+
+def _kept() -> list[dict[str, Any]]:
+    if not RESULTS.exists():
+        return []
+    rows = {row["try"]: row for row in map(json.loads, RESULTS.read_text(encoding="utf-8").splitlines())}
+    return list(rows.values())
+
+
+def page(rows: list[dict[str, Any]]) -> str:
+    """Return the tries as Markdown."""
+    commits = ", ".join(sorted({row["commit"] for row in rows}))
+    lines = [
+        "# Attacks\n",
+        f"`make attacks` made {len(rows)} tries ({commits}). A try survives where nothing finished was lost,",
+        "nothing hung, no result changed without saying so, and there was no traceback, no foreign file read or",
+        "written, no key sent or kept, and no exit code but 0, 1 and 2.\n",
+        "| attack | what is done | tries | survived | lost | hangs | results changed | otherwise failed |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
+    ]
+    for attack, what in [*ATTACKS.items(), ("all", "")]:
+        own = [row for row in rows if attack in ("all", row["attack"])]
+        counts = [sum(bool(row[name]) for row in own) for name in ("survived", "lost", "hang", "changed", "failed")]
+        lines.append(f"| {attack} | {what} | {len(own)} | {' | '.join(map(str, counts))} |")
+    resumed = sum(bool(row["notes"].get("resumed")) for row in rows)
+    lines += [
+        "",
+        f"A hang is more than {LIMIT_S:.0f} s of processor for a command on a folder or a server, and for a",
+        "document or a reply (there also 120 s in all, most of it its workers'); for every command",
+        f"{WALL_S:.0f} s without an end; for the web app {2 * LIMIT_S:.0f} s until the next page. A command that is",
+        f"killed and continued may take as long as its work. {resumed} trainings killed while learning resumed,",
+        "and their `training.json` says so: such a policy is another than that of an undisturbed training.\n",
+    ]
+    failed = [row for row in rows if not row["survived"]]
+    lines += ["## What did not survive\n", *(f"- {_problem(row)}" for row in failed)] if failed else []
+    kinds = Counter(row["try"].partition(":")[0] for row in rows if row["attack"] == "documents")
+    lines.append(f"Documents: {kinds['document']} documents and {kinds['reply']} replies.\n" if kinds else "")
+    return "\n".join(lines)
+
+
+def _problem(row: dict[str, Any]) -> str:
+    words = [f"{name}: {row[name]}" for name in ("lost", "hang", "changed", "failed") if row[name]]
+    return f"{row['try']}: {'; '.join(words)}".replace("\n", " ")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
