@@ -16,7 +16,7 @@ import mujoco
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile_errors import collect_compile_errors
-from aidsr.mjcf.elements import load_fault
+from aidsr.mjcf.elements import elements, load_fault
 from aidsr.mjcf.read import Document, check_document, check_safety, parse_document
 
 MOST_CONTACTS = 2_000
@@ -73,7 +73,14 @@ def load_mjcf(text: str) -> Loaded:
         raise MjcfError(sorted(faults, key=lambda fault: fault.line or 0))
     spec, model = result.built
     _check_contacts(model, document)
-    return Loaded(document, spec, model, notes=document.notes + tuple(dict.fromkeys(warned)))
+    notes = (*document.notes, *_ignored(document), *dict.fromkeys(warned))
+    return Loaded(document, spec, model, notes)
+
+
+def _ignored(document: Document) -> Iterator[str]:
+    """Sentences about settings that have no effect here."""
+    if any({"njmax", "nconmax"} & set(size.attrib) for size in elements(document.root, "size")):
+        yield "Ignored njmax and nconmax of <size>: MuJoCo reserves memory as it is needed."
 
 
 def _check_contacts(model: mujoco.MjModel, document: Document) -> None:

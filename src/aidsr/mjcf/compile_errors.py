@@ -74,10 +74,15 @@ def collect_compile_errors(root: Element) -> CompileResult:
 
 
 def _build(text: str) -> tuple[mujoco.MjSpec, mujoco.MjModel] | CompilerMessage:
-    """Compile a text, or return MuJoCo's first message; bodies are not fused, since they go by their names."""
+    """Compile a text, or return MuJoCo's first message.
+
+    Bodies are not fused, since they go by their names. Memory for contacts is MuJoCo's to choose: njmax and nconmax, of
+    which it no longer needs to be told, can ask for gigabytes.
+    """
     try:
         spec = mujoco.MjSpec.from_string(text)
         spec.compiler.fusestatic = False
+        spec.njmax = spec.nconmax = -1
         return spec, spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         return _message(error)

@@ -23,7 +23,7 @@ class Ownership:
     """The robot's share of a model: by name where a part has one, else by the bodies it concerns.
 
     Attributes:
-        bodies: All bodies of the robot, parents first.
+        bodies: All bodies of the robot, parents first; rigid bodies that move beside it are objects to play with.
         is_scene: Whether there is an environment beside the robot.
     """
 
@@ -37,17 +37,7 @@ class Ownership:
 
     def actuator(self, index: int) -> bool:
         """Whether an actuator is the robot's."""
-        model, kind = self.model, int(self.model.actuator_trntype[index])
-        target = int(model.actuator_trnid[index, 0])
-        if kind == _TENDON:
-            bodies = tendon_bodies(model, target)
-        elif kind in _JOINT:
-            bodies = [int(model.jnt_bodyid[target])]
-        elif kind == _BODY:
-            bodies = [target]
-        else:
-            bodies = [int(model.site_bodyid[target])]
-        return self._decide(mujoco.mjtObj.mjOBJ_ACTUATOR, index, bodies)
+        return self._decide(mujoco.mjtObj.mjOBJ_ACTUATOR, index, _actuated_bodies(self.model, index))
 
     def sensor(self, index: int) -> bool:
         """Whether a sensor is the robot's own; the task's sensors in a scene have names without the prefix."""
@@ -74,7 +64,7 @@ class Ownership:
 
     def _decide(self, kind: mujoco.mjtObj, index: int, bodies: list[int]) -> bool:
         if not self.is_scene:
-            return True
+            return not bodies or any(body in self.bodies for body in bodies) or not any(bodies)
         name = mujoco.mj_id2name(self.model, kind, index)
         return name.startswith(ROBOT_PREFIX) if name else any(body in self.bodies for body in bodies)
 
@@ -84,13 +74,51 @@ def read_ownership(model: mujoco.MjModel) -> Ownership:
     names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or "" for body in range(model.nbody)]
     named = [name.startswith(ROBOT_PREFIX) for name in names]
     if not any(named):
-        return Ownership(model, tuple(range(1, model.nbody)), is_scene=False)
+        loose = set(_loose_objects(model))
+        ours = tuple(body for body in range(1, model.nbody) if int(model.body_rootid[body]) not in loose)
+        return Ownership(model, ours, is_scene=False)
     owned: list[int] = []
     for body in range(1, model.nbody):
         # an unnamed body inside the robot carries no prefix
         if named[body] or int(model.body_parentid[body]) in owned:
             owned.append(body)
     return Ownership(model, tuple(owned), is_scene=True)
+
+
+def _loose_objects(model: mujoco.MjModel) -> list[int]:
+    """Rigid bodies that move beside a robot: no joint inside, no cable, no actuator and no equality concerns them."""
+    joined = {
+        body for joint in range(model.njnt) for body in (int(model.jnt_bodyid[joint]),) if not _is_root(model, joint)
+    }
+    joined |= {body for tendon in range(model.ntendon) for body in tendon_bodies(model, tendon)}
+    joined |= {body for actuator in range(model.nactuator) for body in _actuated_bodies(model, actuator)}
+    joined |= {body for equality in range(model.neq) for body in _equal_bodies(model, equality)}
+    alive = {int(model.body_rootid[body]) for body in joined if body}
+    free = [int(model.jnt_bodyid[joint]) for joint in range(model.njnt) if _is_root(model, joint)]
+    return [body for body in dict.fromkeys(free) if body not in alive] if alive else []
+
+
+def _is_root(model: mujoco.MjModel, joint: int) -> bool:
+    """Whether a joint is between a body and the world."""
+    return int(model.body_parentid[model.jnt_bodyid[joint]]) == 0
+
+
+def _equal_bodies(model: mujoco.MjModel, equality: int) -> list[int]:
+    """Bodies that an equality constraint is between."""
+    kind, ends = int(model.eq_objtype[equality]), (model.eq_obj1id[equality], model.eq_obj2id[equality])
+    if kind == int(mujoco.mjtObj.mjOBJ_SITE):
+        return [int(model.site_bodyid[end]) for end in ends]
+    return [int(end) for end in ends] if kind == int(mujoco.mjtObj.mjOBJ_BODY) else []
+
+
+def _actuated_bodies(model: mujoco.MjModel, actuator: int) -> list[int]:
+    """Bodies that an actuator acts on."""
+    kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
+    if kind == _TENDON:
+        return tendon_bodies(model, target)
+    if kind in _JOINT:
+        return [int(model.jnt_bodyid[target])]
+    return [target] if kind == _BODY else [int(model.site_bodyid[target])]
 
 
 def tendon_wraps(model: mujoco.MjModel, tendon: int) -> list[tuple[int, int]]:

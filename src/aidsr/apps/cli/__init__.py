@@ -17,6 +17,7 @@ from aidsr.apps.cli import (
     evaluate,
     export,
     fix,
+    import_robot,
     mcp,
     probe,
     resume,
@@ -83,6 +84,7 @@ for command in (
     doctor.doctor,
 ):
     app.command(command)
+app.command(import_robot.import_robot, name="import")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -34,6 +34,8 @@ WEIGHTLESS_SHARE = 0.5
 """Share of the sag that may remain without gravity for gravity to be the cause. Our choice."""
 PASSIVE_COLLAPSE_SHARE = 0.6
 """Deformation / L without gravity: springs are not at rest in the drawn pose. Our choice."""
+STANDING_SHARE = 0.1
+"""Distance from the ground in the drawn pose / L, below which a robot stands on it. Our choice."""
 DROP_SHARE = 0.3
 """Fall of a root / L. Our choice."""
 _LANDED_SPEED = 0.3
@@ -151,11 +153,29 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
         if path[-1] > DROP_SHARE * robot.length_m:
             speed = float(evidence.settle.speed_m_s[_WITH_GRAVITY, -1, root])
             landed = speed < _LANDED_SPEED * math.sqrt(STANDARD_GRAVITY_M_S2 * robot.length_m)
+            if landed and _clearance_m(robot, root) < STANDING_SHARE * robot.length_m:
+                continue  # it stood on the ground and toppled, as a limp animal does
             first = int(np.argmax(path > DROP_SHARE * robot.length_m))
             found = _Drop(robot.body(root), float(path[-1]) / robot.length_m, (first + 1) * evidence.settle.frame_s)
             drops.setdefault(landed, []).append(found)
     for landed, dropped in drops.items():
         yield _drop_fault(robot, dropped, landed)
+
+
+def _clearance_m(robot: RobotUnderTest, root: int) -> float:
+    """Smallest distance in the drawn pose between what hangs from a root and what is around the robot [m].
+
+    Up to `STANDING_SHARE` L; that where nothing is near.
+    """
+    model, reach_m = robot.model, STANDING_SHARE * robot.length_m
+    ours = [geom for geom in robot.structure.geoms if int(model.body_rootid[model.geom_bodyid[geom]]) == root]
+    around = sorted(set(range(model.ngeom)) - set(robot.structure.geoms))
+    distances = (
+        float(mujoco.mj_geomDistance(model, robot.driven.start, one, other, reach_m, None))
+        for one in ours
+        for other in around
+    )
+    return min(distances, default=reach_m)
 
 
 @dataclass(frozen=True)
@@ -226,7 +246,8 @@ BASE_NOT_ATTACHED = Rule(
     stage=Stage.PASSIVE,
     finds="The root of the robot drops before it lands.",
     why="It has a free or slide joint and starts above the ground, so it does not stand where it was put.",
-    limit=f"fall of a root with joints of its own / the robot's length: at most {DROP_SHARE:g}",
+    limit=f"fall of a root with joints of its own / the robot's length: at most {DROP_SHARE:g}; one that starts within "
+    f"{STANDING_SHARE:g} L of the ground stands on it, and may topple",
     check=_find_drops,
     unit="of the robot's length",
     cure=_CURE_FALL,

@@ -26,15 +26,30 @@ def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find parts that do not hang together.
 
     Several bodies directly in the world are one robot when nothing but the world holds them and they stand side by
-    side, as fingers on a palm do; a free body beside another is a second robot.
+    side, as fingers on a palm do; a free body beside another is a second robot. A fixed body without joints and cables
+    is a part of the surroundings, or was lost: a warning.
     """
-    roots = robot.structure.roots
+    inert = set(_inert_roots(robot))
+    lost = sorted(inert)
+    roots = [root for root in robot.structure.roots if root not in inert]
     groups = [{root} for root in roots]
     for one, other in _links(robot):
+        if inert & {one, other}:
+            lost = [root for root in lost if root not in (one, other)]
+            continue
         first, second = (next(group for group in groups if root in group) for root in (one, other))
         if first is not second:
             first |= second
             groups.remove(second)
+    if len(groups) == 1 and lost:
+        yield DISCONNECTED.fault(
+            "nothing moves these bodies, and nothing joins them to the robot",
+            names=map(robot.body, lost),
+            measured=1 + len(lost),
+            limit=1,
+            severity="warning",
+            likely_cause="a part of the surroundings, or a <body> that was closed too early",
+        )
     if len(groups) > 1:
         yield DISCONNECTED.fault(
             "these bodies and what hangs from them are not joined to each other",
@@ -43,6 +58,15 @@ def _find_disconnected(robot: RobotUnderTest) -> Iterator[Fault]:
             limit=1,
             likely_cause="a <body> is closed too early, so that the next one hangs from the world",
         )
+
+
+def _inert_roots(robot: RobotUnderTest) -> Iterator[int]:
+    """Fixed roots beside others that carry neither joints nor cables."""
+    model, structure = robot.model, robot.structure
+    alive = {_root_of(robot, body) for tendon in structure.tendons for body in tendon.bodies if body}
+    alive |= {_root_of(robot, int(model.jnt_bodyid[joint])) for joint in structure.joints}
+    if alive:
+        yield from (root for root in structure.roots if root not in alive)
 
 
 def _links(robot: RobotUnderTest) -> Iterator[tuple[int, int]]:
@@ -80,7 +104,7 @@ DISCONNECTED = Rule(
     finds="The robot is in several parts that nothing joins.",
     why="Usually a <body> was closed too early, and the rest of the limb hangs in the air. Bodies side by side on the "
     "same level of the world are one robot, as fingers are; so are those that an active weld or connect joins.",
-    limit="separate parts: at most 1",
+    limit="separate parts: at most 1; rigid free objects do not count, fixed ones are a warning",
     check=_find_disconnected,
     unit="separate parts",
     cure="Nest every body of the robot under one root body.",

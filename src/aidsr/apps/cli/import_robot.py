@@ -1,0 +1,74 @@
+"""`aidsr import`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from aidsr.mjcf.importing import Imported
+
+_Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+
+
+def import_robot(
+    file: Path,
+    *,
+    out: Annotated[Path | None, Parameter(show_default=False)] = None,
+    folder: Annotated[Path | None, Parameter(show_default=False)] = None,
+    force: _Flag = False,
+) -> int:
+    """Turn a robot in several files into one MJCF document, so that the other commands take it.
+
+    Includes are put in, meshes and height fields become numbers, meshes of more than 1,000 triangles their convex hull
+    with the same mass, and textures and skins from files are left out. The document begins with a list of the files and
+    their hashes. Exit code 2: a file is absent, outside the folder, or the result is no valid or too large a document.
+
+        aidsr import mujoco_menagerie/robot/robot.xml --out robot.xml
+
+        aidsr import suite/quadruped.xml --folder suite | aidsr validate -
+
+    Parameters
+    ----------
+    file
+        The main document.
+    out
+        Write the document to this file; without it, it goes to standard output.
+    folder
+        Only regular files below this folder are read; the document's own folder where none is given.
+    force
+        Let --out replace a file that exists.
+    """
+    from aidsr.apps.cli.output_file import write_output
+    from aidsr.apps.cli.terminal import write, write_document
+    from aidsr.core.errors import UserError
+    from aidsr.mjcf.importing import import_mjcf
+
+    if out is not None and out.exists() and not force:
+        raise UserError(f"{out} exists; name another file for --out, or add --force to replace it")
+    imported = import_mjcf(file, folder)
+    text = _origin(imported) + imported.mjcf
+    if out is None:
+        write_document(text)
+    else:
+        write_output(out, text)
+    count = len(imported.files)
+    place = f", written to {out}" if out is not None else ""
+    lines = [
+        f"{file}: {count} {'file' if count == 1 else 'files'}{place}",
+        *(f"- {note}" for note in imported.notes),
+        "",
+    ]
+    write("\n".join(lines), to=sys.stderr if out is None else sys.stdout)
+    return 0
+
+
+def _origin(imported: Imported) -> str:
+    """Return a comment with what was read; two hyphens may not stand in one."""
+    from aidsr import __version__
+
+    files = "".join(f"\n  {each.sha256}  {each.path}" for each in imported.files).replace("--", "- -")
+    return f"<!-- Imported by aidsr {__version__} from these files (sha256):{files}\n-->\n"

@@ -1,0 +1,118 @@
+"""`aidsr import`: a robot in several files becomes one document that needs none of them."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from aidsr.core.errors import UserError
+from aidsr.mjcf.inline_files import MOST_INCLUDES, merge_includes, put_in_shapes, read_shape
+from aidsr.mjcf.read import decode_mjcf
+
+MOST_BYTES = 256 * 2**20
+"""Of all files together. Our choice: ten times the meshes of a large robot."""
+
+
+@dataclass(frozen=True)
+class ImportedFile:
+    """A file that was read: its path from the folder, and its hash."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A document that names no files.
+
+    Attributes:
+        mjcf: The text.
+        files: What was read.
+        notes: What was left out or simplified, one sentence each.
+    """
+
+    mjcf: str
+    files: tuple[ImportedFile, ...]
+    notes: tuple[str, ...]
+
+
+def import_mjcf(path: Path, folder: Path | None = None) -> Imported:
+    """Return an MJCF file with its includes, meshes and height fields put in.
+
+    Only regular files below one folder are read. They are parsed in an isolated process that opens none.
+
+    Args:
+        path: The main document.
+        folder: What it names lies in here; the document's own folder where none is given.
+
+    Raises:
+        UserError: A file is absent, outside the folder, too large, or cannot be read.
+        MjcfError: With every fault of the document that results.
+        IsolationError: Reading it exceeded its limits of time or memory.
+    """
+    files = _Files((folder or path.parent).resolve())
+    main = files.path_of(path)
+    base = PurePosixPath(main).parent
+    text = decode_mjcf(files.read(main), str(path))
+    included: dict[str, str] = {}
+    for _ in range(MOST_INCLUDES):
+        merged = merge_includes(text, included)
+        if not merged.missing:
+            break
+        for name in merged.missing:
+            included[name] = decode_mjcf(files.read(str(base / name)), name)
+    else:
+        raise UserError(f"{path} includes files more than {MOST_INCLUDES} deep")
+    shapes = [read_shape(use, merged.mjcf, files.read(str(base / use.path))) for use in merged.uses]
+    notes = (*merged.notes, *(shape.note for shape in shapes if shape.note))
+    return Imported(put_in_shapes(merged, shapes), files.seen, notes)
+
+
+class _Files:
+    """Regular files below a folder; links are not followed."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._hashes: dict[str, str] = {}
+        self._bytes = 0
+
+    @property
+    def seen(self) -> tuple[ImportedFile, ...]:
+        return tuple(ImportedFile(path, digest) for path, digest in self._hashes.items())
+
+    def path_of(self, path: Path) -> str:
+        """Return a path from the folder."""
+        absolute = path.parent.resolve() / path.name
+        if not absolute.is_relative_to(self._folder):
+            raise UserError(f"{path} is not in {self._folder}; name a folder that holds all files with --folder")
+        return absolute.relative_to(self._folder).as_posix()
+
+    def read(self, name: str) -> bytes:
+        """Return the content of a file.
+
+        Args:
+            name: Its path from the folder.
+
+        Raises:
+            UserError: It is absent, outside the folder, no regular file or too large.
+        """
+        path = Path(os.path.normpath(self._folder / name))
+        if not path.is_relative_to(self._folder):
+            raise UserError(f"{name} is outside {self._folder}; name a folder that holds all files with --folder")
+        if path.resolve() != path:
+            raise UserError(f"{name} is or goes through a link; only regular files are read. Replace it by a copy")
+        try:
+            with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
+                if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                    raise UserError(f"{name} is not a regular file; only regular files are read")
+                content = file.read(MOST_BYTES - self._bytes + 1)
+        except OSError as error:
+            raise UserError(f"cannot read {name} in {self._folder}: {error.strerror}") from None
+        self._bytes += len(content)
+        if self._bytes > MOST_BYTES:
+            raise UserError(f"the files have more than {MOST_BYTES:,} bytes together, the most that is read")
+        self._hashes[path.relative_to(self._folder).as_posix()] = hashlib.sha256(content).hexdigest()
+        return content
