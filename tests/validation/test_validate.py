@@ -130,7 +130,6 @@ def test_two_roots_cannot_be_set_free() -> None:
         ('<connect site1="plate" site2="tip"/>', []),
         ('<connect body1="plate" anchor="0 0 0"/>', ["disconnected"]),
         ('<weld body1="s11" body2="plate" active="false"/>', ["disconnected"]),
-        ('<tendon tendon1="t0" tendon2="t1"/>', ["disconnected"]),
     ],
 )
 def test_two_roots_are_one_robot_where_a_constraint_joins_them(constraint: str, found: list[str]) -> None:

@@ -16,7 +16,7 @@ from lxml import etree
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.mjcf.compile import load_mjcf, warnings_as_notes
 from aidsr.mjcf.defaults import default_classes, setting
-from aidsr.mjcf.elements import Element, elements
+from aidsr.mjcf.elements import Element, attributes, elements
 from aidsr.mjcf.read import SIZE_LIMITS, parse_document
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
@@ -108,7 +108,7 @@ def merge_includes(main: str, included: dict[str, str]) -> Merged:
 
 def _put_in(root: Element, folder: str, included: dict[str, str], missing: list[str]) -> None:
     count = 0
-    waiting = [(element, ()) for element in list(elements(root, "include"))]
+    waiting: list[tuple[Element, tuple[str, ...]]] = [(element, ()) for element in list(elements(root, "include"))]
     while waiting:
         element, above = waiting.pop(0)
         path = posixpath.normpath(posixpath.join(folder, element.get("file", "")))
@@ -133,7 +133,11 @@ def _put_in(root: Element, folder: str, included: dict[str, str], missing: list[
 def _drop_looks(root: Element) -> list[str]:
     """Take out textures and skins from files, and what refers to them."""
     notes = []
-    gone = [each for each in elements(root, "texture") if any(map(_FILE_ATTRIBUTES.fullmatch, each.attrib))]
+    gone = [
+        each
+        for each in elements(root, "texture")
+        if any(_FILE_ATTRIBUTES.fullmatch(name) for name, _ in attributes(each))
+    ]
     names = {each.get("name") or _stem(each.get("file", "")) for each in gone}
     for material in elements(root, "material"):
         if material.get("texture") in names:
@@ -152,7 +156,7 @@ def _drop_looks(root: Element) -> list[str]:
 
 
 def _uses(root: Element) -> list[FileUse]:
-    folders = {name: value for compiler in elements(root, "compiler") for name, value in compiler.attrib.items()}
+    folders = {name: value for compiler in elements(root, "compiler") for name, value in attributes(compiler)}
     strip = folders.get("strippath") == "true"
     found = []
     for tag, folder in _FOLDERS.items():
@@ -178,22 +182,20 @@ def read_shape(use: FileUse, mjcf: str, content: bytes) -> Shape:
     root = parse_document(mjcf).root
     element = _named(root, use)
     file = f"shape{posixpath.splitext(use.path)[1].lower()}"
-    written = {name: value for name, value in element.attrib.items() if name not in ("class", "name", "file")}
+    written = {name: value for name, value in attributes(element) if name not in ("class", "name", "file")}
     if use.element == "mesh" and (scale := setting(element, "scale", default_classes(root))) is not None:
         written["scale"] = scale.value
     alone = etree.Element("mujoco")
-    asset = etree.SubElement(alone, "asset")
-    etree.SubElement(asset, use.element, {**written, "name": "shape", "file": file})
-    geom = etree.SubElement(etree.SubElement(alone, "worldbody"), "geom", {"type": use.element, use.element: "shape"})
+    assets, place = etree.SubElement(alone, "asset"), etree.SubElement(alone, "worldbody")
+    shape = etree.SubElement(assets, use.element, {**written, "name": "shape", "file": file})
     if use.element == "mesh":
-        asset[0].set("maxhullvert", str(_HULL_VERTICES))
-        geom.getparent().append(etree.fromstring('<body><geom type="mesh" mesh="shape" density="1"/></body>'))
-        geom.getparent().remove(geom)
+        shape.set("maxhullvert", str(_HULL_VERTICES))
+        place = etree.SubElement(place, "body")
+    etree.SubElement(place, "geom", {"type": use.element, use.element: "shape", "density": "1"})
+    text = etree.tostring(alone, encoding="unicode")
     try:
         with warnings_as_notes():
-            model = mujoco.MjSpec.from_string(
-                etree.tostring(alone, encoding="unicode"), assets={file: content}
-            ).compile()
+            model = mujoco.MjSpec.from_string(text, assets={file: content}).compile()
     except ValueError as error:
         raise UserError(f"{use.path} cannot be read as a {use.element}: {str(error).splitlines()[0][:200]}") from None
     return _mesh(model, use) if use.element == "mesh" else _height_field(model, use)
@@ -243,7 +245,7 @@ def put_in_shapes(merged: Merged, shapes: list[Shape]) -> str:
     for use, shape in zip(merged.uses, shapes, strict=True):
         element = _named(root, use)
         for attribute in ("file", "content_type", "scale", "refpos", "refquat", "class"):
-            element.attrib.pop(attribute, None)
+            _drop(element, attribute)
         element.set("name", use.name)
         for name, value in shape.attributes.items():
             element.set(name, value)
@@ -251,11 +253,11 @@ def put_in_shapes(merged: Merged, shapes: list[Shape]) -> str:
             volumes[use.name] = shape.volume_m3
     for default in elements(root, "default"):
         for mesh in default.iterchildren("mesh"):
-            mesh.attrib.pop("scale", None)
+            _drop(mesh, "scale")
     _keep_masses(root, volumes)
     for compiler in elements(root, "compiler"):
         for attribute in ("meshdir", "texturedir", "assetdir", "strippath"):
-            compiler.attrib.pop(attribute, None)
+            _drop(compiler, attribute)
     text = _text(root)
     if len(text) > SIZE_LIMITS.characters:
         sizes = {
@@ -292,6 +294,11 @@ def _named(root: Element, use: FileUse) -> Element:
 
 def _stem(file: str) -> str:
     return posixpath.splitext(posixpath.basename(file))[0]
+
+
+def _drop(element: Element, attribute: str) -> None:
+    if attribute in element.attrib:
+        del element.attrib[attribute]
 
 
 def _remove(element: Element) -> None:
