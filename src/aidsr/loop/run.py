@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from aidsr.core.model import Model
     from aidsr.tasks import Level
 
+_NEEDED_BY_WORKERS = ("aidsr.sim.environment_summary", "aidsr.fixes", "aidsr.validation.engine", "aidsr.sim.assembly")
 _VERSIONS_OF = ("aidsr", "mujoco", "numpy", "pydantic-ai-slim")
 
 
@@ -176,7 +177,7 @@ def make_brief(
     """
     from aidsr.sandbox.pool import warm_up
 
-    warm_up()  # a worker starts while the rest is imported
+    warm_up(2, _NEEDED_BY_WORKERS)  # they start while the rest is imported
     from aidsr.sim.environment_summary import summarize_environment
     from aidsr.tasks import goal_task, load_task, read_goal
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -31,13 +32,17 @@ def _reason_not_started(start: dict[str, Any]) -> str:
 
 
 class Child:
-    """A worker process, its private folder and the pipes to it."""
+    """A worker process, its private folder and the pipes to it.
 
-    def __init__(self) -> None:
+    Args:
+        modules: What it imports before its first call.
+    """
+
+    def __init__(self, modules: Sequence[str] = ()) -> None:
         self._folder = Path(tempfile.mkdtemp(prefix="aidsr-worker-"))
         self._output = (self._folder / "output.txt").open("wb")
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "aidsr.sandbox.worker"],
+            [sys.executable, "-P", "-m", "aidsr.sandbox.worker", *modules],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._output,

@@ -6,17 +6,22 @@ import atexit
 import contextlib
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from aidsr.sandbox.child import Child
 from aidsr.sandbox.environment import inside_worker
 
 
-def warm_up() -> None:
-    """Start a worker in the background, so that it is ready by the time the first call comes."""
+def warm_up(count: int = 1, modules: Sequence[str] = ()) -> None:
+    """Start workers in the background, so that they are ready by the time the first calls come.
+
+    Args:
+        count: Idle workers that there should be, at most as many as work at once.
+        modules: What new ones import, because the first calls will need it.
+    """
     if not inside_worker():
-        _pool().warm_up()
+        _pool().warm_up(count, modules)
 
 
 def call_in_worker(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
@@ -27,6 +32,7 @@ def call_in_worker(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
 
 class _Pool:
     def __init__(self, size: int) -> None:
+        self._size = size
         self._slots = threading.BoundedSemaphore(size)
         self._lock = threading.Lock()
         self._idle: list[Child] = []
@@ -45,10 +51,10 @@ class _Pool:
                 else:
                     child.close()
 
-    def warm_up(self) -> None:
+    def warm_up(self, count: int, modules: Sequence[str]) -> None:
         with self._lock:
-            if not self._idle:
-                self._idle.append(Child())
+            while len(self._idle) < min(count, self._size):
+                self._idle.append(Child(modules))
 
     def close(self) -> None:
         with self._lock:

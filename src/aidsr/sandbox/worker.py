@@ -1,6 +1,6 @@
 """The child process in which models from outside are compiled and simulated.
 
-`aidsr.sandbox.child` starts it as `python -m aidsr.sandbox.worker` and exchanges one message at a time with it. The
+`aidsr.sandbox.child` starts it as `python -m aidsr.sandbox.worker [MODULE ...]` and exchanges one message at a time with it. The
 process ends when its request pipe closes, which happens when the parent closes it and also when the parent dies.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from importlib import import_module
 from typing import Any, BinaryIO
 
 from aidsr.core.errors import MjcfError, ReplyError, UserError
@@ -26,6 +27,8 @@ def main() -> None:
     # Without a handler MuJoCo appends its warnings to MUJOCO_LOG.TXT in the working directory.
     mujoco.set_mju_user_warning(lambda _message: None)
     write_message(replies, {"ready": mujoco.__version__})
+    for module in sys.argv[1:]:
+        import_module(module)
     while True:
         _reply(replies, _run(inbox.get()))
 
