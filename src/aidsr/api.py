@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.actions import Grouping
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop import ProbeReport
+    from aidsr.learn.openloop.probe_scene import ProbePoint
     from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.rl.evaluation import EvaluationPoint
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.loop.export import Exported
     from aidsr.tasks import Level, Split, Task
@@ -46,7 +48,7 @@ def probe(
     max_steps: int = 300_000,
     seed: int = 0,
     threads: int = 0,
-    listen: Callable[[int, float], None] = lambda _played, _progress: None,
+    listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
     """Return how far a body gets on its task without learning, by open-loop motions.
 
@@ -67,7 +69,7 @@ def probe(
         max_steps: Physics steps of all simulations together.
         seed: The same seed tries the same motions.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
-        listen: Called with the number of motions played and the mean progress of the best ones.
+        listen: Called with how far it has come, after each generation of motions.
 
     Raises:
         TypeError: An argument is of another type.
@@ -226,6 +228,7 @@ def evaluate(
     threads: int = 0,
     videos: bool = True,
     perturbed: bool = False,
+    listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> Evaluation:
     """Evaluate a trained policy on variations of its task that it never saw. Needs the extra "rl".
 
@@ -244,6 +247,7 @@ def evaluate(
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
         perturbed: Whether to play the same variations again with parameters of the model off by up to 20 %, with late
             actions and with friction of cables: `Evaluation.perturbed`. The verdict stays the same.
+        listen: Called with how far the episodes have come, after every control step.
 
     Raises:
         TypeError: An argument is of another type.
@@ -262,7 +266,14 @@ def evaluate(
         training = finished[-1]
     folder = training.path if isinstance(training, Training) else Path(training)
     return evaluate_training(
-        folder, episodes=episodes, level=level, split=split, threads=threads, videos=videos, perturbed=perturbed
+        folder,
+        episodes=episodes,
+        level=level,
+        split=split,
+        threads=threads,
+        videos=videos,
+        perturbed=perturbed,
+        listen=listen,
     )
 
 

@@ -98,6 +98,16 @@ def format_duration(seconds: float) -> str:
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
 
 
+def format_time_left(steps: float, per_s: float) -> str:
+    """Return how long some steps take at most, "–" where nothing is known of their speed.
+
+    Args:
+        steps: That are left; work may end before them.
+        per_s: Of them in a second, lately.
+    """
+    return f"{format_duration(max(steps, 0.0) / per_s)} left at most" if per_s > 0 else "–"
+
+
 def format_repairs(counts: Mapping[str, int]) -> str:
     """Return how many mechanical repairs were made, and of which kinds."""
     total = sum(counts.values())

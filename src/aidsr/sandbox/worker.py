@@ -1,7 +1,8 @@
 """The child process in which models from outside are compiled and simulated.
 
-`aidsr.sandbox.child` starts it as `python -m aidsr.sandbox.worker [MODULE ...]` and exchanges one message at a time with it. The
-process ends when its request pipe closes, which happens when the parent closes it and also when the parent dies.
+`aidsr.sandbox.child` starts it as `python -m aidsr.sandbox.worker [MODULE ...]` and exchanges one message at a time
+with it. The process ends when its request pipe closes, which happens when the parent closes it and also when the parent
+dies.
 """
 
 from __future__ import annotations

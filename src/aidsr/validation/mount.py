@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.core.errors import MjcfError
 from aidsr.mjcf.compile import Loaded
 from aidsr.sim.extent import bounding_box_m
+from aidsr.sim.jacobian import choose_jacobian
 from aidsr.sim.ownership import read_ownership
 from aidsr.sim.placement import unused_name
 from aidsr.sim.strip_scenery import delete_dangling_references
@@ -82,6 +83,7 @@ def mount_model(loaded: Loaded, mount: Mount, environment: mujoco.MjModel | None
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     # a sleeping body would look like one without effect
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    choose_jacobian(model)
     return MountedModel(model, spec, tuple(notes))
 
 

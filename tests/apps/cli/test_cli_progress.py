@@ -9,10 +9,13 @@ from rich.console import Console
 
 from aidsr.apps.cli.progress import Lines, Panel, follow_run
 from aidsr.apps.cli.review_prompt import ReviewPrompt, parse_answer
+from aidsr.apps.cli.training import TrainingBar, evaluating
 from aidsr.core.artifacts import Decision
 from aidsr.core.calls import Usage
 from aidsr.core.errors import ModelError
-from aidsr.core.formatting import format_cost, format_duration
+from aidsr.core.formatting import format_cost, format_duration, format_time_left
+from aidsr.learn.rl.callbacks import CurvePoint
+from aidsr.learn.rl.evaluation import EvaluationPoint
 from aidsr.loop.human import DecisionFile
 from aidsr.loop.runner import run_designs
 from aidsr.runs import read_status
@@ -22,6 +25,37 @@ from scripted import Script, Scripted, new_run, parts
 
 def terminal(width: int = 80) -> Console:
     return Console(file=io.StringIO(), force_terminal=True, width=width, color_system=None)
+
+
+def test_time_left_goes_by_the_present_speed() -> None:
+    assert format_time_left(9000, 50.0) == "3 min 0 s left at most"
+    assert format_time_left(-10, 50.0) == "0.0 s left at most"
+    assert format_time_left(9000, 0.0) == "–"
+
+
+def test_a_training_shows_success_and_the_time_left_in_a_terminal_and_in_a_file() -> None:
+    point = CurvePoint(
+        steps=1000, wall_s=20.0, episodes=40, success_share=0.25, progress=0.5, reward=1.0, diverged=0, steps_per_s=50.0
+    )
+    for console in (terminal(120), Console(file=io.StringIO(), width=120)):
+        with TrainingBar(console, "seed 0", 10_000) as bar:
+            bar.listen(point)
+        told = console.file.getvalue()
+        assert "1000 steps" in told
+        assert "success 25%" in told
+        assert "3 min 0 s left at most" in told
+
+
+def test_an_evaluation_shows_how_far_it_has_come() -> None:
+    console = terminal(120)
+    with evaluating(console, videos=False) as listen:
+        listen(EvaluationPoint(episodes=100, ended=40, succeeded=30, simulated_s=2.0, time_limit_s=8.0))
+        time.sleep(0.2)
+        listen(EvaluationPoint(episodes=100, ended=100, succeeded=70, simulated_s=8.0, time_limit_s=8.0))
+        time.sleep(0.2)
+    told = console.file.getvalue()
+    assert "40 of 100 episodes ended, 30 succeeded" in told
+    assert "100 of 100 episodes ended, 70 succeeded; checking" in told
 
 
 def test_a_run_is_reported_in_lines(tmp_path, capsys) -> None:

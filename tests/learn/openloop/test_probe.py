@@ -151,9 +151,11 @@ def test_groups_of_the_design_move_together():
 
 def test_every_generation_is_told():
     told = []
-    probe(small_scene(), FarPushing(), **QUICK, listen=lambda played, progress: told.append((played, progress)))
-    assert [played for played, _ in told] == [16, 32, 48, 64]
-    assert [progress for _, progress in told] == sorted(progress for _, progress in told)
+    report = probe(small_scene(), FarPushing(), **QUICK, listen=told.append)
+    assert [point.motions for point in told] == [16, 32, 48, 64]
+    assert [point.progress for point in told] == sorted(point.progress for point in told)
+    assert {(point.candidates, point.variations) for point in told} == {(64, len(report.variations))}
+    assert told[-1].solved == 0
 
 
 def test_numbers_out_of_range_are_one_sentence():

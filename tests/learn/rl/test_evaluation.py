@@ -66,7 +66,11 @@ def behaviour(rolled, scene) -> dict[str, object]:
 
 def test_a_policy_that_does_the_job_is_valid_and_successful():
     result = TrainingResult(steps=1, wall_s=1.0, episodes=200, diverged_episodes=2, success_share=1.0, stopped="budget")
-    evaluation, rolled = evaluate(small_learning(), BENDING, threads=1, training=result)
+    told = []
+    evaluation, rolled = evaluate(small_learning(), BENDING, threads=1, training=result, listen=told.append)
+    assert [point.ended for point in told] == sorted(point.ended for point in told)
+    assert (told[-1].ended, told[-1].succeeded, told[-1].episodes) == (20, 20, 20)
+    assert 0 < told[0].simulated_s < told[-1].simulated_s <= told[-1].time_limit_s
     assert [check.name for check in evaluation.checks if not check.passed] == []
     assert (evaluation.success_share, evaluation.valid, evaluation.successful) == (1.0, True, True)
     assert [episode.variation for episode in evaluation.episodes] == list(range(20))

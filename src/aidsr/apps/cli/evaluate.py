@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -52,17 +53,25 @@ def evaluate(
     """
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console, write_document
-    from aidsr.apps.cli.training import print_evaluating, print_evaluation
+    from aidsr.apps.cli.training import evaluating, print_evaluation
 
-    console = make_console()
-    if not json:
-        films = videos and level is None and split == "held_out"
-        print_evaluating(console, episodes, videos=films, perturbed=perturbed)
-    evaluation = api.evaluate(
-        training, episodes=episodes, level=level, split=split, threads=threads, videos=videos, perturbed=perturbed
+    asked = partial(
+        api.evaluate,
+        training,
+        episodes=episodes,
+        level=level,
+        split=split,
+        threads=threads,
+        videos=videos,
+        perturbed=perturbed,
     )
     if json:
+        evaluation = asked()
         write_document(evaluation.model_dump_json(indent=2) + "\n")
     else:
+        console = make_console()
+        films = videos and level is None and split == "held_out"
+        with evaluating(console, episodes, videos=films, perturbed=perturbed) as listen:
+            evaluation = asked(listen=listen)
         print_evaluation(console, training, evaluation)
     return 0 if evaluation.successful else 1

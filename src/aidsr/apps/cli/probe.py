@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.core.formatting import format_time_left
+
 if TYPE_CHECKING:
     from rich.console import Console
 
     from aidsr.learn.openloop import ProbeReport
+    from aidsr.learn.openloop.probe_scene import ProbePoint
 
 
 def probe(
@@ -70,6 +74,15 @@ def probe(
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console
 
+    began = time.monotonic()
+
+    def listen(point: ProbePoint) -> None:
+        left = format_time_left(point.candidates - point.motions, point.motions / (time.monotonic() - began))
+        status.update(
+            f"{point.motions} motions tried, {point.solved} of {point.variations} variations solved, "
+            f"progress {point.progress:.2f}, {left}"
+        )
+
     with make_console(to_stderr=True).status("trying motions") as status:
         report = api.probe(
             scene,
@@ -82,7 +95,7 @@ def probe(
             max_steps=max_steps,
             seed=seed,
             threads=threads,
-            listen=lambda played, progress: status.update(f"{played} motions tried, progress {progress:.2f}"),
+            listen=listen,
         )
     _print_report(report, out if out is not None else scene / "probe.json" if scene.is_dir() else None, json=json)
     return 0 if report.success_share else 1

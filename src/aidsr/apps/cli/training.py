@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -11,17 +13,18 @@ from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from aidsr.apps.cli.reporting import print_unwrapped
 from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
-from aidsr.core.formatting import format_check
+from aidsr.core.formatting import format_check, format_time_left
 
 if TYPE_CHECKING:
     from aidsr.core.rates import Rate
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.rl.evaluation import EvaluationPoint
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.runs import Run
 
@@ -86,10 +89,10 @@ class Trainer:
 
         known = Training(folder).evaluation.read()
         if known is None:
-            print_evaluating(self.console, videos=self.videos)
-        evaluation = known or evaluate(folder, threads=self.threads, videos=self.videos)
-        print_evaluation(self.console, folder, evaluation)
-        return evaluation.successful
+            with evaluating(self.console, videos=self.videos) as listen:
+                known = evaluate(folder, threads=self.threads, videos=self.videos, listen=listen)
+        print_evaluation(self.console, folder, known)
+        return known.successful
 
 
 def train_designs(run: Run, *, steps: int, seeds: int) -> int:
@@ -131,10 +134,10 @@ class TrainingBar:
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.completed:>7.0f} steps  {task.fields[speed]:>6.0f}/s  success {task.fields[success]}"),
-            TimeRemainingColumn(),
+            TextColumn("{task.fields[left]}"),
         )
         self._progress = Progress(*columns, console=console, transient=True)
-        self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–")
+        self._bar = self._progress.add_task(title, total=steps, speed=0.0, success="–", left="")
         self._next_line = 0
 
     def __enter__(self) -> Self:
@@ -150,17 +153,33 @@ class TrainingBar:
     def listen(self, point: CurvePoint) -> None:
         """Show a point of the learning curve."""
         success = f"{point.success_share:.0%}" if point.episodes else "–"
-        self._progress.update(self._bar, completed=point.steps, speed=point.steps_per_s, success=success)
+        left = format_time_left(self._steps - point.steps, point.steps_per_s)
+        self._progress.update(self._bar, completed=point.steps, speed=point.steps_per_s, success=success, left=left)
         if not self._console.is_terminal and point.steps >= self._next_line:
             self._next_line = point.steps + self._steps // 10
-            line = f"{self._title}: {point.steps} steps, {point.steps_per_s:.0f}/s, success {success}"
+            line = f"{self._title}: {point.steps} steps, {point.steps_per_s:.0f}/s, success {success}, {left}"
             self._console.print(escape(line), soft_wrap=True)
 
 
-def print_evaluating(console: Console, episodes: int = 100, *, videos: bool, perturbed: bool = False) -> None:
-    """Say what takes half a minute or more."""
+@contextmanager
+def evaluating(
+    console: Console, episodes: int = 100, *, videos: bool, perturbed: bool = False
+) -> Iterator[Callable[[EvaluationPoint], None]]:
+    """Say what takes half a minute or more, and how far it has come; the value is to be called with that."""
     again = ", and as many with each perturbation" * perturbed
     console.print(f"evaluating {episodes} episodes{' and drawing films' * videos}{again} …", style="dim")
+    began = time.monotonic()
+    with console.status("beginning") as status:
+
+        def listen(point: EvaluationPoint) -> None:
+            counts = f"{point.ended} of {point.episodes} episodes ended, {point.succeeded} succeeded"
+            if point.ended == point.episodes:
+                status.update(f"{counts}; checking what their success rests on")
+                return
+            per_s = point.simulated_s / (time.monotonic() - began)
+            status.update(f"{counts}; {format_time_left(point.time_limit_s - point.simulated_s, per_s)}, then checks")
+
+        yield listen
 
 
 def print_evaluation(console: Console, folder: Path, evaluation: Evaluation) -> None:

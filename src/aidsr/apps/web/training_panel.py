@@ -18,7 +18,7 @@ from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.errors import UserError
-from aidsr.core.formatting import format_check, format_duration
+from aidsr.core.formatting import format_check, format_duration, format_time_left
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.trainings import CurveRow, Inspection, Training, read_curve, trainings_of
 from aidsr.tasks import task_names
@@ -183,6 +183,8 @@ def _draw_learning(training: Training, shown: _Learning) -> None:
             fact("progress", "–" if progress is None else f"{progress:.2f}")
             fact("speed", f"{last.steps_per_s:.0f} steps/s" if last else "–")
             fact("learned for", format_duration(last.wall_s) if last else "–")
+            if shown.running and last:
+                fact("time", format_time_left(shown.steps - last.steps, last.steps_per_s))
             fact("seed", str(shown.seed))
         ui.html(curve_svg(shown.curve, shown.steps), sanitize=False).classes("full")
         with box("row small"):

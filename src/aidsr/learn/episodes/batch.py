@@ -17,6 +17,7 @@ from aidsr.learn.episodes.cable_friction import REFRESH_S, CableFriction
 from aidsr.learn.episodes.perturbation import DelayLine, PerturbedModels, perturbation_of
 from aidsr.learn.episodes.proprioception import Proprioception
 from aidsr.sim.divergence import batch_diverged, warnings_ignored
+from aidsr.sim.jacobian import choose_jacobian
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Reader, Readings, Task, Variation, apply_to_batch
 from aidsr.tasks.readings import BoolArray, FloatArray
@@ -90,6 +91,7 @@ class Episodes:
         self.model = copy.copy(model)
         # after an automatic reset a simulation that diverged would look like a fresh one
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        choose_jacobian(self.model)
         self.task, self.actions, self.n, self.smoothing = task, actions, len(variations), smoothing
         self.batch = Batch(self.model, nsim=self.n, nthread=threads)
         self.structure = read_structure(self.model)

@@ -50,7 +50,7 @@ def probe(
     max_steps: int = MAX_STEPS,
     seed: int = 0,
     threads: int = 0,
-    listen: Callable[[int, float], None] = lambda _played, _progress: None,
+    listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
     """Return how far a body gets on a task without learning.
 
@@ -65,7 +65,7 @@ def probe(
         max_steps: Physics steps of all simulations together.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
-        listen: Called with the number of motions played and the mean progress of the best ones.
+        listen: Called after each generation.
 
     Raises:
         UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
@@ -82,6 +82,21 @@ def probe(
     )
 
 
+@dataclass(frozen=True)
+class ProbePoint:
+    """How far a probe has come."""
+
+    motions: int
+    """Played so far, for each variation that is not solved."""
+    candidates: int
+    """To be played, at most."""
+    solved: int
+    """Variations for which some motion succeeded."""
+    variations: int
+    progress: float
+    """Mean of the best motions."""
+
+
 def probe_scene(
     scene: TaskScene,
     *,
@@ -92,7 +107,7 @@ def probe_scene(
     kinds: Sequence[MotionKind] = MOTION_KINDS,
     seed: int = 0,
     threads: int = 0,
-    listen: Callable[[int, float], None] = lambda _played, _progress: None,
+    listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
     """Probe a scene that is loaded already; see `probe`.
 
@@ -108,7 +123,7 @@ def probe_scene(
         kinds: Kinds of motions that are tried.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
-        listen: Called after each generation with the number of motions played and the mean progress of the best ones.
+        listen: Called after each generation.
 
     Raises:
         UserError: A number is out of range.
@@ -218,7 +233,7 @@ def _search(
     candidates: int,
     max_steps: int,
     rng: np.random.Generator,
-    listen: Callable[[int, float], None],
+    listen: Callable[[ProbePoint], None],
 ) -> EndedBy:
     """Search generation after generation: each kind at random first, then around the best of the best kind.
 
@@ -249,7 +264,9 @@ def _search(
             search.add(kind, own_rows, outcomes.rows(slice(index * count, (index + 1) * count)))
         best = [max(fitness.max() for fitness in search.fitness.values()) for search in searches]
         player.motions += count
-        listen(player.motions, float(np.clip(best, 0.0, 1.0).mean()))
+        solved = sum(search.solved for search in searches)
+        progress = float(np.clip(best, 0.0, 1.0).mean())
+        listen(ProbePoint(player.motions, candidates, solved, len(searches), progress))
     if all(search.solved for search in searches):
         return "solved"
     return "candidates" if player.motions == candidates // GENERATION * GENERATION else "budget"

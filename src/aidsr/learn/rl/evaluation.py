@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -12,7 +12,7 @@ import numpy as np
 from aidsr.core.artifacts import Evaluation, PlausibilityCheck
 from aidsr.core.errors import UserError
 from aidsr.core.provenance import commit, processor, versions_of
-from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.episode_stats import RECORDED, EpisodeStats, StatsRecorder
@@ -61,6 +61,19 @@ class EvaluationRollout:
     """The scene as varied for each episode."""
 
 
+@dataclass(frozen=True)
+class EvaluationPoint:
+    """How far the episodes of an evaluation have come, which are played side by side."""
+
+    episodes: int
+    ended: int
+    succeeded: int
+    simulated_s: float
+    """Since they began [s]."""
+    time_limit_s: float
+    """When the last one ends [s]."""
+
+
 def evaluate(
     scene: TaskScene,
     policy: Policy,
@@ -70,6 +83,7 @@ def evaluate(
     smoothing: float = 0.0,
     training: TrainingResult | None = None,
     split: Split = "held_out",
+    listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> tuple[Evaluation, EvaluationRollout]:
     """Judge a policy on variations it has never seen.
 
@@ -82,6 +96,7 @@ def evaluate(
         training: How it was trained, for the check that the simulation held meanwhile.
         split: "held_out" for a score. "development" for a verdict that goes to designers, so that no design is made
             for the variations that score it; training samples none of these.
+        listen: Called after every control step of its episodes; the checks that follow take about as long again.
 
     Returns:
         The verdict, and the episodes behind it.
@@ -90,7 +105,9 @@ def evaluate(
         raise UserError(f"too few episodes: {episodes}; an evaluation needs at least {LEAST_EPISODES}")
     first = 0 if split == "held_out" else DEVELOPMENT
     indices = range(first, first + episodes)
-    rolled = rollout_with_stats(scene, policy, indices, threads=threads, smoothing=smoothing, split=split)
+    rolled = rollout_with_stats(
+        scene, policy, indices, threads=threads, smoothing=smoothing, split=split, listen=listen
+    )
     structure = read_structure(scene.model)
     checks = [
         structure_check(structure),
@@ -129,8 +146,9 @@ def rollout_with_stats(
     threads: int = 0,
     smoothing: float = 0.0,
     split: Split = "held_out",
+    listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> EvaluationRollout:
-    """Play variations and record statistics."""
+    """Play variations and record statistics; the arguments are those of `evaluate`."""
     model = copy.copy(scene.model)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     variations = tuple(scene.task.variation(split, index) for index in indices)
@@ -138,7 +156,17 @@ def rollout_with_stats(
         model, scene.task, scene.actions, variations, threads=threads, smoothing=smoothing, record=RECORDED
     )
     recorder = StatsRecorder(episodes)
-    outcomes = rollout(episodes, policy, recorder.update)
+    succeeded, steps = 0, 0
+
+    def watch(result: StepResult) -> None:
+        nonlocal succeeded, steps
+        recorder.update(result)
+        succeeded, steps = succeeded + int(result.success.sum()), steps + 1
+        ended = episodes.n - int(episodes.running.sum())
+        task = scene.task
+        listen(EvaluationPoint(episodes.n, ended, succeeded, steps * task.control_dt_s, task.time_limit_s))
+
+    outcomes = rollout(episodes, policy, watch)
     models = tuple(episodes.batch.get_model(index) for index in range(episodes.n))
     return EvaluationRollout(variations, outcomes, recorder.stats(), models)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -10,7 +11,7 @@ from aidsr.core.artifacts import Evaluation
 from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
-from aidsr.learn.rl.evaluation import VERDICT_EPISODES, EvaluationRollout, evaluate
+from aidsr.learn.rl.evaluation import VERDICT_EPISODES, EvaluationPoint, EvaluationRollout, evaluate
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
@@ -110,6 +111,7 @@ def evaluate_training(
     threads: int = 0,
     videos: bool = True,
     perturbed: bool = False,
+    listen: Callable[[EvaluationPoint], None] = lambda _point: None,
 ) -> Evaluation:
     """Evaluate a finished training; verdict, curve, two motions and films go into its folder.
 
@@ -124,6 +126,7 @@ def evaluate_training(
         threads: Native threads; 0 takes all processors.
         videos: Whether the best and the median episode are drawn, where there is OpenGL.
         perturbed: Whether to play the same variations with each kind of perturbation as well.
+        listen: Called after every control step of its episodes.
 
     Raises:
         UserError: The folder holds no finished training, or its task has no such level.
@@ -140,6 +143,7 @@ def evaluate_training(
             smoothing=training.config.recipe.smoothing,
             training=training.result,
             split=split,
+            listen=listen,
         )
         if perturbed:
             robustness = perturbed_episodes(
