@@ -115,6 +115,17 @@ def test_a_number_is_swept_in_a_scene_under_a_script(tmp_path: Path) -> None:
     assert fast == pytest.approx(500 * 1.0 / 1.1, rel=0.01), "of the centre of mass: 1 kg moves and 0.1 kg stays"
 
 
+def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    how = {"script": "drive: {x}", "seconds": 1.0, "pairs": [["cart", "floor"]]}
+    table = call(work, "sweep", subject="scene_1", values=["1", "-0.5"], what="play", how=how)
+    head, *rows = (line.split(" | ") for line in table.splitlines())
+    assert head[0] == "{x} of the script"
+    assert head[-2:] == ["least cart to floor mm", "at the end mm"]
+    fast, back = (float(row[head.index("mean velocity x mm/s")]) for row in rows)
+    assert back == pytest.approx(-fast / 2, rel=0.01)
+
+
 def test_a_probe_tells_seeds_and_the_script_that_got_farthest(tmp_path: Path) -> None:
     work = with_cart(tmp_path, 0.4)
     told = call(work, "probe", scene="scene_1", seeds=[0, 3], steps=20_000)
@@ -151,6 +162,7 @@ def test_a_picture_is_drawn(tmp_path: Path) -> None:
         ("play", {"scene": "scene_1", "script": "drive: 1", "speed": 2}, "speed: extra inputs"),
         ("play", {"scene": "scene_9", "script": "drive: 1"}, 'no scene "scene_9"; scenes: scene_1'),
         ("probe", {"scene": "robot_1"}, "nothing measures success here"),
+        ("sweep", {"subject": "scene_1", "values": ["1"], "what": "gaits"}, "nothing to vary"),
         (
             "sweep",
             {"subject": "scene_1", "select": "//velocity", "attribute": "kv", "values": ["1"], "what": "play"},

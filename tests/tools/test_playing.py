@@ -49,6 +49,14 @@ def test_success_ends_it_and_is_said(tmp_path: Path) -> None:
     assert found.moments[-1].progress == pytest.approx(1.0)
 
 
+def test_what_the_task_observes_is_told_with_its_change(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 9.0), "drive: 0.4", seconds=1.0)
+    changed = {name for name, _, start, end in found.features if start != end}
+    (line,) = (line for line in found.text().splitlines() if line.startswith("the task observes"))
+    assert changed
+    assert line.count("->") == 1 + len([name for name in changed if f"{name} " in line])
+
+
 def test_the_text_is_short_and_the_file_has_every_control_step(tmp_path: Path) -> None:
     found = play(cart(tmp_path, 9.0), "drive: 0.2", distances=[("nose", "mark")])
     assert len(found.text().splitlines()) <= 40

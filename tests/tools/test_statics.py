@@ -7,9 +7,14 @@ import math
 import pytest
 
 from aidsr.core.errors import UserError
+from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.statics import bends, clearances, load
 
 STIFFNESS, ARM_M, LENGTH_M, MASS_KG = 0.1, 0.01, 0.1, 0.05
+
+
+def alone(mjcf: str) -> MeasuredScene:
+    return MeasuredScene(mjcf=mjcf)
 
 
 def limb(gravity: float = 0.0) -> str:
@@ -35,12 +40,12 @@ def limb(gravity: float = 0.0) -> str:
 
 def test_a_cable_bends_a_hinge_by_its_moment_over_the_stiffness() -> None:
     angle = 5.0 * ARM_M / STIFFNESS
-    found = bends(limb())
+    found = bends(alone(limb()))
     assert found.figure("largest bend") == pytest.approx(math.degrees(angle), rel=0.01)
     way_m = 2 * (LENGTH_M + 0.001) * math.sin(angle / 2)  # of the far end of the ball at the tip
     assert found.figure("largest way of a tip") == pytest.approx(1000 * way_m, rel=0.01)
     assert "pull: 5 N; link tip moves" in found.text
-    half = bends(limb(), pull=0.5)
+    half = bends(alone(limb()), pull=0.5)
     assert half.figure("largest bend") == pytest.approx(math.degrees(angle) / 2, rel=0.01)
 
 
@@ -54,13 +59,22 @@ def balance(moment: float) -> float:
 
 def test_a_limb_sags_until_its_spring_balances_its_weight() -> None:
     angle = balance(MASS_KG * 9.81 * LENGTH_M)
-    found = load(limb(9.81), "tip", force_n=0.1)
+    found = load(alone(limb(9.81)), "tip", force_n=0.1)
     assert found.figure("sag") == pytest.approx(2000 * LENGTH_M * math.sin(angle / 2), rel=0.01)
+
+
+def test_a_robot_alone_is_measured_under_the_gravity_of_its_mount() -> None:
+    hanging = '<mujoco><worldbody><site name="mount" euler="180 0 0"/></worldbody></mujoco>'
+    subject = MeasuredScene(mjcf=limb(0.0), environment=hanging)
+    up, down = (load(each, "tip", force_n=0.1) for each in (subject, alone(limb(9.81))))
+    assert up.figure("sag") == pytest.approx(down.figure("sag"), rel=0.01)
+    rise, fall = (each.lines[0].rpartition(": ")[2].split()[2] for each in (up, down))
+    assert (rise[0], fall[0]) == ("+", "-"), "what hangs falls along its own z"
 
 
 def test_a_limb_gives_under_a_force_as_its_spring_says() -> None:
     angle = balance(0.2 * LENGTH_M)
-    found = load(limb(), "tip", force_n=0.2)
+    found = load(alone(limb()), "tip", force_n=0.2)
     given_m = LENGTH_M * math.sin(angle)
     assert found.figure("sag") == pytest.approx(0.0, abs=1e-6)
     assert found.figure("gives") == pytest.approx(1000 * given_m, rel=0.01)
@@ -69,7 +83,7 @@ def test_a_limb_gives_under_a_force_as_its_spring_says() -> None:
 
 
 def test_clearances_are_measured_as_drawn_and_at_rest() -> None:
-    found = clearances(limb(9.81), [("anchor", "tip")])
+    found = clearances(alone(limb(9.81)), [("anchor", "tip")])
     angle = balance(MASS_KG * 9.81 * LENGTH_M)
     at_rest = math.hypot(LENGTH_M * math.cos(angle), 0.1 + LENGTH_M * math.sin(angle))
     assert found.figure("anchor to tip") == pytest.approx(1000 * at_rest, rel=0.01)
@@ -78,8 +92,8 @@ def test_clearances_are_measured_as_drawn_and_at_rest() -> None:
 
 def test_what_cannot_be_measured_is_said() -> None:
     with pytest.raises(UserError, match='no body, site or geom "fingertip"'):
-        load(limb(), "fingertip")
+        load(alone(limb()), "fingertip")
     with pytest.raises(UserError, match="a direction other than zero"):
-        load(limb(), "tip", direction=(0.0, 0.0, 0.0))
+        load(alone(limb()), "tip", direction=(0.0, 0.0, 0.0))
     with pytest.raises(UserError, match="no pairs of names given"):
-        clearances(limb(), [])
+        clearances(alone(limb()), [])

@@ -19,16 +19,13 @@ from aidsr.tasks import Level, Task
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.tools.motions import controls
 from aidsr.tools.tool import MOST_LINES, Result
-from aidsr.tools.workspace import Workspace
+from aidsr.tools.workspace import MOUNTS, Workspace
 from aidsr.validation import validate as validate_mjcf
 
 Mount = Literal["auto", "fixed", "free"]
 RobotName = Annotated[str, Field(description='Name of a robot that was validated, such as "robot_2".')]
 SceneName = Annotated[str, Field(description='Name of a scene that was assembled, such as "scene_1".')]
 TaskName = Annotated[str, Field(description="Name of a task; leave it out where the work is for one job.")]
-
-_MOUNTS: dict[str, Mount] = {"fixed": "fixed", "moving": "fixed", "free": "free", "any": "auto"}
-"""How a robot alone is held while it is validated, by the base of its job."""
 
 
 def validate(
@@ -195,7 +192,7 @@ def _kept(
 
 
 def _mount(workspace: Workspace, mount: Mount = "auto") -> Mount:
-    return _MOUNTS[workspace.job.brief.base] if mount == "auto" and workspace.job else mount
+    return MOUNTS[workspace.job.brief.base] if mount == "auto" and workspace.job else mount
 
 
 def _environment(workspace: Workspace) -> str:

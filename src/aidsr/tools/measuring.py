@@ -99,29 +99,40 @@ def measure(
 def sweep(
     workspace: Workspace,
     subject: Subject,
-    select: Annotated[
-        str, Field(description="XPath of the elements, such as //body/joint or //joint[@name='bend_1'].")
-    ],
-    attribute: Annotated[str, Field(description='The MJCF attribute, such as "stiffness".')],
     values: Annotated[
         tuple[str, ...],
         Field(min_length=1, max_length=_MOST_VALUES, description='As in MJCF: ["0.2", "0.4"] or ["0 0 1", "0 1 0"].'),
     ],
     what: Annotated[What, Field(description="What is measured for each value; see measure, play and probe.")],
+    select: Annotated[
+        str, Field(description="XPath of the elements, such as //body/joint or //joint[@name='bend_1'].")
+    ] = "",
+    attribute: Annotated[
+        str,
+        Field(
+            description='The MJCF attribute, such as "stiffness". Without one the values go where how.script has {x}.'
+        ),
+    ] = "",
     how: Annotated[How, Field(description="Details.")] = _DEFAULT,
 ) -> Result:
-    """Measure the same for several values of one MJCF attribute, alone or placed again; the robot stays as it is."""
-    measurement = _measure(_with_part(workspace, subject, how), what)
+    """Measure the same for several values of an MJCF attribute, or of a number in a script; keeps no robot."""
+    if not attribute and "{x}" not in how.script:
+        raise UserError("nothing to vary: give select and attribute, or write {x} in how.script where the values go")
+    details = _with_part(workspace, subject, how)
+    _measure(details, what)
     head, rows = "", []
     for value in values:
+        one = details.model_copy(update={"script": details.script.replace("{x}", value)})
         try:
-            measured = measurement(_changed(workspace, subject, select, attribute, value))
+            made = _changed(workspace, subject, select, attribute, value) if attribute else workspace.subject(subject)
+            measured = _measure(one, what)(made)
         except AidsrError as error:
             rows.append(f"{value} | failed: {error}")
             continue
         head = " | ".join(f"{each.name} {each.unit}".strip() for each in measured.figures)
         rows.append(" | ".join([value, *(format_value(each.value) for each in measured.figures)]))
-    return Result(text="\n".join([f"{attribute} of {select} | {head or what}", *rows]))
+    varied = f"{attribute} of {select}" if attribute else "{x} of the script"
+    return Result(text="\n".join([f"{varied} | {head or what}", *rows]))
 
 
 def train(
@@ -157,9 +168,9 @@ def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
     if what == "play" and not how.script:
         raise UserError('play needs a script: "how": {"script": "…"}')
     measurements: dict[What, Callable[[MeasuredScene], Measured]] = {
-        "bends": lambda subject: bends(subject.mjcf),
-        "load": lambda subject: load(subject.mjcf, how.part, force_n=how.force_n, direction=how.direction),
-        "clearances": lambda subject: clearances(subject.mjcf, how.pairs),
+        "bends": bends,
+        "load": lambda subject: load(subject, how.part, force_n=how.force_n, direction=how.direction),
+        "clearances": lambda subject: clearances(subject, how.pairs),
         "gaits": lambda subject: random_gaits(
             subject, gaits=how.gaits, seconds=how.seconds or 4.0, seed=how.seeds[0], variation=how.variation
         ),
@@ -201,7 +212,7 @@ def _changed(workspace: Workspace, subject: str, select: str, attribute: str, va
         mjcf = robot.mjcf
     changed = robot.model_copy(update={"mjcf": mjcf})
     if not is_scene:
-        return MeasuredScene(mjcf=mjcf)
+        return workspace.subject(subject).model_copy(update={"mjcf": mjcf})
     record = workspace.record(subject)
     _, _, task = workspace.task_of(record.task, record.level)
     made = place(workspace, changed, workspace.placement(subject), task)

@@ -111,7 +111,7 @@ class Recording(Artifact):
             Figure(name="y", value=vy, unit="mm/s"),
             Figure(name="z", value=vz, unit="mm/s"),
             Figure(name="heading", value=self.heading_deg, unit="deg"),
-            *(Figure(name=f"least {d.first} to {d.second}", value=1000 * d.least_m, unit="mm") for d in self.distances),
+            *(figure for one in self.distances for figure in _distance_figures(one)),
         )
 
     def text(self) -> str:
@@ -176,11 +176,11 @@ class Recording(Artifact):
     def _features(self) -> list[str]:
         if not self.features:
             return []
-        told = [
-            f"{name} {format_value(start)} -> {format_value(end)}{unit and ' '}{unit}"
-            for name, unit, start, end in self.features
-        ]
-        return ["the task observes (start -> end): " + "; ".join(told)]
+        told = []
+        for name, unit, start, end in self.features:
+            first, last = format_value(start), format_value(end)
+            told.append(f"{name} {first}{f' -> {last}' if last != first else ''} {unit}".rstrip())
+        return ["the task observes (start -> end, where it changed): " + "; ".join(told)]
 
     def _table(self) -> list[str]:
         last = len(self.moments) - 1
@@ -192,6 +192,12 @@ class Recording(Artifact):
             row = f"{moment.time_s:.2f} | {moment.progress:.2f} | {_place(moment.center_m)} | {moment.heading_deg:+.1f}"
             rows.append(row + "".join(f" | {1000 * value:.1f}" for value in moment.distances_m))
         return rows
+
+
+def _distance_figures(one: Distance) -> tuple[Figure, Figure]:
+    name = f"{one.first} to {one.second}"
+    least = Figure(name=f"least {name}", value=1000 * one.least_m, unit="mm")
+    return least, Figure(name="at the end", value=1000 * one.end_m, unit="mm")
 
 
 def _distance_line(one: Distance) -> str:

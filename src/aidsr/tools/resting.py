@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
-from aidsr.mjcf.compile import load_mjcf
+from aidsr.mjcf.compile import compile_mjcf, load_mjcf
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives, set_act
 from aidsr.sim.functional_part import find_functional_part
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import Structure, name_of, read_structure
-from aidsr.tools.statics import Mount
+from aidsr.tools.scene import MeasuredScene
 from aidsr.validation.mount import mount_model
 
 Vector = NDArray[np.float64]
@@ -43,13 +43,14 @@ class Resting:
     drives: tuple[Drive, ...] = field(default=())
 
     @classmethod
-    def of(cls, mjcf: str, mount: Mount) -> Resting:
+    def of(cls, subject: MeasuredScene) -> Resting:
         """Return a robot where it rests with nothing pulled.
 
         Raises:
             MjcfError: It cannot be loaded.
         """
-        model = mount_model(load_mjcf(mjcf), mount, None).model
+        environment = compile_mjcf(subject.environment) if subject.environment else None
+        model = mount_model(load_mjcf(subject.mjcf), subject.mount, environment).model
         structure = read_structure(model)
         drawn, data = mujoco.MjData(model), mujoco.MjData(model)
         mujoco.mj_forward(model, drawn)

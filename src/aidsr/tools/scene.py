@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
 from aidsr.core.errors import UserError
@@ -24,6 +24,10 @@ class MeasuredScene(Artifact):
     """File of a goal, instead of a task."""
     groups: tuple[ActuatorGroup, ...] = ()
     """Actuators that act together."""
+    environment: str = ""
+    """MJCF of the environment that a robot alone is meant for: its physics hold, and gravity as at its mount."""
+    mount: Literal["auto", "fixed", "free"] = "fixed"
+    """How the root of a robot alone is held."""
 
     def load(self) -> TaskScene:
         """Return the scene, ready to be stepped; only in a limited process.

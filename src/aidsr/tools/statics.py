@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
 
 from aidsr.core.artifacts import Vec3
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.tools.measured import Figure, Measured
-
-if TYPE_CHECKING:
-    pass
-
-Mount = Literal["auto", "fixed", "free"]
+from aidsr.tools.scene import MeasuredScene
 
 _LIMITS = Limits(wall_s=600.0, cpu_s=300.0)
 _MOST_LINES = 30
 
 
 @isolated(limits=_LIMITS)
-def bends(mjcf: str, *, mount: Mount = "fixed", pull: float = 1.0) -> Measured:
+def bends(subject: MeasuredScene, *, pull: float = 1.0) -> Measured:
     """Return what each actuator alone does to the robot where it rests: tip, angle, force.
 
     The body that moves farthest against the robot's root counts as the actuator's tip.
 
     Args:
-        mjcf: A robot, or a scene.
-        mount: How the root of a robot alone is held.
+        subject: A scene, or a robot alone.
         pull: Share of the control range, 0 to 1, from where the robot rests to the end that pulls.
 
     Raises:
@@ -36,7 +30,7 @@ def bends(mjcf: str, *, mount: Mount = "fixed", pull: float = 1.0) -> Measured:
     """
     from aidsr.tools.resting import Resting, tip_of
 
-    robot = Resting.of(mjcf, mount)
+    robot = Resting.of(subject)
     lines, angles, ways = [], [], []
     for drive in robot.drives:
         moved = robot.pulled(drive, pull)
@@ -63,22 +57,14 @@ def bends(mjcf: str, *, mount: Mount = "fixed", pull: float = 1.0) -> Measured:
 
 
 @isolated(limits=_LIMITS)
-def load(
-    mjcf: str,
-    part: str,
-    *,
-    force_n: float = 0.5,
-    direction: Vec3 = (0.0, 0.0, -1.0),
-    mount: Mount = "fixed",
-) -> Measured:
+def load(subject: MeasuredScene, part: str, *, force_n: float = 0.5, direction: Vec3 = (0.0, 0.0, -1.0)) -> Measured:
     """Return how far a part sags under the robot's own weight, and how far it gives under a force.
 
     Args:
-        mjcf: A robot, or a scene.
+        subject: A scene, or a robot alone.
         part: Body or site of the robot.
         force_n: Size of the force at it [N].
-        direction: Of the force in the axes of the world, of any length.
-        mount: How the root of a robot alone is held.
+        direction: Of the force in the axes of the world, or of the root of a robot alone; of any length.
 
     Raises:
         UserError: There is no such part, or no direction.
@@ -93,7 +79,7 @@ def load(
     length = float(np.linalg.norm(direction))
     if not (length > 0 and np.isfinite(length) and force_n > 0):
         raise UserError("a load needs a force above 0 N and a direction other than zero")
-    robot = Resting.of(mjcf, mount)
+    robot = Resting.of(subject)
     body, point = point_of(robot.model, part)
     drawn = robot.drawn_world_m(point, body)
     rest = robot.world_m(point, body)
@@ -113,13 +99,12 @@ def load(
 
 
 @isolated(limits=_LIMITS)
-def clearances(mjcf: str, pairs: Sequence[tuple[str, str]], *, mount: Mount = "fixed") -> Measured:
+def clearances(subject: MeasuredScene, pairs: Sequence[tuple[str, str]]) -> Measured:
     """Return how far named things are from each other, as drawn and where the robot rests with nothing pulled.
 
     Args:
-        mjcf: A robot, or a scene.
+        subject: A scene, or a robot alone.
         pairs: Two sites each, or two geoms or bodies, between whose surfaces is measured.
-        mount: How the root of a robot alone is held.
 
     Raises:
         UserError: A name is unknown, or a site is paired with a surface.
@@ -131,7 +116,7 @@ def clearances(mjcf: str, pairs: Sequence[tuple[str, str]], *, mount: Mount = "f
 
     if not pairs:
         raise UserError("no pairs of names given; name two sites, geoms or bodies")
-    robot = Resting.of(mjcf, mount)
+    robot = Resting.of(subject)
     figures, lines = [], []
     for first, second in find_pairs(robot.model, pairs):
         drawn, rest = (distance_m(robot.model, data, first, second) for data in (robot.drawn, robot.data))

@@ -7,14 +7,22 @@ import re
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from pydantic import ValidationError
 
-from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief, Placement, Robot, Scene
+from aidsr.core.artifacts import ActuatorGroup, Artifact, Base, Brief, Placement, Robot, Scene
 from aidsr.core.errors import UserError
 from aidsr.tasks import Level, Task, load_task
 from aidsr.tools.scene import MeasuredScene
 
+MOUNTS: dict[Base, Literal["auto", "fixed", "free"]] = {
+    "fixed": "fixed",
+    "moving": "fixed",
+    "free": "free",
+    "any": "auto",
+}
+"""How a robot alone is held, by the base of its job."""
 _NAME = re.compile(r"(robot|scene|file)_[1-9]\d{0,5}(\.\w+)?")
 
 
@@ -90,7 +98,10 @@ class Workspace:
         """
         mjcf = self.mjcf(name)
         if not name.startswith("scene"):
-            return MeasuredScene(mjcf=mjcf)
+            if self.job is None:
+                return MeasuredScene(mjcf=mjcf)
+            brief = self.job.brief
+            return MeasuredScene(mjcf=mjcf, environment=brief.environment, mount=MOUNTS[brief.base])
         record = self.record(name)
         return MeasuredScene(mjcf=mjcf, task=record.task, level=record.level, goal=record.goal, groups=record.groups)
 

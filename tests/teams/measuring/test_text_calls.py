@@ -71,7 +71,7 @@ def test_tools_are_described_with_types_defaults_and_fields(tmp_path) -> None:
     assert "`seeds` (list of integer, [0, 1] unless given): Of as many searches." in described["probe"].arguments
     (placement,) = (line for line in described["assemble"].arguments if line.startswith("`placement`"))
     assert 'base: "fixed" | "free" (Whether the robot\'s root is held by the mount' in placement
-    assert "`how` (as for measure, may be left out): Details." in described["sweep"].arguments
+    assert "`how` ({as for measure}, may be left out): Details." in described["sweep"].arguments
     assert '`what` ("bends" | "load" | "clearances" | "gaits")' in " ".join(described["measure"].arguments)
     (families,) = described["propose"].arguments
     assert families.startswith("`families` (list of {name: text (Short label")

@@ -112,7 +112,7 @@ class _Arguments:
         """Return an object as its fields, with what each is where that is said; "as for …" where it was told of."""
         first = self.told.setdefault(name, self.tool.name)
         if first != self.tool.name:
-            return f"as for {first}"
+            return f"{{as for {first}}}"
         fields = []
         for key, field in self.tool.parameters["$defs"][name].get("properties", {}).items():
             about = field.get("description", "").rstrip(".")
