@@ -64,14 +64,14 @@ def test_the_docs_have_the_table_of_tools() -> None:
 def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> None:
     work = Workspace(tmp_path)
     first = call(work, "validate", mjcf=small_arm(), functional_part="tip", mount="fixed")
-    assert first.startswith("robot_1:\nstable: no faults found\nlength 238 mm, moving mass 0.04 kg, 2 actuators")
+    assert first.startswith("robot_1: stable\nlength 238 mm, moving mass 0.04 kg, 2 actuators")
     edited = call(work, "edit", robot="robot_1", patch="<set sel=\"//joint[@name='bend1']\" stiffness='0.4'/>")
-    assert edited.startswith("robot_2: changed from robot_1\nstable")
+    assert edited.startswith("robot_2: stable; changed from robot_1\n")
     assert 'stiffness="0.4"' in call(work, "read", name="robot_2", lines=100)
     assert work.robot("robot_2").functional_part == "tip"
     assert call(work, "fix", robot="robot_1") == "nothing of robot_1 can be fixed by code: it has no fault"
     call(work, "edit", robot="robot_1", patch="<set sel=\"//joint\" damping='0.00001'/>")
-    assert "robot_4: fixed from robot_3" in call(work, "fix", robot="robot_3")
+    assert "; fixed from robot_3" in call(work, "fix", robot="robot_3")
 
 
 def test_a_scene_is_played_and_its_file_can_be_read(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from aidsr.core.artifacts import ActuatorGroup, Placement, Robot, Scene
+from aidsr.core.artifacts import ActuatorGroup, Placement, Robot, Scene, ValidationReport
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
@@ -101,8 +101,8 @@ def assemble(
     made = place(workspace, workspace.robot(robot), placement, found, stand=stand)
     report = validate_mjcf(made.scene.mjcf, needs_contact=made.needs_contact)
     kept = workspace.add_scene(robot, made.scene, name, at, stable=report.stable)
-    head = f"{kept}: {robot} in {name or 'the environment'}, file {kept}/scene.xml"
-    return Result(text="\n".join([head, report.account(), *made.notes, *made.scene.notes]))
+    head = f"{kept}: {_verdict(report)}; {robot} in {name or 'the environment'}, file {kept}/scene.xml"
+    return Result(text="\n".join([head, *_faults(report), *made.notes, *made.scene.notes]))
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def _kept(
     )
     name = workspace.add_robot(robot)
     measured = report.measurements
-    lines = [f"{name}: {', '.join(notes)}" if notes else f"{name}:", report.account()]
+    lines = ["; ".join([f"{name}: {_verdict(report)}", *notes]), *_faults(report)]
     if "characteristic_length_m" in measured:
         lines.append(
             f"length {format_number(1000 * measured['characteristic_length_m'])} mm, moving mass "
@@ -189,6 +189,18 @@ def _kept(
             f"{measured['degrees_of_freedom']} degrees of freedom"
         )
     return Result(text="\n".join(lines))
+
+
+def _verdict(report: ValidationReport) -> str:
+    """Return whether a robot or a scene is stable, and what is wrong where it is not."""
+    if report.stable:
+        return "stable"
+    return "not stable, " + ("sound but out of scope" if report.sound else "its physics does not hold")
+
+
+def _faults(report: ValidationReport) -> list[str]:
+    """Return the account of the faults; nothing where there are none."""
+    return [report.account()] if report.faults else []
 
 
 def _mount(workspace: Workspace, mount: Mount = "auto") -> Mount:

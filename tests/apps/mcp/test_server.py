@@ -75,9 +75,8 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
     assert [each["name"] for each in names["result"]] == list(task_names())
     assert task["objective"] == brief.objective
     assert "<mujoco" in guide
-    assert alone.startswith("robot_1:\nstable"), alone
-    assert "scene_1: robot_1 in reaching/button_pushing" in made
-    assert "\nstable" in made
+    assert alone.startswith("robot_1: stable"), alone
+    assert made.startswith("scene_1: stable; robot_1 in reaching/button_pushing"), made
     assert (tmp_path / "scene_1" / "scene.xml").read_text().startswith("<mujoco")
     assert Workspace(tmp_path).record("scene_1").level == "hard"
     assert text(played).startswith("0.2 s of development variation 0. Ended: all that was to be played was played")
@@ -108,5 +107,5 @@ def test_mistakes_are_sentences_and_the_server_goes_on(tmp_path: Path) -> None:
     assert 'no robot "../../etc/passwd"' in secret
     assert "not an MJCF document: '/etc/passwd.xml'" in path
     assert not hostile.is_error
-    assert "stable: no faults" not in text(hostile)
+    assert text(hostile).startswith("robot_2: not stable, its physics does not hold\n")
     assert {path.name for path in tmp_path.iterdir()} == {"robot_1", "robot_2"}
