@@ -101,7 +101,10 @@ def dynamic_catching(task: Task) -> Episode:
     episode.put("ball_free", capture)
 
     def hand(e: Episode) -> None:
-        e.hold("ball", e.sensor("ball_position"), e.sensor("keeping_position") + np.array([0.0, 0.0, 0.0005]))
+        if e.state.task_state["kept"][0]:
+            e.data.xfrc_applied[:] = 0.0
+        else:
+            e.hold("ball", e.sensor("ball_position"), e.sensor("keeping_position") + np.array([0.0, 0.0, 0.0005]))
 
     episode.run(5.0, hand)
     return episode

@@ -79,13 +79,9 @@ def zero_gravity_grasping(task, seen, time_s=3.0, drift_m_s=0.0199, touched=True
     return altered(seen, sensors, time_s=time_s), {"left": left}
 
 
-def dynamic_catching(task, seen, away_m=0.0599, turned_deg=130.1, closest_m=0.0, touched=1.0, caught_s=0.0):
+def dynamic_catching(task, seen, away_m=0.1501, closest_m=0.0, touched=1.0, caught_s=2.5, kept=1.0):
     ball = {"ball_position": seen["keeping_position"][0] + (0.0, 0.6 * away_m, -0.8 * away_m)}
-    return altered(seen, {"mount_angle": np.deg2rad(turned_deg), **ball}), {
-        "closest": closest_m,
-        "touched": touched,
-        "caught_s": caught_s,
-    }
+    return altered(seen, ball), {"closest": closest_m, "touched": touched, "caught_s": caught_s, "kept": kept}
 
 
 def ball_from_bowl(task, seen, raised_m=0.1001, **grip):

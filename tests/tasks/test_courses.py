@@ -30,7 +30,7 @@ MOVES = {
     "grasping/simple_grasping": {2, 5, 8, 9, 10},
     "grasping/zero_gravity_grasping": {2, 3, 4, 5, 8, 9, 10, 11, 13, 14},
     "grasping/delicate_grasping": {2, 3, 4, 5, 8, 9, 10},
-    "grasping/dynamic_catching": {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12},
+    "grasping/dynamic_catching": {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13},
     "locomotion/flat_ground": {0},
     "locomotion/stairs": {0, 2},
     "locomotion/obstacles": {0, 1, 8, 9, 10, 11},

@@ -206,7 +206,12 @@ SAID = [
     ("simple_grasping", {"grip": touches(2.0, 1.0)}, {}, {11: 0.4, 12: 0.5}),
     ("zero_gravity_grasping", {"grip": touches(1.0, 2.0)}, {}, {11: 0.4, 12: 0.5}),
     ("delicate_grasping", {"grip": touches(1.0, 0.5)}, {}, {11: 0.2, 12: 0.5, 13: 0.25}),
-    ("dynamic_catching", {"grip": touches(2.0, 1.0)}, {"caught_s": 0.5}, {9: 0.4, 10: 0.5, 11: 0.2}),
+    (
+        "dynamic_catching",
+        {"grip": touches(2.0, 1.0)},
+        {"caught_s": 0.5, "kept": 1.0},
+        {9: 0.4, 10: 0.5, 11: 0.2, 13: 1.0},
+    ),
     ("drawer_opening", {f"drawer_{n}_force": (0.0, 3.0, 4.0) for n in (1, 2, 3)}, {"stage": 3.0}, {4: 1.0, 5: -1.0}),
     ("force_controlled_brushing", {"brush_contacts": touches(0.4, 0.3)}, {}, {6: 0.7, 7: 1.0}),
     ("force_controlled_brushing", {"brush_contacts": touches(0.6, 0.5)}, {}, {6: 1.1, 7: 0.0}),

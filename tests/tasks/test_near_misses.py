@@ -47,8 +47,8 @@ MISSES = [
     ("zero_gravity_grasping", "standard", {"drift_m_s": 0.0201}),
     ("zero_gravity_grasping", "standard", {"touched": False}),
     ("zero_gravity_grasping", "standard", {"left": 1.0}),
-    ("dynamic_catching", "standard", {"away_m": 0.0601}),
-    ("dynamic_catching", "standard", {"turned_deg": 129.9}),
+    ("dynamic_catching", "standard", {"away_m": 0.1499}),
+    ("dynamic_catching", "standard", {"kept": 0.0}),
     ("flat_ground", "standard", {"forward_m": 1.499}),
     ("flat_ground", "standard", {"length_m": 0.376}),
     ("flat_ground", "standard", {"aside_m": 0.301}),
@@ -132,6 +132,22 @@ def test_each_step_that_presses_the_wall_too_hard_is_remembered(force_n, times_s
     memory = {**task.reset_state(seen), "touching_s": np.full(1, 7.0), "too_hard_s": np.full(1, 2.0)}
     after = task.update_state(altered(seen, {"robot_contacts": touches(force_n)}), memory)
     assert (after["touching_s"][0], after["too_hard_s"][0]) == pytest.approx(times_s)
+
+
+@pytest.mark.parametrize(
+    ("away_m", "turned_deg", "for_s", "kept"),
+    [(0.0599, 130.1, 1.0, 1.0), (0.0601, 130.1, 1.0, 0.0), (0.0599, 129.9, 1.0, 0.0), (0.0599, 130.1, 0.98, 0.0)],
+)
+def test_a_ball_is_kept_that_stays_in_front_of_a_mount_that_is_turned_over(away_m, turned_deg, for_s, kept):
+    task, seen = load_task("dynamic_catching"), first("dynamic_catching")
+    ball_m = seen["keeping_position"][0] + (0.6 * away_m, 0.0, 0.8 * away_m)
+    then, memory = (
+        altered(seen, {"ball_position": ball_m, "mount_angle": np.deg2rad(turned_deg)}),
+        task.reset_state(seen),
+    )
+    for _ in range(round(for_s / task.control_dt_s)):
+        memory = task.update_state(then, memory)
+    assert memory["kept"] == [kept]
 
 
 @pytest.mark.parametrize(("other_m", "stage"), [(0.0099, 3.0), (0.0101, 2.0), (0.08, 2.0)])

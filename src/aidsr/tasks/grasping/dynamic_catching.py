@@ -1,4 +1,4 @@
-"""Catch a thrown ball and keep it while the mount turns over."""
+"""Catch a thrown ball, keep it while the mount turns over, and let it go."""
 
 from __future__ import annotations
 
@@ -29,30 +29,34 @@ TURN_RAD, TURNED_RAD = np.deg2rad(MOUNT_DEG + 90.0), np.deg2rad(MOUNT_DEG + 85.0
 BALL_KG = 0.04
 OFFSET_M, SPREAD_DEG = 0.025, 15.0
 CAUGHT_M, FLOOR_M, GRAVITY_M_S2 = 0.06, 0.05, 9.81
-HOLD_S = 1.0
-CAUGHT_S = WAIT_S + TURN_S + HOLD_S
-"""How long a ball is held that is caught when it is due."""
+KEEP_S = 1.0
+CAUGHT_S = WAIT_S + TURN_S + KEEP_S
+"""How long a ball is held that is caught when it is due and let go when it may be."""
+GONE_M = 0.15
+"""A ball this far from where it was kept has been let go."""
 MAX_IMPACT_N = 20.0
 
 
 @dataclass(frozen=True)
 class DynamicCatching(Task):
-    """A ball is thrown at the robot and must stay in front of the mount, which turns over.
+    """A ball is thrown at the robot and must stay in front of the mount, which turns over; then it is let go.
 
     Source: our choice, below the 2 m/s at which soft drones catch. Nobody knows beforehand when the ball is thrown, so
-    that a hand which closes at once is shut, and what holds the ball by its weight loses it when the mount looks down.
+    that a hand which closes at once is shut; what holds the ball by its weight loses it when the mount looks down, and
+    what only keeps it does not let go.
     """
 
     name: ClassVar = "grasping/dynamic_catching"
     base: ClassVar = "moving"
-    time_limit_s: ClassVar = 5.0
-    hold_s: ClassVar = HOLD_S
+    time_limit_s: ClassVar = 5.5
+    hold_s: ClassVar = 0.1
     stages: ClassVar = (
         (0.2, "in the ball's way"),
         (0.4, "touching it"),
-        (0.52, "holding it until the mount turns"),
-        (0.76, "holding it until the mount has turned"),
-        (1.0, "kept"),
+        (0.5, "holding it until the mount turns"),
+        (0.7, "holding it until the mount has turned"),
+        (0.9, "kept"),
+        (1.0, "let go"),
     )
     control_dt_s: ClassVar = 0.02
     required_names: ClassVar = (
@@ -77,6 +81,7 @@ class DynamicCatching(Task):
         Feature("how far the contacts face each other", "", (0, 1), "grip"),
         Feature(f"time held, 1 = {CAUGHT_S:g} s", "", (0, 1), "(state)"),
         Feature("turn of the mount, 1 = over", "", (0, 1), "mount_angle"),
+        Feature("1 once it may be let go", "", (0, 1), "(state)"),
     )
     hard: ClassVar = {"slowest_m_s": 2.5, "fastest_m_s": 2.5}
 
@@ -89,10 +94,11 @@ class DynamicCatching(Task):
         return (
             f"Catch a ball of 30 mm radius and 40 g that is thrown {span(THROW_S)} s after the start, flies "
             f"{span(FLIGHT_S)} s and arrives at {speed} m/s, and keep it while the mount turns over, {WAIT_S:g} s "
-            f"after the ball is due and within {TURN_S:g} s, and then for {self.hold_s:g} s within "
+            f"after the ball is due and within {TURN_S:g} s, and then for {KEEP_S:g} s within "
             f"{1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front of the mount. That place is the capture point "
             f"while the mount looks up and forward at {MOUNT_DEG:g} degrees; the ball comes from there, up to "
-            f"{1000 * OFFSET_M:g} mm and {SPREAD_DEG:g} degrees off, and in the end the mount looks straight down."
+            f"{1000 * OFFSET_M:g} mm and {SPREAD_DEG:g} degrees off; after the turn the mount looks straight down, and "
+            "in the end the ball is let go."
         )
 
     @property
@@ -104,14 +110,16 @@ class DynamicCatching(Task):
                 f"sideways and across, +-{SPREAD_DEG:g} deg in elevation and azimuth."
             ),
             progress=(
-                "A fifth for the closest pass of the functional part, a fifth for a touch, the rest for time held."
+                "A fifth for the closest pass of the functional part, a fifth for a touch, half for time held, a tenth "
+                "for letting go."
             ),
             success=(
-                f"The mount is turned over, the ball within {1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front "
-                "of it and off the floor."
+                f"With the mount turned over, the ball was kept for {KEEP_S:g} s without a break within "
+                f"{1000 * CAUGHT_M:g} mm of the place {AHEAD_M:g} m in front of it, and is now {1000 * GONE_M:g} mm or "
+                "more away."
             ),
             violation=f"An impact of more than {MAX_IMPACT_N:g} N.",
-            failure="The ball is on the floor.",
+            failure="The ball is on the floor before it was kept long enough.",
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
@@ -148,38 +156,45 @@ class DynamicCatching(Task):
             grip.opposition(),
             np.minimum(state["caught_s"] / CAUGHT_S, 1),
         ]
-        return np.column_stack([*ways, *held, readings["mount_angle"] / TURN_RAD])
+        return np.column_stack([*ways, *held, readings["mount_angle"] / TURN_RAD, state["kept"]])
 
     def reset_state(self, readings: Readings) -> TaskState:
-        return {"closest": _distance_m(readings), "touched": np.zeros(readings.n), "caught_s": np.zeros(readings.n)}
+        times = {name: np.zeros(readings.n) for name in ("touched", "caught_s", "turned_s", "kept")}
+        return {"closest": _distance_m(readings), **times}
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         closest = np.minimum(state["closest"], _distance_m(readings))
         touched = np.maximum(state["touched"], readings.contacts("grip").found.any(axis=1))
         caught_s = np.where(_is_kept(readings), state["caught_s"] + self.control_dt_s, 0.0)
-        return {"closest": closest, "touched": touched, "caught_s": caught_s}
+        turned = _is_kept(readings) & (readings.scalar("mount_angle") >= TURNED_RAD)
+        turned_s = np.where(turned, state["turned_s"] + self.control_dt_s, 0.0)
+        kept = np.maximum(state["kept"], turned_s > KEEP_S - self.control_dt_s / 2)
+        return {"closest": closest, "touched": touched, "caught_s": caught_s, "turned_s": turned_s, "kept": kept}
 
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
-        del readings
         near = closeness(state["closest"], within=0.04, margin=0.2)
-        return 0.2 * near + 0.2 * state["touched"] + 0.6 * share(state["caught_s"], CAUGHT_S)
+        held = np.where(state["kept"] > 0.0, 1.0, share(state["caught_s"], CAUGHT_S))
+        gone = state["kept"] * share(_away_m(readings), GONE_M)
+        return np.asarray(0.2 * near + 0.2 * state["touched"] + 0.5 * held + 0.1 * gone)
 
     def violation(self, readings: Readings) -> FloatArray:
         return excess(readings.peak_contact_n("grip"), MAX_IMPACT_N)
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
-        del state
-        return np.asarray(_is_kept(readings) & (readings.scalar("mount_angle") >= TURNED_RAD))
+        return np.asarray((state["kept"] > 0.0) & (_away_m(readings) >= GONE_M))
 
     def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
-        del state
-        return np.asarray(readings["ball_position"][:, 2] <= FLOOR_M)
+        return np.asarray((readings["ball_position"][:, 2] <= FLOOR_M) & (state["kept"] == 0.0))
 
 
 def _is_kept(readings: Readings) -> BoolArray:
     """Return whether the ball is where it has to be kept, and off the floor, (n,)."""
-    away_m = np.linalg.norm(readings["ball_position"] - readings["keeping_position"], axis=1)
-    return np.asarray((away_m <= CAUGHT_M) & (readings["ball_position"][:, 2] > FLOOR_M))
+    return np.asarray((_away_m(readings) <= CAUGHT_M) & (readings["ball_position"][:, 2] > FLOOR_M))
+
+
+def _away_m(readings: Readings) -> FloatArray:
+    """Return how far the ball is from where it has to be kept, (n,) [m]."""
+    return np.asarray(np.linalg.norm(readings["ball_position"] - readings["keeping_position"], axis=1))
 
 
 def _distance_m(readings: Readings) -> FloatArray:
