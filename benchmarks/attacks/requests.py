@@ -203,8 +203,9 @@ def _mcp(place: Path, name: str, message: str) -> Outcome:
         outcome.failed = "a foreign file was sent"
     if re.search(r'Error executing tool \w+:?\s*"', said) or "Traceback" in error:
         outcome.failed = f"an error that is no sentence: {(said + error)[-200:]}"
-    if contents(home) != {"secret": contents(home)["secret"]} or (home / "secret").read_text() != _SECRET:
-        outcome.lost = "files were changed"
+    outside = [name for name in contents(home) if not name.startswith(("scenes/", "settings/"))]
+    if outside != ["secret"] or (home / "secret").read_text() != _SECRET:
+        outcome.lost = f"files outside its folder: {outside}"
     return outcome
 
 

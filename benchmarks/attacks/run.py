@@ -116,7 +116,7 @@ def page(rows: list[dict[str, Any]]) -> str:
     lines += [
         "",
         f"A hang is more than {LIMIT_S:.0f} s of processor for a command on a folder or a server, and for a",
-        "document or a reply (there also 120 s in all, most of it its workers'); for every command",
+        "document or a reply (its workers, which have limits of their own, not counted); for every try",
         f"{WALL_S:.0f} s without an end; for the web app {2 * LIMIT_S:.0f} s until the next page. A command that is",
         f"killed and continued may take as long as its work. {resumed} trainings killed while learning resumed,",
         "and their `training.json` says so: such a policy is another than that of an undisturbed training.\n",

@@ -15,7 +15,7 @@ from typing import Any
 
 LIMIT_S = 20.0
 """Processor time after which a try hangs, of the process and of children that it waited for."""
-WALL_S = 240.0
+WALL_S = 600.0
 """Time after which it hangs however little it worked; long, because other work may share the machine."""
 ENDINGS = {0, 1, 2}
 """Exit codes with which a command may end: done, not good enough, a sentence."""

@@ -72,6 +72,9 @@ class Row(Artifact):
     """Of the held-out episodes; 0 where the policy is not valid."""
     steps: int
     training_s: float
+    resumed: int = 0
+    """How often the training resumed after it was killed while learning: then the policy is not that of an undisturbed
+    one. Not known, and 0, in rows of before it was kept."""
     benchmark_version: int
     most_steps: int
     """Control steps a policy, at most."""
@@ -282,6 +285,7 @@ def _trained(facts: dict[str, Any], home: TrainingFolder) -> Row:
         success_share=evaluation.success_share if evaluation.valid else 0.0,
         steps=result["steps"],
         training_s=result["wall_s"],
+        resumed=result.get("resumed", 0),
         benchmark_version=config["benchmark_version"],
         most_steps=config["steps"],
         recipe=config["recipe"],
@@ -335,7 +339,9 @@ def table(plan: StudyPlan, rows: Sequence[Row], out: str = _OUT) -> str:
 def _made_with(rows: Sequence[Row]) -> str:
     """Return in words which commits and processors evaluated, empty where that is not known."""
     commits, processors = (sorted({getattr(row, of) for row in rows} - {""}) for of in ("commit", "processor"))
-    return f" Evaluated at commit {', '.join(commits)} on {', '.join(processors)}." if commits else ""
+    resumed = sum(row.resumed > 0 for row in rows)
+    again = f" {resumed} of the policies resumed while learning, after their process was killed." if resumed else ""
+    return (f" Evaluated at commit {', '.join(commits)} on {', '.join(processors)}." if commits else "") + again
 
 
 def _earlier(plan: StudyPlan) -> str:

@@ -71,6 +71,12 @@ def test_what_was_measured_elsewhere_is_kept(program, study, tmp_path):
     assert f"| reaching/button_pushing | 1 of 5 | {rates} | 75% | 0.90 |" in text
 
 
+def test_policies_that_resumed_while_learning_are_counted(program, study):
+    text = program.table(study.plan, program.merged(study, [outcome(program, resumed=1)]))
+    assert "1 of the policies resumed while learning" in text
+    assert "resumed" not in program.table(study.plan, program.merged(study, [outcome(program)]))
+
+
 def test_a_design_without_a_policy_is_in_no_mean(program, study):
     lost = outcome(program, outcome="out_of_iterations", valid=False, successful=False, success_share=0.0)
     lost = lost.model_copy(update={"best_progress": None, "steps": 0})

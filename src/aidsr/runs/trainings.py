@@ -64,6 +64,12 @@ class Training:
         return JsonFile(self.path / "training.json", dict[str, Any])
 
     @property
+    def resumed(self) -> int:
+        """How often it resumed after it was killed while learning: its policy is another than if it had not been."""
+        count = (self.result.read() or {}).get("resumed", 0)
+        return count if isinstance(count, int) else 0
+
+    @property
     def evaluation(self) -> JsonFile[Evaluation]:
         """The verdict on held-out variations."""
         return JsonFile(self.path / "evaluation.json", Evaluation)
@@ -102,7 +108,10 @@ def verdict_in_words(training: Training) -> str:
     word = "valid and successful" if verdict.successful else "valid, not successful" if verdict.valid else "not valid"
     failed = ", ".join(check.name for check in verdict.checks if not check.passed)
     share = f"{verdict.success_share:.0%} of {len(verdict.episodes)} held-out episodes"
-    return f"training {training.path.name}: {word}, {share}" + (f" (fails {failed})" if failed else "")
+    reasons = [f"fails {failed}"] if failed else []
+    if training.resumed:
+        reasons.append("resumed while it learned, so not the policy of an undisturbed training")
+    return f"training {training.path.name}: {word}, {share}" + (f" ({'; '.join(reasons)})" if reasons else "")
 
 
 def read_curve(training: Training) -> tuple[CurveRow, ...]:

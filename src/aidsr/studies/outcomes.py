@@ -43,6 +43,8 @@ class DesignRow(Artifact):
     """One for each policy that was judged."""
     steps: Count = 0
     """Control steps of all its trainings."""
+    resumed: Count = 0
+    """Policies whose training was killed while learning and resumed: not those of undisturbed trainings."""
     training_s: float = 0.0
     probe_progress: float | None = None
     usage: Usage = Usage()
@@ -144,6 +146,7 @@ def _rows_of(study: Study, cell: Cell) -> Iterator[DesignRow]:
             stable=bool(verified and verified.stable),
             evaluations=evaluations,
             steps=sum(int(result["steps"]) for result in _results(folder, study.plan.seeds)),
+            resumed=sum(bool(result.get("resumed")) for result in _results(folder, study.plan.seeds)),
             training_s=sum(float(result["wall_s"]) for result in _results(folder, study.plan.seeds)),
             probe_progress=_probed(folder),
             usage=state.usage,

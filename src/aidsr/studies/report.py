@@ -61,6 +61,7 @@ def raw_csv(rows: Sequence[DesignRow]) -> str:
     out = io.StringIO()
     fields = ["arm", "task", "run", "design", "family", "outcome", "stable", "valid", "successful", "episodes_share"]
     fields += ["probe_progress", "iterations", "input_tokens", "output_tokens", "cost_usd", "latency_s", "steps"]
+    fields += ["resumed"]
     writer = csv.DictWriter(out, [*fields, "training_s"], lineterminator="\n")
     writer.writeheader()
     for row in rows:
@@ -148,7 +149,7 @@ def _standing(study: Study, rows: Sequence[DesignRow]) -> str:
     return (
         f"{counted(len(plan.tasks), 'task')}, level {plan.level}, benchmark version {plan.benchmark_version}; "
         f"{format_training(plan.seeds, plan.steps)}. "
-        f"{_reached(study, line_of('all', rows))}"
+        f"{_reached(study, line_of('all', rows))}{resumed_in_words(rows)}"
     )
 
 
@@ -160,6 +161,14 @@ def _reached(study: Study, whole: Line) -> str:
     if whole.complete < whole.attempted:
         summary += " Whatever is not reached yet, or was given up, is in every denominator and counts as failed."
     return summary
+
+
+def resumed_in_words(rows: Sequence[DesignRow]) -> str:
+    """Return how many policies are not those of undisturbed trainings, as a sentence; nothing where all are."""
+    resumed = sum(row.resumed for row in rows)
+    if not resumed:
+        return ""
+    return f" {counted(resumed, 'policy')} resumed while learning: not what undisturbed trainings would have learned."
 
 
 def counted(number: int, of: str) -> str:
@@ -246,6 +255,7 @@ def _page(
         published=_published(),
         whole=line_of("all", rows),
         reached=_reached(study, line_of("all", rows)),
+        resumed=resumed_in_words(rows),
         count=counted,
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )

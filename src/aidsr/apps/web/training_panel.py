@@ -49,6 +49,8 @@ class _Judged:
     films: tuple[str, ...]
     """Their addresses."""
     motions: tuple[Path, ...]
+    resumed: bool
+    """Whether it was killed while learning, and resumed."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,8 @@ def _at_work(site: Site, name: str, training: Training) -> bool:
 
 def _judged(run: Run, training: Training) -> _Judged:
     films = tuple(file_address(run.path.name, film.path.relative_to(run.path).as_posix()) for film in training.films)
-    return _Judged(training.evaluation.read(), films, tuple(motion.path for motion in training.motions))
+    motions = tuple(motion.path for motion in training.motions)
+    return _Judged(training.evaluation.read(), films, motions, resumed=training.resumed > 0)
 
 
 def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
@@ -199,6 +202,8 @@ def _draw_judged(site: Site, training: Training, stage: Stage, shown: _Judged) -
     play = partial(_play, site, training, stage) if can_replay else None
     with box("stack"):
         _verdict(shown.verdict, play)
+        if shown.resumed:
+            text("It resumed while it learned: this is not the policy of an undisturbed training.", "wait")
         _films(shown.films)
         _motions(training, shown.motions, stage, play)
 
