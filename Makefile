@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-rl corpus-report bench-validator fuzz tasks-study cheats attacks bench-fabrication film
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-learning bench-rl corpus-report bench-validator fuzz tasks-study cheats attacks bench-fabrication film
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -45,6 +45,10 @@ bench-builtin: $(VENV)/dev  ## train and evaluate built-in designs of every task
 bench-rl: $(VENV)/dev  ## speed of stepping and learning, against Gymnasium environments in SubprocVecEnv (hours, resumable): RUNS=5 OUT=results
 	$(BIN)/python benchmarks/rl/speed.py --runs $(or $(RUNS),5) --out $(or $(OUT),results)
 
+bench-learning: $(VENV)/dev  ## what each training protocol reaches on the fixed suite (hours, resumable): HALF=aside STEPS=60000
+	$(BIN)/python -m benchmarks.learning.compare --steps $(or $(STEPS),60000) $(if $(HALF),--half $(HALF))
+	$(BIN)/python -m benchmarks.learning.report
+
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour, resumable): JOBS=2
 	$(BIN)/python -m benchmarks.validator.report --processes $(or $(JOBS),2)
 
@@ -70,7 +74,7 @@ attacks: $(VENV)/dev  ## kill every command, and attack it by servers, documents
 film: $(VENV)/dev  ## make the film of the README again (minutes)
 	rm -rf build/readme
 	$(BIN)/aidsr design --task simple_grasping --seed 1 --runs build/readme
-	$(BIN)/aidsr train build/readme/*/designs/1 --steps 60000 --from-probe
+	$(BIN)/aidsr train build/readme/*/designs/1 --steps 60000 --protocol paper --from-probe
 	$(BIN)/python benchmarks/readme/film.py build/readme/*/designs/1 docs/images/grasping.webp
 
 docs: $(VENV)/dev  ## build the documentation into build/site

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from aidsr.learn.openloop.probe_scene import ProbePoint
     from aidsr.learn.rl.callbacks import CurvePoint
     from aidsr.learn.rl.evaluation import EvaluationPoint
-    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.learn.rl.recipe import Protocol, Recipe
     from aidsr.loop.export import Exported
     from aidsr.tasks import Level, Split, Task
 
@@ -103,7 +103,9 @@ def train(
     *,
     level: Level | None = None,
     goal: str | Path = "",
+    protocol: Protocol = "best",
     steps: int = 300_000,
+    minutes: float | None = None,
     seed: int = 0,
     out: str | Path = "",
     grouping: Grouping = "auto",
@@ -128,11 +130,15 @@ def train(
         task: Task to learn; a design knows its own.
         level: Level of the task.
         goal: File of a goal, instead of a task, for an environment of your own.
+        protocol: "best" searches a motion with feedback first and lets a policy correct it; "paper" is PPO from
+            nothing, for comparison.
         steps: Budget of control steps; training ends earlier when success is saturated.
+        minutes: Budget of wall time as well.
         seed: Of the network, of exploration and of the variations drawn.
         out: Where folders 001, 002 … are made: training/ in the design's folder, or here, unless given.
         grouping: As for `probe`.
-        from_probe: Search an open-loop motion first, as `probe` does; where one succeeds, the policy begins with it.
+        from_probe: With protocol "paper": search an open-loop motion first, as `probe` does; where one succeeds, the
+            policy begins with it.
         smoothing: Share of the previous action that is kept in the next, 0 to below 1.
         randomize: Let each training episode differ from the model as a real robot may: parameters, delay, friction of
             cables.
@@ -153,15 +159,21 @@ def train(
     if not 0 <= smoothing < 1:
         raise UserError(f"smoothing must be from 0 to below 1: {smoothing:g}")
     require_extra("rl", "training")
-    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.learn.rl.recipe import recipe_of
 
+    recipe = recipe_of(protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize)
+    if minutes is not None:
+        check_type(minutes, (int, float), "minutes must be a number")
+        if not minutes > 0:
+            raise UserError(f"minutes must be above 0: {minutes:g}")
     found = find_scene(design, task, level=level, goal=goal)
     return train_policy(
         found.for_learning(grouping),
         Path(out) if out else found.home / "training",
         steps=steps,
         seed=seed,
-        recipe=Recipe(from_probe=from_probe, smoothing=smoothing, randomize=randomize),
+        recipe=recipe,
+        minutes=minutes,
         threads=threads,
         tensorboard=tensorboard,
         again=again,
@@ -176,6 +188,7 @@ def train_policy(
     steps: int,
     seed: int,
     recipe: Recipe,
+    minutes: float | None = None,
     threads: int = 0,
     tensorboard: bool = False,
     again: bool = False,
@@ -192,7 +205,7 @@ def train_policy(
     from aidsr.learn.rl.training import train as train_in
     from aidsr.learn.rl.training_folder import FolderInUseError
 
-    next_folder = partial(folder_for, home, scene, steps=steps, seed=seed, recipe=recipe, again=again)
+    next_folder = partial(folder_for, home, scene, steps=steps, seed=seed, recipe=recipe, minutes=minutes, again=again)
     folder = next_folder()
     while True:
         try:
@@ -202,6 +215,7 @@ def train_policy(
                 steps=steps,
                 seed=seed,
                 recipe=recipe,
+                minutes=minutes,
                 threads=threads,
                 tensorboard=tensorboard,
                 listen=listen,

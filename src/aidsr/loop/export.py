@@ -163,6 +163,7 @@ def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: 
     scene = assemble(changed, environment, as_it_is, trained.scene.task.sensors)
     there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
     there = there.with_actions(trained.config.groups, trained.config.groups_from)
+    there = there.with_base(trained.scene.actions.base)
     before = learnt.evaluation.read()
     count = len(before.episodes) if before else VERDICT_EPISODES
     variations = tuple(there.task.variation("held_out", index) for index in range(count))

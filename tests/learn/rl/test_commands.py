@@ -152,7 +152,7 @@ def test_what_is_asked_of_a_training_is_kept_with_it(design):
     assert (config.seed, config.recipe.from_probe) == (5, False)
     assert [group.actuators for group in config.groups] == [("robot/pull_left",), ("robot/pull_right",)]
     assert any((first / "tensorboard").rglob("events.*"))
-    assert run_main(*words, "--from-probe") == 0
+    assert run_main(*words, "--protocol", "paper", "--from-probe") == 0
     config = TrainingFolder(second).read("config.json", TrainingConfig)
     assert (config.recipe.from_probe, len(config.groups)) == (True, 1)
     assert not (second / "tensorboard").exists()

@@ -16,7 +16,9 @@ def train(
     task: str | None = None,
     level: Literal["standard", "hard"] | None = None,
     goal: Path | None = None,
+    protocol: Literal["best", "paper"] = "best",
     steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    minutes: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
     seeds: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 1,
     first_seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
@@ -52,8 +54,13 @@ def train(
         Level of the task.
     goal
         Goal in a file, instead of a task, for an environment of your own.
+    protocol
+        "best" searches a motion with feedback first and lets a policy correct it; "paper" is PPO from nothing, for
+        comparison.
     steps
         Budget of control steps for each seed; training ends earlier when success is saturated.
+    minutes
+        Budget of wall time for each seed as well. What it cuts short, the same seed does not repeat step by step.
     seeds
         How many policies to train, one after the other.
     first_seed
@@ -63,7 +70,8 @@ def train(
     grouping
         "auto" lets actuators act together as the design says or as symmetric limbs do; "off" gives each an action.
     from_probe
-        Search an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy begins with it.
+        With protocol "paper": search an open-loop motion first, as `aidsr probe` does; where one succeeds, the policy
+        begins with it.
     smoothing
         Share of the previous action that is kept in the next, 0 to below 1. Try 0.7 for a soft body that trembles
         at its goal; a crawler may need quick strokes.
@@ -87,15 +95,17 @@ def train(
     from aidsr.api import find_scene
     from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.training import Trainer
-    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.learn.rl.recipe import recipe_of
 
+    recipe = recipe_of(protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize)
     found = find_scene(scene, task or "", level=level, goal=goal or "")
     console = make_console()
     trainer = Trainer(
         console,
         steps,
         range(first_seed, first_seed + seeds),
-        Recipe(from_probe=from_probe, smoothing=smoothing, randomize=randomize),
+        recipe,
+        minutes=minutes,
         threads=threads,
         tensorboard=tensorboard,
         evaluate=evaluate,

@@ -38,6 +38,8 @@ class Trainer:
     """Budget of each policy."""
     seeds: range
     recipe: Recipe
+    minutes: float | None = None
+    """Budget of wall time of each policy."""
     threads: int = 0
     tensorboard: bool = False
     evaluate: bool = True
@@ -69,6 +71,7 @@ class Trainer:
                 steps=self.steps,
                 seed=seed,
                 recipe=self.recipe,
+                minutes=self.minutes,
                 threads=self.threads,
                 tensorboard=self.tensorboard,
                 again=self.again,
@@ -102,11 +105,11 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     from aidsr.api import find_scene
     from aidsr.apps.cli.reporting import print_status
     from aidsr.apps.cli.terminal import make_console
-    from aidsr.learn.rl.recipe import Recipe
+    from aidsr.learn.rl.recipe import PROTOCOLS
     from aidsr.runs import read_status, write_summary
 
     console = make_console()
-    trainer = Trainer(console, steps, range(seeds), Recipe())
+    trainer = Trainer(console, steps, range(seeds), PROTOCOLS["best"])
     left = [one for one in run.designs if (ended := one.outcome.read()) is not None and ended.outcome == "approved"]
     successful = False
     try:

@@ -171,7 +171,7 @@ class _Search:
 
     def add(self, kind: MotionKind, rows: FloatArray, outcomes: EpisodeOutcomes) -> None:
         """Add motions of a kind and their outcomes."""
-        fitness = _fitness(outcomes)
+        fitness = fitness_of(outcomes)
         self.rows[kind] = np.concatenate([self.rows[kind], rows]) if kind in self.rows else rows
         self.fitness[kind] = np.concatenate([self.fitness[kind], fitness]) if kind in self.fitness else fitness
         self.solved = self.solved or bool(outcomes.success.any())
@@ -272,7 +272,7 @@ def _search(
     return "candidates" if player.motions == candidates // GENERATION * GENERATION else "budget"
 
 
-def _fitness(outcomes: EpisodeOutcomes) -> FloatArray:
+def fitness_of(outcomes: EpisodeOutcomes) -> FloatArray:
     """Return the fitness of motions, (n,): progress, kept to the end, and success; little after a failure."""
     progress = (outcomes.progress + outcomes.best_progress) / 2 * np.where(outcomes.failure, 0.5, 1.0)
     return np.where(outcomes.diverged, -1.0, progress + outcomes.success)
@@ -288,7 +288,7 @@ def _play_finals(player: _Player, searches: Sequence[_Search]) -> tuple[tuple[Pr
     rounded = [player.space.motions(search.best[None]).motion(0, names) for search in searches]
     motions = Motions.of([motion for motion in rounded for _ in searches])
     outcomes = player.play(motions, [search.variation for _ in rounded for search in searches])
-    fitness = _fitness(outcomes).reshape(len(rounded), len(searches))
+    fitness = fitness_of(outcomes).reshape(len(rounded), len(searches))
     found = []
     for index, best in enumerate(fitness.argmax(axis=0).tolist()):
         episode = outcomes.result(best * len(searches) + index, index)

@@ -87,6 +87,15 @@ class History:
         return cls(**plain | {"recent": deque(map(tuple, plain["recent"]), maxlen=_RECENT)})
 
 
+def append_to_curve(folder: TrainingFolder, point: CurvePoint) -> None:
+    """Write a point to the curve of a training."""
+    with (folder / "curve.csv").open("a", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        if file.tell() == 0:
+            rows.writerow([one.name for one in fields(CurvePoint)])
+        rows.writerow(asdict(point).values())
+
+
 class TrainingCallback(BaseCallback):
     """Writes the curve, saves checkpoints and ends a saturated training.
 
@@ -98,6 +107,7 @@ class TrainingCallback(BaseCallback):
         saturated: Whether the policy without noise succeeds.
         listen: Called with every point of the curve.
         begin: Called when the first episodes have been reset.
+        most_s: Wall time of the whole training, after which it ends [s].
     """
 
     def __init__(
@@ -110,9 +120,11 @@ class TrainingCallback(BaseCallback):
         saturated: Callable[[], bool],
         listen: Callable[[CurvePoint], None],
         begin: Callable[[], None],
+        most_s: float = np.inf,
     ) -> None:
         super().__init__()
-        self.history, self.is_saturated = history, False
+        self.history, self.is_saturated, self.is_late = history, False, False
+        self._most_s = most_s
         self._budget, self._folder, self._listen = steps, folder, listen
         self._checkpoint, self._saturated, self._begin = checkpoint, saturated, begin
         self._next_point = self._next_test = history.steps
@@ -130,6 +142,7 @@ class TrainingCallback(BaseCallback):
         if self.num_timesteps == self.history.steps:
             return  # no update yet
         self._count(self.num_timesteps)
+        self.is_late = self.history.wall_s >= self._most_s
         if self.history.steps >= self._next_point:
             self._next_point = self.history.steps + self._budget // _POINTS
             self._write_point()
@@ -142,7 +155,7 @@ class TrainingCallback(BaseCallback):
             self.is_saturated = self._saturated()
 
     def _on_step(self) -> bool:
-        if self.is_saturated:
+        if self.is_saturated or self.is_late:
             return False  # PPO can stop only after a step, from which nothing is learned; so it does not count
         for info in self.locals["infos"]:
             if "episode" in info:
@@ -150,7 +163,8 @@ class TrainingCallback(BaseCallback):
         return True
 
     def _on_training_end(self) -> None:
-        self._count(self.history.steps if self.is_saturated else self.num_timesteps)
+        stopped = self.is_saturated or self.is_late
+        self._count(self.history.steps if stopped else self.num_timesteps)
         if self._last_point[0] != self.history.steps:
             self._write_point()
 
@@ -174,10 +188,5 @@ class TrainingCallback(BaseCallback):
         speed = (self.history.steps - steps) / max(self.history.wall_s - wall_s, 1e-9)
         self._last_point = (self.history.steps, self.history.wall_s)
         point = self.history.point(speed)
-        path = self._folder / "curve.csv"
-        with path.open("a", newline="", encoding="utf-8") as file:
-            rows = csv.writer(file)
-            if file.tell() == 0:
-                rows.writerow([one.name for one in fields(CurvePoint)])
-            rows.writerow(asdict(point).values())
+        append_to_curve(self._folder, point)
         self._listen(point)

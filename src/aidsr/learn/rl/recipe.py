@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -55,6 +58,9 @@ class Recipe(Artifact):
     randomize: bool = False
     """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. Ours;
     the paper trains in the model."""
+    search_share: Share = 0.0
+    """Part of the budget that a search for a motion with feedback may take, see `aidsr.learn.rl.motion_policy_search`;
+    the policy then learns corrections of that motion. 0: the policy learns everything, as in the paper."""
     from_probe: bool = False
     """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
     starts from a policy that knows nothing."""
@@ -62,3 +68,27 @@ class Recipe(Artifact):
     def learning_rate_when(self, left: float) -> float:
         """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
         return self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * max(left, 0.0)
+
+
+Protocol = Literal["paper", "best"]
+"""Names of the two ways to train: `paper` is what results are compared by, `best` what reaches success soonest."""
+
+PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
+    {"paper": Recipe(), "best": Recipe(search_share=0.7, action_noise_std=0.3)}
+)
+
+
+def recipe_of(
+    protocol: Protocol, *, from_probe: bool = False, smoothing: float = 0.0, randomize: bool = False
+) -> Recipe:
+    """Return the recipe of a protocol with the options of a user.
+
+    Raises:
+        UserError: There is no such protocol, or the options do not go together.
+    """
+    if protocol not in PROTOCOLS:
+        raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
+    if from_probe and protocol != "paper":
+        raise UserError(f'from_probe is for protocol "paper" alone: "{protocol}" searches motions itself')
+    options = {"from_probe": from_probe, "smoothing": smoothing, "randomize": randomize}
+    return PROTOCOLS[protocol].model_copy(update=options)

@@ -45,6 +45,7 @@ def train_briefly(
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl.evaluation import LEAST_EPISODES, evaluate
     from aidsr.learn.rl.policy import one_torch_thread
+    from aidsr.learn.rl.recipe import PROTOCOLS
     from aidsr.learn.rl.trained import FinishedTraining
     from aidsr.learn.rl.training import train
     from aidsr.tasks import goal_task, load_task, read_goal
@@ -52,7 +53,8 @@ def train_briefly(
     about = goal_task(read_goal(goal), mjcf) if goal else load_task(task, level)
     with TemporaryDirectory() as home:
         folder = Path(home, "training")
-        train(TaskScene.of(mjcf, about, groups=groups), folder, steps=steps, threads=1)
+        scene = TaskScene.of(mjcf, about, groups=groups)
+        train(scene, folder, steps=steps, recipe=PROTOCOLS["best"], threads=1)
         trained = FinishedTraining.load(folder)
         with one_torch_thread():
             evaluation, _ = evaluate(

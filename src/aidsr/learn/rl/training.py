@@ -18,7 +18,9 @@ from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
-from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
+from aidsr.learn.rl.feedback_motion import BASE_MOTION, FeedbackMotion, FeedbackMotions
+from aidsr.learn.rl.motion_policy_search import IdlePolicy, SearchState, least_steps, search_motion_policy
+from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread, read_base_motion
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
@@ -41,6 +43,9 @@ on are never sampled."""
 _SATURATION_EPISODES = 20
 """Development episodes that say whether training is saturated."""
 
+_COMPARED_EPISODES = 40
+"""Development episodes that say whether a policy wins more than the motion it began with. Our choice."""
+
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
 
 
@@ -51,6 +56,7 @@ def train(
     steps: int = BUDGET_STEPS,
     seed: int = 0,
     recipe: Recipe | None = None,
+    minutes: float | None = None,
     threads: int = 0,
     tensorboard: bool = False,
     listen: Callable[[CurvePoint], None] = lambda _point: None,
@@ -62,7 +68,8 @@ def train(
         folder: Becomes the training's folder, see `TrainingFolder`.
         steps: Budget of control steps over all simulations; training ends earlier when success is saturated.
         seed: Of the network, of exploration and of the variations.
-        recipe: How to train; the same for every task unless given.
+        recipe: How to train; that of the paper unless given.
+        minutes: Budget of wall time as well, evaluation not counted.
         threads: Native threads for physics; 0 takes all processors.
         tensorboard: Also write logs for TensorBoard into the folder.
         listen: Called with every point of the curve.
@@ -72,7 +79,7 @@ def train(
         UserError: The folder holds a training of an earlier version.
     """
     home = TrainingFolder(folder)
-    config = _config(scene, steps, seed, recipe or Recipe())
+    config = _config(scene, steps, seed, recipe or Recipe(), minutes)
     if (finished := _finished(home, config)) is not None:
         return finished
     with home.locked(), one_torch_thread():
@@ -84,7 +91,7 @@ def train(
             home.write("scene.xml", scene.mjcf)
             home.write("config.json", config.model_dump_json(indent=2) + "\n")
             home.log_event("started")
-        return _Training(scene, home, config, threads, tensorboard).run(listen)
+        return _Training(scene, home, config, threads, tensorboard, listen).run()
 
 
 def folder_for(
@@ -94,13 +101,14 @@ def folder_for(
     steps: int = BUDGET_STEPS,
     seed: int = 0,
     recipe: Recipe | None = None,
+    minutes: float | None = None,
     again: bool = False,
 ) -> Path:
     """Return the last of the folders 001, 002 … under `home` that holds the very same training, else the next one.
 
     It may be unfinished; with `again` it is the next one in any case.
     """
-    config = _config(scene, steps, seed, recipe or Recipe())
+    config = _config(scene, steps, seed, recipe or Recipe(), minutes)
     numbered = numbered_in(home)
     same = [] if again else [path for path in numbered if _holds(path, config)]
     return same[-1] if same else home / f"{int(numbered[-1].name) + 1 if numbered else 1:03d}"
@@ -114,7 +122,7 @@ def _holds(path: Path, config: TrainingConfig) -> bool:
     return not _differences(existing, config)
 
 
-def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> TrainingConfig:
+def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe, minutes: float | None) -> TrainingConfig:
     goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
     return TrainingConfig(
         task=scene.task.name,
@@ -128,6 +136,7 @@ def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe) -> Training
         groups=scene.actions.groups,
         groups_from=scene.actions.groups_from,
         scene_sha256=scene.fingerprint,
+        minutes=minutes,
         versions={package: version(package) for package in _PACKAGES},
     )
 
@@ -159,14 +168,21 @@ class _Training:
     """The moving parts of one call of `train`."""
 
     def __init__(
-        self, scene: TaskScene, home: TrainingFolder, config: TrainingConfig, threads: int, tensorboard: bool
+        self,
+        scene: TaskScene,
+        home: TrainingFolder,
+        config: TrainingConfig,
+        threads: int,
+        tensorboard: bool,
+        listen: Callable[[CurvePoint], None],
     ) -> None:
         from stable_baselines3.common.vec_env import VecNormalize
 
         from aidsr.learn.rl.callbacks import History
         from aidsr.learn.rl.vector_env import BatchedVecEnv
 
-        self.scene, self.home, self.config, self.threads = scene, home, config, threads
+        self.scene, self.home, self.config, self.threads, self.listen = scene, home, config, threads, listen
+        self.most_s = np.inf if config.minutes is None else 60.0 * config.minutes
         saved = home / "checkpoint"
         resumed = home.recover_folder("checkpoint")
         self.history = History.from_json(home.read_json("checkpoint/history.json")) if resumed else History()
@@ -174,6 +190,9 @@ class _Training:
         self.rng = np.random.default_rng([config.seed, self.history.steps])
         recipe = config.recipe
         self._structure = read_structure(scene.model)
+        if recipe.search_share:
+            base = read_base_motion(home.path, scene.actions.size) if resumed else self._search()
+            self.scene = scene if base is None else scene.with_base(FeedbackMotions.of(base))
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
         self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
@@ -183,6 +202,10 @@ class _Training:
             Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
             self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
             self.model.num_timesteps = self.history.steps
+        elif self.scene.actions.base is not None:
+            self._correct_nothing()
+            self.model.num_timesteps = self.history.steps
+            self._checkpoint()
         elif recipe.from_probe:
             self._imitate_probe()
 
@@ -227,7 +250,72 @@ class _Training:
         self.model.num_timesteps = steps
         self.home.log_event("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.summary)
 
-    def run(self, listen: Callable[[CurvePoint], None]) -> TrainingResult:
+    def _search(self) -> FeedbackMotion | None:
+        """Search for a motion with feedback, as part of the budget, and keep the best so far in the folder.
+
+        Returns:
+            The best; None where the budget is too small for a search.
+        """
+        from aidsr.learn.rl.callbacks import CurvePoint, append_to_curve
+
+        recipe, history, began = self.config.recipe, self.history, time.perf_counter()
+        steps = round(recipe.search_share * self.config.steps)
+        if steps < least_steps(self.scene):
+            return None
+        (self.home / "curve.csv").unlink(missing_ok=True)  # a search that was killed begins again
+
+        def listen(state: SearchState) -> bool:
+            speed = (state.steps - history.steps) / max(time.perf_counter() - began - history.wall_s, 1e-9)
+            history.steps, history.wall_s = state.steps, time.perf_counter() - began
+            history.episodes, history.diverged = state.episodes, state.diverged
+            self.home.write(BASE_MOTION, state.motion.model_dump_json(indent=2) + "\n")
+            point = CurvePoint(
+                steps=state.steps,
+                wall_s=round(history.wall_s, 2),
+                episodes=state.episodes,
+                success_share=round(state.success, 4),
+                progress=round(state.progress, 4),
+                reward=round(state.reward, 4),
+                diverged=state.diverged,
+                steps_per_s=round(speed, 1),
+            )
+            append_to_curve(self.home, point)
+            self.listen(point)
+            return history.wall_s < self.most_s
+
+        found = search_motion_policy(
+            self.scene,
+            self._sample_variation,
+            steps=steps,
+            saturation=recipe.saturation,
+            rng=self.rng,
+            threads=self.threads,
+            smoothing=recipe.smoothing,
+            listen=listen,
+        )
+        self.home.log_event("searched", steps=found.steps, success_share=found.success, progress=found.progress)
+        return found.motion
+
+    def _correct_nothing(self) -> None:
+        """Let the policy leave its base motion as it is."""
+        import torch
+
+        with torch.no_grad():
+            self.model.policy.action_net.weight.zero_()
+            self.model.policy.action_net.bias.zero_()
+
+    def _keep_the_better(self) -> None:
+        """Drop what the policy learned where its base motion alone wins more of the same development episodes."""
+        variations = [self._sample_variation() for _ in range(_COMPARED_EPISODES)]
+        policy = TrainedPolicy(self.model.policy, Normalisation.of(self.normalised))
+        self.model.policy.set_training_mode(False)
+        idle = IdlePolicy(self.scene.actions.size)
+        learned, alone = (int(rollout(self._episodes(variations), one).success.sum()) for one in (policy, idle))
+        self.home.log_event("compared", episodes=_COMPARED_EPISODES, policy=learned, base_motion=alone)
+        if learned < alone:
+            self._correct_nothing()
+
+    def run(self) -> TrainingResult:
         """Train to the end of the budget or until the policy is saturated."""
         from aidsr.learn.rl.callbacks import TrainingCallback
         from aidsr.learn.rl.exploration import Exploration
@@ -238,17 +326,24 @@ class _Training:
             self.home,
             checkpoint=self._checkpoint,
             saturated=self._saturated,
-            listen=listen,
+            listen=self.listen,
             begin=lambda: self.env.desynchronize(self.rng),
+            most_s=self.most_s,
         )
+        if self.scene.actions.base is not None and self._saturated():
+            return self._finish("saturated")
         left = self.config.steps - self.history.steps
         try:
-            if left > 0:
+            if left > 0 and self.history.wall_s < self.most_s:
                 self.model.learn(left, callback=[Exploration(self.config.recipe), callback], reset_num_timesteps=False)
         except KeyboardInterrupt:
             self._checkpoint()
             raise
-        return self._finish("saturated" if callback.is_saturated else "budget")
+        if callback.is_saturated:
+            return self._finish("saturated")
+        if self.scene.actions.base is not None and left > 0:
+            self._keep_the_better()
+        return self._finish("time" if self.history.wall_s >= self.most_s else "budget")
 
     def _saturated(self) -> bool:
         """Whether the policy without noise succeeds at fresh development variations."""
@@ -274,7 +369,7 @@ class _Training:
         saved.write_json("history.json", self.history.to_json())
         self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
 
-    def _finish(self, stopped: Literal["budget", "saturated"]) -> TrainingResult:
+    def _finish(self, stopped: Literal["budget", "saturated", "time"]) -> TrainingResult:
         history = self.history
         result = TrainingResult(
             steps=history.steps,

@@ -47,6 +47,8 @@ class TrainingConfig(Artifact):
     """What each number of an action drives."""
     groups_from: GroupsFrom
     scene_sha256: str
+    minutes: float | None = None
+    """Budget of wall time, where there is one; what it cuts short, another run does not repeat step by step."""
     versions: dict[str, str]
 
 
@@ -60,7 +62,7 @@ class TrainingResult(Artifact):
     """Episodes in which the simulation diverged."""
     success_share: float | None
     """Of the last 100 episodes, with the noise of learning; None without any."""
-    stopped: Literal["budget", "saturated"]
+    stopped: Literal["budget", "saturated", "time"]
     resumed: int = 0
     """How often it resumed from a checkpoint, with other episodes than it would have sampled in one process."""
 
@@ -74,7 +76,8 @@ class TrainingFolder:
     | config.json        | settings: task, recipe, seed, budget, groups, versions                         |
     | scene.xml          | the scene it was trained in                                                    |
     | probe.json         | report of the probe, where the policy was to imitate its motion                |
-    | events.jsonl       | started, probed, resumed, tested, checkpoint, finished, evaluated, with times  |
+    | base_motion.json   | what the policy's actions are added to, where a search found it                |
+    | events.jsonl       | started, probed, searched, resumed, tested, checkpoint, finished, evaluated    |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, during training                                             |
     | .in_use            | empty; locked by the process that trains here                                  |

@@ -1,0 +1,1 @@
+"""What policies learn on a fixed suite of scenes, protocol beside protocol."""

@@ -1,0 +1,215 @@
+"""Train every scene of the suite with every protocol, and keep how success grows with computation.
+
+    python -m benchmarks.learning.compare --half decide --protocols paper best --steps 60000
+
+Each training uses one thread. A curve has the state of its policy at some checkpoints: control steps, processor seconds
+and wall time spent so far, evaluations left out, and the share of 20 development variations, never trained on, that it
+wins without noise. In these evaluations an episode without progress for 8 s is counted as lost, which spares most of
+their time; the last one plays every episode to its end. Rows go to results.jsonl; the same command goes on with what
+is left, and several may share the file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from benchmarks.learning.suite import SuiteScene, suite
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.provenance import commit, processor
+from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.rollout import Policy, rollout
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.callbacks import CurvePoint
+from aidsr.learn.rl.feedback_motion import FeedbackMotions
+from aidsr.learn.rl.motion_policy_search import IdlePolicy
+from aidsr.learn.rl.policy import TrainedPolicy, read_base_motion
+from aidsr.learn.rl.recipe import PROTOCOLS, Protocol, Recipe
+from aidsr.learn.rl.training import DEVELOPMENT, train
+from aidsr.tasks import BENCHMARK_VERSION
+
+RESULTS = Path(__file__).with_name("results.jsonl")
+EPISODES = 20
+"""Development variations, from the first that training never samples."""
+_STALLED_S = 8.0
+"""Longer than any wait in a won episode of the built-in policies; our choice."""
+_EVALUATIONS = 10
+"""At most, over the budget."""
+
+
+class Point(Artifact):
+    """A policy while it learns."""
+
+    steps: int
+    processor_s: float
+    wall_s: float
+    success: float
+    progress: float
+    """Mean of the best of each episode."""
+
+
+class Row(Artifact):
+    """One training."""
+
+    scene: str
+    task: str
+    half: str
+    author: str
+    protocol: Protocol
+    seed: int
+    steps: int
+    """Budget of control steps."""
+    curve: tuple[Point, ...]
+    recipe: Recipe
+    benchmark_version: int
+    commit: str
+    processor: str
+
+
+def main() -> None:
+    """Train what is left."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--half", choices=("decide", "aside"), help="both unless named")
+    parser.add_argument("--scenes", nargs="+", help="names, all of the half unless given")
+    parser.add_argument("--protocols", nargs="+", choices=tuple(PROTOCOLS), default=tuple(PROTOCOLS))
+    parser.add_argument("--steps", type=int, default=60_000, help="budget of control steps a training")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    asked = parser.parse_args()
+    for seed in range(asked.seeds):
+        for scene in suite(asked.half):
+            for protocol in asked.protocols:
+                if asked.scenes and scene.name not in asked.scenes:
+                    continue
+                if not any(_same(row, scene, protocol, seed, asked.steps) for row in rows_of(asked.out)):
+                    _note(asked.out, learn(scene, protocol, seed, asked.steps))
+
+
+def rows_of(path: Path) -> list[Row]:
+    """Return what is known."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return [Row.model_validate_json(line) for line in lines]
+
+
+def _same(row: Row, scene: SuiteScene, protocol: Protocol, seed: int, steps: int) -> bool:
+    asked = (scene.name, protocol, seed, steps, PROTOCOLS[protocol], BENCHMARK_VERSION)
+    return (row.scene, row.protocol, row.seed, row.steps, row.recipe, row.benchmark_version) == asked
+
+
+def _note(path: Path, row: Row) -> None:
+    with path.open("a", encoding="utf-8") as file:
+        file.write(row.model_dump_json() + "\n")
+    last = row.curve[-1]
+    sys.stdout.write(
+        f"{row.scene} {row.protocol} {row.seed}: {last.success:.0%}, progress {last.progress:.2f}, "
+        f"{last.steps:,} steps, {last.processor_s:.0f} s of a processor\n"
+    )
+    sys.stdout.flush()
+
+
+def learn(asked: SuiteScene, protocol: Protocol, seed: int, steps: int) -> Row:
+    """Train one policy and return its curve."""
+    scene, recipe = asked.scene(), PROTOCOLS[protocol]
+    with TemporaryDirectory() as home:
+        watch = _Watch(scene, recipe, Path(home, "training"), steps)
+        train(scene, watch.folder, steps=steps, seed=seed, recipe=recipe, threads=1, listen=watch.listen)
+        watch.finish()
+    return Row(
+        scene=asked.name,
+        task=asked.task,
+        half=asked.half,
+        author=asked.author,
+        protocol=protocol,
+        seed=seed,
+        steps=steps,
+        curve=tuple(watch.curve),
+        recipe=recipe,
+        benchmark_version=BENCHMARK_VERSION,
+        commit=commit(),
+        processor=processor(),
+    )
+
+
+class _Watch:
+    """Evaluates the checkpoints of a training, with its clocks stopped."""
+
+    def __init__(self, scene: TaskScene, recipe: Recipe, folder: Path, steps: int) -> None:
+        self.folder, self.curve = folder, list[Point]()
+        self._scene, self._recipe = scene, recipe
+        self._every, self._next, self._known = steps // _EVALUATIONS, 0, ""
+        self._processor_s, self._wall_s = -time.process_time(), -time.perf_counter()
+        self._steps = 0
+
+    def listen(self, point: CurvePoint) -> None:
+        """Evaluate the newest checkpoint, if there is one and the last was long ago."""
+        self._steps = point.steps
+        if point.steps >= self._next:
+            self._next = point.steps + self._every
+            with self._stopped():
+                self._evaluate(_STALLED_S)
+
+    def finish(self) -> None:
+        """Evaluate the policy that is left."""
+        with self._stopped():
+            self._evaluate(np.inf)
+
+    @contextmanager
+    def _stopped(self) -> Iterator[None]:
+        now = time.process_time(), time.perf_counter()
+        yield
+        self._processor_s -= time.process_time() - now[0]
+        self._wall_s -= time.perf_counter() - now[1]
+
+    def _evaluate(self, stalled_s: float) -> None:
+        spent = self._processor_s + time.process_time(), self._wall_s + time.perf_counter()
+        scene, k = self._scene, self._scene.actions.size
+        base = read_base_motion(self.folder, k)
+        if base is not None:
+            scene = scene.with_base(FeedbackMotions.of(base))
+        kept = [folder for folder in (self.folder, self.folder / "checkpoint") if (folder / "policy.zip").exists()]
+        if not kept and base is None:
+            return  # nothing is known yet
+        policy = TrainedPolicy.load(kept[0], self._recipe, k) if kept else IdlePolicy(k)
+        success, progress = success_of(scene, policy, self._recipe.smoothing, stalled_s)
+        self.curve.append(
+            Point(
+                steps=self._steps,
+                processor_s=round(spent[0], 2),
+                wall_s=round(spent[1], 2),
+                success=success,
+                progress=progress,
+            )
+        )
+
+
+def success_of(scene: TaskScene, policy: Policy, smoothing: float, stalled_s: float) -> tuple[float, float]:
+    """Return the share of development variations that a policy wins, and its mean progress.
+
+    Args:
+        scene: What it acts in.
+        policy: Without noise.
+        smoothing: What it was trained with.
+        stalled_s: An episode without progress for so long is lost.
+    """
+    variations = [scene.task.variation("development", DEVELOPMENT + index) for index in range(EPISODES)]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1, smoothing=smoothing)
+    best, gained_s = np.zeros((2, EPISODES))
+
+    def stop_stalled(result: StepResult) -> None:
+        gained = result.progress >= best + 0.01
+        best[gained], gained_s[gained] = result.progress[gained], result.time_s[gained]
+        episodes.running = episodes.running & (result.time_s - gained_s < stalled_s)
+
+    outcomes = rollout(episodes, policy, stop_stalled)
+    return float(outcomes.success.mean()), round(float(outcomes.best_progress.mean()), 4)
+
+
+if __name__ == "__main__":
+    main()

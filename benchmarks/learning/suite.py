@@ -1,0 +1,54 @@
+"""The fixed suite on which ways of learning are compared: one file a scene, and which half it belongs to.
+
+A file holds the robot and its placement, not the whole scene, so that a scene follows its task from version to version
+of the benchmark. Half of the scenes, `aside`, may be looked at only when the choice between ways of learning is made.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from pydantic import ConfigDict
+
+from aidsr.core.artifacts import Artifact, Placement, Robot
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import load_task
+
+SCENES = Path(__file__).parent / "scenes"
+
+Half = Literal["decide", "aside"]
+
+
+class SuiteScene(Artifact):
+    """A robot for a task."""
+
+    model_config = ConfigDict(ignored_types=(cached_property,))
+
+    name: str
+    task: str
+    half: Half
+    author: Literal["language model", "built-in rules"]
+    origin: str
+    """Where the robot comes from, enough to find it again."""
+    robot: Robot
+    placement: Placement
+
+    @property
+    def category(self) -> str:
+        """Of its task."""
+        return self.task.partition("/")[0]
+
+    def scene(self) -> TaskScene:
+        """Return the robot in the environment of its task."""
+        task = load_task(self.task)
+        mjcf = assemble(self.robot, task.environment, self.placement, task.sensors).mjcf
+        return TaskScene.of(mjcf, task, groups=self.robot.actuator_groups)
+
+
+def suite(half: Half | None = None) -> list[SuiteScene]:
+    """Return the scenes of one half, or all, sorted by name."""
+    found = [SuiteScene.model_validate_json(path.read_bytes()) for path in sorted(SCENES.glob("*.json"))]
+    return [scene for scene in found if half in (None, scene.half)]
