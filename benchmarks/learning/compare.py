@@ -20,7 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from benchmarks.learning.suite import SuiteScene, suite
+from benchmarks.learning.suite import Half, SuiteScene, suite
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.provenance import commit, processor
@@ -60,7 +60,7 @@ class Row(Artifact):
 
     scene: str
     task: str
-    half: str
+    half: Half
     author: str
     protocol: Protocol
     seed: int
@@ -71,6 +71,11 @@ class Row(Artifact):
     benchmark_version: int
     commit: str
     processor: str
+
+    @property
+    def category(self) -> str:
+        """Of its task."""
+        return self.task.partition("/")[0]
 
 
 def main() -> None:

@@ -6,11 +6,8 @@ of the benchmark. Half of the scenes, `aside`, may be looked at only when the ch
 
 from __future__ import annotations
 
-from functools import cached_property
 from pathlib import Path
 from typing import Literal
-
-from pydantic import ConfigDict
 
 from aidsr.core.artifacts import Artifact, Placement, Robot
 from aidsr.learn.episodes.scene import TaskScene
@@ -25,8 +22,6 @@ Half = Literal["decide", "aside"]
 class SuiteScene(Artifact):
     """A robot for a task."""
 
-    model_config = ConfigDict(ignored_types=(cached_property,))
-
     name: str
     task: str
     half: Half
@@ -35,11 +30,6 @@ class SuiteScene(Artifact):
     """Where the robot comes from, enough to find it again."""
     robot: Robot
     placement: Placement
-
-    @property
-    def category(self) -> str:
-        """Of its task."""
-        return self.task.partition("/")[0]
 
     def scene(self) -> TaskScene:
         """Return the robot in the environment of its task."""

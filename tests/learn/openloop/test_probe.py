@@ -12,7 +12,7 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.openloop import ProbeReport
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
-from aidsr.learn.openloop.probe_scene import _fitness
+from aidsr.learn.openloop.probe_scene import fitness_of
 from scenes import QuickPushing, small_learning, small_scene
 
 QUICK = {"candidates": 64, "variations": 2, "threads": 1}
@@ -75,7 +75,7 @@ def test_a_motion_is_worth_its_progress_and_success_half_after_a_failure_and_not
     yes, no, zeros = np.array([True]), np.array([False]), np.zeros(1)
 
     def worth(succeeded=no, failed=no, diverged=no):
-        return _fitness(
+        return fitness_of(
             EpisodeOutcomes(succeeded, failed, diverged, np.array([0.2]), np.array([0.6]), zeros, zeros)
         ).tolist()
 

@@ -122,7 +122,7 @@ def _holds(path: Path, config: TrainingConfig) -> bool:
     return not _differences(existing, config)
 
 
-def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe, minutes: float | None) -> TrainingConfig:
+def _config(scene: TaskScene, steps: int, seed: int, recipe: Recipe, minutes: float | None = None) -> TrainingConfig:
     goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
     return TrainingConfig(
         task=scene.task.name,
@@ -174,7 +174,7 @@ class _Training:
         config: TrainingConfig,
         threads: int,
         tensorboard: bool,
-        listen: Callable[[CurvePoint], None],
+        listen: Callable[[CurvePoint], None] = lambda _point: None,
     ) -> None:
         from stable_baselines3.common.vec_env import VecNormalize
 
