@@ -165,8 +165,8 @@ class Episodes:
         Args:
             action: The policy's, (n, n_actions), -1 to 1.
         """
-        action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
-        requested = self.actions.total(action, self.observation, self.batch.bind("time").copy())
+        asked: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        requested = self.actions.total(asked, self.observation, self.batch.bind("time").copy())
         running = self.running.copy()
         applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested
         self._last_action = np.where(running[:, None], applied, self._last_action)

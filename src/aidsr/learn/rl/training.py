@@ -301,8 +301,8 @@ class _Training:
         import torch
 
         with torch.no_grad():
-            self.model.policy.action_net.weight.zero_()
-            self.model.policy.action_net.bias.zero_()
+            for weights in self.model.policy.action_net.parameters():
+                weights.zero_()
 
     def _keep_the_better(self) -> None:
         """Drop what the policy learned where its base motion alone wins more of the same development episodes."""

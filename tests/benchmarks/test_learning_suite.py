@@ -1,0 +1,71 @@
+"""The suite on which protocols are compared: its halves, and the page made of rows."""
+
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from aidsr.learn.rl.recipe import PROTOCOLS
+from benchmarks.learning.compare import Point, Row
+from benchmarks.learning.report import curves, page_of, reached_s
+from benchmarks.learning.suite import suite
+
+SCENES = suite()
+
+
+def row(scene, protocol, *successes, half="decide") -> Row:
+    points = tuple(
+        Point(steps=100 * (i + 1), processor_s=10.0 * (i + 1), wall_s=20.0, success=success, progress=success)
+        for i, success in enumerate(successes)
+    )
+    return Row(
+        scene=scene,
+        task="grasping/simple_grasping",
+        half=half,
+        author="built-in rules",
+        protocol=protocol,
+        seed=0,
+        steps=300,
+        curve=points,
+        recipe=PROTOCOLS[protocol],
+        benchmark_version=4,
+        commit="",
+        processor="",
+    )
+
+
+def test_both_halves_hold_all_categories_and_half_of_the_robots_are_a_language_models():
+    assert len(SCENES) >= 16
+    for half in ("decide", "aside"):
+        mine = [scene for scene in SCENES if scene.half == half]
+        assert len(mine) == len(SCENES) / 2
+        assert {scene.task.partition("/")[0] for scene in mine} == {
+            "reaching",
+            "grasping",
+            "locomotion",
+            "manipulation",
+        }
+    assert sum(scene.author == "language model" for scene in SCENES) == len(SCENES) / 2
+
+
+@pytest.mark.parametrize("one", SCENES, ids=lambda scene: scene.name)
+def test_a_robot_of_the_suite_becomes_a_scene_of_its_task(one):
+    scene = one.scene()
+    assert scene.task.name == one.task
+    assert scene.actions.size > 0
+
+
+def test_the_page_counts_what_ends_at_half_of_the_episodes_and_when_that_was_reached_first():
+    rows = [
+        row("one", "paper", 0.0, 0.4, 0.45),
+        row("one", "best", 0.2, 0.6, 0.4),
+        row("two", "paper", 0.0, 0.0, 0.5),
+        row("two", "best", 0.5, 0.9, 1.0),
+        row("alone", "best", 1.0),
+    ]
+    assert [reached_s(each) for each in rows[:4]] == [None, 20.0, 30.0, 10.0]
+    page = page_of(rows)
+    assert "| one | built-in rules | grasping/simple_grasping | 45% (0.45) after 30 s | never | 40% (0.40)" in page
+    assert "paper: 1 of 2 scenes end at 50 % or more (grasping 1 of 2)" in page
+    assert "best: 1 of 2 scenes end at 50 % or more (grasping 1 of 2)" in page
+    assert "alone" not in page  # there is nothing beside it
+    assert curves(rows).count("<polyline") == 5
