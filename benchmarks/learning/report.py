@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from statistics import fmean, median
+from statistics import fmean, median_high
 
 from benchmarks.learning.compare import EPISODES, RESULTS, Row, rows_of
 from benchmarks.learning.suite import Half
@@ -84,7 +84,7 @@ def _summary(rows: Sequence[Row]) -> str:
     won = [row for row in rows if row.curve[-1].success >= _WON]
     never = max(row.curve[-1].processor_s for row in rows) + 1.0
     times = [reached_s(row) or never for row in rows]
-    middle = median(times)
+    middle = median_high(times)
     told = f"{middle:.0f} s" if middle < never else "never"
     categories = sorted({row.category for row in rows})
     shares = [

@@ -4,10 +4,11 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-from aidsr.learn.rl.recipe import PROTOCOLS
 from benchmarks.learning.compare import Point, Row
 from benchmarks.learning.report import curves, page_of, reached_s
 from benchmarks.learning.suite import suite
+
+from aidsr.learn.rl.recipe import PROTOCOLS
 
 SCENES = suite()
 

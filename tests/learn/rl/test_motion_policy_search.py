@@ -35,6 +35,12 @@ class TwoSided(QuickPushing):
     def sample_variation(self, rng):
         return Variation(parameters={"side": (rng.choice([-1.0, 1.0]),)})
 
+    def reset_state(self, readings):
+        return {}
+
+    def update_state(self, readings, state):
+        return state
+
     def _bent(self, readings):
         return readings["tip_position"][:, 0] * readings.parameters["side"][:, 0]
 
@@ -247,3 +253,20 @@ def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
         recipe_of("best", from_probe=True)
     with pytest.raises(UserError, match='no protocol "fast"'):
         recipe_of("fast")
+
+
+def test_a_search_that_finds_nothing_better_leaves_the_rest_of_its_budget(monkeypatch):
+    monkeypatch.setattr(
+        "aidsr.learn.rl.motion_policy_search.fitness_of", lambda outcomes: np.zeros(len(outcomes.time_s))
+    )
+    scene, heard = small_learning(NeverWon()), []
+    search_motion_policy(
+        scene,
+        lambda: scene.task.variation("development", 0),
+        steps=10**9,
+        saturation=0.95,
+        rng=np.random.default_rng(0),
+        threads=1,
+        listen=lambda state: heard.append(state) or True,
+    )
+    assert len(heard) == 1 + 3 * 3

@@ -123,8 +123,9 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     solved = sum(one.episode.ended == "succeeded" for one in report.variations)
     all_of_them = len(report.variations)
     console.print(
-        f"[bold]{escape(report.task)}[/]: for [bold]{solved} of {all_of_them}[/] variations some motion wins; one motion "
-        f"wins {round(report.same_motion_share * all_of_them)} of {all_of_them}; progress {report.progress:.2f}",
+        f"[bold]{escape(report.task)}[/]: for [bold]{solved} of {all_of_them}[/] variations some motion wins; "
+        f"one motion wins {round(report.same_motion_share * all_of_them)} of {all_of_them}; "
+        f"progress {report.progress:.2f}",
         soft_wrap=True,
     )
     console.print(f"Farthest stage reached: {escape(report.reached)}.", soft_wrap=True)

@@ -51,6 +51,8 @@ _GAIN_SPREAD = 0.15
 """Of the gains: actions for each standard deviation of a feature."""
 _PATIENCE = 3
 """Generations without a better one, after which the search begins again about the best with half the spread."""
+_LEAST_SPREAD = 0.25
+"""Share of the usual spread, with which a search that finds nothing better ends: more of its budget is left to PPO."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,8 @@ def search_motion_policy(
             best = player.decided(best.row, best.gains)
         goes_on = listen(best.state(player))
         if not goes_on or best.success >= saturation or player.steps >= steps:
+            return best.state(player)
+        if waited == _PATIENCE and spread <= _LEAST_SPREAD:
             return best.state(player)
         if evolution is None or waited == _PATIENCE:
             spread, waited = (spread if evolution is None else spread / 2), 0
