@@ -63,7 +63,7 @@ def test_a_head_start_is_given_once(tmp_path, monkeypatch):
     result = train(small_learning(), tmp_path, steps=STEPS, recipe=SMALL, threads=1)
     kinds = [json.loads(line)["kind"] for line in (tmp_path / "events.jsonl").read_text().splitlines()]
     assert (kinds.count("probed"), result.steps) == (1, probed(tmp_path)["steps"])
-    seen = np.random.default_rng(0).normal(size=(5, 24))
+    seen = np.random.default_rng(0).normal(size=(5, began.normalisation.mean.size))
     assert np.array_equal(TrainedPolicy.load(tmp_path, SMALL, 2).act(seen), began.act(seen))
 
 

@@ -89,7 +89,7 @@ def at(steps, ending):
 
 
 def same_policy(one: TrainedPolicy, other: TrainedPolicy) -> bool:
-    seen = np.random.default_rng(0).normal(size=(5, 24))
+    seen = np.random.default_rng(0).normal(size=(5, one.normalisation.mean.size))
     return np.array_equal(one.act(seen), other.act(seen))
 
 
@@ -385,7 +385,7 @@ def test_only_numbers_are_read_from_a_policy_file(finished, tmp_path):
     with zipfile.ZipFile(finished / "policy.zip") as old, zipfile.ZipFile(tmp_path / "policy.zip", "w") as new:
         new.writestr("data", b"no pickle at all")
         new.writestr("policy.pth", old.read("policy.pth"))
-    seen = np.ones((1, 24))
+    seen = np.ones((1, policy_of(finished).normalisation.mean.size))
     assert np.array_equal(policy_of(tmp_path).act(seen), policy_of(finished).act(seen))
 
 
