@@ -50,7 +50,19 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str)
         made_export(run.design(2))
         made_run(runs, task="", objective="Turn the knob.")
         made = f"/run/{run.path.name}"
-        for path in ("/", "/new", made, f"{made}/1", f"{made}/1?iteration=1", f"{made}/2/export", "/nowhere"):
+        compare = f"/compare?design={run.path.name}/1&design={run.path.name}/2"
+        for path in (
+            "/",
+            "/new",
+            made,
+            f"{made}/1",
+            f"{made}/1?iteration=1",
+            f"{made}/2/export",
+            "/work",
+            "/designs",
+            compare,
+            "/nowhere",
+        ):
             page.goto(server.address(path))
             page.get_by_role("heading").first.wait_for()
             page.wait_for_timeout(500)

@@ -254,7 +254,7 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page = visitor.new_page()
         page.goto(server.address())
         shoot(page, "empty")
-        page.get_by_role("button", name="Try it").click()
+        page.get_by_role("button", name="Three robots that push a button").click()
         page.wait_for_url("**/run/*")
         page.locator("img.shot").first.wait_for()
         shoot(page, "watch")

@@ -28,6 +28,7 @@ from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.templates import TEMPLATES
 from aidsr.core.artifacts import (
     Critique,
     CritiqueIssue,
@@ -43,6 +44,8 @@ from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
+from aidsr.sim.environment_summary import summarize_environment
+from aidsr.tasks import goal_task, parse_goal
 from aidsr.teams.providers.manual import pending_prompts
 
 
@@ -91,7 +94,8 @@ def shown(user: User) -> str:
 async def test_an_empty_home_explains_itself(user: User, site: Site) -> None:
     await user.open("/")
     await user.should_see("No runs yet")
-    await user.should_see("Try it: three robots that push a button")
+    await user.should_see("Three robots that push a button")
+    await user.should_see("Ring a bell, as a task of your own")
     user.find("Set up a run").click()
     await user.should_see("Who designs")
 
@@ -441,6 +445,26 @@ async def test_a_goal_is_looked_at_when_it_is_given(user: User, site: Site) -> N
         form = dict(app.storage.user["setup"])
     order = request_from(site, form | {"source": "words", "objective": "Ring it."})
     assert (order.environment, order.goal) == (BELL, 'kind = "touch"\ntarget = "bell"')
+
+
+@visiting
+async def test_a_template_fills_the_form_and_a_goal_is_checked_as_it_is_typed(user: User, site: Site) -> None:
+    await user.open("/new?template=bell")
+    await user.should_see("bell.xml")
+    await user.should_see("touch")
+    (field,) = user.find("Goal (TOML)").elements
+    for said, sentence in (('kind = "touch"\ntarget = "gong"', "gong"), ('kind = "hit"', "unknown kind 'hit'")):
+        field.set_value(said)
+        await user.should_see(sentence, retries=100)
+    field.set_value('kind = "touch"\ntarget = "bell"\nhold_s = 0.25')
+    await user.should_see("0.25 s", retries=100)
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_a_template_is_an_environment_with_its_goal(name: str) -> None:
+    template = TEMPLATES[name]
+    assert summarize_environment(template.environment).mounts or name == "walk"
+    assert goal_task(parse_goal(template.goal), template.environment).goal.kind in ("touch", "lift", "travel")
 
 
 def asked_by_hand(directory: Path, number: int, said: str) -> None:

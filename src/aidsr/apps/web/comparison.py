@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +32,7 @@ faults and parts."""
 
 @dataclass(frozen=True)
 class _Column:
+    run: str
     design: DesignView
     rows: tuple[tuple[str, str], ...]
     motion: str
@@ -38,7 +40,13 @@ class _Column:
 
 def comparison_table(site: Site, run: Run) -> None:
     """Show all designs of a run as columns of one table."""
-    live(lambda: _read(site, run), lambda columns: _table(run, columns))
+    live(lambda: _read(site, run), _table)
+
+
+def compare_measured(site: Site, designs: Sequence[tuple[Run, int]]) -> None:
+    """Show some designs, of any runs, as columns of one table."""
+    columns = (_column(run.path.name, run.design(number), site.view(run).design(number)) for run, number in designs)
+    _table(tuple(columns), pictures=False)
 
 
 def measured_in_words(measurements: dict[str, Any]) -> tuple[tuple[str, str], ...]:
@@ -52,10 +60,10 @@ def measured_in_words(measurements: dict[str, Any]) -> tuple[tuple[str, str], ..
 
 def _read(site: Site, run: Run) -> tuple[_Column, ...]:
     view = site.view(run)
-    return tuple(_column(run.design(design.status.number), design) for design in view.designs)
+    return tuple(_column(view.name, run.design(design.status.number), design) for design in view.designs)
 
 
-def _column(folder: DesignFolder, design: DesignView) -> _Column:
+def _column(run: str, folder: DesignFolder, design: DesignView) -> _Column:
     status = design.status
     state = attempted(folder, status.stands_at) if status.stands_at else None
     concept, report = (state.concept, state.report) if state else (None, None)
@@ -71,7 +79,7 @@ def _column(folder: DesignFolder, design: DesignView) -> _Column:
         ("paid", format_cost(status.usage)),
         *_trained(folder),
     ]
-    return _Column(design, tuple((name, value) for name, value in rows if value), design.motion)
+    return _Column(run, design, tuple((name, value) for name, value in rows if value), design.motion)
 
 
 def _trained(folder: DesignFolder) -> list[tuple[str, str]]:
@@ -86,7 +94,7 @@ def _trained(folder: DesignFolder) -> list[tuple[str, str]]:
     ]
 
 
-def _table(run: Run, columns: tuple[_Column, ...]) -> None:
+def _table(columns: tuple[_Column, ...], *, pictures: bool = True) -> None:
     if not columns:
         with box("sheet empty"):
             text("There are no designs to compare yet.", "soft")
@@ -96,7 +104,7 @@ def _table(run: Run, columns: tuple[_Column, ...]) -> None:
         with box(tag="tr"):
             text("", tag="th")
             for column in columns:
-                _title(run, column)
+                _title(column, pictures=pictures)
         for name in names:
             with box(tag="tr"):
                 text(name, tag="th")
@@ -104,12 +112,13 @@ def _table(run: Run, columns: tuple[_Column, ...]) -> None:
                     text(dict(column.rows).get(name, "–"), "numbers", "td")
 
 
-def _title(run: Run, column: _Column) -> None:
+def _title(column: _Column, *, pictures: bool) -> None:
     status = column.design.status
     with box(tag="td"), box("stack tight"):
-        image(file_address(run.path.name, column.design.picture), f"design {status.number}")
-        if column.motion:
-            image(file_address(run.path.name, column.motion), "its motion", "wide")
+        if pictures:
+            image(file_address(column.run, column.design.picture), f"design {status.number}")
+            if column.motion:
+                image(file_address(column.run, column.motion), "its motion", "wide")
         with box("row apart"):
-            ui.link(f"{status.number}. {status.concept}", f"/run/{run.path.name}/{status.number}")
+            ui.link(f"{status.number}. {status.concept}", f"/run/{column.run}/{status.number}")
             badge(status.outcome.outcome if status.outcome else status.state)

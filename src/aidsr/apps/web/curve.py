@@ -1,8 +1,9 @@
-"""The curve of a training as a small drawing; nothing in it but numbers of ours."""
+"""Curves and points as small drawings; nothing in them but numbers of ours and escaped names."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 
 from aidsr.runs.trainings import CurveRow
 
@@ -13,34 +14,66 @@ def curve_svg(rows: Sequence[CurveRow], budget_steps: int) -> str:
     """Return success share and progress over the steps, both from 0 to 1."""
     most = max([budget_steps, *(row.steps for row in rows)], default=1) or 1
 
-    def x(steps: float) -> float:
-        return _LEFT + (_WIDTH - _LEFT - 8) * steps / most
-
-    def y(share: float) -> float:
-        return _TOP + (_HEIGHT - _TOP - _BOTTOM) * (1.0 - min(max(share, 0.0), 1.0))
-
     def line(name: str, kind: str) -> str:
         places = [(row.steps, getattr(row, name)) for row in rows if getattr(row, name) is not None]
-        path = " ".join(f"{x(steps):.1f},{y(share):.1f}" for steps, share in places)
+        path = " ".join(f"{_across(steps, most):.1f},{_up(share):.1f}" for steps, share in places)
         if not places:
             return ""
         steps, share = places[-1]
-        dot = f'<circle class="dot {kind}" cx="{x(steps):.1f}" cy="{y(share):.1f}" r="3.5"/>'
+        dot = f'<circle class="dot {kind}" cx="{_across(steps, most):.1f}" cy="{_up(share):.1f}" r="3.5"/>'
         return f'<polyline class="line {kind}" points="{path}"/>{dot}'
 
+    return _framed("success and progress over steps", most, line("progress", "two") + line("success_share", ""))
+
+
+CURVE_COLOURS = ("#1c87a6", "#d9822b", "#7a5cc2", "#2f9e5f")
+"""Of curves of several designs, as in the timeline."""
+
+
+def curves_svg(curves: Sequence[tuple[str, Sequence[CurveRow]]]) -> str:
+    """Return the success share of several trainings over their steps, one line each."""
+    most = max((row.steps for _, rows in curves for row in rows), default=1) or 1
+    drawn = []
+    for (_, rows), colour in zip(curves, CURVE_COLOURS, strict=False):
+        known = [(row.steps, row.success_share) for row in rows if row.success_share is not None]
+        path = " ".join(f"{_across(steps, most):.1f},{_up(share):.1f}" for steps, share in known)
+        drawn.append(f'<polyline class="line" style="stroke: {colour}" points="{path}"/>')
+    return _framed("success over steps", most, "".join(drawn))
+
+
+def scatter_svg(points: Sequence[tuple[float, float, str]]) -> str:
+    """Return points of an amount and a share, each with its name as a tooltip."""
+    most = max((amount for amount, _, _ in points), default=1) or 1
+    drawn = "".join(
+        f'<circle class="dot" cx="{_across(amount, most):.1f}" cy="{_up(share):.1f}" r="4.5">'
+        f"<title>{escape(name)}: {share:.0%}, {_short(amount)}</title></circle>"
+        for amount, share, name in points
+    )
+    return _framed("held-out success against tokens", most, drawn)
+
+
+def _across(amount: float, most: float) -> float:
+    return _LEFT + (_WIDTH - _LEFT - 8) * amount / most
+
+
+def _up(share: float) -> float:
+    return _TOP + (_HEIGHT - _TOP - _BOTTOM) * (1.0 - min(max(share, 0.0), 1.0))
+
+
+def _framed(name: str, most: float, drawn: str) -> str:
+    """Return a drawing between axes from 0 to 100 % and from 0 to `most`."""
     grid = "".join(
-        f'<line class="axis" x1="{_LEFT}" x2="{_WIDTH - 8}" y1="{y(share):.1f}" y2="{y(share):.1f}"/>'
-        f'<text x="{_LEFT - 8}" y="{y(share) + 4:.1f}" text-anchor="end">{share:.0%}</text>'
+        f'<line class="axis" x1="{_LEFT}" x2="{_WIDTH - 8}" y1="{_up(share):.1f}" y2="{_up(share):.1f}"/>'
+        f'<text x="{_LEFT - 8}" y="{_up(share) + 4:.1f}" text-anchor="end">{share:.0%}</text>'
         for share in (0.0, 0.5, 1.0)
     )
     ticks = "".join(
-        f'<text x="{x(most * part):.1f}" y="{_HEIGHT - 6}" text-anchor="{anchor}">{_short(most * part)}</text>'
+        f'<text x="{_across(most * part, most):.1f}" y="{_HEIGHT - 6}" text-anchor="{anchor}">'
+        f"{_short(most * part)}</text>"
         for part, anchor in ((0.0, "start"), (0.5, "middle"), (1.0, "end"))
     )
-    drawn = line("progress", "two") + line("success_share", "")
     return (
-        f'<svg class="curve" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="success and progress over steps">'
-        f"{grid}{ticks}{drawn}</svg>"
+        f'<svg class="curve" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{name}">{grid}{ticks}{drawn}</svg>'
     )
 
 

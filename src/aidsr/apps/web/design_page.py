@@ -97,7 +97,7 @@ def add_design_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        with frame(f"{number}. {design.status.concept}", ("Runs", "/"), (title, f"/run/{name}")):
+        with frame(f"{number}. {design.status.concept}", ("Runs", "/"), (title, f"/run/{name}"), site=site):
             with box("stack"):
                 with box("row apart top"):
                     live(page.titled, _title)
@@ -170,7 +170,18 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
         environment="" if scene else page.run.brief().environment,
         episodes=[Episode.read(motion.path, motion.name) for motion in motions],
         on_pick=Draft(page.run, iteration).pin,
+        before=_before(page, number, whole=scene is not None),
     )
+
+
+def _before(page: _Page, number: int, *, whole: bool) -> str:
+    """Return the MJCF of the newest earlier iteration, scene or robot as this one is; empty where there is none."""
+    earlier = [it for it in page.folder.leading_to(number) if it.number < number]
+    if whole:
+        scene = newest(it.scene.read() for it in earlier)
+        return scene.mjcf if scene else ""
+    robot = newest(it.robot.read() for it in earlier)
+    return robot.mjcf if robot else ""
 
 
 def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
@@ -255,6 +266,10 @@ def _found(page: _Page, facts: tuple[DesignView, str, int]) -> None:
         if tried:
             with box("stack"):
                 text(f"Tried on its task: {tried.phase.replace('_', ' ')}, progress {tried.progress:.2f}", tag="h2")
+                before = newest(it.task_report.read() for it in page.folder.leading_to(number) if it.number < number)
+                if before:
+                    phase = before.phase.replace("_", " ")
+                    text(f"The iteration before: {phase}, progress {before.progress:.2f}.", "small soft", "p")
                 _critique(tried.critique)
         report = iteration.scene_report.read() or iteration.robot_report.read()
         if report is None:

@@ -60,7 +60,7 @@ def add_export_page(site: Site) -> None:
             not_found(error)
             return
         way = (("Runs", "/"), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
-        with frame("Export", *way):
+        with frame("Export", *way, site=site):
             with box("stack tight"):
                 text(f"{concept}, as parts", tag="h1")
                 text(

@@ -8,18 +8,24 @@ from pathlib import Path
 
 from nicegui import app, ui
 
+from aidsr.apps.web.live import live
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.widgets import text
+from aidsr.apps.web.work import Task
+
 ASSETS = Path(__file__).parent / "assets"
 _HEAD = '<link rel="stylesheet" href="/assets/web.css"><script src="/assets/web.js" defer></script>'
 _THEMES = {"auto": (None, "brightness_auto"), "light": (False, "light_mode"), "dark": (True, "dark_mode")}
 
 
 @contextmanager
-def frame(title: str, *way: tuple[str, str], narrow: bool = False) -> Iterator[None]:
+def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: bool = False) -> Iterator[None]:
     """Open a page.
 
     Args:
         title: Of this page.
         way: Text and address of the pages above it.
+        site: The site, whose work the head line counts; None where there is none to read.
         narrow: Keep to a width at which text is easily read.
     """
     ui.page_title(f"{title} · AID-SR" if title else "AID-SR")
@@ -38,6 +44,9 @@ def frame(title: str, *way: tuple[str, str], narrow: bool = False) -> Iterator[N
             if title:
                 ui.label("/").classes("sep")
                 ui.label(title)
+        if site is not None:
+            ui.link("Designs", "/designs").classes("hide-narrow")
+            live(site.work.tasks, _at_work, every_s=2.0)
         _theme_button(dark)
         new = ui.button("New run", icon="add", color=None, on_click=lambda: ui.navigate.to("/new"))
         new.props("unelevated").classes("primary").tooltip("key n")
@@ -45,6 +54,16 @@ def frame(title: str, *way: tuple[str, str], narrow: bool = False) -> Iterator[N
     main.props["id"] = "content"
     with main:
         yield
+
+
+def _at_work(tasks: tuple[Task, ...]) -> None:
+    """Count what is at work; a browser shows what waits for a person in the page's title and icon (web.js)."""
+    waiting = sum(task.waits for task in tasks)
+    link = ui.link(f"{waiting} for you" if waiting else "At work", "/work").classes("work-link")
+    link.props["data-awaited"] = str(waiting)
+    if len(tasks) - waiting:
+        with link:
+            text(str(len(tasks) - waiting), "badge running").props["aria-label"] = f"{len(tasks) - waiting} at work"
 
 
 def _theme_button(dark: ui.dark_mode) -> None:

@@ -10,14 +10,13 @@ from typing import Any
 from nicegui import app, ui
 
 from aidsr.apps.web.frame import frame
-from aidsr.apps.web.launch import DEMO, launch
-from aidsr.apps.web.live import Rows, as_action, live, watch, working
+from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.site import RunView, Site
 from aidsr.apps.web.studies_panel import studies_panel
+from aidsr.apps.web.welcome import welcome
 from aidsr.apps.web.widgets import badge, box, button, image, notice, text, thumbnail_address
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_cost
-from aidsr.runs import Run
 
 _COLUMNS = ("picture", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "delete")
 _UNNAMED = frozenset({"picture", "delete"})
@@ -47,7 +46,7 @@ def add_home(site: Site) -> None:
     @ui.page("/")
     def home(search: str = "") -> None:
         searched, kept = {"words": search}, app.storage.user
-        with frame(""):
+        with frame("", site=site):
             with box("row apart"):
                 text("Runs", tag="h1")
                 field = ui.input(placeholder="Search: task, words, model, state").props("outlined dense clearable")
@@ -80,7 +79,7 @@ def _runs(site: Site, searched: dict[str, str]) -> Callable[[], Coroutine[Any, A
             if isinstance(found, AidsrError):
                 notice(str(found), "bad")
             elif not found.of:
-                _nothing_yet(site)
+                welcome(site)
             elif not there:
                 with box("sheet empty"):
                     text(f"None of {found.of} runs matches “{found.search}”.", "soft")
@@ -167,29 +166,3 @@ def _undo(site: Site, name: str) -> None:
         with box("row"):
             button("Undo", as_action(restore), "quiet", "undo")
             button("", as_action(leave), "bare", "close", "Leave it there")
-
-
-def _nothing_yet(site: Site) -> None:
-    with box("sheet empty"):
-        text("No runs yet", tag="h2")
-        text(
-            "Say what a robot should do and where. A team of four roles designs tendon-driven continuum robots for it; "
-            "every robot is driven in simulation, what is physically wrong is measured and repaired, and you decide "
-            "what is worth training. Everything is kept in one folder for each run.",
-            "soft",
-            "p",
-        )
-        with box("row"):
-            demo = button(
-                "Try it: three robots that push a button", lambda: working(demo, _demo(site), _open), "primary"
-            )
-            button("Set up a run", lambda: ui.navigate.to("/new"))
-        text("The demonstration is done by built-in rules in about half a minute: no key, nothing paid.", "small soft")
-
-
-def _demo(site: Site) -> Callable[[], Run]:
-    return lambda: launch(site, DEMO)
-
-
-def _open(run: Run) -> None:
-    ui.navigate.to(f"/run/{run.path.name}")

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from aidsr.apps.web.compare_page import add_compare_page
 from aidsr.apps.web.design_page import add_design_page
+from aidsr.apps.web.designs_page import add_designs_page
 from aidsr.apps.web.export_page import add_export_page
 from aidsr.apps.web.home import add_home
 from aidsr.apps.web.run_page import add_run_page
 from aidsr.apps.web.setup_page import add_setup
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.work_page import add_work_page
 
 
 def add_pages(site: Site) -> None:
     """Make every page answer at its address."""
-    for add in (add_home, add_setup, add_run_page, add_design_page, add_export_page):
+    run_pages = (add_run_page, add_design_page, add_export_page)
+    for add in (add_home, add_setup, *run_pages, add_work_page, add_designs_page, add_compare_page):
         add(site)

@@ -49,7 +49,7 @@ def add_run_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        with frame(view.title, ("Runs", "/")):
+        with frame(view.title, ("Runs", "/"), site=site):
             with box("stack"):
                 with box("row apart top"):
                     with box("stack tight grow"):

@@ -19,6 +19,8 @@ def show_scene(
     environment: str = "",
     episodes: Sequence[Episode] = (),
     on_pick: Callable[[str], None] = lambda _name: None,
+    together: bool = False,
+    before: str = "",
 ) -> SceneView | None:
     """Show a robot or a scene, and return the view, None where there is nothing to see yet.
 
@@ -31,6 +33,8 @@ def show_scene(
         environment: For a robot alone, the MJCF whose physics hold for it.
         episodes: Recorded motions to choose from.
         on_pick: Called with the name of the body or tendon clicked; empty when the selection is cleared.
+        together: Whether its camera turns with those of the other views of the page.
+        before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
     """
     if not mjcf:
         with box("sheet flush"):
@@ -50,4 +54,6 @@ def show_scene(
             environment=environment,
             episodes=episodes,
             on_pick=picked,
+            together=together,
+            before=before,
         )

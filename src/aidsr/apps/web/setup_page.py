@@ -13,8 +13,10 @@ from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
 from aidsr.apps.web.model_form import budget_from, choose_model, model_name
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.upload import ENVIRONMENT, GOAL, ROBOT, upload
+from aidsr.apps.web.templates import TEMPLATES
+from aidsr.apps.web.upload import ROBOT, upload
 from aidsr.apps.web.widgets import box, button, choice, image, text
+from aidsr.apps.web.words_form import take_template, words_form
 from aidsr.core.config import Budget, bounds, checked_config, run_settings
 from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
@@ -49,7 +51,7 @@ def add_setup(site: Site) -> None:
     """Answer at /new."""
 
     @ui.page("/new")
-    def setup(task: str = "") -> None:
+    def setup(task: str = "", template: str = "") -> None:
         form: Form = app.storage.user.setdefault("setup", {})
         for key, value in FRESH.items():
             form.setdefault(key, value)
@@ -57,7 +59,11 @@ def add_setup(site: Site) -> None:
             form.update(task=FRESH["task"], level=FRESH["level"])
         if task in task_names():
             form.update(source="task", task=task)
-        with frame("New run"):
+        if template in TEMPLATES and form["environment_name"] != f"{template}.xml":
+            take_template(form, template)
+        if template:
+            form["source"] = "words"
+        with frame("New run", site=site):
             with box("stack tight"):
                 text("New run", tag="h1")
                 text("Set the task and the designer. The run continues when this page is closed.", "soft", "p")
@@ -99,7 +105,7 @@ def _what(form: Form) -> None:
             with ui.tab_panel("task"):
                 _tasks(form)
             with ui.tab_panel("words"):
-                _words(form)
+                words_form(form)
 
 
 def _tasks(form: Form) -> None:
@@ -126,24 +132,6 @@ def _tasks(form: Form) -> None:
                 levels.on_value_change(lambda event: form.update(level=event.value))
 
     cards()
-
-
-def _words(form: Form) -> None:
-    with box("stack"):
-        objective = ui.textarea("Objective").props("outlined autogrow").bind_value(form, "objective")
-        objective.props.update(
-            {"placeholder": "Turn the knob at the end of the shaft by a quarter.", "maxlength": 4000}
-        )
-        text(
-            "The environment is MJCF without a robot. A robot may be attached at a site named mount or mount_…",
-            "small soft",
-        )
-        upload(form, ENVIRONMENT)
-        text(
-            "A goal, a short TOML file, defines success: reach, lift, travel or touch. Only training needs it.",
-            "small soft",
-        )
-        upload(form, GOAL)
 
 
 def _how_much(form: Form) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from aidsr.apps.web.processes import Processes
 from aidsr.apps.web.studies import Studies
@@ -18,6 +19,9 @@ from aidsr.runs.stages import Attempt, attempts
 from aidsr.runs.status import State, newest
 from aidsr.runs.trainings import trainings_of
 from aidsr.teams.providers.manual import pending_prompts, prompts_directory
+
+if TYPE_CHECKING:
+    from aidsr.apps.web.work import Work
 
 Shown = State | Literal["interrupted"]
 """A run's state, and "interrupted" where the files say "running" and no process is."""
@@ -104,6 +108,13 @@ class Site:
         """Return the site for a folder of runs, and for studies that lie elsewhere."""
         runs = runs.resolve()  # what is written into a run must hold wherever it is taken up again
         return cls(Library(runs), Processes(runs / ".web" / "processes"), Studies(runs, studies))
+
+    @cached_property
+    def work(self) -> Work:
+        """What is at work, read for all open pages together."""
+        from aidsr.apps.web.work import Work
+
+        return Work(self)
 
     @property
     def own(self) -> Path:

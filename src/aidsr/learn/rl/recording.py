@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.core.errors import UserError
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 
@@ -44,7 +45,7 @@ def record_episode(training: Path, variation: int) -> bytes:
         variation: Index of a held-out variation, from 0.
 
     Raises:
-        UserError: There is no such training.
+        UserError: There is no such training, or an earlier version made it, with other observations.
         IsolationError: It takes too long.
     """
     from aidsr.learn.episodes.batch import Episodes
@@ -57,6 +58,8 @@ def record_episode(training: Path, variation: int) -> bytes:
     scene, varied = finished.scene, finished.scene.task.variation("held_out", variation)
     smoothing = finished.config.recipe.smoothing
     episodes = Episodes(scene.model, scene.task, scene.actions, [varied], threads=1, smoothing=smoothing, record=_STATE)
+    if finished.policy.normalisation.mean.shape != episodes.observation.shape[1:]:
+        raise UserError(f"the policy in {training} was trained with other observations; train it again")
     recorder = Recorder(episodes)
     with one_torch_thread():
         outcomes = rollout(episodes, finished.policy, recorder.update)

@@ -23,3 +23,21 @@ document.addEventListener("loadedmetadata", ({ target }) => {
   if (pace && target.playbackRate < 1) pace.textContent = `, at ${target.playbackRate.toPrecision(2)} times real time`;
 }, true);
 document.addEventListener("ended", ({ target }) => { if (target.matches("video.film")) setTimeout(() => target.play(), HELD_MS); }, true);
+// What waits for a person is counted in the title and on the icon, and told on the desktop where that was asked for.
+const title = () => document.title.replace(/^\(\d+\) /, "");
+const icon = (dot) => `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32">
+  <rect width="32" height="32" rx="7" fill="#1c6770"/><path d="M8 5v8c0 8 12 4 12 12M8 5h8" fill="none" stroke="#fff" stroke-width="4" stroke-linecap="round"/>
+  ${dot ? '<circle cx="24" cy="24" r="7" fill="#e8590c"/>' : ""}</svg>`)}`;
+let awaited = null;
+function count() {
+  const link = document.querySelector("[data-awaited]");
+  if (!link || Number(link.dataset.awaited) === awaited) return;
+  const more = awaited !== null && Number(link.dataset.awaited) > awaited;
+  awaited = Number(link.dataset.awaited);
+  document.title = awaited ? `(${awaited}) ${title()}` : title();
+  document.querySelector("link[rel~=icon]").href = icon(awaited > 0);
+  if (more && window.Notification?.permission === "granted")
+    new Notification("AID-SR waits for you", { body: link.textContent.trim(), tag: "aidsr" });
+}
+setInterval(count, 1000);
+window.askToNotify = () => window.Notification?.requestPermission();

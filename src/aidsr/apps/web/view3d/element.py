@@ -45,6 +45,8 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         mount: How a robot alone stands; see `aidsr.validation.validate`.
         environment: MJCF whose physics hold for a robot alone, empty for its own.
         controls: Whether there are sliders and transport; without, it is only looked at.
+        together: Whether its camera turns with those of the other views of the page.
+        before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
         on_pick: Called with what a person clicks.
     """
 
@@ -60,10 +62,14 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         mount: Mount = "auto",
         environment: str = "",
         controls: bool = True,
+        together: bool = False,
+        before: str = "",
         on_pick: Callable[[Pick], None] | None = None,
     ) -> None:
         super().__init__()
-        model = Model(mjcf, mount=mount, environment=environment, groups=tuple(groups), episodes=tuple(episodes))
+        model = Model(
+            mjcf, mount=mount, environment=environment, groups=tuple(groups), episodes=tuple(episodes), before=before
+        )
         self.stream = SceneStream(model)
         _views().add(self.stream)
         self._props["path"] = f"{ADDRESS}/{self.stream.id}"
@@ -71,6 +77,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         self._props["picture"] = picture
         self._props["episodes"] = [episode.name for episode in episodes]
         self._props["controls"] = controls
+        self._props["together"] = together
         self._picked = on_pick
         self.on("pick", self._pick)
         self.light(faults)
@@ -88,14 +95,14 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         """Play an episode in each watching browser, as if chosen there."""
         self.run_method("replay", self.episodes.index(name))
 
-    def play(self, episode: Episode) -> None:
-        """Add an episode, and play it in each watching browser."""
+    def play(self, episode: Episode, *, scroll: bool = True) -> None:
+        """Add an episode, and play it in each watching browser, which scrolls to it unless told not to."""
         index = self.stream.add(episode)
         names = list(self.episodes)
         names[index : index + 1] = [episode.name]
         self._props["episodes"] = names
         self.update()
-        self.run_method("replay", index)
+        self.run_method("replay", index, scroll)
 
     def _pick(self, event: GenericEventArguments) -> None:
         kind, name = event.args.get("kind"), event.args.get("name")

@@ -116,6 +116,16 @@ class Player:
         self._base = DisplayModel.of(
             command["mjcf"], mount=command["mount"], environment=command["environment"], groups=groups
         )
+        if command["before"]:
+            with contextlib.suppress(MjcfError):  # an earlier state may be the one that could not be loaded
+                before = DisplayModel.of(
+                    command["before"], mount=command["mount"], environment=command["environment"], groups=()
+                )
+                self._base.facts["ghost"] = {
+                    "parts": [part for part in before.facts["parts"] if part["robot"] and part["kind"] == "geom"],
+                    "surfaces": before.facts["surfaces"],
+                    "length_m": before.facts["length_m"],
+                }
         self._put_on(self._base)
         self.show()
         self._tests = Tests(self._base)

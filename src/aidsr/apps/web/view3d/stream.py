@@ -94,6 +94,7 @@ class Model:
         environment: MJCF whose physics hold for a robot alone, empty for its own.
         groups: Actuators that act together, as the robot's author defines them.
         episodes: Recorded motions that can be played.
+        before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
     """
 
     mjcf: str | Path
@@ -101,6 +102,7 @@ class Model:
     environment: str = ""
     groups: Sequence[ActuatorGroup] = ()
     episodes: Sequence[Episode] = ()
+    before: str = ""
 
     @property
     def command(self) -> dict[str, Any]:
@@ -115,6 +117,7 @@ class Model:
             "mjcf": open_mjcf(self.mjcf) if isinstance(self.mjcf, Path) else self.mjcf,
             "mount": self.mount,
             "environment": self.environment,
+            "before": self.before,
             "groups": [group.model_dump() for group in self.groups],
         }
 

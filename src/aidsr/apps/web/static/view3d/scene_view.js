@@ -4,8 +4,10 @@ import { canDraw, Connection, FACTS, FRAME, shortName, squareInWords, STATE, TES
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2];
 const STEP_S = 0.01;
 const SEND_MS = 40;
+const REPEAT_MS = 2000;
 const HIDDEN_MS = 4000;
 const LABELS_AT_MOST = 6;
+const TOGETHER = new Set(); // views whose cameras turn together
 
 export default {
   template: `
@@ -82,7 +84,7 @@ export default {
 </div>`,
 
   components: { Timeline },
-  props: { view: String, path: String, title: String, picture: String, lit: Array, episodes: Array, controls: Boolean },
+  props: { view: String, path: String, title: String, picture: String, lit: Array, episodes: Array, controls: Boolean, together: Boolean },
   emits: ["pick", "ready"],
 
   data() {
@@ -203,6 +205,11 @@ export default {
       drop: () => this.send({ do: "let_go" }),
       measured: (distance) => (this.distance = distance === null ? null : `${(1000 * distance).toPrecision(3)} mm`),
     });
+    this.$refs.host.viewer = this.viewer; // for the console and the tests
+    if (this.together) {
+      TOGETHER.add(this);
+      this.viewer.controls.addEventListener("change", () => this.turnOthers());
+    }
     this.connection = new Connection(this.path, {
       message: (kind, value) => this.receive(kind, value),
       status: (status) => (this.status = status),
@@ -221,6 +228,8 @@ export default {
     document.removeEventListener("visibilitychange", this.lookOrNot);
     clearTimeout(this.hiding);
     clearTimeout(this.sending);
+    TOGETHER.delete(this);
+    clearTimeout(this.repeating);
     this.watching.disconnect();
     this.connection.look(false);
     this.viewer.dispose();
@@ -231,6 +240,16 @@ export default {
       clearTimeout(this.hiding);
       if (this.onScreen && !document.hidden) this.connection.look(true);
       else this.hiding = setTimeout(() => this.connection.look(false), HIDDEN_MS);
+    },
+    /** Let the other views of the page look from where this one does, each at its own robot. */
+    turnOthers() {
+      if (this.turned || !this.facts) return;
+      for (const other of TOGETHER)
+        if (other !== this && other.facts) {
+          other.turned = true;
+          other.viewer.lookFrom(this.viewer.whence());
+          other.turned = false;
+        }
     },
     receive(kind, value) {
       if (kind === FACTS) {
@@ -243,9 +262,19 @@ export default {
         this.light();
         this.$emit("ready");
       } else if (kind === FRAME) this.frame(value);
-      else if (kind === STATE) this.state = { ...this.state, ...value };
+      else if (kind === STATE) {
+        this.state = { ...this.state, ...value };
+        if (!this.controls) this.repeat();
+      }
       else if (kind === TRACKS) this.tracks = Object.freeze(value);
       else if (kind === TESTS) this.tests = value.tests;
+    },
+    /** Without controls, play the first episode again and again, unless the person wants no motion. */
+    repeat() {
+      clearTimeout(this.repeating);
+      if (!this.episodes.length || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+      if (this.state.mode === "live") this.send({ do: "episode", index: 0 });
+      else if (!this.state.runs) this.repeating = setTimeout(() => this.send({ do: "play" }), REPEAT_MS);
     },
     frame(frame) {
       this.viewer.place(frame);
@@ -266,9 +295,9 @@ export default {
       const [mode, index] = value.split(" ");
       this.send(mode === "live" ? { do: "live" } : { do: mode, index: Number(index) });
     },
-    replay(index) {
+    replay(index, scroll = true) {
       if (!this.drawable) return;
-      this.$refs.root.scrollIntoView({ block: "center" });
+      if (scroll) this.$refs.root.scrollIntoView({ block: "center" });
       this.connection.ask({ do: "episode", index });
     },
     seek(time) {

@@ -158,6 +158,22 @@ export class Viewer {
     this.dirty = true;
   }
 
+  /** Return from where the robot is seen, in lengths of it: the way from its middle to the target, and on to the camera. */
+  whence() {
+    const target = this.controls.target.clone().sub(new Vector3(...this.facts.camera.lookat));
+    const arm = this.camera.position.clone().sub(this.controls.target);
+    return [target, arm].map((way) => way.divideScalar(this.facts.length_m));
+  }
+
+  /** Look from where another view does; see `whence`. */
+  lookFrom([target, arm]) {
+    const { lookat } = this.facts.camera;
+    this.controls.target.set(...lookat).addScaledVector(target, this.facts.length_m);
+    this.camera.position.copy(this.controls.target).addScaledVector(arm, this.facts.length_m);
+    this.controls.update();
+    this.dirty = true;
+  }
+
   /** Keep the robot in the middle while it moves, or not. */
   setFollowing(on) {
     this.following = on;

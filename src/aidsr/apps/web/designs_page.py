@@ -1,0 +1,223 @@
+"""All designs of all runs: sorted, filtered, grouped, plotted, and picked for comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import groupby
+from typing import Any
+from urllib.parse import urlencode
+
+from nicegui import ui
+
+from aidsr.apps.web.curve import scatter_svg
+from aidsr.apps.web.frame import frame
+from aidsr.apps.web.live import as_action, live
+from aidsr.apps.web.site import DesignView, RunView, Site
+from aidsr.apps.web.widgets import badge, box, button, image, text, thumbnail_address
+from aidsr.core.errors import UserError
+from aidsr.runs import DesignFolder
+from aidsr.runs.trainings import trainings_of
+
+MOST_COMPARED = 4
+"""Designs side by side. Our choice: as many views as fit a screen."""
+_FILTERS = ("task", "family", "model", "state")
+_COLUMNS: dict[str, Callable[[DesignRow], Any]] = {
+    "design": lambda row: row.concept.lower(),
+    "task": lambda row: row.task,
+    "family": lambda row: row.family,
+    "model": lambda row: row.model,
+    "state": lambda row: row.state,
+    "iterations": lambda row: row.iterations,
+    "tokens": lambda row: row.tokens,
+    "held-out success": lambda row: -1.0 if row.success is None else row.success,
+    "started": lambda row: row.started,
+}
+_NUMBERS = frozenset({"iterations", "tokens", "held-out success"})
+
+
+@dataclass(frozen=True)
+class DesignRow:
+    """A design in the table."""
+
+    run: str
+    number: int
+    concept: str
+    task: str
+    family: str
+    model: str
+    state: str
+    iterations: int
+    tokens: int
+    success: float | None
+    """Share of held-out episodes won by its best policy; None where it has none."""
+    started: str
+    picture: str
+
+    @property
+    def key(self) -> str:
+        """As an address names it."""
+        return f"{self.run}/{self.number}"
+
+
+@dataclass
+class _Wanted:
+    """What a person wants to see of them."""
+
+    task: str = ""
+    family: str = ""
+    model: str = ""
+    state: str = ""
+    group: str = ""
+    by: str = "started"
+    falling: bool = True
+    picked: tuple[str, ...] = ()
+
+
+def add_designs_page(site: Site) -> None:
+    """Answer at /designs."""
+
+    @ui.page("/designs")
+    def designs_page() -> None:
+        wanted = _Wanted()
+
+        def act(**changes: Any) -> None:
+            for name, value in changes.items():
+                setattr(wanted, name, value)
+
+        with frame("Designs", ("Runs", "/"), site=site):
+            text("Designs", tag="h1")
+            choices = ui.element("div").classes("form")
+            live(lambda: wanted.picked, lambda picked: _compare_bar(picked, act))
+            # what is wanted is part of what was read, so that a change of it redraws the table; picks do not
+            look = live(lambda: (_read(site), replace(wanted, picked=())), lambda facts: _draw(facts[0], wanted, act))
+
+            with choices:
+                for name in _FILTERS:
+                    offered = sorted({str(getattr(row, name)) for row in _read(site)} - {""})
+                    field = ui.select({"": "all", **{one: one for one in offered}}, value="", label=name)
+                    field.props("outlined dense").on_value_change(partial(_choose, act, name)).on_value_change(look)
+                group = ui.select({"": "nothing", **{one: one for one in _FILTERS}}, value="", label="group by")
+                group.props("outlined dense").on_value_change(partial(_choose, act, "group")).on_value_change(look)
+
+
+def _choose(act: Callable[..., None], name: str, event: Any) -> None:
+    act(**{name: event.value})
+
+
+def _read(site: Site) -> tuple[DesignRow, ...]:
+    rows = []
+    for run in site.library.runs():
+        try:
+            view = site.view(run)
+        except UserError:
+            continue
+        rows += [design_row(view, design, run.design(design.status.number)) for design in view.designs]
+    return tuple(rows)
+
+
+def design_row(view: RunView, design: DesignView, folder: DesignFolder) -> DesignRow:
+    """Return a design as a row of the table."""
+    status, record = design.status, view.status.record
+    shares = []
+    if design.trained:
+        verdicts = [verdict for one in trainings_of(folder) if (verdict := one.evaluation.read()) is not None]
+        shares = [verdict.success_share for verdict in verdicts]
+    return DesignRow(
+        run=view.name,
+        number=status.number,
+        concept=status.concept,
+        task=record.task.rpartition("/")[2].replace("_", " ") or view.title,
+        family=status.family,
+        model=record.config.model,
+        state=status.outcome.outcome if status.outcome else status.state,
+        iterations=status.iteration,
+        tokens=status.usage.input_tokens + status.usage.output_tokens,
+        success=max(shares, default=None),
+        started=record.started,
+        picture=design.picture,
+    )
+
+
+def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]) -> None:
+    shown = [row for row in rows if all(getattr(wanted, name) in ("", getattr(row, name)) for name in _FILTERS)]
+    if not shown:
+        with box("sheet empty"):
+            text("No design matches." if rows else "There are no designs yet.", "soft")
+        return
+    shown.sort(key=_COLUMNS[wanted.by], reverse=wanted.falling)
+    if wanted.group:
+        shown.sort(key=lambda row: str(getattr(row, wanted.group)))
+    grouped = groupby(shown, key=lambda row: str(getattr(row, wanted.group)) if wanted.group else "")
+    with box("sheet flush scroll"), box("list designs", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            text("compare", "unseen", "th")
+            text("picture", "unseen", "th")
+            for column in _COLUMNS:
+                _heading(column, wanted, act)
+        for name, members in grouped:
+            each = list(members)
+            with box(tag="tbody"):
+                if wanted.group:
+                    with box(tag="tr"), box("group", "th", colspan=str(len(_COLUMNS) + 2), scope="rowgroup"):
+                        text(f"{name or 'none'}, {len(each)}")
+                for row in each:
+                    with box(tag="tr"):
+                        _cells(row, wanted, act)
+    trained = [row for row in shown if row.success is not None]
+    if trained:
+        with box("sheet stack", "section", aria_label="success against tokens"):
+            text("Held-out success against tokens", tag="h2")
+            points = [(row.tokens, row.success or 0.0, f"{row.concept} ({row.task})") for row in trained]
+            ui.html(scatter_svg(points), sanitize=False).classes("full")
+
+
+def _heading(column: str, wanted: _Wanted, act: Callable[..., None]) -> None:
+    def sort() -> None:
+        act(by=column, falling=not wanted.falling if wanted.by == column else column in _NUMBERS)
+
+    order = ("descending" if wanted.falling else "ascending") if wanted.by == column else "none"
+    with box("num" if column in _NUMBERS else "", "th", aria_sort=order):
+        arrow = {"descending": " ↓", "ascending": " ↑", "none": ""}[order]
+        button(column + arrow, as_action(sort), "bare").classes("sort")
+
+
+def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
+    def pick(*, on: bool) -> None:
+        others = tuple(one for one in wanted.picked if one != row.key)
+        if on and len(others) == MOST_COMPARED:
+            raise UserError(f"at most {MOST_COMPARED} designs can be compared; leave one out first")
+        act(picked=(*others, row.key) if on else others)
+
+    with box(tag="td"):
+        check = ui.checkbox(value=row.key in wanted.picked)
+        check.props["aria-label"] = f"compare {row.concept} of {row.task}"
+        check.on_value_change(lambda event: as_action(partial(pick, on=bool(event.value)))())
+    with box(tag="td"):
+        image(thumbnail_address(row.run, row.picture), "", "thumb")
+    with box(tag="td"):
+        ui.link(f"{row.number}. {row.concept}", f"/run/{row.run}/{row.number}")
+    for value in (row.task, row.family):
+        text(value, "", "td")
+    text(row.model, "mono", "td")
+    with box(tag="td"):
+        badge(row.state)
+    text(str(row.iterations), "num", "td")
+    text(f"{row.tokens:,}".replace(",", " "), "num", "td")
+    text("–" if row.success is None else f"{row.success:.0%}", "num", "td")
+    text(row.started[:10], "line numbers", "td")
+
+
+def _compare_bar(picked: tuple[str, ...], act: Callable[..., None]) -> None:
+    def none() -> None:
+        act(picked=())
+        ui.navigate.reload()
+
+    address = "/compare?" + urlencode([("design", key) for key in picked])
+    with box("notice row", role="status"):
+        text(f"{len(picked)} picked; pick 2 to {MOST_COMPARED} to compare them.", "grow")
+        if len(picked) > 1:
+            button("Compare", partial(ui.navigate.to, address), "primary", "compare")
+        if picked:
+            button("Pick none", none, "quiet")

@@ -1,0 +1,56 @@
+"""What an empty home shows: a robot that moves, and three things to try with one click."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from nicegui import ui
+
+from aidsr.apps.web.frame import ASSETS
+from aidsr.apps.web.launch import DEMO, RunRequest, launch
+from aidsr.apps.web.live import working
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.view3d import Episode, SceneView
+from aidsr.apps.web.widgets import box, button, text
+from aidsr.core.config import RunConfig
+from aidsr.runs import Run
+
+_EPISODE = ASSETS / "welcome.npz"
+"""A held-out episode, made by `aidsr design --task button_pushing --seed 1`, `aidsr train` of its first design with
+60,000 steps, and `aidsr.learn.rl.recording.record_episode`."""
+_TUNNEL = RunRequest(RunConfig(seed=1), task="locomotion/tunnel")
+
+
+def welcome(site: Site) -> None:
+    """Explain the app, and offer first steps."""
+
+    def opened(run: Run) -> None:
+        ui.navigate.to(f"/run/{run.path.name}")
+
+    def offer(title: str, request: RunRequest) -> None:
+        pressed = button(title, lambda: working(pressed, partial(launch, site, request), opened), "quiet", "play_arrow")
+
+    with box("sheet welcome"):
+        with box("stack"):
+            text("No runs yet", tag="h2")
+            text(
+                "Say what a robot should do and where. A team of four roles designs tendon-driven continuum robots for "
+                "it; every robot is driven in simulation, what is physically wrong is measured and repaired, and you "
+                "decide what is worth training. Everything is kept in one folder for each run.",
+                "soft",
+                "p",
+            )
+            text("Try one of these; built-in rules do them in about half a minute, without a key or cost.", "", "p")
+            with box("stack tight"):
+                offer("Three robots that push a button", DEMO)
+                offer("Three robots that pass a tunnel", _TUNNEL)
+                bell = partial(ui.navigate.to, "/new?template=bell")
+                button("Ring a bell, as a task of your own", bell, "quiet", "edit")
+            with box("row"):
+                button("Set up a run", lambda: ui.navigate.to("/new"), "primary", "add")
+        with box("stack tight", "figure"):
+            episode = Episode.read(_EPISODE, "a tentacle pushes a button")
+            with box("view"):
+                SceneView(episode.mjcf, title="a tentacle that pushes a button", episodes=[episode], controls=False)
+            said = "A tentacle by the built-in rules pushes a button with a policy that it learned; ten times slower."
+            text(said, "small soft", "figcaption")

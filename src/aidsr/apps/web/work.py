@@ -1,0 +1,108 @@
+"""All that is at work, and all that waits for a person, over all runs."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Literal
+
+from aidsr.apps.web.site import Job, RunView, Site
+from aidsr.core.errors import UserError
+from aidsr.runs.event_text import DOING
+from aidsr.runs.trainings import read_curve, trainings_of
+
+_KEPT_S = 1.5
+"""How old a reading may be: every open page asks for it. Our choice."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One thing at work, or waiting for a person."""
+
+    kind: Literal["decision", "reply", "designs", "training", "export"]
+    title: str
+    address: str
+    doing: str
+    since: str = ""
+    """When it began or last did something, ISO 8601."""
+    share: float | None = None
+    """How much of it is done, None where that is not known."""
+    left_s: float | None = None
+    """How long it will take at its present speed, None where that is not known [s]."""
+    process: str = ""
+    """By which it can be stopped; empty where it cannot be, from here."""
+
+    @property
+    def waits(self) -> bool:
+        """Whether it is a person's turn."""
+        return self.kind in ("decision", "reply")
+
+
+class Work:
+    """Reads what is at work, for all open pages together."""
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self._lock = threading.Lock()
+        self._known: tuple[Task, ...] = ()
+        self._read_s = -float("inf")
+
+    def tasks(self) -> tuple[Task, ...]:
+        """Return what waits for a person, then what is at work, the newest run first."""
+        with self._lock:
+            if time.monotonic() - self._read_s > _KEPT_S:
+                found = [task for run in self._site.library.runs() for task in self._of(run.path.name)]
+                self._known = tuple(sorted(found, key=lambda task: not task.waits))
+                self._read_s = time.monotonic()
+            return self._known
+
+    def _of(self, name: str) -> Iterator[Task]:
+        try:
+            view = self._site.view(self._site.library.run(name))
+        except UserError:
+            return
+        home = f"/run/{name}"
+        for design in view.designs:
+            if design.status.state == "waiting":
+                title = f"{view.title}, design {design.status.number}: {design.status.concept}"
+                yield Task("decision", title, f"{home}/{design.status.number}", "waits for your decision", design.since)
+        if view.prompts:
+            count = "a question waits" if view.prompts == 1 else f"{view.prompts} questions wait"
+            yield Task("reply", view.title, home, f"{count} for a reply", view.since, process=name)
+        elif view.shown == "running":
+            yield Task("designs", view.title, home, _doing(view), view.status.record.started, process=name)
+        for job in view.jobs:
+            yield self._job(name, view, job)
+
+    def _job(self, name: str, view: RunView, job: Job) -> Task:
+        title = f"{view.title}, design {job.number}: {view.design(job.number).status.concept}"
+        began_s = self._site.processes.started_s(job.process)
+        since = datetime.fromtimestamp(began_s, UTC).isoformat(timespec="seconds")
+        if job.kind == "export":
+            return Task(
+                "export", title, f"/run/{name}/{job.number}/export", "parts are made", since, process=job.process
+            )
+        address = f"/run/{name}/{job.number}?tab=training"
+        learning = [
+            one for one in trainings_of(self._site.library.run(name).design(job.number)) if not one.result.path.exists()
+        ]
+        curve = read_curve(learning[-1]) if learning else ()
+        steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0
+        if not curve or not steps:
+            doing = "the policy is judged" if not learning else "learning begins"
+            return Task("training", title, address, doing, since, process=job.process)
+        done, speed = min(curve[-1].steps, steps), curve[-1].steps_per_s
+        doing = f"{done:,} of {steps:,} steps".replace(",", " ")
+        left_s = (steps - done) / speed if speed > 0 else None
+        return Task("training", title, address, doing, since, done / steps, left_s, job.process)
+
+
+def _doing(view: RunView) -> str:
+    if not view.designs:
+        return DOING["concepts"]
+    finished = sum(design.status.outcome is not None for design in view.designs)
+    steps = sorted({DOING[design.status.doing] for design in view.designs if design.status.doing})
+    return f"{finished} of {len(view.designs)} designs done" + (f"; {', '.join(steps)}" if steps else "")

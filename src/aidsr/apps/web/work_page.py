@@ -1,0 +1,79 @@
+"""One place for all that is at work: runs, trainings, exports, and what waits for a person."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from nicegui import ui
+
+from aidsr.apps.web.frame import frame
+from aidsr.apps.web.live import Rows, as_action, watch
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.studies_panel import studies_panel
+from aidsr.apps.web.widgets import box, button, clock, notice, text
+from aidsr.apps.web.work import Task
+from aidsr.core.errors import AidsrError, UserError
+from aidsr.core.formatting import format_duration
+
+_COLUMNS = ("what", "state", "done", "time left", "since", "stop")
+
+
+def add_work_page(site: Site) -> None:
+    """Answer at /work."""
+
+    @ui.page("/work")
+    def work_page() -> None:
+        with frame("At work", ("Runs", "/"), site=site):
+            with box("row apart"):
+                text("At work", tag="h1")
+                tell = button("Tell me on this desktop", lambda: None, "quiet", "notifications")
+                tell.on("click", js_handler="() => window.askToNotify()")
+                tell.tooltip("When a design or a question waits for you, while a page of AID-SR is open")
+            _table(site)
+            studies_panel(site)
+
+
+def _table(site: Site) -> None:
+    with box("live") as without:
+        pass
+    with box("sheet flush scroll") as sheet, box("list work", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for column in _COLUMNS:
+                text(column, "unseen" if column == "stop" else "", "th")
+        with box(tag="tbody"):
+            rows = Rows(partial(_row, site))
+
+    def show(found: tuple[Task, ...] | AidsrError) -> None:
+        without.clear()
+        tasks = found if isinstance(found, tuple) else ()
+        sheet.set_visibility(bool(tasks))
+        with without:
+            if isinstance(found, AidsrError):
+                notice(str(found), "bad")
+            elif not tasks:
+                with box("sheet empty"):
+                    text("Nothing is at work, and nothing waits for you.", "soft")
+        rows.update((f"{task.kind} {task.address}", task) for task in tasks)
+
+    watch(site.work.tasks, show)
+
+
+def _row(site: Site, task: Task) -> None:
+    def stop() -> None:
+        if not site.processes.stop(task.process):
+            raise UserError("this was started elsewhere, as in a terminal; end it there with Control-C")
+
+    with box("what", "td"):
+        ui.link(task.title, task.address)
+    text(task.doing, "wait" if task.waits else "", "td")
+    with box(tag="td"):
+        if task.share is not None:
+            with box(tag="progress", value=f"{task.share:.3f}", max="1", aria_label=f"{task.share:.0%} done"):
+                pass
+    text("" if task.left_s is None else f"about {format_duration(task.left_s)}", "numbers", "td")
+    with box("numbers", "td"):
+        if task.since:
+            clock(task.since)
+    with box("stop", "td"):
+        if task.process:
+            button("Stop", as_action(stop), "danger", "stop")

@@ -1,0 +1,103 @@
+"""All runs at once, in a real browser: what is at work, all designs in a table, and some of them side by side."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browser import Server, browsing, chromium
+from made import made_run, made_training
+from playwright.sync_api import Page, expect
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
+from robots import arm
+
+from aidsr.apps.web.site import Site
+from aidsr.runs import EventLog
+from aidsr.runs.files import replace_file
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    chromium()
+    return tmp_path / "runs"
+
+
+@pytest.fixture
+def server(runs: Path) -> Iterator[Server]:
+    server = Server.start(runs)
+    yield server
+    server.stop()
+
+
+def choose(page: Page, field: str, option: str) -> None:
+    """Choose an option of a field; a menu that was opened while the page was busy may have closed again."""
+    wanted = page.get_by_role("option", name=option)
+    for _ in range(10):
+        page.get_by_label(field, exact=True).click()
+        try:
+            wanted.wait_for(timeout=10_000)
+        except PlaywrightTimeout:
+            continue
+        wanted.click()
+        return
+    pytest.fail(f"{field} has no option {option}")
+
+
+def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: Server) -> None:
+    run, site = made_run(runs, waiting=True), Site.at(runs)
+    log = site.processes.folder / f"{site.training_name(run, 2)}.log"
+    log.parent.mkdir(parents=True)
+    folder = run.design(2).path / "training" / "001"
+    replace_file(folder / "config.json", b'{"steps": 4000, "seed": 7}')
+    rows = "steps,wall_s,episodes,success_share,progress,reward,diverged,steps_per_s\n1000,9,4,0.5,0.7,2.0,0,100\n"
+    replace_file(folder / "curve.csv", rows.encode())
+    with browsing() as visitor, EventLog(log):  # held as long as the process lives
+        log.with_suffix(".json").write_text('{"pid": 0}')
+        page = visitor.new_page()
+        page.goto(server.address("/new"))
+        expect(page).to_have_title("(1) New run · AID-SR")
+        page.get_by_role("link", name="1 for you").click()
+        rows_shown = page.locator("table.work tbody tr")
+        expect(rows_shown).to_have_count(2)
+        expect(rows_shown.nth(0)).to_contain_text("waits for your decision")
+        expect(rows_shown.nth(1)).to_contain_text("1 000 of 4 000 steps")
+        expect(rows_shown.nth(1)).to_contain_text("about 30")
+        expect(rows_shown.nth(1).get_by_role("button", name="Stop")).to_be_visible()
+        replace_file(run.design(1).iteration(2).decision.path, b'{"verdict": "quit"}')
+        replace_file(run.design(1).outcome.path, b'{"outcome": "quit", "reason": "given up", "iteration": 2}')
+        expect(page).to_have_title("At work · AID-SR")
+        expect(rows_shown).to_have_count(1)
+
+
+def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server: Server) -> None:
+    first = made_run(runs, name="Arm", designs=2)
+    made_run(runs, name="Worm", task="locomotion/tunnel", designs=1, started="2026-02-01T10:00:00+00:00")
+    for number, won in ((1, (True, False)), (2, (True, True))):
+        made_training(first.design(number), won)
+        first.design(number).iteration(2).scene.xml.path.write_text(arm())
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/designs"))
+        names = page.locator("table.designs tbody td a")
+        expect(names).to_have_text(["1. Worm 1", "1. Arm 1", "2. Arm 2"])
+        page.get_by_role("button", name="held-out success").click()
+        expect(names).to_have_text(["2. Arm 2", "1. Arm 1", "1. Worm 1"])
+        choose(page, "task", "tunnel")
+        expect(names).to_have_text(["1. Worm 1"])
+        choose(page, "task", "all")
+        expect(page.get_by_role("img", name="held-out success against tokens")).to_be_visible()
+        page.get_by_role("checkbox", name="compare Arm 1").click()
+        page.get_by_role("checkbox", name="compare Arm 2").click()
+        page.get_by_role("button", name="Compare", exact=True).click()
+        page.wait_for_url("**/compare?**", wait_until="commit")
+        expect(page.get_by_text("squares of")).to_have_count(2)
+        expect(page.get_by_text("Nothing differs.")).to_be_visible()
+        expect(page.get_by_text("a tapering arm").first).to_be_visible()
+        look = (
+            "[...document.querySelectorAll('.v3d')].map((one) => one.__vueParentComponent.proxy.viewer.whence()[1].x)"
+        )
+        before = page.evaluate(look)
+        assert before[0] == pytest.approx(before[1], rel=1e-3)
+        page.get_by_label("3-D view of 1. Arm 1").press("ArrowLeft")
+        after = page.evaluate(look)
+        assert after[0] != pytest.approx(before[0], rel=1e-3)
+        assert after[1] == pytest.approx(after[0], rel=1e-3)
