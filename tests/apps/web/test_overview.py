@@ -92,9 +92,7 @@ def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server
         expect(page.get_by_text("squares of")).to_have_count(2)
         expect(page.get_by_text("Nothing differs.")).to_be_visible()
         expect(page.get_by_text("a tapering arm").first).to_be_visible()
-        look = (
-            "[...document.querySelectorAll('.v3d')].map((one) => one.__vueParentComponent.proxy.viewer.whence()[1].x)"
-        )
+        look = "[...document.querySelectorAll('.v3d-picture')].map((one) => one.viewer.whence()[1].x)"
         before = page.evaluate(look)
         assert before[0] == pytest.approx(before[1], rel=1e-3)
         page.get_by_label("3-D view of 1. Arm 1").press("ArrowLeft")
