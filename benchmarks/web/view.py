@@ -1,4 +1,4 @@
-"""What a live 3-D view costs the server: processor time of the server and of the process that simulates.
+"""How soon a live 3-D view is there, and what it costs: processor time of the server and of the process that simulates.
 
 Makes a design with the built-in rules, starts `aidsr web`, opens the page of the design in Chromium, where the view
 runs live, and counts frames on its WebSocket. Processor times are told, so other work on the machine matters little.
@@ -48,8 +48,11 @@ def _watch(server: int, address: str, seconds: float) -> None:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(300_000)
         frames = _count_frames(page)
+        begun = time.perf_counter()
         page.goto(address)
         page.get_by_text("squares of").wait_for()
+        page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+        sys.stdout.write(f"first picture after {time.perf_counter() - begun:.1f} s\n")
         page.wait_for_timeout(10_000)  # the validator's tests are listed meanwhile
         players = _children(server)
         before, first = _spent_s(server, players), len(frames)

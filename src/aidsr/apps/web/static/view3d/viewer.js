@@ -26,6 +26,8 @@ const TENDON_REACH_PX = 7;
 const CLICK_PX = 5;
 const FULL_FORCE_LENGTHS = 0.8; // a contact as strong as a cable that pulls fully, as a share of the robot's length
 const STEP_RAD = Math.PI / 24;
+const WITHOUT_ROOM = 2.5; // of the sky's light instead, by eye as bright
+const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /** Return a name as a person reads it: assembly puts "robot/" before every name of the robot. */
 export function shortName(name) {
@@ -34,9 +36,17 @@ export function shortName(name) {
 
 /** Whether this browser can draw in three dimensions at all. */
 export function canDraw() {
+  return graphics() !== null;
+}
+
+/** Return what draws in three dimensions, in its own words; null where nothing does. */
+function graphics() {
   const context = document.createElement("canvas").getContext("webgl2");
-  context?.getExtension("WEBGL_lose_context")?.loseContext(); // browsers allow few at a time
-  return context !== null;
+  if (context === null) return null;
+  const known = context.getExtension("WEBGL_debug_renderer_info");
+  const name = context.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : context.RENDERER);
+  context.getExtension("WEBGL_lose_context")?.loseContext(); // browsers allow few at a time
+  return String(name);
 }
 
 export class Viewer {
@@ -254,9 +264,13 @@ export class Viewer {
 
   light() {
     this.scene = new Scene();
-    const room = new PMREMGenerator(this.renderer);
-    this.scene.environment = room.fromScene(new RoomEnvironment(), 0.04).texture;
-    room.dispose();
+    // without a graphics card, light from all around a room takes longer to compute than all else until the first picture
+    this.hasRoom = !IN_SOFTWARE.test(graphics());
+    if (this.hasRoom) {
+      const room = new PMREMGenerator(this.renderer);
+      this.scene.environment = room.fromScene(new RoomEnvironment(), 0.04).texture;
+      room.dispose();
+    }
     this.hemisphere = new HemisphereLight();
     this.hemisphere.position.set(0, 0, 1);
     this.lamp = new DirectionalLight();
@@ -288,7 +302,7 @@ export class Viewer {
     const [above, below, strength] = this.theme.hemisphere;
     this.hemisphere.color.set(above);
     this.hemisphere.groundColor.set(below);
-    this.hemisphere.intensity = strength;
+    this.hemisphere.intensity = this.hasRoom ? strength : strength + WITHOUT_ROOM * this.theme.surround;
     this.lamp.color.set(this.theme.lamp[0]);
     this.lamp.intensity = this.theme.lamp[1];
     this.scene.environmentIntensity = this.theme.surround;
