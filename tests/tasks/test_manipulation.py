@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from sights import altered
 from stick import Episode
 
 from aidsr.tasks import load_task
@@ -34,11 +35,32 @@ def test_progress_waits_for_the_cell_whose_turn_it_is():
     assert both > first
 
 
-def test_enough_cells_in_any_order_are_success():
+def test_enough_cells_count_from_the_first_on():
     task = load_task("force_controlled_brushing")
-    seen, enough = Episode(task).look(), memory(*range(CELLS - 18, CELLS))
-    assert task.is_success(seen, enough).tolist() == [True]
-    assert task.progress(seen, enough).tolist() == [1.0]
+    seen = Episode(task).look()
+    assert task.is_success(seen, memory(*range(18))).tolist() == [True]
+    assert task.progress(seen, memory(*range(18))).tolist() == [1.0]
+    assert task.is_success(seen, memory(*range(CELLS - 18, CELLS))).tolist() == [False]
+
+
+@pytest.mark.parametrize(("brushed", "counted"), [(6, True), (5, False), (7, False)])
+def test_a_cell_is_brushed_in_its_turn_only(brushed, counted):
+    task = load_task("force_controlled_brushing")
+    episode = Episode(task, base="free")
+    middle, side_m = episode.sensor("wall_position"), 0.30 / task.cells_a_side
+    # the seventh cell, on the second row, which goes back
+    across = 1.0 * side_m * episode.sensor("wall_right") + 1.0 * side_m * episode.sensor("wall_up")
+    seen = altered(episode.look(), {"brush_contacts": touch(middle + across, 0.6)})
+    after = task.update_state(seen, memory(*range(brushed)))
+    assert (after["cells_s"][0, 6] > 0.0) == (counted or brushed > 6)
+    assert (after["cells_s"][0, 6] == pytest.approx(task.control_dt_s)) == counted
+
+
+def touch(place_m: np.ndarray, force_n: float) -> np.ndarray:
+    """One contact, in the first of four slots."""
+    contacts = np.zeros((4, 10))
+    contacts[0, :2], contacts[0, 4:7] = (1.0, force_n), place_m
+    return contacts.reshape(1, 1, -1)
 
 
 @pytest.mark.parametrize(("stage", "opening_m"), [(2.0, 0.0), (3.0, 0.08)])

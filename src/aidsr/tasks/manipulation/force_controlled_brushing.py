@@ -70,7 +70,8 @@ class ForceControlledBrushing(Task):
         n, size_mm = self.cells_a_side, 1000 * WALL_M / self.cells_a_side
         return (
             f"Brush an upright wall of {WALL_M:g} x {WALL_M:g} m: the functional part, whose contact alone counts, has "
-            f"to press on at least {100 * self.coverage:g} % of its {n} x {n} cells ({size_mm:g} mm each) with "
+            f"to press on at least {100 * self.coverage:g} % of its {n} x {n} cells ({size_mm:g} mm each), "
+            "one after the other, row by row from the top, to and fro, with "
             f"{BAND_N[0]:.1f} to {BAND_N[1]:.1f} N for {STROKE_S:g} s each and stay in that range for "
             f"{100 * STEADY:g} % of its time in contact; the whole robot may press with more than {MAX_FORCE_N:g} N in "
             f"at most {100 * SELDOM:g} % of its time in contact. The mount faces the wall's middle from "
@@ -89,8 +90,8 @@ class ForceControlledBrushing(Task):
                 "cell."
             ),
             success=(
-                "Enough cells are brushed, with the force in the band most of the time and hardly ever more than "
-                f"{MAX_FORCE_N:g} N."
+                "Enough cells are brushed, each in its turn, with the force in the band most of the time and hardly "
+                f"ever more than {MAX_FORCE_N:g} N."
             ),
             violation=f"A peak of more than {MAX_FORCE_N:g} N.",
         )
@@ -121,7 +122,8 @@ class ForceControlledBrushing(Task):
         band = in_band(force_n)
         touched = cell_of(readings, readings.contacts("brush_contacts").position_m[:, 0], self.cells_a_side)
         cells_s = state["cells_s"].copy()
-        cells_s[np.arange(readings.n), touched] += dt * band
+        in_turn = touched == np.argmin(brushed(state), axis=1)
+        cells_s[np.arange(readings.n), touched] += dt * (band & in_turn)
         contact_s = state["contact_s"] + dt * (force_n > TOUCH_N)
         pressing = after_touch(state, self._robot_n(readings), MAX_FORCE_N, dt)
         return {"cells_s": cells_s, "band_s": state["band_s"] + dt * band, "contact_s": contact_s, **pressing}
@@ -136,7 +138,7 @@ class ForceControlledBrushing(Task):
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         del readings
-        enough = brushed(state).mean(axis=1) >= self.coverage
+        enough = done(state, self.coverage) >= 1.0
         return np.asarray(enough & (steady(state) >= STEADY) & is_gentle(state))
 
     def _robot_n(self, readings: Readings) -> FloatArray:
@@ -164,13 +166,8 @@ def in_order(state: TaskState) -> FloatArray:
 
 
 def done(state: TaskState, coverage: float) -> FloatArray:
-    """Return the share of the cells asked for that are brushed in order, 1 where enough are in any order, (n,).
-
-    Cells out of order count when their turn comes: otherwise policies brush what lies next to where they begin and are
-    left in a corner.
-    """
-    enough = brushed(state).mean(axis=1) >= coverage
-    return np.where(enough, 1.0, share(in_order(state), coverage * brushed(state).shape[1]))
+    """Return the share of the cells asked for that are brushed, in order, (n,)."""
+    return share(in_order(state), coverage * brushed(state).shape[1])
 
 
 def steady(state: TaskState) -> FloatArray:
