@@ -15,6 +15,8 @@ from aidsr.teams.providers import is_offline
 _TYPICAL = Usage(calls=6, input_tokens=36_000, output_tokens=18_000)
 """One design: two robots, a placement or two, a verdict, a share of the concepts; 6,000 tokens in and 3,000 out a call.
 Our guess, for prompts as docs/models.md has them and short reasoning; models that reason at length take more."""
+_MEASURING = Usage(calls=10, input_tokens=237_000, output_tokens=13_500)
+"""One design of the measuring team, every prompt counted each time. Source: the one in benchmarks/manual/measuring."""
 
 
 @dataclass(frozen=True)
@@ -35,25 +37,28 @@ def estimate(config: RunConfig, runs: Path) -> Estimate:
     """
     if is_offline(config.model):
         return Estimate(Usage(), "rules ask no language model")
-    earlier = _earlier(config.model, runs)
+    earlier = _earlier(config, runs)
     if earlier:
         total = sum(earlier, Usage())
         mean = _times(total, config.concepts / len(earlier))
         return Estimate(mean, f"the mean of {len(earlier)} designs by this model in {runs}")
-    whole = _times(_TYPICAL, config.concepts)
+    typical = _MEASURING if config.team == "measuring" else _TYPICAL
+    whole = _times(typical, config.concepts)
     cost = price_of(config.model)(whole.input_tokens, whole.output_tokens)
-    return Estimate(whole.model_copy(update={"cost_usd": cost}), "a rule of thumb, 6 calls a design, and list prices")
+    basis = f"a rule of thumb, {typical.calls} calls a design, and list prices"
+    return Estimate(whole.model_copy(update={"cost_usd": cost}), basis)
 
 
-def _earlier(model: str, runs: Path) -> list[Usage]:
-    """Return the usage of finished designs by a model; runs that cannot be read are skipped."""
+def _earlier(config: RunConfig, runs: Path) -> list[Usage]:
+    """Return the usage of finished designs by a model in the same team; runs that cannot be read are skipped."""
     found = []
     for record in sorted(runs.glob("*/run.json")):
         try:
             status = read_status(Run(record.parent))
         except UserError:
             continue
-        if status.record.config.model == model:
+        known = status.record.config
+        if (known.model, known.team) == (config.model, config.team):
             found += [design.usage for design in status.designs if design.outcome is not None and design.usage.calls]
     return found
 
