@@ -1048,7 +1048,7 @@ CHEATS: tuple[Cheat, ...] = (
         "gap",
         _plain_worm(),
         lambda: idle,
-        offset_m=(0.8, 0.0, 0.0),
+        offset_m=(1.4, 0.0, 0.0),
     ),
     Cheat(
         "starts_behind_the_tunnel",
@@ -1064,13 +1064,13 @@ CHEATS: tuple[Cheat, ...] = (
         "gap",
         _coil(),
         lambda: COIL,
-        offset_m=(0.45, 0.0, 0.0),
+        offset_m=(1.05, 0.0, 0.0),
     ),
     Cheat(
         "drawn_behind_the_gap",
-        "The same chain placed where the task starts, and drawn half a metre ahead of its own origin.",
+        "The same chain placed where the task starts, and drawn a metre ahead of its own origin.",
         "gap",
-        _coil(0.45),
+        _coil(1.05),
         lambda: COIL,
     ),
     Cheat(
