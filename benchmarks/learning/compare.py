@@ -20,6 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import torch
 from benchmarks.learning.suite import Half, SuiteScene, suite
 
 from aidsr.core.artifacts import Artifact
@@ -172,6 +173,7 @@ class _Watch:
         self._processor_s -= time.process_time() - now[0]
         self._wall_s -= time.perf_counter() - now[1]
 
+    @torch.random.fork_rng()  # loading a network draws numbers that training would draw
     def _evaluate(self, stalled_s: float) -> None:
         spent = self._processor_s + time.process_time(), self._wall_s + time.perf_counter()
         scene, k = self._scene, self._scene.actions.size

@@ -13,6 +13,8 @@ from statistics import fmean, median_high
 from benchmarks.learning.compare import EPISODES, RESULTS, Row, rows_of
 from benchmarks.learning.suite import Half
 
+from aidsr.learn.rl.recipe import PROTOCOLS
+
 _WON = 0.5
 """Share of episodes from which a scene counts as successful. Source: the paper's binary rate."""
 _COLOURS = {"paper": "#9a5b13", "best": "#1f5fa8"}
@@ -42,7 +44,8 @@ def page_of(rows: Sequence[Row]) -> str:
         + ", ".join(sorted({f"{row.steps:,}" for row in rows}))
         + f" control steps a training, one thread; success in {EPISODES} development episodes that training never "
         "samples, without noise. Processor seconds, evaluations left out. A point of the curve counts an episode "
-        "without progress for 8 s as lost; the last one does not.",
+        "without progress for 8 s as lost; the last one does not. † An earlier recipe of the protocol; `compare` makes "
+        "these rows again.",
         "",
         "![success over processor seconds](results-curves.svg)",
     ]
@@ -69,8 +72,8 @@ def _half(rows: Sequence[Row], half: Half) -> list[str]:
 
 
 def _end(row: Row) -> str:
-    last = row.curve[-1]
-    return f"{last.success:.0%} ({last.progress:.2f}) after {last.processor_s:.0f} s"
+    last, earlier = row.curve[-1], " †" * (row.recipe != PROTOCOLS[row.protocol])
+    return f"{last.success:.0%} ({last.progress:.2f}) after {last.processor_s:.0f} s{earlier}"
 
 
 def _time(row: Row) -> str:

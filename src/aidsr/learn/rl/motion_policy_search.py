@@ -51,6 +51,9 @@ _GAIN_SPREAD = 0.15
 """Of the gains: actions for each standard deviation of a feature."""
 _PATIENCE = 3
 """Generations without a better one, after which the search begins again about the best with half the spread."""
+_TRIAL = 2
+"""Generations after which a search that has never won one of the deciding variations ends: what a motion with feedback
+cannot do is left to PPO, with most of the budget."""
 _LEAST_SPREAD = 0.25
 """Share of the usual spread, with which a search that finds nothing better ends: more of its budget is left to PPO."""
 
@@ -111,7 +114,7 @@ def search_motion_policy(
     """
     player = _Player(scene, sample_variation, threads, smoothing)
     best, kind_rows = _screened(player, rng)
-    spread, waited, evolution = 1.0, 0, None
+    spread, waited, generation, evolution = 1.0, 0, 0, None
     while True:
         if best.success >= saturation and len(player.deciding) == _DECIDING_VARIATIONS:
             player.deciding += player.variations(_MORE_VARIATIONS)
@@ -119,12 +122,14 @@ def search_motion_policy(
         goes_on = listen(best.state(player))
         if not goes_on or best.success >= saturation or player.steps >= steps:
             return best.state(player)
+        if generation >= _TRIAL and best.success == 0.0:
+            return best.state(player)
         if waited == _PATIENCE and spread <= _LEAST_SPREAD:
             return best.state(player)
         if evolution is None or waited == _PATIENCE:
             spread, waited = (spread if evolution is None else spread / 2), 0
             evolution = _Evolution(best, kind_rows, spread, rng)
-        better = evolution.generation(player)
+        better, generation = evolution.generation(player), generation + 1
         waited = 0 if better.fitness > best.fitness else waited + 1
         best = max(best, better, key=lambda one: one.fitness)
 

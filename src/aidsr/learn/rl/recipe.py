@@ -37,6 +37,8 @@ class Recipe(Artifact):
     clip_range: Annotated[float, Field(gt=0)] = 0.2
     action_noise_std: Annotated[float, Field(gt=0)] = 0.6
     """Standard deviation of actions at the start; learned from there."""
+    correction_noise_std: Annotated[float, Field(gt=0)] = 0.3
+    """The same where the policy corrects a motion that wins already."""
     settling_noise_std: Annotated[float, Field(gt=0)] = 3.0
     """Largest standard deviation that is left to actions when settling begins. Our choice, see docs/learning.md."""
     final_noise_std: Annotated[float, Field(gt=0)] = 0.2
@@ -60,7 +62,7 @@ class Recipe(Artifact):
     the paper trains in the model."""
     search_share: Share = 0.0
     """Part of the budget that a search for a motion with feedback may take, see `aidsr.learn.rl.motion_policy_search`;
-    the policy then learns corrections of that motion. 0: the policy learns everything, as in the paper."""
+    the policy then learns corrections of that motion, if it ever wins. 0: it learns everything, as in the paper."""
     from_probe: bool = False
     """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
     starts from a policy that knows nothing."""
@@ -73,9 +75,7 @@ class Recipe(Artifact):
 Protocol = Literal["paper", "best"]
 """Names of the two ways to train: `paper` is what results are compared by, `best` what reaches success soonest."""
 
-PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
-    {"paper": Recipe(), "best": Recipe(search_share=0.7, action_noise_std=0.3)}
-)
+PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType({"paper": Recipe(), "best": Recipe(search_share=0.7)})
 
 
 def recipe_of(

@@ -202,9 +202,10 @@ class _Training:
             Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
             self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
             self.model.num_timesteps = self.history.steps
-        elif self.scene.actions.base is not None:
-            self._correct_nothing()
+        elif self.history.steps:  # of a search
             self.model.num_timesteps = self.history.steps
+            if self.scene.actions.base is not None:
+                self._correct_nothing()
             self._checkpoint()
         elif recipe.from_probe:
             self._imitate_probe()
@@ -254,7 +255,7 @@ class _Training:
         """Search for a motion with feedback, as part of the budget, and keep the best so far in the folder.
 
         Returns:
-            The best; None where the budget is too small for a search.
+            The best; None where it never wins, or where the budget is too small for a search.
         """
         from aidsr.learn.rl.callbacks import CurvePoint, append_to_curve
 
@@ -294,13 +295,17 @@ class _Training:
             listen=listen,
         )
         self.home.log_event("searched", steps=found.steps, success_share=found.success, progress=found.progress)
+        if found.success == 0.0:
+            (self.home / BASE_MOTION).unlink()
+            return None
         return found.motion
 
     def _correct_nothing(self) -> None:
-        """Let the policy leave its base motion as it is."""
+        """Let the policy leave its base motion as it is, but for some noise while it learns."""
         import torch
 
         with torch.no_grad():
+            self.model.policy.log_std.fill_(float(np.log(self.config.recipe.correction_noise_std)))
             for weights in self.model.policy.action_net.parameters():
                 weights.zero_()
 
