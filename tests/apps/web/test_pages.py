@@ -140,6 +140,9 @@ async def test_a_run_is_watched(user: User, site: Site) -> None:
     user.find("Log").click()
     await user.should_see("robot: 1 fault: chatter")
     await user.should_see("Coder asked made:up")
+    user.find("Search: prompts").type("here it is")
+    await user.should_see("Coder asked made:up")
+    await user.should_not_see("robot: 1 fault: chatter")
 
 
 @visiting

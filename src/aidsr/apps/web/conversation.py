@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,16 @@ class Entry:
     iteration: int | None
     line: str
     call: CallRecord | None = None
+
+    def has(self, words: Sequence[str]) -> bool:
+        """Whether each of some words, in lower case, is in the line, or in the prompt or reply of its call."""
+        if not words:
+            return True
+        texts = [self.line]
+        if self.call is not None:
+            texts += [self.call.reply, *(message.text for message in self.call.question.messages)]
+        found = "\n".join(texts).lower()
+        return all(word in found for word in words)
 
 
 @dataclass
@@ -79,13 +89,27 @@ def conversation(run: Run, design: int | None = None) -> None:
     history = History(run, design)
     trouble = ui.label("").classes("notice bad")
     trouble.set_visibility(False)
+    wanted = ui.input(placeholder="Search: prompts, replies, events").props("outlined dense clearable debounce=300")
+    wanted.props.update({"aria-label": "Search the log", "style": "max-width: 420px"})
     with box("log") as lines:
         pass
+    shown: list[tuple[Entry, ui.element]] = []
 
     def add(entries: tuple[Entry, ...]) -> None:
+        words = _words(wanted.value)
         for entry in entries:
             with lines:
-                _line(entry).move(target_index=0)
+                line = _line(entry)
+            line.move(target_index=0)
+            line.set_visibility(entry.has(words))
+            shown.append((entry, line))
+
+    def search() -> None:
+        words = _words(wanted.value)
+        for entry, line in shown:
+            line.set_visibility(entry.has(words))
+
+    wanted.on_value_change(search)
 
     def news() -> tuple[Entry, ...] | str:
         try:
@@ -107,6 +131,10 @@ def conversation(run: Run, design: int | None = None) -> None:
 
     take(news())
     ui.timer(1.0, look, immediate=False)
+
+
+def _words(typed: object) -> list[str]:
+    return str(typed or "").lower().split()
 
 
 def _line(entry: Entry) -> ui.element:
