@@ -47,6 +47,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=tuple(ATTACKS), help="one kind of attack")
     parser.add_argument("--again", default="", help="repeat the tries whose names begin so")
+    parser.add_argument("--write-only", action="store_true", help="write the page of what is there, do nothing else")
     options = parser.parse_args()
     rows = {row["try"]: row for row in _kept() if not (options.again and row["try"].startswith(options.again))}
     place = Path(tempfile.mkdtemp(prefix="aidsr-attacks-"))
@@ -54,13 +55,14 @@ def main() -> None:
     os.chdir(_empty(place))
     warnings.simplefilter("ignore")
     for name, attempt in _tries(place, options.only):
-        if name in rows:
+        if name in rows or options.write_only:
             continue
         rows[name] = {"try": name, **_made(attempt).row(), "commit": commit()}
         with RESULTS.open("a", encoding="utf-8") as file:
             file.write(json.dumps(rows[name]) + "\n")
         _say(f"{name}: {'survived' if rows[name]['survived'] else rows[name]}")
-    PAGE.write_text(page(list(rows.values())), encoding="utf-8")
+    planned = [name for name, _ in _tries(place, None)]
+    PAGE.write_text(page(list(rows.values()), len(planned)), encoding="utf-8")
     shutil.rmtree(place, ignore_errors=True)
 
 
@@ -97,13 +99,13 @@ def _kept() -> list[dict[str, Any]]:
     return list(rows.values())
 
 
-def page(rows: list[dict[str, Any]]) -> str:
-    """Return the tries as Markdown."""
+def page(rows: list[dict[str, Any]], planned: int) -> str:
+    """Return the tries that were made, of all that are planned, as Markdown."""
     commits = ", ".join(sorted({row["commit"] for row in rows}))
     lines = [
         "# Attacks\n",
-        f"`make attacks` made {len(rows)} tries ({commits}). A try survives where nothing finished was lost,",
-        "nothing hung, no result changed without saying so, and there was no traceback, no foreign file read or",
+        f"`make attacks` made {len(rows)} of {planned} tries ({commits}). A try survives where nothing finished was",
+        "lost, nothing hung, no result changed without saying so, and there was no traceback, no foreign file read or",
         "written, no key sent or kept, and no exit code but 0, 1 and 2.\n",
         "| attack | what is done | tries | survived | lost | hangs | results changed | otherwise failed |",
         "|---|---|---:|---:|---:|---:|---:|---:|",
