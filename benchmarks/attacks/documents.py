@@ -15,6 +15,7 @@ from benchmarks.validator.fuzz import fingerprint, make_canary, seeds
 from benchmarks.validator.mutation import mutate
 
 from aidsr import RunConfig, design
+from aidsr.core.calls import CallRecord, Question
 from aidsr.core.errors import AidsrError
 from aidsr.fixes import fix
 from aidsr.runs import read_status
@@ -35,7 +36,9 @@ def tries(place: Path) -> Iterator[tuple[str, Callable[[], Outcome]]]:
     for name in REPLIES:
         yield f"reply: {name}", partial(_reply, place, name, REPLIES[name])
     for number in range(_ANSWERED - len(REPLIES)):
-        yield f"reply: mutation {number}", partial(_reply, place, f"mutation {number}", partial(_answer, number))
+        later = number % 2 == 0
+        name = f"{'later ' * later}mutation {number}"
+        yield f"reply: {name}", partial(_reply, place, name, partial(_answer, number), later=later)
 
 
 @cache
@@ -57,10 +60,7 @@ def _canary() -> Path:
 def _answer(number: int) -> str:
     """A reply of a robot with pieces put in, left out and repeated."""
     chance = random.Random(number)
-    text = (
-        '```json\n{"interpretation": "reach", "functional_part": "tip", "concepts": [{"name": "a", "family": "arm", '
-        '"morphology": "x", "actuation": "y", "functional_part": "tip"}]}\n```\n```xml\n' + small_arm() + "\n```"
-    )
+    text = '```json\n{"functional_part": "tip"}\n```\n```xml\n' + small_arm() + "\n```"
     for _ in range(chance.randint(1, 6)):
         start = chance.randrange(len(text))
         left_out = chance.choice([0, 0, 3, 50, 1000])
@@ -98,17 +98,34 @@ def _document(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
     return outcome
 
 
-def _reply(place: Path, name: str, text_of: Callable[[], str]) -> Outcome:
+class AnsweringLater(Answering):
+    """Answers the Designer's questions well, and all others with the same text."""
+
+    def ask(self, question: Question) -> CallRecord:
+        """Return the answer."""
+        record = super().ask(question)
+        return record.model_copy(update={"reply": _CONCEPT}) if question.role == "designer" else record
+
+
+_CONCEPT = """```json
+{"interpretation": "reach", "concepts": [{"name": "a", "family": "arm", "morphology": "x", "actuation": "y",
+"functional_part": "tip"}]}
+```"""
+
+
+def _reply(place: Path, name: str, text_of: Callable[[], str], *, later: bool = False) -> Outcome:
     outcome = Outcome("documents", f"reply: {name}")
     before = fingerprint(_canary())
     folder = Path(tempfile.mkdtemp(prefix="aidsr-attacks-"))
     text = text_of()
     began_s, began_wall_s = time.process_time(), time.monotonic()
     try:
-        run = design(task="button_pushing", model=Answering(text), config=RunConfig(concepts=1), runs=folder)
+        model = AnsweringLater(text) if later else Answering(text)
+        run = design(task="button_pushing", model=model, config=RunConfig(concepts=1), runs=folder)
         outcome.notes["state"] = read_status(run).state
         asked = [*run.calls, *(call for one in run.designs for it in one.iterations for call in it.calls)]
-        if not asked or any(call.reply != text for call in asked if call.finish == "stop"):
+        given = {text, _CONCEPT} if later else {text}
+        if not asked or any(call.reply not in given for call in asked if call.finish == "stop"):
             outcome.lost = "a reply that was given"
     except AidsrError as error:
         outcome.notes["refused"] = f"{type(error).__name__}: {str(error)[:100]}"

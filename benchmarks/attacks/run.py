@@ -16,7 +16,6 @@ import sys
 import tempfile
 import time
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -57,7 +56,10 @@ def main() -> None:
     for name, attempt in _tries(place, options.only):
         if name in rows or options.write_only:
             continue
-        rows[name] = {"try": name, **_made(attempt).row(), "commit": commit()}
+        outcome = _made(attempt)
+        if outcome.notes.get("killed") == 0:  # it had ended before; the next run tries again
+            continue
+        rows[name] = {"try": name, **outcome.row(), "commit": commit()}
         with RESULTS.open("a", encoding="utf-8") as file:
             file.write(json.dumps(rows[name]) + "\n")
         _say(f"{name}: {'survived' if rows[name]['survived'] else rows[name]}")
@@ -125,8 +127,13 @@ def page(rows: list[dict[str, Any]], planned: int) -> str:
     ]
     failed = [row for row in rows if not row["survived"]]
     lines += ["## What did not survive\n", *(f"- {_problem(row)}" for row in failed)] if failed else []
-    kinds = Counter(row["try"].partition(":")[0] for row in rows if row["attack"] == "documents")
-    lines.append(f"Documents: {kinds['document']} documents and {kinds['reply']} replies.\n" if kinds else "")
+    replies = [row for row in rows if row["try"].startswith("reply: ")]
+    if replies:
+        early = sum("refused" in row["notes"] for row in replies)
+        lines.append(
+            f"Of the documents {len(replies)} are replies of a model; {early} of them ended the design at the\n"
+            "Designer's question, so that nothing behind it met them.\n"
+        )
     return "\n".join(lines)
 
 
