@@ -57,7 +57,8 @@ def test_every_file_is_in_the_layout(run) -> None:
     calls = {f"{home}calls/NNNN_ROLE{end}" for home in ("", "designs/N/II/") for end in (".json", ".unusable.json")}
     later = {"search.json", "designs/N/probe.json", "designs/N/II/task_report.json", "designs/N/export/"}
     learned = {"designs/N/training/NNN/", "designs/N/verified.json"}
-    assert set(missing) == {*asked_for, *calls, *later, *learned}
+    measured = {"designs/N/II/tools/NNNN_TOOL.json", "designs/N/II/work/"}
+    assert set(missing) == {*asked_for, *calls, *later, *learned, *measured}
 
 
 def test_what_a_study_adds_is_in_the_layout(run) -> None:
