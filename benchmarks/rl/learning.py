@@ -15,7 +15,7 @@ from stepping import subproc
 
 from aidsr.core.artifacts import Artifact
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl.callbacks import CurvePoint
+from aidsr.learn.rl.curve_point import CurvePoint
 from aidsr.learn.rl.policy import one_torch_thread
 from aidsr.learn.rl.training import train
 

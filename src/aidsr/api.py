@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop import ProbeReport
     from aidsr.learn.openloop.probe_scene import ProbePoint
-    from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.evaluation import EvaluationPoint
     from aidsr.learn.rl.recipe import Protocol, Recipe
     from aidsr.loop.export import Exported
@@ -168,8 +167,9 @@ def train(
             raise UserError(f"minutes must be above 0: {minutes:g}")
     found = find_scene(design, task, level=level, goal=goal)
     return train_policy(
-        found.for_learning(grouping),
+        found,
         Path(out) if out else found.home / "training",
+        grouping=grouping,
         steps=steps,
         seed=seed,
         recipe=recipe,
@@ -182,9 +182,11 @@ def train(
 
 
 def train_policy(
-    scene: TaskScene,
+    scene: DesignedScene,
     home: Path,
     *,
+    grouping: Grouping = "auto",
+    number: str = "",
     steps: int,
     seed: int,
     recipe: Recipe,
@@ -196,36 +198,36 @@ def train_policy(
 ) -> Training:
     """Train a policy in the last of the folders 001, 002 … of `home` that holds this training, else in the next one.
 
-    The arguments are those of `train`.
+    It learns in an isolated process, which on Control-C keeps what it has learned; a task whose class a script or a
+    notebook defines is trained in this process. With `number` the training's folder is that one. The other arguments
+    are those of `train`.
 
     Raises:
-        FolderInUseError: Another process works on this very training.
+        UserError: Another process works on this very training.
+        IsolationError: The scene took too much time or memory, or crashed MuJoCo.
     """
-    from aidsr.learn.rl.training import folder_for
-    from aidsr.learn.rl.training import train as train_in
-    from aidsr.learn.rl.training_folder import FolderInUseError
+    from aidsr.core.storage_errors import storage_errors
+    from aidsr.learn.rl.isolated_learning import run_training, train_in_child
+    from aidsr.tasks.travelling_task import can_travel
 
-    next_folder = partial(folder_for, home, scene, steps=steps, seed=seed, recipe=recipe, minutes=minutes, again=again)
-    folder = next_folder()
-    while True:
-        try:
-            train_in(
-                scene,
-                folder,
-                steps=steps,
-                seed=seed,
-                recipe=recipe,
-                minutes=minutes,
-                threads=threads,
-                tensorboard=tensorboard,
-                listen=listen,
-            )
-        except FolderInUseError:
-            taken, folder = folder, next_folder()
-            if folder == taken:
-                raise
-        else:
-            return Training(folder)
+    with storage_errors(home):
+        home.mkdir(parents=True, exist_ok=True)
+    run = train_in_child if can_travel(scene.task) else run_training
+    folder = run(
+        *scene.as_text(),
+        grouping=grouping,
+        home=home,
+        number=number,
+        steps=steps,
+        seed=seed,
+        recipe=recipe,
+        minutes=minutes,
+        threads=threads,
+        tensorboard=tensorboard,
+        again=again,
+        listen=listen,
+    )
+    return Training(folder)
 
 
 def _check_seed_and_threads(seed: int, threads: int) -> None:
@@ -271,7 +273,7 @@ def evaluate(
     check_whole_number("episodes", episodes, least=1)
     check_whole_number("threads", threads, least=0)
     require_extra("rl", "evaluating a policy")
-    from aidsr.learn.rl.trained import evaluate_training
+    from aidsr.learn.rl.isolated_learning import run_evaluation
 
     if isinstance(training, DesignFolder):
         finished = [each for each in trainings_of(training) if each.result.path.exists()]
@@ -279,16 +281,7 @@ def evaluate(
             raise UserError(f"{training.path} has no finished training; train it first")
         training = finished[-1]
     folder = training.path if isinstance(training, Training) else Path(training)
-    return evaluate_training(
-        folder,
-        episodes=episodes,
-        level=level,
-        split=split,
-        threads=threads,
-        videos=videos,
-        perturbed=perturbed,
-        listen=listen,
-    )
+    return run_evaluation(folder, episodes, level, split, threads, videos, perturbed, listen)
 
 
 def export(
@@ -387,8 +380,18 @@ class DesignedScene:
     home: Path
     """Folder in which training/ belongs."""
 
+    def as_text(self) -> tuple[str, str | Task, Level, tuple[ActuatorGroup, ...]]:
+        """Return MJCF, task, level and groups, as a child process takes them.
+
+        Raises:
+            UserError: There is no such file.
+        """
+        from aidsr.learn.episodes.scene import read_mjcf_text
+
+        return read_mjcf_text(self.scene), self.task, self.level, self.groups
+
     def for_learning(self, grouping: Grouping) -> TaskScene:
-        """Return the scene, loaded for its task.
+        """Return the scene, loaded for its task in this process.
 
         Raises:
             UserError: It is not a scene of this task.

@@ -5,8 +5,10 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+import socket
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -39,13 +41,86 @@ def process() -> int:
 
 
 @isolated
-def die_until(tries: Path, last: int) -> int:
+def die_until(folder: Path, last: int) -> int:
     """Count the tries in a file; be killed in all but the last."""
+    tries = folder / "tries"
     count = len(tries.read_text()) + 1 if tries.exists() else 1
     tries.write_text("x" * count)
     if count < last:
         os.kill(os.getpid(), signal.SIGKILL)
     return count
+
+
+@isolated(limits=Limits(wall_s=8.0, grace_s=20.0))
+def count_to(last: int, folder: Path, heard: Callable[[int, Parcel], None]) -> str:
+    """Tell every number, each within the limit of time; write the last one down when interrupted."""
+    number = 0
+    try:
+        for number in range(1, last + 1):
+            time.sleep(3 if last == 3 else 0)
+            heard(number, Parcel(str(number)))
+        time.sleep(60 if last == 5 else 0)
+    except KeyboardInterrupt:
+        (folder / "kept").write_text(str(number))
+        raise
+    return f"up to {number}"
+
+
+@isolated
+def open_files(paths: list[str]) -> list[str]:
+    """Return in which of some files and folders something could be read, written or listed."""
+    return [path for path in paths if _opened(path)]
+
+
+@isolated
+def open_files_below(folder: Path, paths: list[str]) -> list[str]:
+    """Do the same with access to a folder, or to a file."""
+    return [path for path in paths if _opened(path)]
+
+
+@dataclass(frozen=True)
+class Box:
+    """Holds paths, as deep as arguments are nested."""
+
+    inside: tuple[Path, ...]
+
+
+@isolated
+def open_files_in(box: Box) -> list[str]:
+    """Return which of the files in a box could be read."""
+    return [str(path) for path in box.inside if _opened(str(path))]
+
+
+def _opened(path: str) -> bool:
+    try:
+        if path.endswith("new"):
+            Path(path).write_text("made")
+        elif Path(path).is_dir():
+            list(Path(path).iterdir())
+        else:
+            Path(path).read_bytes()
+    except PermissionError:
+        return False
+    return True
+
+
+@isolated
+def variables_of_the_parent() -> bool:
+    """Return whether the environment of the caller, with its keys, can be read."""
+    try:
+        return bool(Path(f"/proc/{os.getppid()}/environ").read_bytes())
+    except PermissionError:
+        return False
+
+
+@isolated
+def connect(port: int) -> bool:
+    """Return whether a TCP connection can be made."""
+    try:
+        socket.create_connection(("127.0.0.1", port), timeout=10).close()
+    except PermissionError:
+        return False
+    return True
 
 
 @isolated

@@ -18,17 +18,21 @@ import pytest
 from misbehaving import Parcel
 
 from aidsr.core.errors import IsolationError, MjcfError, ReplyError, UserError, WorkerLostError
+from aidsr.sandbox.access import Access
 from aidsr.sandbox.child import Child
 from aidsr.sandbox.environment import child_environment
 from aidsr.sandbox.guarantees import guarantees, try_guarantees
 from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.pool import module_path
+
+HERE = Access(modules=frozenset([str(Path(__file__).parent), *module_path()]))
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="a limit of Linux")
 
 
 @pytest.fixture
 def child() -> Iterator[Child]:
-    one = Child()
+    one = Child(HERE)
     yield one
     one.close()
 
@@ -152,7 +156,7 @@ def test_a_worker_that_is_always_ended_from_outside_is_nobodys_fault(name: str) 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 def test_a_call_whose_worker_was_killed_is_made_again(tmp_path: Path) -> None:
-    assert misbehaving.die_until(tmp_path / "tries", 3) == 3
+    assert misbehaving.die_until(tmp_path, 3) == 3
 
 
 def test_a_crash_says_what_the_process_last_printed() -> None:
@@ -194,7 +198,7 @@ def test_calls_run_side_by_side() -> None:
 def test_no_key_reaches_a_child(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "MY_TOKEN", "HTTPS_PROXY"):
         monkeypatch.setenv(name, "secret")
-    child = Child()
+    child = Child(HERE)
     ((_, variables),) = child.call(request("surroundings"), 60)["result"]
     child.close()
     assert not [name for name in variables if "KEY" in name or "TOKEN" in name or "PROXY" in name]

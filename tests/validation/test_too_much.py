@@ -105,4 +105,4 @@ def test_constraints_that_mujoco_leaves_out_are_a_fault() -> None:
     )
     ground = '<geom name="ground" type="plane" size="1 1 1"/>'
     report = validate(_beside(ground + boxes).replace("<worldbody>", '<size memory="130K"/><worldbody>', 1))
-    assert [fault.message for fault in report.faults if "than MuJoCo's memory for them holds" in fault.message]
+    assert [fault.message for fault in report.faults if "MuJoCo's memory is too small" in fault.message]

@@ -21,7 +21,6 @@ from aidsr.mjcf.read import open_mjcf
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.status import newest
 from aidsr.runs.trainings import Training, trainings_of
-from aidsr.sim.assembly import assemble
 from aidsr.sim.scaling import resize_robot
 from aidsr.validation import validate
 
@@ -148,30 +147,19 @@ def _last_training(design: DesignFolder | None) -> Training:
 
 def _with_policy(retest: Retest, design: DesignFolder, environment: str, built: str, learnt: Training) -> Retest:
     """Let what a training learnt act in the scene with the robot as built."""
-    from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.rl.evaluation import VERDICT_EPISODES, Replays
-    from aidsr.learn.rl.policy import one_torch_thread
-    from aidsr.learn.rl.trained import FinishedTraining
+    from aidsr.learn.rl.evaluation import VERDICT_EPISODES
+    from aidsr.learn.rl.isolated_learning import run_policy
 
-    trained = FinishedTraining.load(learnt.path)
     robot = newest(it.robot.read() for it in design.leading_to())
     placement = newest(it.placement.read() for it in design.leading_to())
     assert robot is not None, "only what is approved is trained"
     assert placement is not None, "only a robot that was placed in a scene is approved"
     changed = Robot(mjcf=built, functional_part=robot.functional_part, actuator_groups=robot.actuator_groups)
     as_it_is = placement.model_copy(update={"scale": 1.0})
-    scene = assemble(changed, environment, as_it_is, trained.scene.task.sensors)
-    there = TaskScene.of(scene.mjcf, trained.scene.task, grouping="off")
-    there = there.with_actions(trained.config.groups, trained.config.groups_from)
-    there = there.with_base(trained.scene.actions.base)
     before = learnt.evaluation.read()
     count = len(before.episodes) if before else VERDICT_EPISODES
-    variations = tuple(there.task.variation("held_out", index) for index in range(count))
-    replays = Replays(there, trained.policy, variations, threads=1, smoothing=trained.config.recipe.smoothing)
-    with one_torch_thread():
-        outcomes = replays.play(there.model)
     shares = {
-        "success_share": float(outcomes.success.mean()),
+        "success_share": run_policy(learnt.path, changed, environment, as_it_is, count),
         "designed_success_share": before.success_share if before else None,
     }
     return retest.model_copy(update=shares)

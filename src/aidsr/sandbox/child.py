@@ -8,10 +8,11 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
+from aidsr.sandbox.access import NOTHING, Access
 from aidsr.sandbox.environment import child_environment
 from aidsr.sandbox.pipes import read_message, write_message
 
@@ -35,14 +36,16 @@ class Child:
     """A worker process, its private folder and the pipes to it.
 
     Args:
-        modules: What it imports before its first call.
+        access: Files that it may open.
+        prepare: What it loads before it gives up the other files; see `connect_to_parent`.
     """
 
-    def __init__(self, modules: Sequence[str] = ()) -> None:
+    def __init__(self, access: Access = NOTHING, prepare: Sequence[str] = ()) -> None:
+        self.access = access
         self._folder = Path(tempfile.mkdtemp(prefix="aidsr-worker-"))
         self._output = (self._folder / "output.txt").open("wb")
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "aidsr.sandbox.worker", *modules],
+            [sys.executable, "-P", "-m", "aidsr.sandbox.worker", access.to_json(), *prepare],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._output,
@@ -60,10 +63,22 @@ class Child:
         """Whether another call may be given to this child."""
         return not (self._busy or self._late) and self._calls < _MAX_CALLS and self._process.poll() is None
 
-    def call(self, request: dict[str, Any], wall_s: float) -> dict[str, Any]:
+    def call(
+        self,
+        request: dict[str, Any],
+        wall_s: float,
+        listen: Callable[[list[Any]], None] = lambda _values: None,
+        grace_s: float = 0.0,
+    ) -> dict[str, Any]:
         """Return the child's reply, or one of {"time", "memory", "overflow", "crash", "lost": …} saying how it ended.
 
         "lost" says nothing about the request: the child could not start, or was ended from outside.
+
+        Args:
+            request: What to run.
+            wall_s: How long it may take to the result, or to the next progress.
+            listen: Called with what the function tells of its progress, while it waits.
+            grace_s: How long it may still take after a KeyboardInterrupt here, to save its work.
 
         Raises:
             TypeError: The request cannot be expressed in JSON.
@@ -75,7 +90,14 @@ class Child:
                 return {"lost": _reason_not_started(start)}
             self._ready = True
         self._calls += 1
-        reply = self._exchange(request, wall_s)
+        try:
+            reply = self._exchange(request, wall_s)
+            while "progress" in reply:
+                listen(reply["progress"])
+                reply = self._exchange({"heard": True}, wall_s)
+        except KeyboardInterrupt:
+            self._interrupt(grace_s)
+            raise
         # A child that ran out of memory may be in any state; it stays busy for good and is replaced.
         self._busy = not reply.keys() & {"result", "mjcf", "user", "reply", "bug"}
         return reply
@@ -104,6 +126,20 @@ class Child:
         finally:
             timer.cancel()
         return self._cause_of_death() if reply is None else reply
+
+    def _interrupt(self, grace_s: float) -> None:
+        """Let the function save its work, and wait for the end of the process."""
+        if not grace_s or sys.platform == "win32":  # Windows has no such signal for a single process
+            return
+        timer = threading.Timer(grace_s, self._kill_late)
+        timer.daemon = True
+        timer.start()
+        try:
+            self._process.send_signal(signal.SIGINT)
+            while self._replies.read(1):
+                continue
+        finally:
+            timer.cancel()
 
     def _kill_late(self) -> None:
         self._late = True

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import ctypes
+import socket
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from aidsr.core.errors import IsolationError
 from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.landlock import landlock_version, limits_network
 from aidsr.sandbox.limits import Limits
 
 
@@ -34,6 +38,8 @@ def guarantees() -> tuple[Guarantee, ...]:
         Guarantee("file size", posix, "RLIMIT_FSIZE 256 MiB"),
         Guarantee("private working directory", True, "a temporary folder, removed when the child ends"),
         Guarantee("no keys", True, "a child's environment holds only variables from a short list"),
+        Guarantee("no other files", landlock_version() > 0, f"Landlock, {_landlock()}"),
+        Guarantee("no TCP connections", limits_network(), f"Landlock from version 4 on, {_landlock()}"),
         Guarantee("ends with its parent", True, "a child leaves when its request pipe closes"),
     )
 
@@ -46,7 +52,24 @@ def try_guarantees() -> tuple[Guarantee, ...]:
         ("processor time", _spin, "time"),
         ("memory", _allocate, "memory"),
     )
-    return tuple(_attempt(*each) for each in attempts)
+    return (*(_attempt(*each) for each in attempts), _try_files(), _try_network())
+
+
+def _landlock() -> str:
+    version = landlock_version()
+    return f"version {version} of this kernel" if version else "which this system does not offer"
+
+
+def _try_files() -> Guarantee:
+    with tempfile.NamedTemporaryFile() as file:
+        refused = not _can_read(file.name)
+    return Guarantee("no other files", refused, f"tested: a file of yours can{'not' * refused} be read")
+
+
+def _try_network() -> Guarantee:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        refused = not _can_connect(server.getsockname()[1])
+    return Guarantee("no TCP connections", refused, f"tested: a connection can{'not' * refused} be made")
 
 
 def _attempt(name: str, misbehave: Callable[[], None], expected: str) -> Guarantee:
@@ -55,6 +78,24 @@ def _attempt(name: str, misbehave: Callable[[], None], expected: str) -> Guarant
     except IsolationError as error:
         return Guarantee(name, error.kind == expected, f"tested: the call ended in {error.kind}")
     return Guarantee(name, False, "tested: the call was not stopped")
+
+
+@isolated
+def _can_read(path: str) -> bool:
+    try:
+        Path(path).read_bytes()
+    except OSError:
+        return False
+    return True
+
+
+@isolated
+def _can_connect(port: int) -> bool:
+    try:
+        socket.create_connection(("127.0.0.1", port), timeout=10).close()
+    except OSError:
+        return False
+    return True
 
 
 @isolated

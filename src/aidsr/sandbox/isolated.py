@@ -15,7 +15,6 @@ The caller sees the function's own signature, types and errors. The body runs in
 from __future__ import annotations
 
 import inspect
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,15 +22,16 @@ from functools import cached_property, wraps
 from importlib import import_module
 from pathlib import Path
 from types import GenericAlias
-from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
+from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints, overload
 
 from pydantic import ConfigDict, TypeAdapter
 
 from aidsr.core.artifacts import Fault
 from aidsr.core.errors import IsolationError, MjcfError, ReplyError, UserError, WorkerLostError
+from aidsr.sandbox.access import Access
 from aidsr.sandbox.environment import inside_worker
 from aidsr.sandbox.limits import Limits
-from aidsr.sandbox.pool import call_in_worker
+from aidsr.sandbox.pool import call_in_worker, module_path
 
 _PAUSES_S = (0.0, 0.5, 3.0)
 """Before each try of a call [s]. Our choice: memory that another process took is often free again after seconds."""
@@ -43,16 +43,20 @@ R = TypeVar("R")
 @overload
 def isolated(function: Callable[P, R], /) -> Callable[P, R]: ...
 @overload
-def isolated(*, limits: Limits) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
+def isolated(*, limits: Limits, prepare: Sequence[str] = ()) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
 def isolated(
-    function: Callable[P, R] | None = None, /, *, limits: Limits | None = None
+    function: Callable[P, R] | None = None, /, *, limits: Limits | None = None, prepare: Sequence[str] = ()
 ) -> Callable[P, R] | Callable[[Callable[P, R]], Callable[P, R]]:
     """Make a module-level function run in a worker process, under limits.
 
     Arguments and result travel as JSON by their annotations, which have to be importable at run time: pydantic models,
     dataclasses, numbers, text, bytes and containers of them. A relative path means the caller's directory. The function
-    may be called from several threads; each call has a worker of its own. Called inside a worker it runs at once, under
-    the limits of the call in progress.
+    may be called from several threads; each call has a worker of its own.
+
+    A parameter annotated as `Callable[[…], None]` is a listener: it stays with the caller, and the function waits while
+    it listens. Below a folder that is given as a Path the worker may change files, a file it may read; it opens no
+    other file of yours where the system has Landlock (`aidsr.sandbox.access`). Called inside a worker the function runs
+    at once, under the limits of the call in progress.
 
     Besides what the function raises itself (MjcfError and UserError as they are), calling it raises:
 
@@ -63,14 +67,20 @@ def isolated(
     Args:
         function: The function; omitted where limits are given.
         limits: What a call may use; `Limits()` when not given.
+        prepare: What takes long to load, see `connect_to_parent`; a call then has a process of its own.
     """
     if function is not None:
-        return _isolate(function, limits or Limits())
-    return lambda function: _isolate(function, limits or Limits())
+        return _isolate(function, limits or Limits(), prepare)
+    return lambda function: _isolate(function, limits or Limits(), prepare)
 
 
-def run_request(name: str, arguments: Sequence[Any]) -> Any:
+def run_request(name: str, arguments: Sequence[Any], tell: Callable[[list[Any]], None]) -> Any:
     """Run the decorated function "module:function" on arguments as JSON gave them and return its result for JSON.
+
+    Args:
+        name: Of the function.
+        arguments: All but the listener.
+        tell: Lets the listener hear values, as JSON gives them.
 
     Raises:
         ValueError: The function is not decorated with `@isolated`; nothing else is ever run by name.
@@ -78,13 +88,13 @@ def run_request(name: str, arguments: Sequence[Any]) -> Any:
     import_module(name.partition(":")[0])
     if name not in _FUNCTIONS:
         raise ValueError(f"{name} is not decorated with @isolated")
-    return _FUNCTIONS[name].run(arguments)
+    return _FUNCTIONS[name].run(arguments, tell)
 
 
-def _isolate(function: Callable[P, R], limits: Limits) -> Callable[P, R]:
+def _isolate(function: Callable[P, R], limits: Limits, prepare: Sequence[str]) -> Callable[P, R]:
     if function.__qualname__ != function.__name__:
         raise TypeError(f"{function.__qualname__} is not at module level, where a worker could find it")
-    subject = _FUNCTIONS[f"{function.__module__}:{function.__qualname__}"] = _Function(function, limits)
+    subject = _FUNCTIONS[f"{function.__module__}:{function.__qualname__}"] = _Function(function, limits, prepare)
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -102,6 +112,7 @@ class _Function:
 
     function: Callable[..., Any]
     limits: Limits
+    prepare: Sequence[str]
 
     @cached_property
     def _signature(self) -> inspect.Signature:
@@ -112,8 +123,23 @@ class _Function:
         return get_type_hints(self.function, include_extras=True)
 
     @cached_property
+    def _sent(self) -> list[str]:
+        """Names of the arguments that travel."""
+        return [name for name in self._signature.parameters if name != self._listener]
+
+    @cached_property
+    def _listener(self) -> str:
+        """Name of the argument that listens, empty without one."""
+        return next((name for name, kind in self._types.items() if get_origin(kind) is Callable), "")
+
+    @cached_property
+    def _progress(self) -> TypeAdapter[Any]:
+        kinds, _ = get_args(self._types[self._listener])
+        return _adapter(*kinds)
+
+    @cached_property
     def _arguments(self) -> TypeAdapter[Any]:
-        return _adapter(*(self._types[name] for name in self._signature.parameters))
+        return _adapter(*(self._types[name] for name in self._sent))
 
     @cached_property
     def _result(self) -> TypeAdapter[Any]:
@@ -123,14 +149,23 @@ class _Function:
         """Run the function in a worker."""
         bound = self._signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        values = tuple(value.absolute() if isinstance(value, Path) else value for value in bound.arguments.values())
+        given = bound.arguments
+        values = tuple(given[name].absolute() if isinstance(given[name], Path) else given[name] for name in self._sent)
+        listen = given.get(self._listener)
+        path = module_path()
         request = {
             "function": f"{self.function.__module__}:{self.function.__qualname__}",
             "arguments": self._arguments.dump_python(values, mode="json", warnings="error"),
             "limits": {"cpu_s": self.limits.cpu_s, "memory_mib": self.limits.memory_mib},
-            "path": [entry for entry in sys.path if Path(entry).is_absolute()],  # a worker finds what its caller finds
+            "path": path,  # a worker finds what its caller finds
+            "saves": self.limits.grace_s > 0,
         }
-        reply = _reply(request, self.limits.wall_s)
+
+        def hear(told: list[Any]) -> None:
+            if listen is not None:
+                listen(*self._progress.validate_python(told))
+
+        reply = self._reply(request, Access.needed(path, values), hear)
         if "lost" in reply:
             raise WorkerLostError(
                 f"{self.function.__name__} could not be run: its worker process was lost {len(_PAUSES_S)} times, the "
@@ -141,21 +176,22 @@ class _Function:
         (result,) = self._result.validate_python(reply["result"])
         return result
 
-    def run(self, arguments: Sequence[Any]) -> Any:
+    def _reply(self, request: dict[str, Any], access: Access, listen: Callable[[list[Any]], None]) -> dict[str, Any]:
+        """Return the reply of a worker; another one is asked where it was lost through no fault of the request."""
+        for pause_s in _PAUSES_S:
+            time.sleep(pause_s)
+            reply = call_in_worker(request, self.limits.wall_s, access, self.prepare, listen, self.limits.grace_s)
+            if "lost" not in reply:
+                break
+        return reply
+
+    def run(self, arguments: Sequence[Any], tell: Callable[[list[Any]], None]) -> Any:
         """Run the function here, on arguments as JSON gave them; return its result for JSON."""
-        values = self._arguments.validate_python(arguments)
-        result = self.function(**dict(zip(self._signature.parameters, values, strict=True)))
+        values = dict(zip(self._sent, self._arguments.validate_python(arguments), strict=True))
+        if self._listener:
+            values[self._listener] = lambda *told: tell(self._progress.dump_python(told, mode="json", warnings="error"))
+        result = self.function(**values)
         return self._result.dump_python((result,), mode="json", warnings="error")
-
-
-def _reply(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
-    """Return the reply of a worker; another one is asked where it was lost through no fault of the request."""
-    for pause_s in _PAUSES_S:
-        time.sleep(pause_s)
-        reply = call_in_worker(request, wall_s)
-        if "lost" not in reply:
-            break
-    return reply
 
 
 def _adapter(*types: Any) -> TypeAdapter[Any]:

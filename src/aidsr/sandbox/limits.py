@@ -17,10 +17,13 @@ class Limits:
     """What one call may use. Our choice: generous for a robot of this size, small for a machine."""
 
     wall_s: float = 60.0
+    """Until the result, or the next call of the function's listener, if it has one."""
     cpu_s: float = 120.0
-    """Processor time over all threads; a whole battery of tests on two threads takes about 1 s."""
+    """Processor time over all threads, inf for no limit; a whole battery of tests on two threads takes about 1 s."""
     memory_mib: int = 4096
     """Address space; a worker maps 0.2 GiB when it starts and 0.9 GiB while it draws with OpenGL."""
+    grace_s: float = 0.0
+    """After Control-C the function gets a KeyboardInterrupt and this time to save its work; 0 ends it at once."""
 
 
 def set_process_limits(memory_mib: int | None = None) -> None:
@@ -64,7 +67,9 @@ def call_limits(cpu_s: float, memory_mib: int) -> Iterator[None]:
         return
     import resource
 
-    limits = {resource.RLIMIT_CPU: math.ceil(time.process_time() + cpu_s)}
+    limits = {}
+    if math.isfinite(cpu_s):
+        limits[resource.RLIMIT_CPU] = math.ceil(time.process_time() + cpu_s)
     if sys.platform == "linux":  # macOS ignores RLIMIT_AS
         limits[resource.RLIMIT_AS] = memory_mib * 2**20
     before = {kind: resource.getrlimit(kind) for kind in limits}

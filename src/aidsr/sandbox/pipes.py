@@ -13,8 +13,11 @@ import queue
 import shutil
 import struct
 import threading
+from collections.abc import Iterable
+from importlib import import_module
 from typing import Any, BinaryIO
 
+from aidsr.sandbox.access import NOTHING, Access
 from aidsr.sandbox.environment import INSIDE
 from aidsr.sandbox.limits import set_process_limits
 
@@ -55,17 +58,28 @@ def write_bytes(pipe: BinaryIO, body: bytes) -> None:
     pipe.flush()
 
 
-def connect_to_parent(memory_mib: int | None = None) -> tuple[queue.SimpleQueue[dict[str, Any]], BinaryIO]:
+def connect_to_parent(
+    memory_mib: int | None = None, access: Access = NOTHING, prepare: Iterable[str] = ()
+) -> tuple[queue.SimpleQueue[dict[str, Any]], BinaryIO]:
     """Set up this process as a child: limits, a queue of requests, and the pipe for replies.
 
     The process ends when its parent closes the request pipe, which also happens when the parent dies.
 
     Args:
         memory_mib: Limit of memory for the life of this process.
+        access: Files that it may open from then on.
+        prepare: What is loaded before it gives up the others, "module", or also called, "module:function": Python
+            could not keep modules compiled afterwards.
     """
     requests, replies = _take_over_pipes()
     faulthandler.enable()
     set_process_limits(memory_mib)
+    for prepared in prepare:
+        module, _, function = prepared.partition(":")
+        loaded = import_module(module)
+        if function:
+            getattr(loaded, function)()
+    access.give_up_everything_else()  # before the first thread starts: Landlock holds for those that start later
     inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     threading.Thread(target=_forward_requests, args=(requests, inbox), daemon=True).start()
     return inbox, replies

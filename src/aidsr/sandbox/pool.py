@@ -5,10 +5,13 @@ from __future__ import annotations
 import atexit
 import contextlib
 import os
+import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
+from aidsr.sandbox.access import Access
 from aidsr.sandbox.child import Child
 from aidsr.sandbox.environment import inside_worker
 
@@ -24,10 +27,31 @@ def warm_up(count: int = 1, modules: Sequence[str] = ()) -> None:
         _pool().warm_up(count, modules)
 
 
-def call_in_worker(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
-    """Return the reply of an idle worker to a request, see `Child.call`; waits while all are busy."""
-    with _pool().child() as child:
-        return child.call(request, wall_s)
+def module_path() -> list[str]:
+    """Return where this process finds modules, for a child to find them there too."""
+    return [entry for entry in sys.path if Path(entry).is_absolute()]
+
+
+def call_in_worker(
+    request: dict[str, Any],
+    wall_s: float,
+    access: Access,
+    prepare: Sequence[str] = (),
+    listen: Callable[[list[Any]], None] = lambda _values: None,
+    grace_s: float = 0.0,
+) -> dict[str, Any]:
+    """Return the reply of an idle worker to a request, see `Child.call`; waits while all are busy.
+
+    A call that prepares its worker has one of its own.
+    """
+    if prepare:
+        child = Child(access, prepare)
+        try:
+            return child.call(request, wall_s, listen, grace_s)
+        finally:
+            child.close()
+    with _pool().child(access) as child:
+        return child.call(request, wall_s, listen, grace_s)
 
 
 class _Pool:
@@ -38,10 +62,10 @@ class _Pool:
         self._idle: list[Child] = []
 
     @contextlib.contextmanager
-    def child(self) -> Iterator[Child]:
+    def child(self, access: Access) -> Iterator[Child]:
         """Lend a child that is ready or being started; waits while all are busy."""
         with self._slots:
-            child = self._take()
+            child = self._take(access)
             try:
                 yield child
             finally:
@@ -54,21 +78,22 @@ class _Pool:
     def warm_up(self, count: int, modules: Sequence[str]) -> None:
         with self._lock:
             while len(self._idle) < min(count, self._size):
-                self._idle.append(Child(modules))
+                self._idle.append(Child(Access.needed(module_path(), ()), modules))
 
     def close(self) -> None:
         with self._lock:
             while self._idle:
                 self._idle.pop().close()
 
-    def _take(self) -> Child:
+    def _take(self, access: Access) -> Child:
         with self._lock:
-            while self._idle:
-                child = self._idle.pop()
-                if child.usable:
+            for child in reversed(self._idle):
+                if child.usable and child.access.suffices_for(access):
+                    self._idle.remove(child)
                     return child
-                child.close()
-        return Child()
+            while self._idle and (len(self._idle) >= self._size or not self._idle[0].usable):
+                self._idle.pop(0).close()
+        return Child(access)
 
 
 _pools: list[_Pool] = []

@@ -7,12 +7,19 @@ dies.
 
 from __future__ import annotations
 
+import contextlib
+import os
+import queue
+import signal
 import sys
 import traceback
-from importlib import import_module
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, BinaryIO
 
 from aidsr.core.errors import MjcfError, ReplyError, UserError
+from aidsr.core.storage_errors import storage_problem
+from aidsr.sandbox.access import Access
 from aidsr.sandbox.limits import call_limits
 from aidsr.sandbox.pipes import connect_to_parent, write_message
 
@@ -22,32 +29,63 @@ _UNKNOWN_CPP_EXCEPTION = "Caught an unknown exception!"
 
 def main() -> None:
     """Answer requests until the parent closes the pipe."""
-    inbox, replies = connect_to_parent()
+    inbox, replies = connect_to_parent(access=Access.from_json(sys.argv[1]), prepare=["mujoco", *sys.argv[2:]])
     import mujoco
 
     # Without a handler MuJoCo appends its warnings to MUJOCO_LOG.TXT in the working directory.
     mujoco.set_mju_user_warning(lambda _message: None)
     write_message(replies, {"ready": mujoco.__version__})
-    for module in sys.argv[1:]:
-        import_module(module)
+    parent = _Parent(inbox, replies)
     while True:
-        _reply(replies, _run(inbox.get()))
+        request = inbox.get()
+        try:
+            parent.reply(_run(request, parent))
+        except KeyboardInterrupt:  # what was to be saved is saved; the process ends as one that was interrupted
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+            os.kill(os.getpid(), signal.SIGINT)
 
 
-def _reply(replies: BinaryIO, reply: dict[str, Any]) -> None:
+@dataclass(frozen=True)
+class _Parent:
+    """The process that asks, and may listen to a call in progress."""
+
+    inbox: queue.SimpleQueue[dict[str, Any]]
+    replies: BinaryIO
+
+    def reply(self, reply: dict[str, Any]) -> None:
+        """Answer a request."""
+        try:
+            write_message(self.replies, reply)
+        except TypeError:
+            write_message(self.replies, {"bug": traceback.format_exc()})
+
+    def tell(self, values: list[Any]) -> None:
+        """Let its listener hear values, and wait until it has."""
+        write_message(self.replies, {"progress": values})
+        self.inbox.get()
+
+
+@contextlib.contextmanager
+def _interruptible(saves: bool) -> Iterator[None]:
+    """Raise KeyboardInterrupt for signals in a call that saves its work; other calls are simply ended by them."""
+    if not saves:
+        yield
+        return
+    before = {kind: signal.signal(kind, signal.default_int_handler) for kind in (signal.SIGINT, signal.SIGTERM)}
     try:
-        write_message(replies, reply)
-    except TypeError:
-        write_message(replies, {"bug": traceback.format_exc()})
+        yield
+    finally:
+        for kind, handler in before.items():
+            signal.signal(kind, handler)
 
 
-def _run(request: dict[str, Any]) -> dict[str, Any]:
+def _run(request: dict[str, Any], parent: _Parent) -> dict[str, Any]:
     from aidsr.sandbox.isolated import run_request
 
     try:
         sys.path.extend(entry for entry in request["path"] if entry not in sys.path)
-        with call_limits(**request["limits"]):
-            return {"result": run_request(request["function"], request["arguments"])}
+        with call_limits(**request["limits"]), _interruptible(request.get("saves", False)):
+            return {"result": run_request(request["function"], request["arguments"], parent.tell)}
     except MjcfError as error:
         return {"mjcf": [fault.model_dump(mode="json") for fault in error.faults]}
     except UserError as error:
@@ -56,6 +94,9 @@ def _run(request: dict[str, Any]) -> dict[str, Any]:
         return {"reply": str(error)}
     except MemoryError:
         return {"memory": True}
+    except OSError as error:
+        problem = storage_problem(error)
+        return {"user": problem} if problem else {"bug": traceback.format_exc()}
     except Exception as error:
         return _failure_of_a_library(error) or {"bug": traceback.format_exc()}
 

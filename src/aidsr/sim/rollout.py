@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 _STEPS_FOR_ACCELERATION = 3
 _CHUNK_BYTES = 8 * 2**20
 """Memory of what is recorded between two looks: a share of a processor's cache, so that reducing it stays quick."""
-TOO_MANY_CONTACTS = "more contacts and constraints than MuJoCo's memory for them holds"
-"""Failure of a simulation in which MuJoCo left some out."""
+TOO_LITTLE_MEMORY = "MuJoCo's memory is too small for its contacts and constraints"
+"""Failure of a simulation in which MuJoCo left some out, or stopped."""
 _TIME = int(mujoco.mjtState.mjSTATE_TIME)
 
 
@@ -143,9 +143,10 @@ class _Run:
         self._keep(records, first, count)
         for simulation, frames in zip(self.alive.tolist(), good.tolist(), strict=True):
             if frames < count:
-                full = self.batch.warning[simulation, FULL_WARNINGS, 1].any()
-                otherwise = TOO_MANY_CONTACTS if full else "diverged"
-                self._drop(simulation, first + frames, errors.get(simulation, otherwise))
+                reason = errors.get(simulation, "diverged")
+                if "out of memory" in reason or self.batch.warning[simulation, FULL_WARNINGS, 1].any():
+                    reason = TOO_LITTLE_MEMORY
+                self._drop(simulation, first + frames, reason)
         self.alive = self.alive[good == count]
 
     def _buffers(self, count: int) -> dict[str | int, Array]:

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal, Self, get_args
 
+from aidsr.api import DesignedScene, evaluate, train_policy
 from aidsr.core.artifacts import ValidationReport
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import AidsrError, BudgetError, Limit
@@ -211,23 +212,23 @@ def _verify(study: Study, job: Job) -> None:
 
 
 def _train(study: Study, job: Job) -> None:
-    from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.rl.recipe import Recipe
-    from aidsr.learn.rl.trained import evaluate_training
-    from aidsr.learn.rl.training import train
 
-    design = _design_of(study, job)
+    design, arm = _design_of(study, job), study.arm(job.cell.arm)
     robot = next(robot for it in design.leading_to() if (robot := it.robot.read()))
-    scene = TaskScene.of(
-        design.final_scene.path,
-        job.cell.task,
-        level=study.plan.level,
-        groups=robot.actuator_groups,
-        grouping=study.arm(job.cell.arm).grouping,
+    scene = DesignedScene(design.final_scene.path, job.cell.task, study.plan.level, robot.actuator_groups, design.path)
+    folder, recipe = training_folder_of(design, job.seed), Recipe(from_probe=arm.from_probe)
+    train_policy(
+        scene,
+        folder.parent,
+        grouping=arm.grouping,
+        number=folder.name,
+        steps=study.plan.steps,
+        seed=job.seed,
+        recipe=recipe,
+        threads=1,
     )
-    folder, recipe = training_folder_of(design, job.seed), Recipe(from_probe=study.arm(job.cell.arm).from_probe)
-    train(scene, folder, steps=study.plan.steps, seed=job.seed, recipe=recipe, threads=1)
-    evaluate_training(folder, threads=1)
+    evaluate(folder, threads=1)
 
 
 def _probe(study: Study, job: Job) -> None:

@@ -9,7 +9,6 @@ from contextlib import ExitStack, redirect_stdout
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
@@ -17,11 +16,11 @@ from test_training import SMALL
 
 from aidsr.api import find_scene
 from aidsr.apps.cli import main
-from aidsr.apps.cli.training import Trainer, train_designs
+from aidsr.apps.cli.training import train_designs
 from aidsr.core.artifacts import ActuatorGroup, Evaluation, Outcome, Robot
 from aidsr.core.config import RunConfig
-from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl import trained, training
+from aidsr.learn.rl import isolated_learning, training
+from aidsr.learn.rl.isolated_learning import run_training
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder
 from aidsr.runs.folders import DesignFolder, Run, new_run
 from aidsr.runs.record import RunRecord
@@ -140,7 +139,7 @@ def test_seeds_become_numbered_trainings_with_a_verdict_each(tmp_path, capsys, m
     win(out / "001")
     assert run_main(*words) == 0
     won = Evaluation.model_validate_json((out / "001" / "evaluation.json").read_text())
-    monkeypatch.setattr(trained, "evaluate_training", lambda *_, **__: won)
+    monkeypatch.setattr(isolated_learning, "run_evaluation", lambda *_, **__: won)
     assert run_main(*again) == 0
 
 
@@ -187,7 +186,7 @@ def test_what_was_trained_already_is_trained_again_only_when_asked_for(design, c
 
 def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatch):
     """Where another process takes a number just before this one does; and one is told where it does the very same."""
-    scene, learn = TaskScene.of(small_scene("dynamic_catching"), "dynamic_catching"), training.train
+    learn = training.train
     tries, others = [], ExitStack()
 
     def just_after_another(learning, folder, **options):
@@ -203,9 +202,12 @@ def test_each_of_several_commands_takes_a_folder_of_its_own(tmp_path, monkeypatc
         return learn(learning, folder, **options)
 
     monkeypatch.setattr(training, "train", just_after_another)
-    trainer = Trainer(Console(quiet=True), 64, range(1, 3), SMALL, threads=1, evaluate=False)
-    with others, pytest.raises(FolderInUseError, match=r"004 is locked by another training"):
-        trainer.train(scene, tmp_path)
+    scene = (small_scene("dynamic_catching"), "dynamic_catching", "standard", (), "auto")
+    how = (SMALL, None, 1, False, False, lambda _point: None)
+    with others:
+        run_training(*scene, tmp_path, "", 64, 1, *how)
+        with pytest.raises(FolderInUseError, match=r"004 is locked by another training"):
+            run_training(*scene, tmp_path, "", 64, 2, *how)
     assert tries == [("001", 1), ("002", 1), ("003", 1), ("004", 2)]
     seeds = {path.parent.name: json.loads(path.read_text())["seed"] for path in tmp_path.glob("*/config.json")}
     assert seeds == {"001": 7, "003": 1, "004": 2}

@@ -10,8 +10,7 @@ from test_training import SMALL
 import aidsr
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.rl import evaluation
-from aidsr.learn.rl.evaluation import Replays
+from aidsr.learn.rl import isolated_learning
 from aidsr.learn.rl.trained import evaluate_training
 from aidsr.learn.rl.training import train
 from aidsr.loop import export as exporting
@@ -28,15 +27,14 @@ def test_a_policy_is_tried_with_the_robot_as_built(tmp_path, monkeypatch):
     recipe = SMALL.model_copy(update={"smoothing": 0.7})
     train(scene, design.path / "training" / "001", steps=64, recipe=recipe, threads=1)
     designed = evaluate_training(design.path / "training" / "001", episodes=20, threads=1, videos=False)
-    asked = []
+    run_policy, asked = isolated_learning.run_policy, []
 
-    class Noted(Replays):
-        def play(self, model, only=None):
-            asked.append((self.smoothing, len(self.variations)))
-            return super().play(model, only)
+    def noted(folder, robot, environment, placement, episodes):
+        asked.append((folder, episodes))
+        return run_policy(folder, robot, environment, placement, episodes)
 
-    monkeypatch.setattr(evaluation, "Replays", Noted)
+    monkeypatch.setattr(isolated_learning, "run_policy", noted)
     retest = export(design.path, policy=True).verdict.retest
-    assert asked == [(0.7, 20)]
+    assert asked == [(design.path / "training" / "001", 20)]
     assert retest.designed_success_share == designed.success_share
     assert 0.0 <= retest.success_share <= 1.0

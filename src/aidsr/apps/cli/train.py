@@ -113,7 +113,7 @@ def train(
         again=again,
     )
     try:
-        successful = trainer.train(found.for_learning(grouping), out if out is not None else found.home / "training")
+        successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"
         console.print(f"\nInterrupted. What was learned is kept; {same} continues", soft_wrap=True)

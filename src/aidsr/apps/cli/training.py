@@ -21,9 +21,10 @@ from aidsr.core.artifacts import Evaluation, PerturbedEpisodes
 from aidsr.core.formatting import format_check, format_time_left
 
 if TYPE_CHECKING:
+    from aidsr.api import DesignedScene
     from aidsr.core.rates import Rate
-    from aidsr.learn.episodes.scene import TaskScene
-    from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.episodes.actions import Grouping
+    from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.evaluation import EvaluationPoint
     from aidsr.learn.rl.recipe import Recipe
     from aidsr.runs import Run
@@ -48,18 +49,20 @@ class Trainer:
     again: bool = False
     """Whether to train again what is finished."""
 
-    def train(self, scene: TaskScene, home: Path) -> bool:
+    def train(self, scene: DesignedScene, home: Path, grouping: Grouping = "auto") -> bool:
         """Train a policy for each seed, in numbered folders; return whether one is successful or none is evaluated."""
-        actions = f"{scene.task.name}: {len(scene.actions.actuators)} actuators in {scene.actions.size} actions"
+        from aidsr.learn.rl.isolated_learning import describe_actions
+
+        actions = describe_actions(*scene.as_text(), grouping)
         self.console.print(actions, style="bold", markup=False, soft_wrap=True)
         verdicts = []
         for seed in self.seeds:
-            folder = self._train(scene, home, seed)
+            folder = self._train(scene, home, grouping, seed)
             if self.evaluate:
                 verdicts.append(self._evaluate(folder))
         return any(verdicts) or not self.evaluate
 
-    def _train(self, scene: TaskScene, home: Path, seed: int) -> Path:
+    def _train(self, scene: DesignedScene, home: Path, grouping: Grouping, seed: int) -> Path:
         """Train one policy with a progress bar, and print how it ended; return its folder."""
         from aidsr.api import train_policy
 
@@ -68,6 +71,7 @@ class Trainer:
             training = train_policy(
                 scene,
                 home,
+                grouping=grouping,
                 steps=self.steps,
                 seed=seed,
                 recipe=self.recipe,
@@ -115,7 +119,7 @@ def train_designs(run: Run, *, steps: int, seeds: int) -> int:
     try:
         while left:
             found = find_scene(left[0])
-            successful |= trainer.train(found.for_learning("auto"), found.home / "training")
+            successful |= trainer.train(found, found.home / "training")
             left.pop(0)
             write_summary(run)
     except KeyboardInterrupt:

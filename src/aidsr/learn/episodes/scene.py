@@ -29,8 +29,8 @@ from aidsr.tasks.readings import FloatArray
 class TaskScene:
     """A robot in the environment of a task, ready to be learned with.
 
-    Scenes come from our own assembly, of a robot that was validated in isolation; the safe loader checks them once
-    more, then they are stepped in this process, where a policy can be trained at full speed.
+    The safe loader checks the text once more, then it is compiled and stepped in this process: `aidsr.probe`,
+    `aidsr.train` and `aidsr.evaluate` make one in a child process with limits.
     """
 
     mjcf: str

@@ -5,8 +5,9 @@ searching  random motions first, then the cross-entropy method around the best
 report     what came out, kept as probe.json
 """
 
+from aidsr.learn.openloop.isolated_probe import probe
 from aidsr.learn.openloop.motion import Motion
-from aidsr.learn.openloop.probe_scene import probe, probe_scene
+from aidsr.learn.openloop.probe_scene import probe_scene
 from aidsr.learn.openloop.report import ProbeReport
 
 __all__ = ["Motion", "ProbeReport", "probe", "probe_scene"]

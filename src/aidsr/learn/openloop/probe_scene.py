@@ -5,14 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
-from aidsr.learn.episodes.actions import Grouping
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
@@ -20,7 +17,7 @@ from aidsr.learn.openloop.early_stop import EarlyStop
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.motion_search import MOTION_KINDS, MotionKind, MotionSpace
 from aidsr.learn.openloop.report import EndedBy, ProbedVariation, ProbeReport
-from aidsr.tasks import BENCHMARK_VERSION, Level, Task, Variation
+from aidsr.tasks import BENCHMARK_VERSION, Variation
 from aidsr.tasks.readings import FloatArray
 
 GENERATION = 16
@@ -36,50 +33,6 @@ MAX_STEPS = 300_000
 """Physics steps of a whole probe. Our choice: seconds of one core for a body of a single limb, see docs/learning.md."""
 _FEWEST = 4
 """A generation that the budget cuts down to fewer motions is not played. Our choice: fewer say nothing of a kind."""
-
-
-def probe(
-    scene: str | Path,
-    task: str | Task,
-    *,
-    level: Level = "standard",
-    groups: Sequence[ActuatorGroup] = (),
-    grouping: Grouping = "auto",
-    candidates: int = CANDIDATES,
-    variations: int = VARIATIONS,
-    max_steps: int = MAX_STEPS,
-    seed: int = 0,
-    threads: int = 0,
-    listen: Callable[[ProbePoint], None] = lambda _point: None,
-) -> ProbeReport:
-    """Return how far a body gets on a task without learning.
-
-    Args:
-        scene: MJCF of a robot in the environment of the task, or the path of its file.
-        task: A task or its name.
-        level: Level of a task given by name.
-        groups: Actuators that act together, as the robot's author declares.
-        grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
-        candidates: Motions tried for each variation, in whole generations of 16.
-        variations: How many development variations.
-        max_steps: Physics steps of all simulations together.
-        seed: Of the search.
-        threads: Native threads; 0 takes all processors.
-        listen: Called after each generation.
-
-    Raises:
-        UserError: There is no such file or task, the scene is not one of this task, or a number is out of range.
-        MjcfError: The scene cannot be loaded.
-    """
-    return probe_scene(
-        TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping),
-        candidates=candidates,
-        variations=variations,
-        max_steps=max_steps,
-        seed=seed,
-        threads=threads,
-        listen=listen,
-    )
 
 
 @dataclass(frozen=True)
@@ -109,7 +62,7 @@ def probe_scene(
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
 ) -> ProbeReport:
-    """Probe a scene that is loaded already; see `probe`.
+    """Probe a scene that is loaded already, in this process; see `aidsr.learn.openloop.probe`.
 
     The same scene, seed and bounds give the same report, except for its wall time.
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
+from aidsr.learn.rl.curve_point import CurvePoint
 from aidsr.learn.rl.training_folder import TrainingFolder
 
 _RECENT = 100
@@ -22,28 +23,6 @@ _CHECKPOINTS = 20
 """Over the whole budget."""
 _SEEMS_SATURATED = 0.9
 """Share of recent episodes that must succeed, noise included, before a test without noise is worth its time."""
-
-
-@dataclass(frozen=True)
-class CurvePoint:
-    """State of a training after some steps."""
-
-    steps: int
-    wall_s: float
-    episodes: int
-    """Ended so far. The first ones of all simulations are cut short at different times, see `BatchedVecEnv`, so that
-    success is reported too low rather than too high before the task's time limit has passed once."""
-    success_share: float
-    """Of the last 100 episodes, with noise; nan before the first. Lost episodes end last, at the time limit, and so are
-    missing at first."""
-    progress: float
-    """Mean at their ends."""
-    reward: float
-    """Mean of their sums."""
-    diverged: int
-    """Episodes in which the simulation diverged, so far."""
-    steps_per_s: float
-    """Since the point before."""
 
 
 @dataclass

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
 
-    from aidsr.learn.rl.callbacks import CurvePoint
+    from aidsr.learn.rl.curve_point import CurvePoint
 
 BUDGET_STEPS = 300_000
 """Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
@@ -257,7 +257,8 @@ class _Training:
         Returns:
             The best; None where it never wins, or where the budget is too small for a search.
         """
-        from aidsr.learn.rl.callbacks import CurvePoint, append_to_curve
+        from aidsr.learn.rl.callbacks import append_to_curve
+        from aidsr.learn.rl.curve_point import CurvePoint
 
         recipe, history, began = self.config.recipe, self.history, time.perf_counter()
         steps = round(recipe.search_share * self.config.steps)

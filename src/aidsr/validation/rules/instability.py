@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.divergence import DivergenceSign
-from aidsr.sim.rollout import TOO_MANY_CONTACTS, Recording
+from aidsr.sim.rollout import TOO_LITTLE_MEMORY, Recording
 from aidsr.validation.curves import SETTLING, make_signal
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -27,7 +27,7 @@ def find_divergence(robot: RobotUnderTest) -> Iterator[Fault]:
         if found is None:
             continue
         what = recording.failures[row] or "faster than anything real"
-        if what == TOO_MANY_CONTACTS:
+        if what == TOO_LITTLE_MEMORY:
             yield NUMERICAL_INSTABILITY.fault(
                 message=f"the simulation fails during {phase}: {what}", cure=_CURE_FULL, first_time_s=found.time_s
             )

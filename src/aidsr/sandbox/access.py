@@ -1,0 +1,94 @@
+"""Which files a child process may open, beside the system's own and its private folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, is_dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import BaseModel
+
+from aidsr.sandbox.environment import INSIDE
+from aidsr.sandbox.landlock import give_up_files_and_network
+
+_SYSTEM = (
+    *("/usr", "/lib", "/lib32", "/lib64", "/bin", "/sbin", "/etc", "/opt", "/proc", "/sys", "/run/opengl-driver"),
+    *("/var/cache/fontconfig", "/nix", "/gnu", "/snap"),
+)
+"""Folders that libraries are loaded from, and that describe the machine. Not among them: homes and other people's
+temporary files."""
+_DEVICES = ("null", "zero", "full", "random", "urandom", "tty", "dri/*", "nvidia*")
+"""Below /dev; the last two draw."""
+
+
+@dataclass(frozen=True)
+class Access:
+    """What a call may open; paths are absolute.
+
+    Attributes:
+        modules: Where Python finds modules; read.
+        read: Files.
+        write: Folders, all below them included; also read.
+    """
+
+    modules: frozenset[str] = frozenset()
+    read: frozenset[str] = frozenset()
+    write: frozenset[str] = frozenset()
+
+    @classmethod
+    def needed(cls, module_path: Iterable[str], arguments: tuple[Any, ...]) -> Self:
+        """Return what a call needs: a folder among its arguments may be changed, a file may be read."""
+        paths = list(_paths(arguments))
+        return cls(
+            modules=frozenset(module_path),
+            read=frozenset(str(path) for path in paths if path.is_file()),
+            write=frozenset(str(path) for path in paths if path.is_dir()),
+        )
+
+    def suffices_for(self, needed: Access) -> bool:
+        """Return whether a child with this access can serve a call, and can open no file that the call is not about."""
+        return self.modules >= needed.modules and (self.read, self.write) == (needed.read, needed.write)
+
+    def to_json(self) -> str:
+        """Return it as text for `from_json`."""
+        return json.dumps({name: sorted(paths) for name, paths in asdict(self).items()})
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Return what `to_json` wrote."""
+        return cls(**{name: frozenset(paths) for name, paths in json.loads(text).items()})
+
+    def give_up_everything_else(self) -> None:
+        """Give up, in a child process and for good, what is not named here; where the kernel has Landlock."""
+        private = Path(os.environ[INSIDE])
+        python = (sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix, *sys.path)
+        variables = (path for value in os.environ.values() for path in value.split(os.pathsep))
+        give_up_files_and_network(
+            readable=[
+                path for path in (*_SYSTEM, *python, *variables, *self.modules, *self.read) if Path(path).is_absolute()
+            ],
+            writable=[private, *self.write],
+            devices=[device for pattern in _DEVICES for device in Path("/dev").glob(pattern)],
+            emptied=private.parent,
+        )
+
+
+def _paths(value: Any) -> Iterator[Path]:
+    """Yield the paths in a value, as deep as arguments are nested."""
+    if isinstance(value, Path):
+        yield value
+    elif isinstance(value, BaseModel) or is_dataclass(value):
+        yield from _paths(list(vars(value).values()))
+    elif isinstance(value, Mapping):
+        yield from _paths(list(value.values()))
+    elif isinstance(value, (list, tuple, set, frozenset)):
+        for one in value:
+            yield from _paths(one)
+
+
+NOTHING = Access()
+"""No file beside the system's own and the private folder."""
