@@ -25,7 +25,8 @@ WALL_M = 0.008
 PORTAL_M = (0.6, 0.3)
 """Half width and height of the wall around the entrance."""
 BEND_DEG = (15.0, 25.0)
-"""To either side. Our choice: of 144 episodes of rings under random actions, all that won had less than 10 deg."""
+"""To either side. Our choice: of 144 episodes of rings under random actions at 0 to 25 deg, all that won had less than
+10 deg; at 15 deg and more 1 of 160 won."""
 HEIGHT_M = 0.10
 HEIGHT_FACTOR = (0.9, 1.1)
 FRICTION = (0.6, 1.2)
