@@ -25,11 +25,11 @@ def lose(monkeypatch: pytest.MonkeyPatch, times: int) -> list[int]:
     """Lose the next workers, so many of them; return the list that counts the tries."""
     tries: list[int] = []
 
-    def call(request: dict[str, Any], wall_s: float) -> dict[str, Any]:
+    def call(request: dict[str, Any], *rest: Any) -> dict[str, Any]:
         tries.append(len(tries))
         if len(tries) <= times:
             return {"lost": "it was ended by SIGKILL"}
-        return pool.call_in_worker(request, wall_s)
+        return pool.call_in_worker(request, *rest)
 
     monkeypatch.setattr(isolated, "call_in_worker", call)
     return tries

@@ -15,6 +15,7 @@ from aidsr.mjcf.compile import compile_mjcf
 from aidsr.sim.assembly import assemble
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Task, Variation, load_task
+from aidsr.tasks.grasping import dynamic_catching
 from aidsr.tasks.locomotion.base import turned_lane
 from aidsr.tasks.locomotion.flat_ground import FlatGround
 from scenes import Always, QuickPushing, small_arm, small_learning, small_scene
@@ -146,9 +147,9 @@ def test_wheels_with_a_tail_fail_all_three():
 
 def test_a_basket_that_waits_needs_neither_cables_nor_a_soft_body(monkeypatch):
     # it loses the ball where the mount turns over, and does not let go
-    monkeypatch.setattr("aidsr.tasks.grasping.dynamic_catching.GONE_M", 1e-6)
-    monkeypatch.setattr("aidsr.tasks.grasping.dynamic_catching.TURN_RAD", 1e-6)
-    monkeypatch.setattr("aidsr.tasks.grasping.dynamic_catching.TURNED_RAD", -1.0)
+    monkeypatch.setattr(dynamic_catching, "GONE_M", 1e-6)
+    monkeypatch.setattr(dynamic_catching, "TURN_RAD", 1e-6)
+    monkeypatch.setattr(dynamic_catching, "TURNED_RAD", -1.0)
     scene = at(load_task("dynamic_catching"), basket(), "middle", "fixed")
     won, held = verdicts(scene, Always(-1.0), episodes=6)
     assert won >= 4

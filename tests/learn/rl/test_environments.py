@@ -237,7 +237,7 @@ def test_what_gymnasium_is_asked_for_is_passed_on():
         assert env.episodes.variations == [env.scene.task.variation(split, 3)]
     smooth = made(smoothing=0.75)
     smooth.reset(seed=0)
-    assert np.allclose(smooth.step(np.ones(2, dtype=np.float32))[0][14:16], 0.75 * -1.0 + 0.25)
+    assert np.allclose(smooth.step(np.ones(2, dtype=np.float32))[0][16:18], 0.75 * -1.0 + 0.25)
 
 
 def test_a_seed_decides_which_variations_come():
