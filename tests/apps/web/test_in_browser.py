@@ -40,7 +40,7 @@ def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> N
         page.wait_for_url("**/run/*")
         (run,) = Library(runs).runs()
 
-        page.get_by_text("Two-stage").first.wait_for()
+        page.get_by_text("Two-section").first.wait_for()
         page.reload()  # while it works
         page.get_by_role("button", name="Review").click()
         words = page.get_by_label("What should become different?")

@@ -53,8 +53,8 @@ export class Viewer {
   /**
    * @param {HTMLElement} host  which the picture fills
    * @param {{pick: (thing: object | null) => void, hover: (thing: object | null, event) => void,
-   *          drawn: () => void, drag, drop, measured}} listener  called with what was clicked, what the pointer is over,
-   *   when all was redrawn; and as `Hands` does
+   *          drawn: () => void, drag?, drop?, measured?}} listener  called with what was clicked, what the pointer is
+   *   over, when all was redrawn; and as `Hands` does
    */
   constructor(host, listener) {
     this.host = host;
@@ -72,7 +72,7 @@ export class Viewer {
     Object.assign(this.controls, { enableDamping: true, dampingFactor: 0.12, zoomToCursor: true });
     this.light();
     this.following = false;
-    this.hands = new Hands(this, listener);
+    this.hands = new Hands(this, { drag() {}, drop() {}, measured() {}, ...listener });
     this.listen();
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(host);
