@@ -13,6 +13,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.openloop.motion import GroupMotion, Motion
+from aidsr.learn.rl import motion_policy_search
 from aidsr.learn.rl.feedback_motion import BASE_MOTION, FeedbackMotion, FeedbackMotions
 from aidsr.learn.rl.motion_policy_search import IdlePolicy, least_steps, search_motion_policy
 from aidsr.learn.rl.policy import TrainedPolicy, read_base_motion
@@ -273,9 +274,7 @@ def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
 
 
 def test_a_search_that_finds_nothing_better_leaves_the_rest_of_its_budget(monkeypatch):
-    monkeypatch.setattr(
-        "aidsr.learn.rl.motion_policy_search.fitness_of", lambda outcomes: np.zeros(len(outcomes.time_s))
-    )
+    monkeypatch.setattr(motion_policy_search, "fitness_of", lambda outcomes: np.zeros(len(outcomes.time_s)))
     scene, heard, drawn = small_learning(OneSided()), [], iter(range(10**6))
     search_motion_policy(
         scene,
