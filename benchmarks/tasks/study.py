@@ -26,7 +26,6 @@ import fcntl
 import hashlib
 import inspect
 import json
-import subprocess
 import sys
 import tempfile
 import time
@@ -40,6 +39,7 @@ from benchmarks.tasks.floors import POLICIES, Measured, measure
 
 import aidsr
 from aidsr.api import find_scene
+from aidsr.core.provenance import commit
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.tasks import BENCHMARK_VERSION, Task, load_task, task_names
 
@@ -184,16 +184,6 @@ def digest(task: Task) -> str:
     modules = {module for cls in type(task).__mro__ if (module := inspect.getmodule(cls)) and cls is not object}
     texts = sorted(inspect.getsource(module) for module in modules if module.__name__.startswith("aidsr."))
     return hashlib.sha256("\0".join([*texts, task.environment]).encode()).hexdigest()[:12]
-
-
-def commit() -> str:
-    """Return the commit of the sources, with a + where they differ from it."""
-
-    def git(*arguments: str) -> str:
-        return subprocess.run(["git", *arguments], cwd=HERE, capture_output=True, text=True, check=False).stdout.strip()
-
-    changed = "+" if git("status", "--porcelain", "--", HERE.parents[1] / "src", HERE / "floors.py") else ""
-    return git("rev-parse", "--short=9", "HEAD") + changed
 
 
 def say(line: str) -> None:

@@ -16,15 +16,22 @@ _CPU_INFO = Path("/proc/cpuinfo")
 
 @cache
 def commit(checkout: Path = _CHECKOUT) -> str:
-    """Return the commit of the source, with "-dirty" where files differ from it; else the package's version.
+    """Return the commit, with "-dirty" where files under `src` differ from it; without a checkout the version.
+
+    Results that a benchmark writes into the checkout do not make the source another one.
 
     Args:
         checkout: Root of the checkout, if this is one.
     """
-    command = ["git", "--no-optional-locks", "-C", str(checkout), "describe", "--always", "--abbrev=12", "--dirty"]
+
+    def git(*words: str) -> str:
+        command = ["git", "--no-optional-locks", "-C", str(checkout), *words]
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout.strip()
+
     if (checkout / ".git").exists():
         with contextlib.suppress(OSError, subprocess.SubprocessError):
-            return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout.strip()
+            changed = git("status", "--porcelain", "--", "src")
+            return git("describe", "--always", "--abbrev=12") + ("-dirty" if changed else "")
     return version("aidsr")
 
 
