@@ -49,6 +49,11 @@ class Ringing(DoorbellRinging):
     required_names = ("mount", "buton")
 
 
+class Renamed(DoorbellRinging):
+    name = "home/renamed"
+    stages = ((0.5, "at the bell"), (1.0, "rung"))
+
+
 class Unfinished(Task):
     name = "home/unfinished"
 
@@ -71,6 +76,7 @@ def other_package(tmp_path, monkeypatch):
     points += "home/gong = aidsr_home:Gong\nhome/chime = no_such_module:Chime\n"
     points += "home/ringing = aidsr_home:DoorbellRinging\n"
     points += "home/misspelt = aidsr_home:Ringing\nhome/unfinished = aidsr_home:Unfinished\n"
+    points += "home/renamed = aidsr_home:Renamed\n"
     (info / "entry_points.txt").write_text(f"[{PLUGINS.group}]\n{points}")
     monkeypatch.syspath_prepend(tmp_path)
     yield
@@ -93,6 +99,7 @@ def test_a_task_of_another_package_is_found(other_package):
         ("chime", "ModuleNotFoundError: No module named 'no_such_module'"),
         ("ringing", 'its name is "home/doorbell_ringing"; use one name'),
         ("misspelt", "required_names not in the environment: buton"),
+        ("renamed", 'Renamed calls "pressed" decisive, which is none of its stages'),
         ("unfinished", "Unfinished does not define criteria, is_success, objective, "),
     ],
 )

@@ -3,6 +3,8 @@
 import pytest
 import states
 
+from aidsr.tasks import TASKS, load_task
+
 HALF_WAY = [
     ("button_pushing", {"travel_m": 0.0025, "away_m": 0.01}, 0.75),
     ("button_pushing", {"travel_m": 0.0025, "asked": 0.0}, 0.5),
@@ -52,3 +54,12 @@ HALF_WAY = [
 def test_half_way_is_worth_what_the_task_says(name, state, progress):
     task, seen, memory = states.of(name, **state)
     assert task.progress(seen, memory) == pytest.approx([progress], abs=5e-3)
+
+
+def test_each_task_says_which_of_its_stages_is_decisive():
+    assert load_task("gap").decisive_stage() == (1.0, "on the far side")
+    assert load_task("simple_grasping").decisive_stage() == (0.7, "off the table"), "the last but one unless named"
+    for name in TASKS:
+        task = load_task(name)
+        assert task.decisive_stage() in task.stages
+        assert task.decisive_stage() != task.stages[0], "beginning is not enough"

@@ -39,12 +39,11 @@ def _section(kind: type[Task]) -> str:
     summary, *sources = map(_line, inspect.cleandoc(kind.__doc__).split("\n\n"))
     task, short = kind.at("standard"), kind.name.rpartition("/")[2]
     levels = f"\n\nLevel hard: {kind.at('hard').objective}" if kind.hard else ""
-    stages = " → ".join(f"{words} ({start:.2g})" for start, words in kind.stages)
     judged = _at_both_levels(kind)
     rows = (
         ("varies", judged["Episodes differ"]),
         ("base", _base(task)),
-        ("progress", task.criteria.progress + (f" Stages: {stages}." if stages else "")),
+        ("progress", task.criteria.progress + _stages(task)),
         ("success", judged["Success"]),
         ("violation", judged["Counts against it"]),
         ("ends early", judged.get("Lost at once", "Only by success or divergence.")),
@@ -92,3 +91,11 @@ def _base(task: Task) -> str:
 
 def _line(text: str) -> str:
     return " ".join(text.split())
+
+
+def _stages(task: Task) -> str:
+    """Return the stages of a task in words, and which of them is decisive."""
+    if not task.stages:
+        return ""
+    stages = " → ".join(f"{words} ({start:.2g})" for start, words in task.stages)
+    return f" Stages: {stages}; decisive: {task.decisive_stage()[1]}."

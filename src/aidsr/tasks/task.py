@@ -66,6 +66,8 @@ FORCE_SCALE_N = 5.0
 """Contact forces are observed in units of this. Our choice: what a tendon robot of this size presses with."""
 FRICTION_ELSE = (0.005, 0.0001)
 """Torsional and rolling friction where a variation changes the sliding one: MuJoCo's defaults."""
+_ENOUGH = 0.5
+"""Progress that is decisive in a task without stages. Our choice."""
 _ROUNDING = 1e-6
 """Progress this close below a stage has reached it."""
 
@@ -128,6 +130,9 @@ class Task(ABC):
     """Whether it reads the robot's surface; see `Readings.outline`."""
     stages: ClassVar[tuple[tuple[float, str], ...]] = ()
     """What is reached at which progress, in rising order: ((0.5, "at the button"), (1.0, "pressed"))."""
+    decisive: ClassVar[str] = ""
+    """The stage, in its words, that a body reaches only by doing what the job is about; the last but one unless named.
+    A design that no blind motion brings there is sent back by the trial."""
     policy_actuators: ClassVar[tuple[str, ...]] = ()
     """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}
@@ -267,12 +272,21 @@ class Task(ABC):
             return f"{before[-1]}, but success was not held"
         return f"{before[-1] if before else 'begun'}, not yet {after[0]}"
 
+    def decisive_stage(self) -> tuple[float, str]:
+        """Return the progress from which a body has done what the job is about, and the words for it."""
+        if not self.stages:
+            return _ENOUGH, f"progress {_ENOUGH:g}"
+        named = [stage for stage in self.stages if stage[1] == self.decisive]
+        return named[0] if named else self.stages[max(0, len(self.stages) - 2)]
+
 
 def find_fault(task: type[Task]) -> str:
     """Return what is wrong with a task class, empty if nothing: members, environment or required names missing."""
     constants = ("base", "time_limit_s", "hold_s", "required_names", "sensors", "features")
     if missing := [*sorted(task.__abstractmethods__), *(name for name in constants if not hasattr(task, name))]:
         return f"{task.__name__} does not define {', '.join(missing)}"
+    if task.decisive and task.decisive not in (words for _, words in task.stages):
+        return f'{task.__name__} calls "{task.decisive}" decisive, which is none of its stages'
     path = _environment_path(task)
     if task.environment is Task.environment and not path.is_file():
         return f"{path} not found"

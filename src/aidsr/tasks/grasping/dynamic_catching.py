@@ -58,6 +58,7 @@ class DynamicCatching(Task):
         (0.9, "kept"),
         (1.0, "let go"),
     )
+    decisive: ClassVar = "holding it until the mount turns"
     control_dt_s: ClassVar = 0.02
     required_names: ClassVar = (
         "mount",

@@ -41,6 +41,7 @@ class ZeroGravityGrasping(CarriageTask):
     time_limit_s: ClassVar = 15.0
     hold_s: ClassVar = 2.0
     stages: ClassVar = ((0.3, "at the object"), (0.6, "around it"), (1.0, "holding it still"))
+    decisive: ClassVar = "holding it still"
     required_names: ClassVar = ("mount", "carriage", "carriage_lift", "object", "object_free")
     features: ClassVar = (
         Feature("functional part to object", "m", (-1, 1), "object_position, tip_position", size=3),

@@ -37,6 +37,7 @@ class Gap(OneWayTask):
     time_limit_s: ClassVar = 40.0
     hold_s: ClassVar = 0.5
     stages: ClassVar = ((0.1, "moving forward"), (0.6, "at the gap"), (1.0, "on the far side"))
+    decisive: ClassVar = "on the far side"
     needs_outline: ClassVar = True
     required_names: ClassVar = ("mount", "lane", "near_platform", "far_platform", "pit")
     sensors: ClassVar = (*LaneTask.sensors, TaskSensor(name="pit_force", quantity="contact_force", target="pit"))

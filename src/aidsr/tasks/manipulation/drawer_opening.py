@@ -45,6 +45,7 @@ class DrawerOpening(Task):
     time_limit_s: ClassVar = 60.0
     hold_s: ClassVar = 0.5
     stages: ClassVar = ((1 / 12, "at a handle"), (3 / 12, "one drawer open"), (7 / 12, "two open"), (1.0, "all done"))
+    decisive: ClassVar = "one drawer open"
     required_names: ClassVar = ("mount", "cabinet", *DRAWERS, *(f"{drawer}_handle" for drawer in DRAWERS))
     policy_actuators: ClassVar = ("base_x", "base_z")
     needs_outline: ClassVar = True

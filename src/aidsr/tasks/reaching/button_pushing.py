@@ -45,6 +45,7 @@ class ButtonPushing(Task):
     time_limit_s: ClassVar = 10.0
     hold_s: ClassVar = 0.6
     stages: ClassVar = ((0.5, "at the button"), (1.0, "pressed"))
+    decisive: ClassVar = "pressed"
     required_names: ClassVar = ("mount", "button", "button_cap", "button_slide", "button_face")
     sensors: ClassVar = (
         TaskSensor(name="tip_position", quantity="position"),
