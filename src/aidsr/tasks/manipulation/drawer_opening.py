@@ -60,8 +60,8 @@ class DrawerOpening(Task):
         Feature(f"opening of the wanted drawer, 1 = {1000 * OPEN_M:g} mm", "", (0, 1.7), "drawer_*_opening"),
         Feature(f"force on its handle, 1 = {FORCE_SCALE_N:g} N", "", (0, 8), "drawer_*_force"),
         Feature("1: to be opened, -1: to be shut, or kept so", "", (-1, 1), "(state)"),
-        Feature("base forwards and back", "m", (-0.1, 0.1), "base_x_position"),
-        Feature("base up and down", "m", (-0.2, 0.15), "base_z_position"),
+        Feature("base forwards", "m", (0, 0.04), "base_x_position"),
+        Feature("base up and down", "m", (-0.05, 0.05), "base_z_position"),
         Feature(f"openings of drawers 1 to 3, 1 = {1000 * OPEN_M:g} mm", "", (0, 1.7), "drawer_*_opening", size=3),
     )
     hard: ClassVar = {"friction_n": 1.5}
@@ -75,7 +75,8 @@ class DrawerOpening(Task):
             "Open three drawers by their bar handles (12 mm thick, 60 mm wide, 25 mm in front), 0.10, 0.20 and 0.30 "
             f"m above the floor, one after the other in a given order: at least {1000 * OPEN_M:g} mm out while the two "
             f"others are shut, then back to {1000 * SHUT_M:g} mm or less, against {self.friction_n:g} N of friction. "
-            "The mount, 0.25 m before them, moves between floor and 0.35 m and 0.10 m to and fro."
+            "The mount, 0.25 m before them and 0.20 m above the floor, moves 0.04 m "
+            "towards them and 0.05 m up and down."
         )
 
     @property
