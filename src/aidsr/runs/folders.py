@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -184,13 +184,20 @@ class DesignFolder:
 
 @dataclass(frozen=True, init=False)
 class Run:
-    """All designs from one objective: a folder, and views on it."""
+    """All designs from one objective: a folder, and views on it.
+
+    Attributes:
+        path: Its folder.
+        name: What it is called where runs are listed: the folder's name unless given.
+    """
 
     path: Path
+    name: str = field(compare=False)
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, name: str = "") -> None:
         check_type(path, (str, Path), "a run must be given as the path of its folder")
         object.__setattr__(self, "path", Path(path))
+        object.__setattr__(self, "name", name or Path(path).name)
 
     @property
     def record(self) -> JsonFile[RunRecord]:

@@ -27,7 +27,7 @@ class Library:
         """Return all runs, the newest first; a folder copied here from elsewhere is one of them."""
         if not self.path.is_dir():
             return ()
-        found = (path for path in self.path.iterdir() if _NAME.fullmatch(path.name) and _is_run(path))
+        found = (path for path in self.path.iterdir() if is_name(path.name) and _is_run(path))
         return tuple(Run(path) for path in sorted(found, key=_begun, reverse=True))
 
     def run(self, name: str) -> Run:
@@ -69,10 +69,15 @@ class Library:
 
     def _inside(self, folder: Path, name: str) -> Path:
         path = folder / name
-        ours = _NAME.fullmatch(name) and path.resolve().parent == folder.resolve()
+        ours = is_name(name) and path.resolve().parent == folder.resolve()
         if not (ours and _is_run(path)):
             raise UserError(f'"{name[:80]}" is not a run under {folder}')
         return path
+
+
+def is_name(name: str) -> bool:
+    """Return whether a folder may be called so to be opened by name: no separator, nothing hidden."""
+    return bool(_NAME.fullmatch(name))
 
 
 def fingerprint(run: Run) -> tuple[tuple[str, int, int], ...]:

@@ -7,11 +7,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from pydantic import ValidationError
+
 from aidsr.core.config import Method, RunConfig, StudyMethod
 from aidsr.core.errors import UserError
 from aidsr.core.text_files import parse_toml, read_text_file
-from aidsr.studies.study import Arm
-from aidsr.tasks import load_task
+from aidsr.studies.file_errors import first_error
+from aidsr.studies.study import Arm, StudyPlan, versions_now
+from aidsr.tasks import load_task, task_names
 
 _WITH_A_PERSON = ("human", "human_only")
 _SAME_DESIGNS = ("human", "no_groups", "from_probe")
@@ -39,6 +42,67 @@ def _baseline(name: Baseline, search_robots: int) -> Arm:
         return arm
     config = RunConfig.model_validate({**arm.config.model_dump(), "search_robots": search_robots})
     return arm.model_copy(update={"config": config})
+
+
+def make_plan(
+    tasks: Sequence[str],
+    models: Sequence[str],
+    ways: Sequence[StudyMethod],
+    *,
+    level: Literal["standard", "hard"] = "standard",
+    feedback: Path | None = None,
+    baselines: Sequence[Baseline] = (),
+    search_robots: int = _BASELINES["search"].config.search_robots,
+    designs: int,
+    concepts: int,
+    seeds: int,
+    steps: int,
+    probe: bool,
+) -> StudyPlan:
+    """Return the plan of a study; see `StudyPlan` and `make_arms` for what the arguments mean.
+
+    Args:
+        tasks: Their names, or only "all".
+        models: See `make_arms`.
+        ways: See `make_arms`.
+        level: Of the tasks.
+        feedback: File with what a person says to the designs of each task.
+        baselines: See `make_arms`.
+        search_robots: See `make_arms`.
+        designs: Of each task and arm, in runs of `concepts`.
+        concepts: Of each run.
+        seeds: Policies trained for each approved design.
+        steps: Control steps a policy.
+        probe: Whether each approved design is probed as well.
+
+    Raises:
+        UserError: Something is not known or does not fit together.
+    """
+    if designs % concepts:
+        whole = designs // concepts * concepts
+        near = " or ".join(str(each) for each in (whole, whole + concepts) if each > 0)
+        raise UserError(
+            f"{designs} designs of a task are not whole runs of {concepts} concepts; {near} would do, or concepts "
+            f"{designs if designs <= 20 else 1}"
+        )
+    chosen = task_names() if list(tasks) == ["all"] else tuple(load_task(name).name for name in tasks)
+    said = read_feedback(feedback, chosen) if feedback else {}
+    arms = make_arms(
+        models, ways, concepts=concepts, feedback=said, baselines=baselines, search_robots=search_robots
+    )  # fmt: skip
+    try:
+        return StudyPlan(
+            tasks=chosen,
+            level=level,
+            arms=arms,
+            runs=designs // concepts,
+            seeds=seeds,
+            steps=steps,
+            probe=probe,
+            versions=versions_now(),
+        )
+    except ValidationError as error:
+        raise UserError(first_error(error)) from None
 
 
 def make_arms(

@@ -32,8 +32,8 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["--designs", "1"], "3 would do, or --concepts 1"),
-        (["--designs", "50"], "48 or 51 would do, or --concepts 1"),
+        (["--designs", "1"], "3 would do, or concepts 1"),
+        (["--designs", "50"], "48 or 51 would do, or concepts 1"),
         (["--tasks"], "--tasks requires a name"),
         (["--tasks", "gap", "gap"], "duplicate task: locomotion/gap"),
         (["--method", "full", "full"], "every arm needs a name of its own, found builtin, builtin"),

@@ -1,10 +1,9 @@
 """No page has a fault that keeps people from using it, by axe-core (axe.min.js, MPL-2.0, version in its first line)."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser import Server, browsing, chromium, open_tab
+from browser import Server, browsing, open_tab
 from made import made_export, made_run, made_training
 from playwright.sync_api import Page
 
@@ -22,19 +21,6 @@ def findings(page: Page) -> list[str]:
         for one in found["violations"]
         if one["impact"] in ("serious", "critical")
     ]
-
-
-@pytest.fixture
-def runs(tmp_path: Path) -> Path:
-    chromium()
-    return tmp_path / "runs"
-
-
-@pytest.fixture
-def server(runs: Path) -> Iterator[Server]:
-    server = Server.start(runs)
-    yield server
-    server.stop()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

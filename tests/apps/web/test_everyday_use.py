@@ -1,13 +1,11 @@
 """What a person who works with the page all day would stumble over, in a real browser."""
 
 import io
-from collections.abc import Iterator
 from pathlib import Path
 
 import av
 import numpy as np
-import pytest
-from browser import Server, browsing, chromium
+from browser import Server, browsing
 from made import MJCF, concept, made_run, made_training
 from PIL import Image
 from playwright.sync_api import Response, expect
@@ -17,19 +15,6 @@ from aidsr.core.artifacts import PlausibilityCheck
 from aidsr.runs import EventLog
 from aidsr.runs.events import StepStarted
 from aidsr.runs.files import replace_file
-
-
-@pytest.fixture
-def runs(tmp_path: Path) -> Path:
-    chromium()
-    return tmp_path / "runs"
-
-
-@pytest.fixture
-def server(runs: Path) -> Iterator[Server]:
-    server = Server.start(runs)
-    yield server
-    server.stop()
 
 
 def test_a_robot_to_start_from_is_named_and_used_once(runs: Path, server: Server) -> None:

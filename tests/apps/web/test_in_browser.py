@@ -3,30 +3,16 @@
 import http.server
 import os
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Server, browsing, chromium, open_tab, shoot
+from browser import Server, browsing, open_tab, shoot
 from made import SCRIPT, made_export, made_run, made_training
 from playwright.sync_api import Locator, Page, WebSocket, expect
 
 import aidsr
 from aidsr.runs import Library
-
-
-@pytest.fixture
-def runs(tmp_path: Path) -> Path:
-    chromium()
-    return tmp_path / "runs"
-
-
-@pytest.fixture
-def server(runs: Path) -> Iterator[Server]:
-    server = Server.start(runs)
-    yield server
-    server.stop()
 
 
 def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> None:

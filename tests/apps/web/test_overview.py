@@ -1,10 +1,9 @@
 """All runs at once, in a real browser: what is at work, all designs in a table, and some of them side by side."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser import Server, browsing, chromium
+from browser import Server, browsing
 from made import made_run, made_training
 from playwright.sync_api import Page, expect
 from playwright.sync_api import TimeoutError as PlaywrightTimeout
@@ -13,19 +12,6 @@ from robots import arm
 from aidsr.apps.web.site import Site
 from aidsr.runs import EventLog
 from aidsr.runs.files import replace_file
-
-
-@pytest.fixture
-def runs(tmp_path: Path) -> Path:
-    chromium()
-    return tmp_path / "runs"
-
-
-@pytest.fixture
-def server(runs: Path) -> Iterator[Server]:
-    server = Server.start(runs)
-    yield server
-    server.stop()
 
 
 def choose(page: Page, field: str, option: str) -> None:

@@ -8,9 +8,11 @@ from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from made import made_run
 
+from aidsr.apps.cli.plan_options import PlanOptions
 from aidsr.apps.web.routes import routes
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import Studies, StudyView
+from aidsr.apps.web.study_form import FRESH, asked
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
 from aidsr.studies.budget import set_budget
@@ -22,6 +24,10 @@ def made_study(path: Path) -> Study:
     study = create_study(path, StudyPlan(tasks=("reaching/button_pushing",), arms=(arm,), runs=2, seeds=1))
     made_run(study.home(next(study.cells)))
     return study
+
+
+def studies_in(runs: Path, *more: Path) -> Studies:
+    return Site.at(runs, more).studies
 
 
 def read(studies: Studies) -> tuple[StudyView, ...]:
@@ -40,7 +46,7 @@ def test_a_study_is_counted_beside_the_runs_and_elsewhere(tmp_path: Path) -> Non
     elsewhere = tmp_path / "second"
     elsewhere.mkdir()
     (elsewhere / "study.toml").write_text("tasks = 3")
-    first, second = read(Studies(runs, [elsewhere]))
+    first, second = read(studies_in(runs, elsewhere))
     assert (first.name, first.runs, first.runs_done, first.failed, first.complaint) == ("first", 2, 1, 1, "")
     assert first.usage.cost_usd == pytest.approx(0.75)
     assert first.jobs_left > 0
@@ -51,26 +57,85 @@ def test_a_study_is_counted_beside_the_runs_and_elsewhere(tmp_path: Path) -> Non
 def test_what_is_left_of_the_limits_of_a_study_is_shown(tmp_path: Path) -> None:
     limited, free = made_study(tmp_path / "first"), made_study(tmp_path / "second")
     set_budget(limited, Budget(cost_usd=20, tokens=1_000_000))
-    first, second = read(Studies(tmp_path))
+    first, second = read(studies_in(tmp_path))
     paid, used = first.usage.cost_usd, first.usage.input_tokens + first.usage.output_tokens
     assert paid > 0 < used
     assert first.left == (f"${20 - paid:.2f} left of $20.00", f"{1_000_000 - used:,} tokens left of 1,000,000")
     assert second.left == ()
     set_budget(free, Budget(cost_usd=0.5))
-    assert next(view.left for view in read(Studies(tmp_path)) if view.name == "second") == ("$0.00 left of $0.50",)
+    assert next(view.left for view in read(studies_in(tmp_path)) if view.name == "second") == ("$0.00 left of $0.50",)
 
 
 def test_a_report_is_shown_where_it_can_do_no_harm(tmp_path: Path) -> None:
     runs = tmp_path / "runs"
     study = made_study(runs / "first")
     with pytest.raises(UserError, match="aidsr report"):
-        Studies(runs).report("1")
+        studies_in(runs).report("first")
     (study.path / "report.html").write_text("<script>alert(1)</script>")
     application = FastAPI()
     application.include_router(routes(Site.at(runs)))
     visitor = TestClient(application)
-    answer = visitor.get("/studies/1/report")
+    answer = visitor.get("/studies/first/report")
     assert answer.text == "<script>alert(1)</script>"
     assert answer.headers["content-security-policy"].startswith("sandbox; default-src 'none'")
-    assert visitor.get("/studies/2/report").status_code == 404
+    assert visitor.get("/studies/second/report").status_code == 404
     assert visitor.get("/studies/../report").status_code == 404
+
+
+def test_the_runs_of_a_study_have_names_of_their_own(tmp_path: Path) -> None:
+    made_study(tmp_path / "first")
+    site = Site.at(tmp_path)
+    begun, not_begun = site.studies.view("first").cells
+    assert (begun.state, begun.designs, begun.approved) == ("finished", 3, 3)
+    assert (not_begun.state, not_begun.name) == (None, "")
+    run = site.run(begun.name)
+    assert run.name == begun.name == "first~builtin~reaching.button_pushing~1"
+    assert site.view(run).title == "button pushing"
+    assert site.way_to(run.name)[-1] == ("first", "/study/first")
+    with pytest.raises(UserError, match="not a run of a study"):
+        site.run("first~builtin~reaching.button_pushing~2")
+
+
+@pytest.mark.parametrize(
+    "name", ["first~..~..~..", "first~builtin~x~.", "~a~b~c", "first~a~b", "none~a~b~1", "a~" * 50]
+)
+def test_a_name_that_is_no_run_of_a_study_is_refused(tmp_path: Path, name: str) -> None:
+    made_study(tmp_path / "first")
+    with pytest.raises(UserError):
+        Site.at(tmp_path).run(name)
+
+
+def test_a_run_of_a_study_is_not_deleted(tmp_path: Path) -> None:
+    made_study(tmp_path / "first")
+    site = Site.at(tmp_path)
+    (begun, _) = site.studies.view("first").cells
+    with pytest.raises(UserError, match="is not a run under"):
+        site.trash(begun.name)
+    assert site.run(begun.name).path.exists()
+
+
+def test_a_form_becomes_the_plan_that_the_command_line_makes(tmp_path: Path) -> None:
+    site = Site.at(tmp_path)
+    form = {**FRESH, "name": "mine", "tasks": ["locomotion/gap"], "methods": ["full", "no_judge"], "cost_usd": 2.0}
+    found = asked(site, form)
+    options = PlanOptions(tasks=["gap"], method=["full", "no_judge"], designs=3)
+    assert found.study.plan == options.plan()
+    assert found.budget == Budget(cost_usd=2.0)
+    assert not (tmp_path / "mine").exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "complaint"),
+    [
+        ({"name": ""}, "has no name"),
+        ({"name": "../out"}, "cannot be the name of a folder"),
+        ({"name": "first"}, "is there already"),
+        ({"designs": None}, "Designs a task and arm: at least 1"),
+        ({"designs": 4}, "not whole runs of 3 concepts; 3 or 6 would do"),
+        ({"models": []}, "no model is chosen"),
+    ],
+)
+def test_what_a_form_lacks_is_said(tmp_path: Path, changed: dict[str, object], complaint: str) -> None:
+    made_study(tmp_path / "first")
+    with pytest.raises(UserError, match=complaint):
+        asked(Site.at(tmp_path), {**FRESH, "name": "mine", **changed})

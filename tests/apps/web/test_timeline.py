@@ -1,11 +1,9 @@
 """Episodes over time, in a real browser: tracks, events, and what a person did with the live simulation."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import pytest
-from browser import Server, browsing, chromium, open_tab
+from browser import Server, browsing, open_tab
 from made import made_run, made_training
 from playwright.sync_api import Page, expect
 from robots import arm
@@ -14,19 +12,6 @@ from aidsr.apps.web.recorded_episodes import kept_recording
 from aidsr.apps.web.site import Site
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import trainings_of
-
-
-@pytest.fixture
-def runs(tmp_path: Path) -> Path:
-    chromium()
-    return tmp_path / "runs"
-
-
-@pytest.fixture
-def server(runs: Path) -> Iterator[Server]:
-    server = Server.start(runs)
-    yield server
-    server.stop()
 
 
 def tracks(page: Page) -> list[str]:

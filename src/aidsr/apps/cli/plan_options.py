@@ -85,48 +85,23 @@ class PlanOptions:
         Raises:
             UserError: Something is not known or does not fit together.
         """
-        from pydantic import ValidationError
-
         from aidsr.core.errors import UserError
-        from aidsr.studies.arms import make_arms, read_feedback
-        from aidsr.studies.file_errors import first_error
-        from aidsr.studies.study import StudyPlan, versions_now
-        from aidsr.tasks import load_task, task_names
+        from aidsr.studies.arms import make_plan
 
-        self._check()
-        chosen = task_names() if self.tasks in (None, ["all"]) else tuple(load_task(n).name for n in self.tasks or ())
-        feedback = read_feedback(self.feedback, chosen) if self.feedback else {}
-        try:
-            return StudyPlan(
-                tasks=chosen,
-                level=self.level,
-                arms=make_arms(
-                    self.model or ["builtin"],
-                    self.method or ["full"],
-                    concepts=self.concepts,
-                    feedback=feedback,
-                    baselines=self.baseline or [],
-                    search_robots=self.search_robots,
-                ),
-                runs=self.designs // self.concepts,
-                seeds=self.seeds,
-                steps=self.steps,
-                probe=self.probe,
-                versions=versions_now(),
-            )
-        except ValidationError as error:
-            raise UserError(first_error(error)) from None
-
-    def _check(self) -> None:
-        from aidsr.core.errors import UserError
-
-        if self.designs % self.concepts:
-            whole = self.designs // self.concepts * self.concepts
-            near = [str(each) for each in (whole, whole + self.concepts) if each > 0]
-            raise UserError(
-                f"--designs must be whole runs of --concepts {self.concepts}, found {self.designs}; "
-                f"{' or '.join(near)} would do, or --concepts {self.designs if self.designs <= 20 else 1}"
-            )
         empty = [name for name in ("tasks", "model", "method", "baseline") if getattr(self, name) == []]
         if empty:
             raise UserError(f"--{empty[0]} requires a name; leave it out for the default")
+        return make_plan(
+            self.tasks or ["all"],
+            self.model or ["builtin"],
+            self.method or ["full"],
+            level=self.level,
+            feedback=self.feedback,
+            baselines=self.baseline or [],
+            search_robots=self.search_robots,
+            designs=self.designs,
+            concepts=self.concepts,
+            seeds=self.seeds,
+            steps=self.steps,
+            probe=self.probe,
+        )

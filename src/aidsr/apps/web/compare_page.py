@@ -99,11 +99,11 @@ def _view(one: _Compared) -> SceneView | None:
     scene = iteration.scene.read()
     picture = f"designs/{one.folder.number}/{one.stands_at:02d}/preview.png" if iteration.preview.path.exists() else ""
     with box("stack tight"):
-        ui.link(one.name, f"/run/{one.run.path.name}/{one.folder.number}").classes("strong")
+        ui.link(one.name, f"/run/{one.run.name}/{one.folder.number}").classes("strong")
         return show_scene(
             scene.mjcf if scene else one.robot,
             one.name,
-            file_address(one.run.path.name, picture),
+            file_address(one.run.name, picture),
             environment="" if scene else one.run.brief().environment,
             together=True,
         )

@@ -97,7 +97,7 @@ def add_design_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        with frame(f"{number}. {design.status.concept}", ("Runs", "/"), (title, f"/run/{name}"), site=site):
+        with frame(f"{number}. {design.status.concept}", *site.way_to(name), (title, f"/run/{name}"), site=site):
             with box("stack"):
                 with box("row apart top"):
                     live(page.titled, _title)
@@ -124,7 +124,7 @@ def _title(facts: tuple[str, str, int, int]) -> None:
 
 
 def _actions(page: _Page, outcome: Outcome | None) -> None:
-    home = f"{page.run.path.name}/{page.folder.number}"
+    home = f"{page.run.name}/{page.folder.number}"
     with box("row"):
         if outcome and outcome.outcome == "approved":
             hint = "Parts to print, motors, cables and a sheet to build it by"
@@ -163,7 +163,7 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
     robot = newest(it.robot.read() for it in page.folder.leading_to(number))
     page.stage.view = show_scene(
         scene.mjcf if scene else state.robot,
-        f"{page.run.path.name} design {page.folder.number} iteration {number}",
+        f"{page.run.name} design {page.folder.number} iteration {number}",
         _picture(page, number),
         faults=report.errors if report else (),
         groups=robot.actuator_groups if robot else (),
@@ -186,11 +186,11 @@ def _before(page: _Page, number: int, *, whole: bool) -> str:
 
 def _iterations(page: _Page, facts: tuple[DesignView, str, int]) -> None:
     design, _, number = facts
-    home = f"/run/{page.run.path.name}/{page.folder.number}"
+    home = f"/run/{page.run.name}/{page.folder.number}"
     if page.folder.iteration(number).motion.path.exists():
         with box("sheet flush", "figure"):
             motion = f"designs/{page.folder.number}/{number:02d}/motion.png"
-            image(file_address(page.run.path.name, motion), "its motion while the actuators swing", "wide")
+            image(file_address(page.run.name, motion), "its motion while the actuators swing", "wide")
     with box("sheet stack", "section", aria_label="iterations"):
         text("Iterations", tag="h2")
         if len(design.attempts) > 1:
@@ -211,7 +211,7 @@ def _picture(page: _Page, number: int) -> str:
     """Return the address of an iteration's picture, empty where there is none."""
     exists = page.folder.iteration(number).preview.path.exists()
     picture = f"designs/{page.folder.number}/{number:02d}/preview.png" if exists else ""
-    return file_address(page.run.path.name, picture)
+    return file_address(page.run.name, picture)
 
 
 def _awaited(page: _Page) -> int:

@@ -59,7 +59,7 @@ def add_export_page(site: Site) -> None:
         except AidsrError as error:
             not_found(error)
             return
-        way = (("Runs", "/"), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
+        way = (*site.way_to(name), (view.title, f"/run/{name}"), (concept, f"/run/{name}/{number}"))
         with frame("Export", *way, site=site):
             with box("stack tight"):
                 text(f"{concept}, as parts", tag="h1")

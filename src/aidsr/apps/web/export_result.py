@@ -30,7 +30,7 @@ def show_export(run: Run, design: DesignFolder, verdict: Verdict, parts: tuple[P
         parts: What is printed.
         made: When it was written, ISO 8601; also the version of its files.
     """
-    home = f"{run.path.name}/{design.number}"
+    home = f"{run.name}/{design.number}"
     with box("row apart"):
         with box("row"):
             text(verdict.verdict, f"badge {_BADGES[verdict.verdict]}")
@@ -82,7 +82,7 @@ def _facts(verdict: Verdict, parts: tuple[PartEntry, ...]) -> None:
 
 def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str) -> None:
     def address(part: PartEntry, ending: str) -> str:
-        return file_address(run.path.name, f"designs/{design.number}/export/parts/{part.file}{ending}", version=made)
+        return file_address(run.name, f"designs/{design.number}/export/parts/{part.file}{ending}", version=made)
 
     marks = letters(parts)
     pieces = [part.file for part in parts if part.what == "robot"]
@@ -97,7 +97,7 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
         for part, mark in zip(parts, marks, strict=True)
     ]
     with box("sheet flush view"):
-        view = PartsView(lying, title=f"{run.path.name} design {design.number} parts")
+        view = PartsView(lying, title=f"{run.name} design {design.number} parts")
     with box("sheet flush scroll"), box("list", "table"):
         with box(tag="thead"), box(tag="tr"):
             for title in ("", "part", "copies", "of", "mass", "size", "checks", "files"):

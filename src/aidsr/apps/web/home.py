@@ -92,9 +92,9 @@ def _read(site: Site, search: str) -> _Shown:
     rows = []
     for one in site.library.runs():
         try:
-            rows.append(_Row(one.path.name, site.view(one)))
+            rows.append(_Row(one.name, site.view(one)))
         except UserError as error:
-            rows.append(_Row(one.path.name, None, str(error)))
+            rows.append(_Row(one.name, None, str(error)))
     words = search.lower().split()
     matching = tuple(row for row in rows if all(word in _searched(row) for word in words))
     return _Shown(matching, len(rows), search)

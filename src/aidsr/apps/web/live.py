@@ -151,7 +151,9 @@ def working(element: ui.button, do: Callable[[], Facts], then: Callable[[Facts],
                 with element.parent_slot:
                     show_error(error)
         else:
-            if made is not None and not element.is_deleted:
+            if made is not None and not element.is_deleted and element.parent_slot is not None:
+                with element.parent_slot:
+                    clear_error()
                 with element:
                     then(made)
         finally:

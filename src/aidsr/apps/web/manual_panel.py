@@ -95,7 +95,7 @@ def _draw(run: Run, prompts: tuple[_Prompt, ...]) -> None:
 
 def _prompt(run: Run, prompt: _Prompt) -> None:
     drafts: dict[str, Any] = app.storage.user.setdefault("drafts", {})
-    draft: dict[str, Any] = drafts.setdefault(f"{run.path.name}/{prompt.waiting.prompt.name}", {"text": ""})
+    draft: dict[str, Any] = drafts.setdefault(f"{run.name}/{prompt.waiting.prompt.name}", {"text": ""})
 
     def copy() -> None:
         ui.clipboard.write(prompt.asked)

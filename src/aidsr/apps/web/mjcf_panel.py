@@ -53,7 +53,7 @@ def _draw(run: Run, document: _Text, *, changes: bool) -> None:
     with box("stack"):
         with box("row apart"):
             text(f"{len(document.now.splitlines())} lines, {len(document.now.encode()) / 1000:.1f} kB", "small soft")
-            address = file_address(run.path.name, document.path)
+            address = file_address(run.name, document.path)
             button("Download", lambda: ui.download(address), "bare", "download")
         if changes and not document.before:
             text("Nothing came before it.", "soft")

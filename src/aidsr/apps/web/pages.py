@@ -10,11 +10,14 @@ from aidsr.apps.web.home import add_home
 from aidsr.apps.web.run_page import add_run_page
 from aidsr.apps.web.setup_page import add_setup
 from aidsr.apps.web.site import Site
+from aidsr.apps.web.study_form import add_study_form
+from aidsr.apps.web.study_page import add_study_page
 from aidsr.apps.web.work_page import add_work_page
 
 
 def add_pages(site: Site) -> None:
     """Make every page answer at its address."""
     run_pages = (add_run_page, add_design_page, add_export_page)
-    for add in (add_home, add_setup, *run_pages, add_work_page, add_designs_page, add_compare_page):
+    studies = (add_study_form, add_study_page)
+    for add in (add_home, add_setup, *run_pages, add_work_page, add_designs_page, add_compare_page, *studies):
         add(site)

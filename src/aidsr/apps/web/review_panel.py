@@ -20,7 +20,7 @@ class Draft:
 
     def __init__(self, run: Run, iteration: IterationFolder) -> None:
         drafts: dict[str, Any] = app.storage.user.setdefault("drafts", {})
-        key = "/".join((run.path.name, *iteration.path.parts[-2:]))
+        key = "/".join((run.name, *iteration.path.parts[-2:]))
         self.kept: dict[str, Any] = drafts.setdefault(key, {"text": "", "about": ""})
 
     def pin(self, name: str) -> None:

@@ -142,7 +142,7 @@ def _picture_of(site: Site, task: str, drawing: threading.Lock) -> Path:
 def _inside(site: Site, name: str, path: str) -> Path:
     """Return a file of a run; 404 for whatever is none or lies elsewhere, links followed."""
     try:
-        run = site.library.run(name)
+        run = site.run(name)
     except UserError as error:
         raise HTTPException(404, str(error)) from None
     if "\0" in path:

@@ -44,12 +44,12 @@ def add_run_page(site: Site) -> None:
     @ui.page("/run/{name}")
     def run_page(name: str) -> None:
         try:
-            run = site.library.run(name)
+            run = site.run(name)
             view = site.view(run)
         except AidsrError as error:
             not_found(error)
             return
-        with frame(view.title, ("Runs", "/"), site=site):
+        with frame(view.title, *site.way_to(name), site=site):
             with box("stack"):
                 with box("row apart top"):
                     with box("stack tight grow"):
@@ -106,7 +106,7 @@ def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
     shown, working = state
 
     def stop() -> None:
-        if not site.processes.stop(run.path.name):
+        if not site.processes.stop(run.name):
             raise UserError("this run was started elsewhere, as in a terminal; end it there with Control-C")
         ui.notify("Stopping; what is done is kept.")
 
@@ -117,7 +117,7 @@ def _actions(site: Site, run: Run, state: tuple[Shown, bool]) -> None:
             button("Resume", as_action(partial(site.resume, run)), "quiet", "play_arrow", "No process runs this run")
         elif shown != "finished":
             button("Stop", as_action(stop), "danger", "stop", "Ends as Control-C does; what is done is kept")
-        summary = file_address(run.path.name, "summary.html")
+        summary = file_address(run.name, "summary.html")
         button("", lambda: ui.download(summary), "bare", "download", "Download the summary page")
 
 
@@ -145,7 +145,7 @@ def _of_note(site: Site, run: Run) -> _Noted:
         used_up=any(d.status.outcome and d.status.outcome.outcome == "out_of_budget" for d in view.designs),
         at_work=tuple((job, view.design(job.number).status.concept) for job in view.jobs),
         waiting=tuple((d.status.number, d.status.concept) for d in view.designs if d.status.state == "waiting"),
-        output_tail=site.processes.output_tail(run.path.name) if silent else "",
+        output_tail=site.processes.output_tail(run.name) if silent else "",
     )
 
 
@@ -164,11 +164,11 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
         with box("notice", role="status"), box("row apart"):
             doing = "is being trained" if job.kind == "training" else "is being exported as parts"
             text(f"Design {job.number}, {concept}, {doing}.")
-            button("Watch", partial(ui.navigate.to, job_address(run.path.name, job)), "quiet")
+            button("Watch", partial(ui.navigate.to, job_address(run.name, job)), "quiet")
     for number, concept in noted.waiting:
         with box("notice wait", role="status"), box("row apart"):
             text(f"Design {number}, {concept}, waits for your decision.")
-            button("Review", partial(ui.navigate.to, f"/run/{run.path.name}/{number}"), "primary")
+            button("Review", partial(ui.navigate.to, f"/run/{run.name}/{number}"), "primary")
 
 
 def job_address(run: str, job: Job) -> str:
@@ -207,7 +207,7 @@ def _columns(site: Site, run: Run) -> None:
             elif not designs:
                 _no_concepts(found)
         shown = found.shown if isinstance(found, RunView) else "stopped"
-        columns.update((str(one.status.number), (run.path.name, shown, one)) for one in designs)
+        columns.update((str(one.status.number), (run.name, shown, one)) for one in designs)
 
     watch(lambda: site.view(run), show)
 

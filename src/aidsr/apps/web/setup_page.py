@@ -67,6 +67,7 @@ def add_setup(site: Site) -> None:
             with box("stack tight"):
                 text("New run", tag="h1")
                 text("Set the task and the designer. The run continues when this page is closed.", "soft", "p")
+                ui.link("Many runs, to compare models or methods: a study", "/studies/new").classes("small")
             _what(form)
             choose_model(site, form)
             _how_much(form)
@@ -180,7 +181,7 @@ def _start(site: Site, form: Form) -> None:
 
     def opened(made: Run) -> None:
         form.update(robot="", robot_name="")  # a robot is for one run
-        ui.navigate.to(f"/run/{made.path.name}")
+        ui.navigate.to(f"/run/{made.name}")
 
     def leave_out() -> None:
         form.update(robot="", robot_name="")

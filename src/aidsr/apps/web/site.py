@@ -107,7 +107,8 @@ class Site:
     def at(cls, runs: Path, studies: Sequence[Path] = ()) -> Site:
         """Return the site for a folder of runs, and for studies that lie elsewhere."""
         runs = runs.resolve()  # what is written into a run must hold wherever it is taken up again
-        return cls(Library(runs), Processes(runs / ".web" / "processes"), Studies(runs, studies))
+        processes = Processes(runs / ".web" / "processes")
+        return cls(Library(runs), processes, Studies(runs, processes, studies))
 
     @cached_property
     def work(self) -> Work:
@@ -121,13 +122,26 @@ class Site:
         """Folder for what belongs to the web app and to no run."""
         return self.library.path / ".web"
 
+    def run(self, name: str) -> Run:
+        """Return a run by its name, or a run of a study by its name there.
+
+        Raises:
+            UserError: There is none.
+        """
+        return self.studies.run(name) if self.studies.study_of(name) else self.library.run(name)
+
+    def way_to(self, name: str) -> tuple[tuple[str, str], ...]:
+        """Return text and address of the pages above that of a run: all runs, or its study."""
+        study = self.studies.study_of(name)
+        return (("Runs", "/"), (study, f"/study/{study}")) if study else (("Runs", "/"),)
+
     def view(self, run: Run) -> RunView:
         """Return the state of a run; read again only when its files changed.
 
         Raises:
             UserError: The folder is not a run, or one of its files is damaged.
         """
-        name, mark = run.path.name, fingerprint(run)
+        name, mark = run.name, fingerprint(run)
         known = self._read.get(name)
         if known is None or known[0] != mark:
             status = read_status(run)
@@ -153,7 +167,7 @@ class Site:
 
     def is_at_work(self, run: Run) -> bool:
         """Whether a process is at work on a run, started here or in a terminal."""
-        return self.processes.is_alive(run.path.name) or bool(at_work(run.events))
+        return self.processes.is_alive(run.name) or bool(at_work(run.events))
 
     def refuse_at_work(self, run: Run) -> None:
         """Refuse what must not be done to a run while a process works on it.
@@ -162,7 +176,7 @@ class Site:
             UserError: A process works on it.
         """
         if self.is_at_work(run):
-            raise UserError(f"{run.path.name} is being worked on already; wait for it, or stop it first")
+            raise UserError(f"{run.name} is being worked on already; wait for it, or stop it first")
 
     def resume(self, run: Run) -> None:
         """Start a process that works on a run until it is finished.
@@ -171,7 +185,7 @@ class Site:
             UserError: One is at work already.
         """
         self.refuse_at_work(run)
-        self.processes.start(run.path.name, ["resume", str(run.path)])
+        self.processes.start(run.name, ["resume", str(run.path)])
 
     def design(self, run_name: str, number: int) -> tuple[Run, DesignFolder]:
         """Return a design by the names of an address.
@@ -179,7 +193,7 @@ class Site:
         Raises:
             UserError: There is no such run or design.
         """
-        run = self.library.run(run_name)
+        run = self.run(run_name)
         design = run.design(number)
         if not design.path.is_dir():
             raise UserError(f"{run_name} has no design {number} yet")
@@ -199,11 +213,11 @@ class Site:
 
     def training_name(self, run: Run, number: int) -> str:
         """Return the name of the process that trains a design."""
-        return f"{run.path.name}.design{number}.training"
+        return f"{run.name}.design{number}.training"
 
     def export_name(self, run: Run, number: int) -> str:
         """Return the name of the process that exports a design."""
-        return f"{run.path.name}.design{number}.export"
+        return f"{run.name}.design{number}.export"
 
 
 _TITLE_CHARACTERS = 80

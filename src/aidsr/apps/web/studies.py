@@ -1,23 +1,53 @@
-"""Progress of studies of many runs: read from their folders periodically, in a separate thread."""
+"""Studies of many runs: how far they are, read from their folders periodically in a separate thread, and their runs."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aidsr.apps.web.processes import Processes
 from aidsr.core.calls import Usage
 from aidsr.core.errors import AidsrError, UserError
+from aidsr.core.plain_tree import require_plain_tree
+from aidsr.runs import Run
+from aidsr.runs.library import is_name
+from aidsr.runs.status import State
 
 if TYPE_CHECKING:
     from aidsr.core.config import Budget
     from aidsr.studies.budget import StudyBudget
+    from aidsr.studies.outcomes import DesignRow
+    from aidsr.studies.study import Cell, StudyPlan
 
 _EVERY_S = 15.0
 """How old a reading may be. Our choice: a study lasts hours, and reading one of 200 designs takes about a second."""
+
+
+_BETWEEN = "~"
+"""Between study, arm, task and number in the name of a run; no such part holds it."""
+
+
+@dataclass(frozen=True)
+class RunOfStudy:
+    """One run of a study as a page shows it."""
+
+    name: str
+    """Part of its address; empty before it has begun."""
+    arm: str
+    task: str
+    number: int
+    state: State | None = None
+    designs: int = 0
+    approved: int = 0
+    judged: int = 0
+    """Designs with a judged policy."""
+    successful: int = 0
+    progress: float | None = None
+    """Best that an open-loop motion reached on any of its designs."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +74,13 @@ class StudyView:
     left: tuple[str, ...] = ()
     """What is left of each limit of the study, in words; empty for one without."""
     report: bool = False
+    cells: tuple[RunOfStudy, ...] = ()
+    asks: str = ""
+    """What the plan asks for, in words."""
+    failures: tuple[str, ...] = ()
+    """The last attempts at jobs that failed."""
+    at_work: bool = False
+    """Whether a process that this app started works on it."""
 
 
 class Studies:
@@ -51,11 +88,12 @@ class Studies:
 
     Args:
         runs: Folder of the runs; studies are folders in it with a study.toml.
+        processes: Where processes of this app are started.
         more: Other folders of studies.
     """
 
-    def __init__(self, runs: Path, more: Sequence[Path] = ()) -> None:
-        self._runs, self._more = runs, tuple(more)
+    def __init__(self, runs: Path, processes: Processes, more: Sequence[Path] = ()) -> None:
+        self._runs, self._processes, self._more = runs, processes, tuple(more)
         self._known: tuple[StudyView, ...] = ()
         self._read_s = -float("inf")
         self._reading = threading.Lock()
@@ -72,19 +110,105 @@ class Studies:
         Raises:
             UserError: There is no such study, or no report of it yet.
         """
-        folder = self._folders().get(key)
-        if folder is None or not (folder / "report.html").is_file():
+        report = self.folder(key) / "report.html"
+        if not report.is_file():
             raise UserError("the study has no report yet; aidsr report STUDY writes it")
-        return folder / "report.html"
+        return report
+
+    def folder(self, key: str) -> Path:
+        """Return the folder of a study.
+
+        Raises:
+            UserError: There is no such study.
+        """
+        found = self._folders().get(key)
+        if found is None:
+            raise UserError(f'"{key[:80]}" is not a study here: no folder of that name with a study.toml')
+        return found
+
+    def view(self, key: str) -> StudyView:
+        """Return the state of a study when last read; read now where it never was.
+
+        Raises:
+            UserError: There is no such study.
+        """
+        folder = self.folder(key)
+        known = next((view for view in self.views() if view.key == key), None)
+        return known or self._view(key, folder)
+
+    def run(self, name: str) -> Run:
+        """Return a run of a study by its name, "STUDY~ARM~TASK~NUMBER".
+
+        Raises:
+            UserError: There is none, or it holds links or other special files.
+        """
+        key, *parts = name.split(_BETWEEN)
+        if len(parts) == 3 and all(is_name(part) for part in parts):
+            home = self.folder(key).joinpath("runs", *parts)
+            for file in sorted(home.glob("*/run.json")):
+                require_plain_tree(home)
+                return Run(file.parent, name)
+        raise UserError(f'"{name[:80]}" is not a run of a study that has begun')
+
+    @staticmethod
+    def study_of(name: str) -> str:
+        """Return the study that a run's name says it belongs to, empty for one that lies beside the studies."""
+        key, between, _ = name.partition(_BETWEEN)
+        return key if between else ""
+
+    def process(self, key: str) -> str:
+        """Return the name of the process that works on a study."""
+        return f"{key}{_BETWEEN}study"
+
+    def resume(self, key: str, jobs: int) -> None:
+        """Start a process that works on a study until it is finished.
+
+        Args:
+            key: Which.
+            jobs: How many at a time.
+
+        Raises:
+            UserError: There is no such study, or one is at work already.
+        """
+        command = ["benchmark", str(self.folder(key)), "--resume", "--jobs", str(jobs)]
+        self._processes.start(self.process(key), command)
+        self._read_s = -float("inf")
+
+    def stop(self, key: str) -> None:
+        """Ask the process that works on a study to end; what is done is kept.
+
+        Raises:
+            UserError: It was not started here.
+        """
+        if not self._processes.stop(self.process(key)):
+            raise UserError("this study was started elsewhere, as in a terminal; end it there with Control-C")
+        self._read_s = -float("inf")
+
+    def is_at_work(self, key: str) -> bool:
+        """Whether a process that was started here works on a study."""
+        return self._processes.is_alive(self.process(key))
+
+    def output_tail(self, key: str) -> str:
+        """Return the last output of the process that worked on a study."""
+        return self._processes.output_tail(self.process(key))
 
     def _folders(self) -> dict[str, Path]:
         beside = sorted(self._runs.iterdir()) if self._runs.is_dir() else []
-        found = [path for path in (*beside, *self._more) if (path / "study.toml").is_file()]
-        return {str(number): path for number, path in enumerate(found, 1)}
+        found: dict[str, Path] = {}
+        for path in (*beside, *self._more):
+            if (path / "study.toml").is_file():
+                key = path.resolve().name
+                if not is_name(key) or key in found:
+                    key = str(len(found) + 1)
+                found[key] = path
+        return found
+
+    def _view(self, key: str, path: Path) -> StudyView:
+        return replace(_view(key, path), at_work=self.is_at_work(key))
 
     def _read(self) -> None:
         try:
-            self._known = tuple(_view(key, path) for key, path in self._folders().items())
+            self._known = tuple(self._view(key, path) for key, path in self._folders().items())
         finally:
             self._read_s = time.monotonic()
             self._reading.release()
@@ -102,11 +226,13 @@ def _view(key: str, path: Path) -> StudyView:
     try:
         study = open_study(path)
         rows, left = read_outcomes(study), estimate_study(study)
-        runs = [run for cell in study.cells if (run := study.run(cell)) is not None]
-        finished = sum(read_status(run).state == "finished" for run in runs)
-        trainings = [training for run in runs for design in run.designs for training in trainings_of(design)]
+        runs = {cell: run for cell in study.cells if (run := study.run(cell)) is not None}
+        states = {cell: read_status(run).state for cell, run in runs.items()}
+        finished = sum(state == "finished" for state in states.values())
+        trainings = [training for run in runs.values() for design in run.designs for training in trainings_of(design)]
         learning = sum(not training.evaluation.path.exists() for training in trainings)
-        given_up = {str(one["job"]) for one in read_failures(study) if one["attempt"] == MOST_ATTEMPTS}
+        failures = read_failures(study)
+        given_up = {str(one["job"]) for one in failures if one["attempt"] == MOST_ATTEMPTS}
         return StudyView(
             key,
             path.name,
@@ -121,9 +247,38 @@ def _view(key: str, path: Path) -> StudyView:
             to_spend_usd=left.cost_usd,
             left=tuple(_left(StudyBudget(study, read_budget(study)), read_budget(study))),
             report=(path / "report.html").is_file(),
+            cells=tuple(_cell(key, cell, states.get(cell), rows) for cell in study.cells),
+            asks=_asks(study.plan),
+            failures=tuple(f"{one['job']}, attempt {one['attempt']}: {one['error']}" for one in failures[-5:]),
         )
     except AidsrError as error:
         return StudyView(key, path.name, str(error))
+
+
+def _cell(key: str, cell: Cell, state: State | None, rows: Sequence[DesignRow]) -> RunOfStudy:
+    own = [row for row in rows if (row.arm, row.task, row.run) == (cell.arm, cell.task, cell.number)]
+    reached = [row.probe_progress for row in own if row.probe_progress is not None]
+    return RunOfStudy(
+        _BETWEEN.join((key, *cell.name.split("/"))) if state is not None else "",
+        cell.arm,
+        cell.task,
+        cell.number,
+        state,
+        designs=len(own),
+        approved=sum(row.outcome == "approved" for row in own),
+        judged=sum(bool(row.evaluations) for row in own),
+        successful=sum(row.successful for row in own),
+        progress=max(reached, default=None),
+    )
+
+
+def _asks(plan: StudyPlan) -> str:
+    from aidsr.studies.report import counted, format_training
+
+    return (
+        f"{counted(len(plan.tasks), 'task')} at the {plan.level} level, {counted(len(plan.arms), 'arm')}, "
+        f"{counted(plan.runs, 'run')} of each; {format_training(plan.seeds, plan.steps)}."
+    )
 
 
 def _left(budget: StudyBudget, limit: Budget) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Studies on the home page: how far each has got, and its report."""
+"""Studies in a list: how far each has got, and its report."""
 
 from __future__ import annotations
 
@@ -7,10 +7,21 @@ from nicegui import ui
 from aidsr.apps.web.live import live
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.studies import StudyView
-from aidsr.apps.web.widgets import box, text
+from aidsr.apps.web.widgets import badge, box, text
 from aidsr.core.formatting import format_cost
 
-_COLUMNS = ("study", "runs done", "started", "policies judged", "given up", "jobs left", "core hours left", "paid", "")
+_COLUMNS = (
+    "study",
+    "state",
+    "runs done",
+    "started",
+    "policies judged",
+    "given up",
+    "jobs left",
+    "core hours left",
+    "paid",
+    "",
+)
 
 
 def studies_panel(site: Site) -> None:
@@ -26,7 +37,7 @@ def _table(views: tuple[StudyView, ...]) -> None:
         with box("sheet flush scroll"), box("list", "table"):
             with box(tag="thead"), box(tag="tr"):
                 for column in _COLUMNS:
-                    text(column, "" if column in ("study", "") else "num", "th")
+                    text(column, "" if column in ("study", "state", "") else "num", "th")
             with box(tag="tbody"):
                 for view in views:
                     with box(tag="tr"):
@@ -34,20 +45,28 @@ def _table(views: tuple[StudyView, ...]) -> None:
 
 
 def _cells(view: StudyView) -> None:
-    text(view.name, "mono", "td")
+    with box("mono", "td"):
+        ui.link(view.name, f"/study/{view.key}")
     if view.complaint:
-        with box(tag="td", colspan="8"):
+        with box(tag="td", colspan=str(len(_COLUMNS) - 1)):
             text(view.complaint, "small bad")
         return
+    with box(tag="td"):
+        badge("running" if view.at_work else "finished" if not view.jobs_left else "stopped")
     text(f"{view.runs_done} of {view.runs}", "num", "td")
     for count, look in ((view.started, ""), (view.policies, ""), (view.failed, "bad"), (view.jobs_left, "")):
         text(str(count), f"num {look if count else ''}", "td")
     text(f"{view.core_hours_left:.1f}" if view.jobs_left else "–", "num", "td")
-    paid = format_cost(view.usage)
     with box("num", "td"):
-        text(f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid)
+        text(spending_of(view))
         for left in view.left:
             text(left, "small soft", "div")
     with box(tag="td"):
         if view.report:
             ui.link("Report", f"/studies/{view.key}/report", new_tab=True)
+
+
+def spending_of(view: StudyView) -> str:
+    """Say what a study has cost and is about to cost."""
+    paid = format_cost(view.usage)
+    return f"{paid}, about ${view.to_spend_usd:.2f} to come" if view.to_spend_usd else paid

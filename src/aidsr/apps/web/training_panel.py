@@ -103,7 +103,7 @@ def _at_work(site: Site, name: str, training: Training) -> bool:
 
 
 def _judged(run: Run, training: Training) -> _Judged:
-    films = tuple(file_address(run.path.name, film.path.relative_to(run.path).as_posix()) for film in training.films)
+    films = tuple(file_address(run.name, film.path.relative_to(run.path).as_posix()) for film in training.films)
     motions = tuple(motion.path for motion in training.motions)
     return _Judged(training.evaluation.read(), films, motions, resumed=training.resumed > 0)
 

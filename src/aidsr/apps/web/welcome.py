@@ -25,7 +25,7 @@ def welcome(site: Site) -> None:
     """Explain the app, and offer first steps."""
 
     def opened(run: Run) -> None:
-        ui.navigate.to(f"/run/{run.path.name}")
+        ui.navigate.to(f"/run/{run.name}")
 
     def offer(title: str, request: RunRequest) -> None:
         pressed = button(title, lambda: working(pressed, partial(launch, site, request), opened), "quiet", "play_arrow")

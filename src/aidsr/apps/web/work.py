@@ -22,7 +22,7 @@ _KEPT_S = 1.5
 class Task:
     """One thing at work, or waiting for a person."""
 
-    kind: Literal["decision", "reply", "designs", "training", "export"]
+    kind: Literal["decision", "reply", "designs", "training", "export", "study"]
     title: str
     address: str
     doing: str
@@ -54,14 +54,15 @@ class Work:
         """Return what waits for a person, then what is at work, the newest run first."""
         with self._lock:
             if time.monotonic() - self._read_s > _KEPT_S:
-                found = [task for run in self._site.library.runs() for task in self._of(run.path.name)]
+                found = [task for run in self._site.library.runs() for task in self._of(run.name)]
+                found += self._studies()
                 self._known = tuple(sorted(found, key=lambda task: not task.waits))
                 self._read_s = time.monotonic()
             return self._known
 
     def _of(self, name: str) -> Iterator[Task]:
         try:
-            view = self._site.view(self._site.library.run(name))
+            view = self._site.view(self._site.run(name))
         except UserError:
             return
         home = f"/run/{name}"
@@ -77,6 +78,15 @@ class Work:
         for job in view.jobs:
             yield self._job(name, view, job)
 
+    def _studies(self) -> Iterator[Task]:
+        for view in self._site.studies.views():
+            if view.at_work:
+                process = self._site.studies.process(view.key)
+                began = datetime.fromtimestamp(self._site.processes.started_s(process), UTC)
+                doing = f"{view.runs_done} of {view.runs} runs done, {view.jobs_left} jobs left"
+                since = began.isoformat(timespec="seconds")
+                yield Task("study", f"study {view.name}", f"/study/{view.key}", doing, since, process=process)
+
     def _job(self, name: str, view: RunView, job: Job) -> Task:
         title = f"{view.title}, design {job.number}: {view.design(job.number).status.concept}"
         began_s = self._site.processes.started_s(job.process)
@@ -87,7 +97,7 @@ class Work:
             )
         address = f"/run/{name}/{job.number}?tab=training"
         learning = [
-            one for one in trainings_of(self._site.library.run(name).design(job.number)) if not one.result.path.exists()
+            one for one in trainings_of(self._site.run(name).design(job.number)) if not one.result.path.exists()
         ]
         curve = read_curve(learning[-1]) if learning else ()
         steps = int((learning[-1].config.read() or {}).get("steps", 0)) if learning else 0

@@ -31,6 +31,9 @@ def add_work_page(site: Site) -> None:
                 tell.tooltip("When a design or a question waits for you, while a page of AID-SR is open")
             _table(site)
             studies_panel(site)
+            with box("row"):
+                ui.link("New study", "/studies/new").classes("strong")
+                text("compares ways of designing over many runs", "small soft")
 
 
 def _table(site: Site) -> None:

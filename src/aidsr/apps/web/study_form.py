@@ -1,0 +1,203 @@
+"""The form for a new study: tasks, arms, how many designs, how they are trained, and what it may cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from nicegui import app, ui
+
+from aidsr.apps.web.frame import frame
+from aidsr.apps.web.live import working
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.study_page import JOBS
+from aidsr.apps.web.widgets import box, button, fact, text
+from aidsr.core.config import BUILTIN, Budget, StudyMethod, checked_config
+from aidsr.core.errors import UserError
+from aidsr.core.formatting import format_duration
+from aidsr.loop.teams import check_model
+from aidsr.runs.library import is_name
+from aidsr.studies.arms import Baseline, make_plan
+from aidsr.studies.budget import check_budget, set_budget
+from aidsr.studies.estimate import StudyEstimate, estimate_study
+from aidsr.studies.study import Study, create_study
+from aidsr.tasks import task_names
+from aidsr.teams.providers import providers
+
+_ALL = "all"
+_METHODS = tuple(name for name in get_args(StudyMethod) if not name.startswith("human"))
+"""Those with a person's words need a file of them; see `aidsr benchmark --feedback`."""
+_NUMBERS = {
+    "designs": ("Designs a task and arm", 1, 1),
+    "concepts": ("Concepts of a run", 1, 1),
+    "seeds": ("Policies a design", 0, 1),
+    "steps": ("Control steps a policy", 1, 10_000),
+    "jobs": ("Jobs at a time", 1, 1),
+}
+"""Title, least value and step of each number."""
+
+FRESH: dict[str, Any] = {
+    "name": "",
+    "tasks": [_ALL],
+    "level": "standard",
+    "models": [BUILTIN],
+    "methods": ["full"],
+    "baselines": [],
+    "designs": 3,
+    "concepts": 3,
+    "seeds": 1,
+    "steps": 300_000,
+    "jobs": JOBS,
+    "probe": True,
+    "cost_usd": None,
+    "tokens": None,
+}
+"""Default values; what a visitor filled in is kept for the next visit, but for the name."""
+Form = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A study that could begin."""
+
+    study: Study
+    budget: Budget
+    jobs: int
+
+
+def add_study_form(site: Site) -> None:
+    """Answer at /studies/new."""
+
+    @ui.page("/studies/new")
+    def new_study() -> None:
+        form: Form = app.storage.user.setdefault("study", {})
+        for key, value in FRESH.items():
+            form.setdefault(key, value)
+        with frame("New study", ("Runs", "/"), ("At work", "/work"), site=site):
+            with box("stack tight"):
+                text("New study", tag="h1")
+                text("Many runs, compared. A study continues when this page is closed.", "soft", "p")
+            _what(form)
+            _how(form)
+            _start(site, form)
+
+
+def asked(site: Site, form: Form) -> _Asked:
+    """Return the study that a filled-in form asks for; nothing is written.
+
+    Raises:
+        UserError: Something is missing, not known or does not fit together.
+    """
+    name = str(form["name"] or "").strip()
+    if not name:
+        raise UserError("the study has no name; it becomes the name of a folder beside the runs")
+    if not is_name(name):
+        raise UserError(f'"{name[:80]}" cannot be the name of a folder; use letters, digits, spaces, -, _ and .')
+    path = site.library.path / name
+    if path.exists():
+        raise UserError(f"{name} is there already; choose another name")
+    numbers = {key: _whole(form[key], title, least) for key, (title, least, _) in _NUMBERS.items()}
+    empty = [title for key, title in (("tasks", "task"), ("models", "model"), ("methods", "method")) if not form[key]]
+    if empty:
+        raise UserError(f"no {empty[0]} is chosen")
+    plan = make_plan(
+        [_ALL] if _ALL in form["tasks"] else form["tasks"],
+        form["models"],
+        form["methods"],
+        level=form["level"],
+        baselines=form["baselines"],
+        designs=numbers["designs"],
+        concepts=numbers["concepts"],
+        seeds=numbers["seeds"],
+        steps=numbers["steps"],
+        probe=bool(form["probe"]),
+    )
+    given = {key: form[key] for key in ("cost_usd", "tokens") if form[key] is not None}
+    found = _Asked(Study(path, plan), checked_config({"budget": given}).budget, numbers["jobs"])
+    check_budget(found.study, found.budget)
+    return found
+
+
+def _whole(value: Any, title: str, least: int) -> int:
+    if value is None or value < least:
+        raise UserError(f"{title}: at least {least}")
+    return int(value)
+
+
+def _what(form: Form) -> None:
+    with box("sheet stack"):
+        ui.input("Name of the study").props("outlined dense").bind_value(form, "name")
+        tasks = {_ALL: "all tasks", **{name: name.rpartition("/")[2].replace("_", " ") for name in task_names()}}
+        _several("Tasks", tasks, form, "tasks")
+        ui.toggle(["standard", "hard"]).props("dense unelevated no-caps").bind_value(form, "level")
+        offered = [provider.example_name for provider in providers() if provider.connect and not provider.takes_path]
+        known = dict.fromkeys([BUILTIN, *form["models"], *offered])
+        models = ui.select(list(known), label="Models: builtin, PROVIDER:MODEL, or MODEL@URL", multiple=True)
+        models.props("outlined dense use-chips use-input new-value-mode=add-unique").bind_value(form, "models")
+        _several("Methods", {name: name.replace("_", " ") for name in _METHODS}, form, "methods")
+        _several("Baselines", {name: name for name in get_args(Baseline)}, form, "baselines")
+        text("Each model with each method is an arm; so is each baseline.", "small soft")
+
+
+def _several(title: str, options: dict[str, str], form: Form, key: str) -> None:
+    field = ui.select(options, label=title, multiple=True).props("outlined dense use-chips")
+    field.bind_value(form, key)
+
+
+def _how(form: Form) -> None:
+    with box("sheet stack"):
+        with box("form"):
+            for key, (title, least, step) in _NUMBERS.items():
+                field = ui.number(title, min=least, step=step, precision=0, format="%d").props("outlined dense")
+                field.bind_value(form, key)
+            for key, title in (("cost_usd", "At most, in dollars"), ("tokens", "At most, in tokens")):
+                field = ui.number(title, min=0, step=1).props("outlined dense clearable")
+                field.bind_value(form, key).props["placeholder"] = "no limit"
+        text("Each job takes one core. The limits hold for the whole study.", "small soft")
+        ui.switch("Also probe each approved design without learning").bind_value(form, "probe")
+
+
+def _start(site: Site, form: Form) -> None:
+    with box("stack", aria_live="polite") as forecast:
+        pass
+
+    def estimated() -> tuple[StudyEstimate, int]:
+        found = asked(site, {**form, "name": form["name"] or "estimated only"})
+        return estimate_study(found.study), found.jobs
+
+    def show(found: tuple[StudyEstimate, int]) -> None:
+        forecast.clear()
+        with forecast:
+            _forecast(*found)
+
+    def begin() -> str:
+        found = asked(site, form)
+        for arm in found.study.plan.arms:
+            check_model(arm.config, arm.config.budget)
+        create_study(found.study.path, found.study.plan)
+        if found.budget != Budget():
+            set_budget(found.study, found.budget)
+        key = found.study.path.name
+        site.studies.resume(key, found.jobs)
+        return key
+
+    def opened(key: str) -> None:
+        form["name"] = ""
+        ui.navigate.to(f"/study/{key}")
+
+    with box("row"):
+        go = button("Start the study", lambda: working(go, begin, opened), "primary", "play_arrow")
+        say = button("Estimate", lambda: working(say, estimated, show), "quiet", "schedule")
+
+
+def _forecast(found: StudyEstimate, jobs: int) -> None:
+    with box("facts"):
+        for stage, number in found.jobs.items():
+            if number:
+                fact(f"{stage} jobs", str(number))
+        fact("core hours", f"{found.core_hours:.1f}")
+        fact("on this machine", f"about {format_duration(3600 * found.core_hours / jobs)}")
+        fact("cost", f"about ${found.cost_usd:.2f}" if found.cost_usd else "nothing")
+        fact("disk", f"about {found.disk_mb:.0f} MB")
+    if found.published_costs:
+        text("No design of this study is measured yet: its cost is the published figure for GPT-5.", "small soft")

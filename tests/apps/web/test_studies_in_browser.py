@@ -1,0 +1,37 @@
+"""A study from its form to a run of it, in a real browser."""
+
+from pathlib import Path
+
+from browser import Server, browsing, shoot
+from playwright.sync_api import expect
+
+
+def test_a_study_is_started_watched_and_opened_down_to_a_run(runs: Path, server: Server) -> None:
+    with browsing() as visitor:
+        page = visitor.new_page()
+        page.goto(server.address("/work"))
+        page.get_by_role("link", name="New study").click()
+        page.get_by_role("button", name="Start the study").click()
+        expect(page.get_by_role("alert")).to_contain_text("the study has no name")
+        page.get_by_label("Name of the study").fill("first")
+        for label, value in (("Designs a task and arm", "1"), ("Concepts of a run", "1"), ("Policies a design", "0")):
+            page.get_by_label(label).fill(value)
+        page.get_by_label("Tasks", exact=True).click()
+        page.get_by_role("option", name="all tasks").click()
+        page.get_by_role("option", name="button pushing").click()
+        page.keyboard.press("Escape")
+        page.get_by_text("Also probe each approved design").click()
+        page.get_by_role("button", name="Estimate").click()
+        expect(page.get_by_text("core hours")).to_be_visible()
+        shoot(page, "study_form", whole=True)
+        page.get_by_role("button", name="Start the study").click()
+        page.wait_for_url("**/study/first")
+        expect(page.get_by_text("1 of 1 approved")).to_be_visible()
+        expect(page.get_by_role("button", name="Stop")).to_be_hidden()
+        expect(page.get_by_role("link", name="Report")).to_be_visible()
+        shoot(page, "study")
+        page.get_by_role("link", name="run 1, finished").click()
+        expect(page.get_by_role("heading", name="button pushing", level=1)).to_be_visible()
+        page.get_by_role("navigation").get_by_role("link", name="first").click()
+        expect(page.get_by_role("heading", name="first", level=1)).to_be_visible()
+    assert (runs / "first" / "report.html").is_file()
