@@ -136,8 +136,8 @@ def test_the_carriage_keeps_its_timetable(name, course):
         ("pipe_inserting", "feed", 0.05, 0.0, 0.35),
         ("drawer_opening", "base_x", 0.1, 0.0, 0.04),
         ("drawer_opening", "base_z", 0.1, -0.05, 0.05),
-        ("force_controlled_brushing", "base_x", 0.1, -0.10, 0.10),
-        ("force_controlled_brushing", "base_z", 0.1, -0.10, 0.10),
+        ("force_controlled_brushing", "base_x", 0.1, -0.05, 0.05),
+        ("force_controlled_brushing", "base_z", 0.1, -0.05, 0.05),
     ],
 )
 def test_a_base_moves_at_its_speed_within_its_travel_and_stays(name, actuator, speed_m_s, low_m, high_m):

@@ -56,8 +56,8 @@ class ForceControlledBrushing(Task):
         Feature("1 while the force is in the band", "", (0, 1), "brush_contacts"),
         Feature("share of cells brushed", "", (0, 1), "(state)"),
         Feature("share of the contact time in the band", "", (0, 1), "(state)"),
-        Feature("base sideways", "m", (-0.1, 0.1), "base_x_position"),
-        Feature("base up and down", "m", (-0.1, 0.1), "base_z_position"),
+        Feature("base sideways", "m", (-0.05, 0.05), "base_x_position"),
+        Feature("base up and down", "m", (-0.05, 0.05), "base_z_position"),
     )
     hard: ClassVar = {"cells_a_side": 10, "coverage": 0.9}
 
@@ -75,7 +75,7 @@ class ForceControlledBrushing(Task):
             f"{BAND_N[0]:.1f} to {BAND_N[1]:.1f} N for {STROKE_S:g} s each and stay in that range for "
             f"{100 * STEADY:g} % of its time in contact; the whole robot may press with more than {MAX_FORCE_N:g} N in "
             f"at most {100 * SELDOM:g} % of its time in contact. The mount faces the wall's middle from "
-            f"{CENTER_M[1]:g} m and moves 0.10 m up, down and to either side."
+            f"{CENTER_M[1]:g} m and moves 0.05 m up, down and to either side."
         )
 
     @property
