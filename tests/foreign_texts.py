@@ -232,7 +232,7 @@ def _try(step: Callable[[], object]) -> None:
 
 def _read_goal(text: str, _folder: Path) -> None:
     from aidsr.tasks import goal_task
-    from aidsr.tasks.goal import parse_goal
+    from aidsr.tasks.goals import parse_goal
 
     goal_task(
         parse_goal(text),

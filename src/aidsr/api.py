@@ -454,7 +454,7 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
         if not goal.exists():
             raise UserError(
                 f"{design.path} was designed for an objective in words, which has no measure of success; give a "
-                "goal (docs/environments.md), or name a task"
+                "goal (docs/goals.md), or name a task"
             )
     robot = newest(it.robot.read() for it in design.leading_to())
     groups = robot.actuator_groups if robot else ()

@@ -14,7 +14,7 @@ from aidsr.mjcf.read import open_mjcf
 from aidsr.studies.arms import read_feedback
 from aidsr.studies.study import open_study
 from aidsr.studies.submission import read_submission
-from aidsr.tasks.goal import parse_goal, read_goal
+from aidsr.tasks.goals import parse_goal, read_goal
 
 DEEP = "a = " + "[" * 100_000
 LONG = "a = " + "9" * 5_000

@@ -28,7 +28,7 @@ def moved(*way_m: float) -> Readings:
 
 REACH = 'kind = "reach"\ntarget = "hook"\nwithin_m = 0.05'
 LIFT = 'kind = "lift"\ntarget = "ball"\nby_m = 0.08'
-PUSH = 'kind = "travel"\ntarget = "cart"\ndistance_m = 0.2\ndirection = [0, 2, 0]'
+PUSH = 'kind = "travel"\ntarget = "ball"\ndistance_m = 0.2\ndirection = [0, 2, 0]'
 WALK = 'kind = "travel"\ndistance_m = 0.4\ndirection = [0, 0, -3]'
 TOUCH = 'kind = "touch"\ntarget = "post"\nforce_n = 1\nat_most_n = 3'
 FIRM = 'kind = "touch"\ntarget = "post"\nforce_n = 1'

@@ -59,7 +59,7 @@ def design(
         level: Level of the task.
         environment: The environment without a robot: a path, or the MJCF itself.
         robot: A robot to start from: a path, or the MJCF itself.
-        goal: File that says how success is measured in that environment (docs/environments.md); kept with the run.
+        goal: File that says how success is measured in that environment (docs/goals.md); kept with the run.
         model: "builtin" for the rules, a language model's name, for example "openai:gpt-5" (see docs/models.md), or any
             object with a `name` and a method `ask` (see `aidsr.Model`).
         config: Settings of the run; defaults where not given.

@@ -24,7 +24,7 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
     """
     if config.task_feedback and not measured:
         raise UserError(
-            "task_feedback requires a measure of success; name a task, or give a goal (docs/environments.md)"
+            "task_feedback requires a measure of success; name a task, or give a goal (docs/goals.md)"
         )
     if config.task_training and not config.task_feedback:
         raise UserError("task_training requires task_feedback; switch on both")

@@ -166,6 +166,7 @@ def _check_names(
         faults.append(_missing("mount", placement.mount, "of the environment", mounts))
     bodies = tuple(stage.body(i).name for i in range(stage.nbody))
     sites = tuple(stage.site(i).name for i in range(stage.nsite))
+    joints = tuple(stage.joint(i).name for i in range(stage.njnt))
     for name in placement.intended_contacts:
         if name not in bodies:
             faults.append(_missing("intended contact", name, "of the environment", bodies))
@@ -174,7 +175,7 @@ def _check_names(
         if sensor.name in taken:
             faults.append(_duplicate(sensor.name))
         taken.append(sensor.name)
-        there = bodies + (sites if sensor.may_target_site else ())
+        there = joints if sensor.quantity == "joint_position" else bodies + (sites if sensor.may_target_site else ())
         if sensor.target and sensor.target not in there:
             faults.append(_missing(f'target of sensor "{sensor.name}"', sensor.target, "of the environment", there))
     name = (placement.functional_part or robot.functional_part).removeprefix(ROBOT_PREFIX)

@@ -30,6 +30,8 @@ Quantity = Literal[
     "distance",
     "target_position",
     "target_center_of_mass",
+    "target_velocity",
+    "joint_position",
 ]
 Part = Literal["functional_part", "robot"]
 
@@ -68,7 +70,8 @@ _CONTACT_DATA = {
 netforce are 0 to 3."""
 _UNSET = {"reftype": mujoco.mjtObj.mjOBJ_UNKNOWN, "refname": "", "cutoff": 0.0, "intprm": (0, 0, 0)}
 """Attributes of a sensor of which only type and object are given."""
-_NEEDS_TARGET = frozenset({"contact_force", "contacts", "distance", "target_position", "target_center_of_mass"})
+_OF_THE_ENVIRONMENT = frozenset({"target_position", "target_center_of_mass", "target_velocity", "joint_position"})
+_NEEDS_TARGET = _OF_THE_ENVIRONMENT | {"contact_force", "contacts", "distance"}
 
 
 class TaskSensor(Artifact):
@@ -89,20 +92,22 @@ class TaskSensor(Artifact):
     | distance                | 1          | m     | smallest gap between the functional part's body and `target`     |
     | target_position         | 3          | m     | body or site `target` itself, world axes                         |
     | target_center_of_mass   | 3          | m     | body `target` itself, without what it carries, world axes        |
+    | target_velocity         | 3          | m/s   | its velocity, world axes                                         |
+    | joint_position          | 1          | rad, m| the hinge or slide `target` of the environment                   |
 
     A squeeze from two sides cancels in "contact_force"; "contacts" keeps the sides apart. Each of its slots is found
     (how many contacts match, 0 for an empty slot), force in the contact's own axes (normal first, never negative),
     position and normal (from the robot into the target) in world axes; the strongest comes first.
 
     Source: MuJoCo XML reference, sensors framepos, framequat, framelinvel, frameangvel, subtreecom, subtreelinvel,
-    contact (netforce, maxforce) and distance.
+    jointpos, contact (netforce, maxforce) and distance.
     """
 
     name: Annotated[str, Field(min_length=1, pattern=r"^[^/]*$")]
     """Name of the sensor in the scene, as given here; it must differ from the environment's own sensors."""
     quantity: Quantity
     target: str = ""
-    """Body of the environment (of "world": its own geoms), or for positions and velocities also a site."""
+    """Body of the environment (of "world": its own geoms), or for positions and velocities also a site; or a joint."""
     of_body: bool = False
     """Whether `target` is a body even where a site has that name; otherwise a site of that name is preferred."""
     part: Part = "robot"
@@ -115,7 +120,7 @@ class TaskSensor(Artifact):
     @model_validator(mode="after")
     def _check_target(self) -> Self:
         if self.quantity in _NEEDS_TARGET and not self.target:
-            raise ValueError(f'sensor "{self.name}": {self.quantity} needs a target body of the environment')
+            raise ValueError(f'sensor "{self.name}": {self.quantity} needs a target of the environment')
         if self.quantity in _OF_THE_ROBOT and self.target:
             raise ValueError(f'sensor "{self.name}": {self.quantity} is measured in world axes and takes no target')
         return self
@@ -135,7 +140,7 @@ class TaskSensor(Artifact):
         """How many numbers the sensor gives."""
         if self.quantity == "contacts":
             return self.slots * CONTACT_SLOT_WIDTH
-        return {"quaternion": 4, "distance": 1}.get(self.quantity, 3)
+        return {"quaternion": 4, "distance": 1, "joint_position": 1}.get(self.quantity, 3)
 
 
 def add_task_sensors(
@@ -213,6 +218,10 @@ def _attributes(sensor: TaskSensor, at_site: bool, site: str, part_body: str, ro
         return {"type": _SENS.mjSENS_FRAMEPOS, "objtype": _SITE if at_site else _FRAME, "objname": sensor.target}
     if sensor.quantity == "target_center_of_mass":
         return {"type": _SENS.mjSENS_FRAMEPOS, "objtype": _BODY, "objname": sensor.target}
+    if sensor.quantity == "target_velocity":
+        return {"type": _SENS.mjSENS_FRAMELINVEL, "objtype": _BODY, "objname": sensor.target}
+    if sensor.quantity == "joint_position":
+        return {"type": _SENS.mjSENS_JOINTPOS, "objtype": mujoco.mjtObj.mjOBJ_JOINT, "objname": sensor.target}
     against = {"reftype": _BODY, "refname": sensor.target}
     if sensor.quantity == "distance":
         gap = {"type": _SENS.mjSENS_GEOMDIST, "objtype": _BODY, "objname": part_body}

@@ -17,8 +17,7 @@ from aidsr.core.arguments import check_type
 from aidsr.core.errors import UserError
 from aidsr.core.plugins import PluginGroup
 from aidsr.core.suggestions import closest_name
-from aidsr.tasks.goal import Goal, parse_goal, read_goal
-from aidsr.tasks.goal_tasks import GoalTask, goal_task
+from aidsr.tasks.goals import Goal, GoalTask, goal_task, parse_goal, read_goal
 from aidsr.tasks.grasping.ball_from_bowl import BallFromBowl
 from aidsr.tasks.grasping.delicate_grasping import DelicateGrasping
 from aidsr.tasks.grasping.dynamic_catching import DynamicCatching

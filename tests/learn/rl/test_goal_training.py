@@ -13,7 +13,7 @@ from aidsr.core.errors import UserError
 from aidsr.learn.rl.trained import FinishedTraining
 from aidsr.runs import Run, RunRecord
 from aidsr.sim.assembly import assemble
-from aidsr.tasks.goal import GOAL_VERSION
+from aidsr.tasks.goals import GOAL_VERSION
 from scenes import small_arm
 
 ROOM = """

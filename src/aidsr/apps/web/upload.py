@@ -109,7 +109,7 @@ def _goal(content: str, form: Form) -> Facts:
         goal_task(goal, form["environment"])
     return (
         ("success", goal.kind),
-        ("target", goal.target or "the robot"),
+        ("target", ", ".join(goal.places) or "the robot"),
         ("held for", f"{goal.hold_s:g} s"),
         ("time limit", f"{goal.time_limit_s:g} s"),
     )

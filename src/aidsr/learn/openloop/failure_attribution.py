@@ -12,7 +12,8 @@ from aidsr.core.artifacts import Critique, CritiqueIssue, TaskReport
 from aidsr.core.formatting import format_number
 from aidsr.learn.openloop.trace import Trace
 from aidsr.tasks import GoalTask, Task
-from aidsr.tasks.goal_tasks import ReachTask, TouchTask, TravelTask
+from aidsr.tasks.goals import Goal
+from aidsr.tasks.goals.touch import Touch
 from aidsr.tasks.readings import TOUCH_N
 
 _Phase = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
@@ -36,7 +37,7 @@ _HARDLY_M = 0.02
 def targets_of(task: Task) -> tuple[str, ...]:
     """Return the bodies of the environment that a task measures the robot's touch with; of a goal its site or body."""
     if isinstance(task, GoalTask):
-        return (task.goal.target,) if task.goal.target else ()
+        return tuple(dict.fromkeys((*task.goal.points, *task.goal.bodies)))
     touched = [sensor.target for sensor in task.sensors if sensor.quantity in ("contact_force", "contacts")]
     return tuple(dict.fromkeys(touched)) if task.base != "free" else ()
 
@@ -76,6 +77,21 @@ def _good_enough(task: Task, trace: Trace) -> float:
     return starts[0] if trace.free and not trace.nearest.nearest else starts[min(1, len(starts) - 1)]
 
 
+def _goal_of(task: Task) -> Goal | None:
+    return task.goal if isinstance(task, GoalTask) else None
+
+
+def _is_to_reach(task: Task) -> bool:
+    """Whether the task is a goal about points only."""
+    goal = _goal_of(task)
+    return goal is not None and bool(goal.points) and not goal.bodies
+
+
+def _wanted_n(task: Task) -> float | None:
+    goal = _goal_of(task)
+    return goal.wanted_n if goal else None
+
+
 def _diagnose(task: Task, trace: Trace) -> tuple[_Phase, CritiqueIssue]:
     end = trace.steps[-1]
     if trace.outcomes.diverged[0]:
@@ -87,11 +103,11 @@ def _diagnose(task: Task, trace: Trace) -> tuple[_Phase, CritiqueIssue]:
         )
     if not trace.nearest.nearest:
         return "not_forward", _not_forward(trace) if trace.free else _held(task, trace)
-    if isinstance(task, ReachTask) or trace.hardest.force_n < TOUCH_N:
+    if _is_to_reach(task) or trace.hardest.force_n < TOUCH_N:
         return "never_reached", _never_reached(task, trace)
     if trace.best.progress - end.progress > _LOST and end.force_n < TOUCH_N:
         return "slipped", _slipped(trace)
-    wanted_n = task.goal.force_n if isinstance(task, TouchTask) else max(trace.required_n, _FIRM_N)
+    wanted_n = _wanted_n(task) or max(trace.required_n, _FIRM_N)
     if trace.sustained_n < wanted_n:
         return "no_force", _no_force(task, trace)
     return "wrong_way", _wrong_way(task, trace)
@@ -118,8 +134,8 @@ def _slipped(trace: Trace) -> CritiqueIssue:
 
 def _no_force(task: Task, trace: Trace) -> CritiqueIssue:
     enough = f", where {_n(trace.required_n)} would move it" if trace.required_n else ""
-    if isinstance(task, TouchTask):
-        enough = f", where {_n(task.goal.force_n)} is wanted"
+    if wanted_n := _wanted_n(task):
+        enough = f", where {_n(wanted_n)} is wanted"
     return CritiqueIssue(
         blame="coder",
         component="actuator_too_weak",
@@ -132,8 +148,8 @@ def _no_force(task: Task, trace: Trace) -> CritiqueIssue:
 def _wrong_way(task: Task, trace: Trace) -> CritiqueIssue:
     """Firm enough, but to no effect: the target does not move, or not as the job asks."""
     stands = f"nothing is gained after {_s(trace.best.time_s)}"
-    if isinstance(task, TouchTask):
-        by = "by its functional part" if task.goal.part == "functional_part" else "in one direction"
+    if isinstance(goal := _goal_of(task), Touch):
+        by = "by its functional part" if goal.part == "functional_part" else "in one direction"
         return CritiqueIssue(
             blame="designer",
             component="grip",
@@ -156,8 +172,8 @@ def _never_reached(task: Task, trace: Trace) -> CritiqueIssue:
     nearest = trace.nearest
     reach_m = max(step.reach_m for step in trace.steps)
     came, near_m = f"comes no nearer to {nearest.nearest} than {_mm(nearest.gap_m)}, at {_s(nearest.time_s)}", 0.0
-    if isinstance(task, ReachTask):
-        near_m = task.goal.within_m
+    if (goal := _goal_of(task)) and _is_to_reach(task):
+        near_m = goal.near_m
         came += f", where {_mm(near_m)} is near enough"
     far = f"it gets {_mm(reach_m)} from its root, and {nearest.nearest} is {_mm(trace.needed_m)} away"
     if reach_m < trace.needed_m - near_m:
@@ -177,7 +193,7 @@ def _held(task: Task, trace: Trace) -> CritiqueIssue:
     """Nothing to touch, and a root that is held: such a body gains only by bending, or by being freed."""
     travelled_m = max(step.travelled_m for step in trace.steps)
     moved = f"its root is held, and its centre of mass moves by no more than {_mm(travelled_m)}"
-    if isinstance(task, TravelTask) and task.base in ("any", "free"):
+    if (goal := _goal_of(task)) and goal.robot_travels and task.base in ("any", "free"):
         return CritiqueIssue(
             blame="integrator",
             component="placement",

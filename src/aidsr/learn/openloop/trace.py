@@ -16,8 +16,7 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import Motion, Motions, OpenLoopPolicy
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
-from aidsr.tasks import Variation, apply_to_simulation
-from aidsr.tasks.goal_tasks import MoveTask, ReachTask
+from aidsr.tasks import GoalTask, Variation, apply_to_simulation
 from aidsr.tasks.readings import FloatArray
 
 _ROBOT = "robot/"
@@ -145,10 +144,10 @@ class _Recorder:
         while part != self._root and not model.body_geomnum[part]:
             part = int(model.body_parentid[part])
         self._parts = [part] if model.body_geomnum[part] else np.flatnonzero(self._robot).tolist()
-        # a goal of reaching is about a point, all others are about bodies
-        self._points = {name: self._point(name) for name in targets if isinstance(scene.task, ReachTask)}
+        goal = scene.task.goal if isinstance(scene.task, GoalTask) else None
+        self._points = {name: self._point(name) for name in targets if goal and name in goal.points}
         bodies = {name: model.body(name).id for name in targets if name not in self._points}
-        if isinstance(scene.task, MoveTask):  # a body is moved by whatever it is fixed to
+        if goal and goal.moves_bodies:  # a body is moved by whatever it is fixed to
             bodies = {name: int(model.body_weldid[body]) or body for name, body in bodies.items()}
         self._targets = {body: name for name, first in bodies.items() for body in self._carried_by(first)}
         self._start = self._data.subtree_com[self._root].copy()

@@ -17,7 +17,7 @@ from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.tasks import BENCHMARK_VERSION, Level, Split, goal_task, load_task
-from aidsr.tasks.goal import GOAL_VERSION
+from aidsr.tasks.goals import GOAL_VERSION
 from aidsr.tasks.task import edit_environment
 
 

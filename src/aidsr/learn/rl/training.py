@@ -25,7 +25,7 @@ from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Variation
-from aidsr.tasks.goal import GOAL_VERSION
+from aidsr.tasks.goals import GOAL_VERSION
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO

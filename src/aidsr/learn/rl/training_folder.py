@@ -21,7 +21,7 @@ from aidsr.core.storage_errors import storage_errors
 from aidsr.learn.episodes.actions import GroupsFrom
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.tasks import Level
-from aidsr.tasks.goal import AnyGoal
+from aidsr.tasks.goals import AnyGoal
 
 Written = TypeVar("Written", bound=Artifact)
 

@@ -1,0 +1,177 @@
+"""The goal of following a path of straight lines."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import field_validator, model_validator
+
+from aidsr.core.errors import UserError
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.goal import COMING, MARGIN_M, NEAR_M, Goal, Wording, length_m
+from aidsr.tasks.goals.numbers import Finite, Positive, three_numbers
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.surroundings import Surroundings, unknown
+from aidsr.tasks.readings import BoolArray, FloatArray
+from aidsr.tasks.shaping import closeness
+from aidsr.tasks.task import Feature, TaskState
+
+_NEAR = 0.2
+"""Share of the progress for being at the path. Our choice: enough to lead there, and less than following it."""
+_MOST_POINTS = 400
+"""Of a path, as it is followed. Our choice: a distance to each is measured at every step."""
+_AHEAD = 2.0
+"""How many tolerances along the path one step may go on. Our choice: a faster one has not followed it, and a path that
+comes back near itself is not cut short."""
+
+
+class Follow(Goal):
+    """The functional part, or a body, goes along a path and stays near it."""
+
+    wording: ClassVar = Wording(
+        "goal/follow",
+        "A path is followed.",
+        "Two tenths for being at the path, the rest for the length followed.",
+        ((0.15, "at the path"), (0.6, "half of the path"), (1.0, "all of the path")),
+    )
+    kind: Literal["follow"]
+    target: str = ""
+    """Body that is to follow it, by its centre of mass; the functional part where none is named."""
+    path_m: tuple[tuple[Finite, ...], ...] = ()
+    """Corners of the path in world coordinates [m]."""
+    sites: tuple[str, ...] = ()
+    """Instead of them: sites of the environment, where they are at the start."""
+    within_m: Positive = 0.02
+    """How far beside the path still follows it [m]."""
+
+    @field_validator("path_m")
+    @classmethod
+    def _points(cls, value: tuple[tuple[float, ...], ...]) -> tuple[tuple[float, ...], ...]:
+        return tuple(three_numbers(point) for point in value)
+
+    @model_validator(mode="after")
+    def _a_path(self) -> Self:
+        if bool(self.path_m) and bool(self.sites):
+            raise ValueError("a path is given by path_m or by sites, not by both")
+        if max(len(self.path_m), len(self.sites)) < 2:
+            raise ValueError("a path needs two points or more: path_m, or sites of the environment")
+        if self.path_m and self._lengths_m.min() <= 0:
+            raise ValueError("path_m has the same point twice in a row; leave one out")
+        return self
+
+    def resolved(self, around: Surroundings) -> Self:
+        if self.target:
+            around.require_movable(self.target, "follow")
+        for name in self.sites:
+            if name not in around.sites:
+                raise unknown("site", name, "a path leads through sites of the environment", around.sites)
+        if self.sites:
+            path_m = tuple(around.sites[name] for name in self.sites)
+            return type(self).model_validate(self.model_dump() | {"path_m": path_m, "sites": ()})
+        if self._lengths_m.sum() / self._step_m > _MOST_POINTS:
+            raise UserError(
+                f"a path of {self._lengths_m.sum():.3g} m that is followed within {self.within_m:g} m is too long; "
+                "allow more beside it, or make it shorter"
+            )
+        return self
+
+    @property
+    def moves_bodies(self) -> bool:
+        return bool(self.target)
+
+    @property
+    def needs_contact(self) -> bool:
+        return bool(self.target)
+
+    @property
+    def longest_way(self) -> tuple[str, float]:
+        return self.target or "functional_part", float(self._lengths_m.sum())
+
+    @property
+    def _lengths_m(self) -> FloatArray:
+        return np.asarray(np.linalg.norm(np.diff(np.array(self.path_m), axis=0), axis=1))
+
+    @property
+    def _step_m(self) -> float:
+        return self.within_m / 2
+
+    @cached_property
+    def _line_m(self) -> FloatArray:
+        """Points along the path, at most half a tolerance apart, (m, 3) [m]."""
+        corners = np.array(self.path_m)
+        pieces = [
+            np.linspace(one, other, max(2, int(np.ceil(length / self._step_m)) + 1))[:-1]
+            for one, other, length in zip(corners, corners[1:], self._lengths_m, strict=False)
+        ]
+        return np.concatenate([*pieces, corners[-1:]])
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        tip = TaskSensor(name=f"{tag}_tip", quantity="position")
+        if not self.target:
+            return (tip,)
+        return (tip, TaskSensor(name=f"{tag}_position", quantity="target_center_of_mass", target=self.target))
+
+    @property
+    def features(self) -> tuple[Feature, ...]:
+        own = (
+            Feature("from the farthest point that was followed", "m", (-2, 2), "goal_tip", size=3),
+            Feature("from there to a point ahead", "m", (-1, 1), "(state)", size=3),
+            Feature("share of the path followed", "", (0, 1), "(state)"),
+        )
+        return (
+            (*own, Feature("functional part from the body", "m", (-2, 2), "goal_tip", size=3)) if self.target else own
+        )
+
+    def start(self, seen: Seen) -> TaskState:
+        """Nothing is followed until its first point is reached."""
+        return self.update(seen, {"index": np.full(seen.n, -1.0)})
+
+    def update(self, seen: Seen, state: TaskState) -> TaskState:
+        line, index = self._line_m, state["index"]
+        ahead = int(np.ceil(_AHEAD * self.within_m / self._step_m))
+        distance_m = length_m(self._follower_m(seen)[:, None] - line[None])
+        number = np.arange(len(line))[None]
+        last = np.where(index < 0, 0, index + ahead)[:, None]  # it begins at the first point
+        reached = (distance_m <= self.within_m) & (number > index[:, None]) & (number <= last)
+        farthest = np.where(reached, number, -1).max(axis=1)
+        return {"index": np.maximum(index, farthest).astype(float)}
+
+    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+        line, at = self._line_m, np.maximum(state["index"], 0).astype(int)
+        there = line[at]
+        ahead = line[np.minimum(at + round(2 * _AHEAD * self.within_m / self._step_m), len(line) - 1)]
+        share = np.maximum(state["index"], 0)[:, None] / (len(line) - 1)
+        columns = [self._follower_m(seen) - there, ahead - there, share]
+        return np.concatenate([*columns, seen["tip"] - seen["position"]] if self.target else columns, axis=1)
+
+    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+        line, index = self._line_m, state["index"]
+        followed = np.maximum(index, 0) / (len(line) - 1)
+        away_m = length_m(self._follower_m(seen) - line[np.maximum(index, 0).astype(int)])
+        done = _NEAR * closeness(away_m, within=self.within_m, margin=MARGIN_M) + (1.0 - _NEAR) * followed
+        if not self.target:
+            return np.asarray(done)
+        to_body_m = length_m(seen["tip"] - seen["position"])
+        near = np.maximum(closeness(to_body_m, within=NEAR_M, margin=MARGIN_M), followed)
+        return np.asarray(COMING * near + (1.0 - COMING) * done)
+
+    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+        """All of it was followed, and the end is where it is."""
+        at_end = length_m(self._follower_m(seen) - self._line_m[-1]) <= self.within_m
+        return np.asarray((state["index"] >= len(self._line_m) - 1) & at_end)
+
+    def _follower_m(self, seen: Seen) -> FloatArray:
+        return seen["position" if self.target else "tip"]
+
+    @property
+    def success_text(self) -> str:
+        who = (
+            f"The centre of mass of {self.target}" if self.target else "The point with which the functional part works"
+        )
+        corners = " to ".join("(" + ", ".join(f"{each:g}" for each in point) + ")" for point in self.path_m)
+        return (
+            f"{who} has gone from {corners} m, never more than {self.within_m:g} m beside the lines between, and is at "
+            "their end."
+        )

@@ -1,0 +1,240 @@
+"""The tasks that goals make of an environment; observed, rewarded and scored like any other.
+
+`goal_task` makes one of a goal and an environment, with everything that the goal names resolved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary
+from aidsr.core.errors import MjcfError, UserError
+from aidsr.sim.environment_summary import summarize_environment
+from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.goal import Goal, check_speed
+from aidsr.tasks.goals.limits import TOLERATED_S
+from aidsr.tasks.goals.reading import AnyGoal
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.stages import Stages
+from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.readings import BoolArray, FloatArray, Readings
+from aidsr.tasks.task import Criteria, Task, TaskState
+from aidsr.tasks.variation import Change, Variation
+
+_GOAL, _LIMIT = "goal", "limit"
+"""What the names of sensors begin with."""
+_BEYOND = "beyond_s"
+"""In the state: how long a limit has been passed, (n,) [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoalTask(Task):
+    """The task of a goal; made by `aidsr.tasks.goal_task`."""
+
+    goal: AnyGoal
+    mjcf: str
+    """The environment, or a scene in it."""
+    places: tuple[Change, ...] = ()
+    """Where its targets are put, before they are varied; none where they are not."""
+
+    def __post_init__(self) -> None:
+        # of a benchmark task these belong to the class; each goal has its own
+        goal = self.goal
+        fields = {
+            "name": goal.wording.task,
+            "base": goal.base,
+            "time_limit_s": goal.time_limit_s,
+            "hold_s": goal.hold_s,
+            "needs_contact": goal.needs_contact,
+            "needs_outline": any(limit.needs_outline for limit in goal.limits),
+            "required_names": goal.places,
+            "sensors": self._sensors(),
+            "features": goal.features,
+            "stages": goal.stage_words if isinstance(goal, Stages) else goal.wording.stages,
+            "policy_actuators": goal.mount.policy,
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def _sensors(self) -> tuple[TaskSensor, ...]:
+        of_limits = (
+            sensor for i, limit in enumerate(self.goal.limits, start=1) for sensor in limit.sensors(f"{_LIMIT}{i}")
+        )
+        return (*self.goal.sensors(_GOAL), *of_limits)
+
+    @property
+    def objective(self) -> str:
+        """See `Task`; a design for a goal has its objective in its user's words."""
+        return self.goal.wording.objective
+
+    @property
+    def criteria(self) -> Criteria:
+        goal = self.goal
+        against = " ".join(filter(None, [goal.violation_text, *(limit.sentence for limit in goal.limits)]))
+        success = goal.success_text
+        if goal.limits:
+            success += f" What counts against it has lasted for no more than {TOLERATED_S:g} s altogether."
+        return Criteria(
+            variation=self._variation_text(),
+            progress=goal.wording.progress,
+            success=success,
+            violation=against or "Nothing.",
+            failure=goal.failure_text,
+        )
+
+    def _variation_text(self) -> str:
+        goal = self.goal
+        ways = [f"{way:g} m along {axis}" for way, axis in zip(goal.vary_m, "xyz", strict=True) if way]
+        if not ways:
+            return "Nothing: each begins as described here."
+        *first, last = goal.places
+        what = f"{', '.join(first)} and {last}" if first else last
+        verb, each = ("are", "each ") if first else ("is", "")
+        where = "where they are" if first else "where it is"
+        return f"Where {what} {verb}: {each}up to {', '.join(ways)}, to either side of {where} described here."
+
+    def judging(self) -> dict[str, str]:
+        """See `Task`."""
+        facts = super().judging()
+        if self.goal.mount.drives:
+            facts["Who moves the mount"] = self.goal.mount.sentence
+        return facts
+
+    @property
+    def environment(self) -> str:
+        return self.mjcf
+
+    def sample_variation(self, rng: np.random.Generator) -> Variation:
+        shifts = rng.uniform(-1.0, 1.0, (len(self.places), 3)) * self.goal.vary_m
+        return Variation(
+            tuple(
+                replace(place, value=tuple(np.array(place.value) + shift))
+                for place, shift in zip(self.places, shifts, strict=True)
+            )
+        )
+
+    # --- an episode ---
+
+    def _seen(self, readings: Readings) -> Seen:
+        return Seen(readings, _GOAL, self.control_dt_s)
+
+    def reset_state(self, readings: Readings) -> TaskState:
+        return {
+            **self.goal.start(self._seen(readings)),
+            **({_BEYOND: np.zeros(readings.n)} if self.goal.limits else {}),
+        }
+
+    def script(self, readings: Readings) -> Mapping[str, FloatArray]:
+        return self.goal.mount.controls(readings.time_s)
+
+    def update_state(self, readings: Readings, state: TaskState) -> TaskState:
+        after = dict(self.goal.update(self._seen(readings), state))
+        if self.goal.limits:
+            passed = self._of_limits(readings) > 0.0
+            after[_BEYOND] = state[_BEYOND] + self.control_dt_s * passed
+        return after
+
+    def observe(self, readings: Readings, state: TaskState) -> FloatArray:
+        return self.goal.observe(self._seen(readings), state)
+
+    def progress(self, readings: Readings, state: TaskState) -> FloatArray:
+        return self.goal.progress(self._seen(readings), state)
+
+    def violation(self, readings: Readings) -> FloatArray:
+        return np.maximum(self.goal.violation(self._seen(readings)), self._of_limits(readings))
+
+    def _of_limits(self, readings: Readings) -> FloatArray:
+        """Return how badly the worst of the limits is passed, 0 to 1, (n,)."""
+        each = [
+            limit.violation(Seen(readings, f"{_LIMIT}{i}", self.control_dt_s))
+            for i, limit in enumerate(self.goal.limits, start=1)
+        ]
+        return np.max(each, axis=0) if each else np.zeros(readings.n)
+
+    def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
+        met = self.goal.is_met(self._seen(readings), state)
+        return met & (state[_BEYOND] <= TOLERATED_S + 1e-9) if self.goal.limits else met
+
+
+class EndingGoalTask(GoalTask):
+    """A goal that can be lost before its time is over."""
+
+    def is_failure(self, readings: Readings, state: TaskState) -> BoolArray:
+        return self.goal.is_lost(self._seen(readings), state)
+
+
+def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
+    """Return the task that a goal makes of an environment, or of a scene in it.
+
+    Raises:
+        UserError: The environment cannot be loaded, what the goal names is not there, or the goal cannot be met in it.
+    """
+    try:
+        summary = summarize_environment(mjcf, may_hold_robot=True)
+    except MjcfError as error:
+        raise UserError(f"cannot load the environment of the goal: {error}") from None
+    around = Surroundings(mjcf, summary)
+    found: AnyGoal = goal.resolved(around)
+    check_speed(found)
+    found.mount.check(around)
+    for limit in found.limits:
+        limit.check(around)
+    places = _places(found, summary) if any(found.vary_m) else ()
+    task = (EndingGoalTask if found.failure_text else GoalTask)(goal=found, mjcf=mjcf, places=places)
+    _check_sensors(task, summary)
+    return task
+
+
+def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
+    """Check that the environment has no sensor of a name that the goal needs.
+
+    Raises:
+        UserError: It has one, and no robot that the sensor could be for.
+    """
+    taken = [sensor.name for sensor in task.sensors if sensor.name in summary.sensors]
+    if taken and not any(body.name.startswith(ROBOT_PREFIX) for body in summary.bodies):
+        raise UserError(
+            f'the environment already has a sensor "{taken[0]}", which measures the goal; rename it in the environment'
+        )
+
+
+def _places(goal: Goal, summary: EnvironmentSummary) -> tuple[Change, ...]:
+    """Return what puts each target where it is: the outermost of the bodies that carry it.
+
+    Raises:
+        UserError: There is nothing to put elsewhere.
+    """
+    if not goal.places:
+        raise UserError("vary_m requires a target on a named body")
+    found = [_place(name, goal, summary) for name in goal.places]
+    return tuple({(each.field, each.name): each for each in found}.values())
+
+
+def _place(target: str, goal: Goal, summary: EnvironmentSummary) -> Change:
+    carriers = _carriers(target, goal, summary)
+    if carriers and not carriers[-1].name:
+        raise UserError("vary_m requires a target on a named body")
+    if not carriers:
+        (site,) = (site for site in summary.sites if site.name == target)
+        return Change("site_pos", target, site.position_m)
+    outermost = carriers[-1]
+    if outermost.free:
+        return Change("qpos", outermost.name, outermost.position_m, of_body=True)
+    return Change("body_pos", outermost.name, outermost.position_m)
+
+
+def _carriers(target: str, goal: Goal, summary: EnvironmentSummary) -> Sequence[BodySummary]:
+    """Return the body of a target and those that carry it, outermost last; none for a site of the world."""
+    bodies = {body.name: body for body in summary.bodies}
+    sites = {site.name: site.body for site in summary.sites} if goal.may_target_site else {}
+    name = sites.get(target, target)
+    found = []
+    while name in bodies and name != "world":
+        found.append(bodies[name])
+        # several bodies without a name cannot be distinguished: what carries them is left out
+        name = bodies[name].parent if name else "world"
+    return found

@@ -1,0 +1,162 @@
+"""What must not be done while a goal is pursued: one record for each kind of limit."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from aidsr.core.artifacts import Artifact
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.numbers import Positive
+from aidsr.tasks.goals.region import Region
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.readings import FloatArray
+from aidsr.tasks.shaping import excess
+
+ROBOT, PART = "robot", "functional_part"
+
+TOLERATED_S = 0.2
+"""How long a limit may be passed altogether in an episode that still succeeds. Our choice: a knock, not a habit."""
+_FULL_M = 0.02
+"""How deep in a forbidden region the violation is full. Our choice: a limb of this size is then in it as a whole."""
+
+
+class Limit(Artifact):
+    """What every kind of limit answers."""
+
+    @abstractmethod
+    def check(self, around: Surroundings) -> None:
+        """Refuse names that are not those of anything.
+
+        Raises:
+            UserError: One is not.
+        """
+
+    @property
+    def needs_outline(self) -> bool:
+        """Whether it is about the robot's whole surface."""
+        return False
+
+    @abstractmethod
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        """Return what measures it."""
+
+    @abstractmethod
+    def violation(self, seen: Seen) -> FloatArray:
+        """Return how badly it is passed, 0 to 1, (n,)."""
+
+    @property
+    @abstractmethod
+    def sentence(self) -> str:
+        """What passes it."""
+
+
+class KeepOut(Limit, Region):
+    """A region that the robot, or something else, keeps out of."""
+
+    kind: Literal["keep_out"]
+    what: str = ROBOT
+    """Who keeps out: "robot", all of it, "functional_part", or a body of the environment (its centre of mass)."""
+
+    def check(self, around: Surroundings, kind: str = "keep_out") -> None:
+        """See `Limit`."""
+        Region.check(self, around, kind)
+        if self.what not in (ROBOT, PART):
+            around.body(self.what, "keep_out")
+
+    @property
+    def needs_outline(self) -> bool:
+        """See `Limit`."""
+        return self.what == ROBOT
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        """See `Limit`."""
+        region = Region.sensors(self, tag)
+        if self.what == ROBOT:
+            return region
+        if self.what == PART:
+            return (*region, TaskSensor(name=f"{tag}_position", quantity="position"))
+        return (*region, TaskSensor(name=f"{tag}_position", quantity="target_center_of_mass", target=self.what))
+
+    def violation(self, seen: Seen) -> FloatArray:
+        """See `Limit`."""
+        if self.what == ROBOT:
+            body = seen.readings.body
+            deepest = (self.depth_m(body.center_m, self.middle_m(seen)) - body.radius_m).min(axis=1)
+        else:
+            deepest = self.depth_m(seen["position"][:, None], self.middle_m(seen))[:, 0]
+        return np.asarray(np.clip(-deepest / _FULL_M, 0.0, 1.0))
+
+    @property
+    def sentence(self) -> str:
+        """See `Limit`."""
+        who = {ROBOT: "Any part of the robot", PART: "The functional part"}.get(self.what, f"{self.what}")
+        return f"{who} in {self.words}."
+
+
+class SpeedLimit(Limit):
+    """Something does not move faster than it may."""
+
+    kind: Literal["speed"]
+    of: str = PART
+    """What: "functional_part", "robot", its centre of mass, or a body of the environment."""
+    at_most_m_s: Positive
+    """Mean speed between two control steps [m/s]."""
+
+    def check(self, around: Surroundings) -> None:
+        """See `Limit`."""
+        if self.of not in (ROBOT, PART):
+            around.require_movable(self.of, "speed")
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        """See `Limit`."""
+        name = f"{tag}_velocity"
+        if self.of == PART:
+            return (TaskSensor(name=name, quantity="linear_velocity"),)
+        if self.of == ROBOT:
+            return (TaskSensor(name=name, quantity="center_of_mass_velocity"),)
+        return (TaskSensor(name=name, quantity="target_velocity", target=self.of),)
+
+    def violation(self, seen: Seen) -> FloatArray:
+        """See `Limit`."""
+        return excess(seen.fastest_m_s("velocity"), self.at_most_m_s)
+
+    @property
+    def sentence(self) -> str:
+        """See `Limit`."""
+        what = {ROBOT: "the robot's centre of mass", PART: "the functional part"}.get(self.of, self.of)
+        return f"More than {self.at_most_m_s:g} m/s of {what}."
+
+
+class ForceLimit(Limit):
+    """A body is not pressed harder than it bears."""
+
+    kind: Literal["force"]
+    on: str
+    """Body of the environment."""
+    at_most_n: Positive
+    """Net force by the robot [N]."""
+
+    def check(self, around: Surroundings) -> None:
+        """See `Limit`."""
+        around.require_solid(self.on, "force")
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        """See `Limit`."""
+        return (TaskSensor(name=f"{tag}_force", quantity="contact_force", target=self.on),)
+
+    def violation(self, seen: Seen) -> FloatArray:
+        """See `Limit`."""
+        return excess(seen.peak_force_n("force"), self.at_most_n)
+
+    @property
+    def sentence(self) -> str:
+        """See `Limit`."""
+        return f"More than {self.at_most_n:g} N by the robot on {self.on}."
+
+
+AnyLimit = Annotated[KeepOut | SpeedLimit | ForceLimit, Field(discriminator="kind")]

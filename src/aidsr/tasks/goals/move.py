@@ -1,0 +1,197 @@
+"""Goals of moving a body, or the robot itself, a way."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import field_validator
+
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, NEAR_M, Goal, Wording, length_m, offset_sensor, unit
+from aidsr.tasks.goals.numbers import Positive, a_direction
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.readings import BoolArray, FloatArray
+from aidsr.tasks.shaping import closeness, share
+from aidsr.tasks.task import Feature, TaskState
+
+_UP = (0.0, 0.0, 1.0)
+
+
+class _MoveBody(Goal):
+    """What goals of moving a body share: its centre of mass goes a way along a straight line."""
+
+    wording: ClassVar = Wording(
+        "goal/move",
+        "A body is raised, or gets somewhere.",
+        "Three tenths for coming to the body, the rest for its way.",
+        ((0.25, "at the body"), (0.6, "half of the way"), (1.0, "all of the way")),
+    )
+
+    @property
+    @abstractmethod
+    def way(self) -> tuple[float, tuple[float, ...]]:
+        """How far [m], and where to in world axes."""
+
+    @property
+    def moves_bodies(self) -> bool:
+        return True
+
+    @property
+    def longest_way(self) -> tuple[str, float]:
+        return self.target, self.way[0]
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        return (
+            offset_sensor(tag, self.target, of_body=True),
+            TaskSensor(name=f"{tag}_position", quantity="target_center_of_mass", target=self.target),
+        )
+
+    @property
+    def features(self) -> tuple[Feature, ...]:
+        return (
+            Feature("functional part in the body's frame", "m", (-2, 2), "goal_offset", size=3),
+            Feature("its centre of mass, from the start on", "m", (-2, 2), "goal_position", size=3),
+        )
+
+    def start(self, seen: Seen) -> TaskState:
+        return {"start": seen["position"]}
+
+    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+        return np.concatenate([seen["offset"], seen["position"] - state["start"]], axis=1)
+
+    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+        moved = share(self._way_m(seen, state), self.way[0])
+        near = closeness(length_m(seen["offset"]), within=NEAR_M, margin=MARGIN_M)
+        # a body that moves has been reached, whichever part of the robot moves it
+        return COMING * np.maximum(near, moved) + DOING * moved
+
+    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+        return np.asarray(self._way_m(seen, state) >= self.way[0])
+
+    def _way_m(self, seen: Seen, state: TaskState) -> FloatArray:
+        return np.asarray((seen["position"] - state["start"]) @ unit(self.way[1]))
+
+
+class Lift(_MoveBody):
+    """A body's centre of mass is raised."""
+
+    kind: Literal["lift"]
+    target: str
+    """Body of the environment that can move."""
+    by_m: Positive = 0.05
+    """How high over where it stood at the start [m]."""
+
+    @property
+    def way(self) -> tuple[float, tuple[float, ...]]:
+        return self.by_m, _UP
+
+    def resolved(self, around: Surroundings) -> Self:
+        around.require_movable(self.target, "lift")
+        around.require_way(self.target, _UP, self.by_m)
+        return self
+
+    @property
+    def success_text(self) -> str:
+        return f"The centre of mass of {self.target} is at least {self.by_m:g} m higher than it was at the start."
+
+
+class Travel(_MoveBody):
+    """The centre of mass of a body, or of the robot where none is named, gets somewhere along a straight line."""
+
+    kind: Literal["travel"]
+    target: str = ""
+    """Body of the environment that is to be moved; the robot's own centre of mass where none is named."""
+    distance_m: Positive
+    """How far [m]."""
+    direction: tuple[float, ...] = (1.0, 0.0, 0.0)
+    """In world axes, of any length."""
+
+    @field_validator("direction")
+    @classmethod
+    def _somewhere(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        return a_direction(value)
+
+    @property
+    def way(self) -> tuple[float, tuple[float, ...]]:
+        return self.distance_m, self.direction
+
+    def resolved(self, around: Surroundings) -> Self:
+        if not self.target:
+            return RobotTravel.model_validate(self.model_dump())  # type: ignore[return-value]
+        around.require_movable(self.target, "travel")
+        around.require_way(self.target, self.direction, self.distance_m)
+        return self
+
+    @property
+    def success_text(self) -> str:
+        return self._text(f"The centre of mass of {self.target}")
+
+    def _text(self, what: str) -> str:
+        way = " ".join(f"{number:g}" for number in self.direction)
+        return f"{what} is at least {self.distance_m:g} m along {way} (world axes) from where it was at the start."
+
+
+class RobotTravel(Travel):
+    """The robot's own centre of mass gets somewhere; what `travel` without a target means."""
+
+    wording: ClassVar = Wording(
+        "goal/travel",
+        "The robot's centre of mass gets somewhere.",
+        "Distance travelled.",
+        ((0.1, "on its way"), (0.5, "half way"), (1.0, "all of the way")),
+    )
+
+    def resolved(self, around: Surroundings) -> Self:
+        del around
+        return self
+
+    @property
+    def needs_contact(self) -> bool:
+        return False
+
+    @property
+    def moves_bodies(self) -> bool:
+        return False
+
+    @property
+    def robot_travels(self) -> bool:
+        return True
+
+    @property
+    def longest_way(self) -> tuple[str, float]:
+        return "robot", self.distance_m
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        del tag
+        return (
+            TaskSensor(name="com_position", quantity="center_of_mass"),
+            TaskSensor(name="com_velocity", quantity="center_of_mass_velocity"),
+        )
+
+    @property
+    def features(self) -> tuple[Feature, ...]:
+        return (
+            Feature("centre of mass, from where it was at the start", "m", (-5, 5), "com_position", size=3),
+            Feature("its velocity", "m/s", (-2, 2), "com_velocity", size=3),
+            Feature("direction", "", (-1, 1), "(goal)", size=3),
+        )
+
+    def start(self, seen: Seen) -> TaskState:
+        return {"start": seen["com_position"]}
+
+    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+        direction = np.tile(unit(self.direction), (seen.n, 1))
+        return np.concatenate([seen["com_position"] - state["start"], seen["com_velocity"], direction], axis=1)
+
+    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+        return share(self._way_m(seen, state), self.distance_m)
+
+    def _way_m(self, seen: Seen, state: TaskState) -> FloatArray:
+        return np.asarray((seen["com_position"] - state["start"]) @ unit(self.direction))
+
+    @property
+    def success_text(self) -> str:
+        return self._text("The robot's centre of mass")

@@ -1,0 +1,142 @@
+"""A goal in a file: success measured in any environment, without a line of Python.
+
+    kind = "lift"
+    target = "lid"
+    by_m = 0.05
+
+docs/goals.md has every kind. `aidsr.tasks.goal_task` makes the task of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any, get_args
+
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
+
+from aidsr.core.arguments import check_type
+from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
+from aidsr.core.text_files import parse_toml, read_text_file
+from aidsr.tasks.goals.goal import Goal
+from aidsr.tasks.goals.limits import AnyLimit, Limit
+from aidsr.tasks.goals.stages import Stage, Stages
+
+AnyGoal = Annotated[Stage | Stages, Field(discriminator="kind")]
+
+
+def _by_word(kinds: tuple[type[BaseModel], ...]) -> dict[str, Any]:
+    return {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in kinds}
+
+
+KINDS: dict[str, type[Goal]] = _by_word((*get_args(get_args(Stage)[0]), Stages))
+"""Every kind of goal by its word."""
+_LIMITS: dict[str, type[Limit]] = _by_word(get_args(get_args(AnyLimit)[0]))
+
+_MAX_BYTES = 2**20
+
+
+def read_goal(path: str | Path) -> AnyGoal:
+    """Return the goal in a file.
+
+    Raises:
+        TypeError: The path is none.
+        UserError: There is no such file, or it is no goal.
+    """
+    check_type(path, (str, Path), "goal must be the path of a TOML file")
+    try:
+        text = read_text_file(Path(path), max_bytes=_MAX_BYTES)
+    except FileNotFoundError:
+        raise UserError(f"goal not found: {path}; give a TOML file as docs/goals.md shows") from None
+    except OSError as error:
+        raise UserError(f"cannot read {path} as TOML: {error.strerror}") from None
+    return parse_goal(text, str(path))
+
+
+def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
+    """Return the goal in a TOML text.
+
+    Args:
+        text: The TOML.
+        name: Of the goal, for messages.
+
+    Raises:
+        UserError: It is no goal.
+    """
+    try:
+        values = parse_toml(text)
+    except ValueError as error:
+        raise UserError(f"cannot read {name} as TOML: {error}") from None
+    _check_kind(values, KINDS, name)
+    for key, kinds in (("stages", {word: KINDS[word] for word in KINDS if word != "stages"}), ("limits", _LIMITS)):
+        parts = values.get(key)
+        for number, part in enumerate(parts if isinstance(parts, list) else [], start=1):
+            _check_kind(part, kinds, f"{name}: {key} {number}")
+    try:
+        goal: AnyGoal = TypeAdapter(AnyGoal).validate_python(values)
+    except ValidationError as error:
+        raise UserError(f"{name}: {_sentence(error, KINDS[values['kind']])}") from None
+    return goal
+
+
+def _check_kind(values: Any, kinds: dict[str, Any], name: str) -> None:
+    """Refuse a table without a known kind.
+
+    Raises:
+        UserError: It has none.
+    """
+    kind = values.get("kind") if isinstance(values, dict) else None
+    if isinstance(kind, str) and kind in kinds:
+        return
+    *first, last = (f'"{word}"' for word in kinds)
+    raise UserError(
+        f"{name} has {'no kind' if kind is None else f'an unknown kind {kind!r}'}"
+        + (_near(str(kind), kinds) if kind is not None else "")
+        + f"; use {', '.join(first)} or {last}"
+    )
+
+
+def _sentence(error: ValidationError, kind: type[Goal]) -> str:
+    """Return the first mistake in one sentence."""
+    # an unknown key is often the missing one
+    first = min(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
+    places = [str(part) for part in first["loc"][1:]]
+    record, shown = _record_at(kind, places)
+    place = ".".join(shown)
+    match first["type"]:
+        case "extra_forbidden":
+            keys = [key for key in record.model_fields if key not in ("kind", "by_s")]
+            return f'unknown key "{place}"{_near(shown[-1], keys)}; this kind has {", ".join(keys)}'
+        case "missing":
+            return f'missing key "{place}"; this kind of goal needs it'
+        case "value_error":
+            return (f"{place}: " if place else "") + str(first["ctx"]["error"])
+        case _:
+            what = first["msg"][:1].lower() + first["msg"][1:]
+            return f"{place}: {what}; found {first['input']!r}"
+
+
+def _record_at(kind: type[BaseModel], places: list[str]) -> tuple[type[BaseModel], list[str]]:
+    """Return the record in which a mistake is, and its place without the words that only tell kinds apart."""
+    record, shown = kind, list[str]()
+    for index, place in enumerate(places):
+        known = KINDS | _LIMITS
+        if index and places[index - 1].isdigit() and place in known:
+            record = known[place]
+            continue
+        field = record.model_fields.get(place)
+        if field is not None:
+            nested = [each for each in (field.annotation, *get_args(field.annotation)) if _is_record(each)]
+            record = nested[0] if nested and index + 1 < len(places) else record
+        shown.append(str(int(place) + 1) if place.isdigit() else place)
+    return record, shown
+
+
+def _is_record(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    near = closest_name(name, list(known))
+    return f' (did you mean "{near}"?)' if near else ""

@@ -1,0 +1,91 @@
+"""A region of space: a box along the world's axes, or a ball, about a point or about something that may move."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from pydantic import field_validator, model_validator
+
+from aidsr.core.artifacts import Artifact
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.numbers import Finite, Positive, three_numbers
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.readings import FloatArray
+
+
+class Region(Artifact):
+    """A box or a ball, and where its middle is."""
+
+    at: str = ""
+    """Site or body that its middle goes with; empty where `center_m` says where it is."""
+    center_m: tuple[Finite, ...] | None = None
+    """Its middle in world coordinates [m]."""
+    size_m: tuple[Positive, ...] | None = None
+    """Of a box: how long it is along x, y and z [m]."""
+    radius_m: Positive | None = None
+    """Of a ball [m]."""
+
+    @field_validator("center_m", "size_m")
+    @classmethod
+    def _three(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        return value if value is None else three_numbers(value)
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Self:
+        if (self.center_m is None) == (not self.at):
+            raise ValueError("a region requires either `center_m`, a point, or `at`, a site or a body")
+        if (self.size_m is None) == (self.radius_m is None):
+            raise ValueError("a region requires either `size_m`, of a box, or `radius_m`, of a ball")
+        return self
+
+    def check(self, around: Surroundings, kind: str) -> None:
+        """Refuse a region about something that does not exist.
+
+        Raises:
+            UserError: It does not.
+        """
+        if self.at:
+            around.require_place(self.at, kind)
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        """Return what measures where its middle is."""
+        return (TaskSensor(name=f"{tag}_region", quantity="target_position", target=self.at),) if self.at else ()
+
+    def middle_m(self, seen: Seen) -> FloatArray:
+        """Return where its middle is, (n, 3) [m]."""
+        return np.tile(self.center_m, (seen.n, 1)) if self.center_m is not None else seen["region"]
+
+    def outside_m(self, points_m: FloatArray, middle_m: FloatArray) -> FloatArray:
+        """Return how far points are outside, 0 inside.
+
+        Args:
+            points_m: (n, k, 3) [m].
+            middle_m: (n, 3) [m].
+
+        Returns:
+            (n, k) [m].
+        """
+        return np.maximum(self.depth_m(points_m, middle_m), 0.0)
+
+    def depth_m(self, points_m: FloatArray, middle_m: FloatArray) -> FloatArray:
+        """Return distances of points from its surface, negative inside, (n, k, 3) and (n, 3) -> (n, k) [m]."""
+        away = points_m - middle_m[:, None]
+        if self.size_m is None:
+            assert self.radius_m is not None
+            return np.asarray(np.linalg.norm(away, axis=-1) - self.radius_m)
+        beyond = np.abs(away) - np.array(self.size_m) / 2
+        outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+        return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0))
+
+    @property
+    def words(self) -> str:
+        """What and where it is, as the end of a sentence."""
+        shape = (
+            f"the ball of radius {self.radius_m:g} m"
+            if self.size_m is None
+            else "the box of " + " x ".join(f"{length:g}" for length in self.size_m) + " m"
+        )
+        where = self.at if self.center_m is None else "(" + ", ".join(f"{each:g}" for each in self.center_m) + ") m"
+        return f"{shape} about {where}"

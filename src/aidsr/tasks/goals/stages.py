@@ -1,0 +1,207 @@
+"""Goals in an order: each is met before the next counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.bring import Bring
+from aidsr.tasks.goals.follow import Follow
+from aidsr.tasks.goals.goal import Goal, Wording
+from aidsr.tasks.goals.move import Lift, Travel
+from aidsr.tasks.goals.reach import Pose, Reach
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.surroundings import Surroundings
+from aidsr.tasks.goals.touch import Touch
+from aidsr.tasks.goals.turn import Turn
+from aidsr.tasks.readings import BoolArray, FloatArray
+from aidsr.tasks.task import Feature, TaskState
+
+_OF_THE_WHOLE = ("time_limit_s", "base", "mount", "vary_m", "limits")
+
+Stage = Annotated[Reach | Pose | Lift | Travel | Touch | Turn | Bring | Follow, Field(discriminator="kind")]
+
+
+class Stages(Goal):
+    """Several goals, one after the other; the last is held as the whole asks."""
+
+    kind: Literal["stages"]
+    stages: Annotated[tuple[Stage, ...], Field(min_length=2)]
+    """In their order."""
+
+    wording: ClassVar = Wording(
+        "goal/stages", "Goals are met in an order.", "Stages met, and how far the present one is.", ()
+    )
+
+    @field_validator("stages", mode="before")
+    @classmethod
+    def _of_a_stage(cls, value: Any) -> Any:
+        """What is said of one stage belongs to it; it need not be held unless it says so."""
+        if not isinstance(value, list | tuple):
+            return value
+        stages = []
+        for stage in value:
+            if not isinstance(stage, dict):
+                stages.append(stage)
+                continue
+            if misplaced := [key for key in _OF_THE_WHOLE if key in stage and not _is_default(key, stage[key])]:
+                raise ValueError(
+                    f"{misplaced[0]} belongs to the whole goal, not to a stage; write it before [[stages]]"
+                )
+            stages.append({"hold_s": 0.0, **stage})
+        return tuple(stages)
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        times = [stage.by_s for stage in self.stages if stage.by_s is not None]
+        if times != sorted(times):
+            raise ValueError("by_s must rise from stage to stage")
+        return self
+
+    def resolved(self, around: Surroundings) -> Self:
+        return self.model_copy(update={"stages": tuple(stage.resolved(around) for stage in self.stages)})
+
+    def _parts(self, seen: Seen) -> Iterator[tuple[int, Goal, Seen]]:
+        for index, stage in enumerate(self.stages):
+            yield index, stage, Seen(seen.readings, _tag(seen.tag, index), seen.dt_s)
+
+    @property
+    def needs_contact(self) -> bool:
+        return any(stage.needs_contact for stage in self.stages)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        return _all(stage.places for stage in self.stages)
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        return tuple(name for name in _all(stage.points for stage in self.stages) if name not in self.bodies)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        return _all(stage.bodies for stage in self.stages)
+
+    @property
+    def moves_bodies(self) -> bool:
+        return any(stage.moves_bodies for stage in self.stages)
+
+    @property
+    def may_target_site(self) -> bool:
+        return any(stage.may_target_site for stage in self.stages)
+
+    @property
+    def near_m(self) -> float:
+        return max(stage.near_m for stage in self.stages)
+
+    @property
+    def robot_travels(self) -> bool:
+        return any(stage.robot_travels for stage in self.stages)
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        found = (sensor for i, stage in enumerate(self.stages) for sensor in stage.sensors(_tag(tag, i)))
+        return tuple({sensor.name: sensor for sensor in found}.values())
+
+    @property
+    def features(self) -> tuple[Feature, ...]:
+        now = Feature("which stage it is, 1 for the present one", "", (0, 1), "(state)", size=len(self.stages))
+        return (now, *(feature for stage in self.stages for feature in stage.features))
+
+    def start(self, seen: Seen) -> TaskState:
+        state: dict[str, FloatArray] = {"stage": np.zeros(seen.n), "held_s": np.zeros(seen.n)}
+        for index, stage, own in self._parts(seen):
+            state |= {f"{index}/{key}": value for key, value in stage.start(own).items()}
+        return state
+
+    def update(self, seen: Seen, state: TaskState) -> TaskState:
+        now, held_s, after = state["stage"], state["held_s"], dict(state)
+        advance = np.zeros(seen.n, dtype=np.bool_)
+        for index, stage, own in self._parts(seen):
+            present = now == index
+            mine = _own(state, index)
+            for key, value in stage.update(own, mine).items():
+                old = mine[key]
+                keep = present.reshape(-1, *[1] * (old.ndim - 1))
+                after[f"{index}/{key}"] = np.where(keep, value, old)
+            met = present & stage.is_met(own, _own(after, index))
+            if index == len(self.stages) - 1:
+                break  # the whole is held as the whole asks
+            held_s = np.where(present, np.where(met, held_s + seen.dt_s, 0.0), held_s)
+            advance |= met & (held_s > max(0.0, stage.hold_s - seen.dt_s / 2))
+        after["stage"] = now + advance
+        after["held_s"] = np.where(advance, 0.0, held_s)
+        return after
+
+    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+        now = (state["stage"][:, None] == np.arange(len(self.stages))).astype(float)
+        parts = [stage.observe(own, _own(state, index)) for index, stage, own in self._parts(seen)]
+        return np.concatenate([now, *parts], axis=1)
+
+    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+        return np.asarray((state["stage"] + self._of_present(seen, state)) / len(self.stages))
+
+    def _of_present(self, seen: Seen, state: TaskState) -> FloatArray:
+        each = [stage.progress(own, _own(state, index)) for index, stage, own in self._parts(seen)]
+        return np.asarray(np.choose(state["stage"].astype(int), each))
+
+    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+        *_, (last, stage, own) = self._parts(seen)
+        return np.asarray((state["stage"] == last) & stage.is_met(own, _own(state, last)))
+
+    def violation(self, seen: Seen) -> FloatArray:
+        return np.asarray(np.max([stage.violation(own) for _, stage, own in self._parts(seen)], axis=0))
+
+    def is_lost(self, seen: Seen, state: TaskState) -> BoolArray:
+        by_s = np.array([np.inf if stage.by_s is None else stage.by_s for stage in self.stages])
+        return np.asarray(seen.readings.time_s > by_s[state["stage"].astype(int)])
+
+    @property
+    def success_text(self) -> str:
+        told = []
+        for number, stage in enumerate(self.stages, start=1):
+            held = f" Held for {stage.hold_s:g} s." if stage.hold_s and number < len(self.stages) else ""
+            told.append(f"({number}) {stage.success_text}{held}")
+        return "In this order: " + " ".join(told)
+
+    @property
+    def violation_text(self) -> str:
+        return " ".join(text for stage in self.stages if (text := stage.violation_text))
+
+    @property
+    def failure_text(self) -> str:
+        late = [
+            f"stage {number} is not over after {stage.by_s:g} s"
+            for number, stage in enumerate(self.stages, start=1)
+            if stage.by_s is not None
+        ]
+        return f"{', or '.join(late).capitalize()}." if late else ""
+
+    @property
+    def stage_words(self) -> tuple[tuple[float, str], ...]:
+        """What is reached at which progress."""
+        count = len(self.stages)
+        return tuple((number / count, f"stage {number} of {count} over") for number in range(1, count + 1))
+
+
+def _is_default(key: str, value: Any) -> bool:
+    """A stage that was written by this program has all keys."""
+    default = Goal.model_fields[key].default
+    if hasattr(default, "model_dump"):
+        default = default.model_dump()
+    return bool(value == default or value == list(default) if isinstance(default, tuple) else value == default)
+
+
+def _tag(tag: str, index: int) -> str:
+    return f"{tag}{index + 1}"
+
+
+def _own(state: TaskState, index: int) -> dict[str, FloatArray]:
+    prefix = f"{index}/"
+    return {key.removeprefix(prefix): value for key, value in state.items() if key.startswith(prefix)}
+
+
+def _all(names: Iterator[tuple[str, ...]]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for each in names for name in each))

@@ -1,0 +1,137 @@
+"""The environment as a goal looks things up in it."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary, Vec3
+from aidsr.core.errors import UserError
+from aidsr.core.suggestions import closest_name
+from aidsr.sim.mechanism import JointFacts, Mechanism, farthest_m, read_mechanism
+from aidsr.sim.ownership import ROBOT_PREFIX
+
+_ROUNDING = 1.005
+"""How much farther may be wanted than joints were found to let something go. Our choice: that is found on a grid."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """An environment, or a scene in it, of which only the environment counts."""
+
+    mjcf: str
+    summary: EnvironmentSummary
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """Its joints and actuators, and where its bodies' centres of mass are."""
+        return read_mechanism(self.mjcf)
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of its bodies."""
+        return [body.name for body in self.summary.bodies if _is_environment(body.name)]
+
+    @property
+    def sites(self) -> dict[str, Vec3]:
+        """Where its sites are at the start [m]."""
+        return {site.name: site.position_m for site in self.summary.sites if _is_environment(site.name)}
+
+    def body(self, name: str, kind: str) -> BodySummary:
+        """Return a body.
+
+        Raises:
+            UserError: There is none of that name.
+        """
+        if name not in self.bodies:
+            raise unknown("target", name, f"a {kind} goal needs a body of the environment", self.bodies)
+        return next(body for body in self.summary.bodies if body.name == name)
+
+    def require_place(self, name: str, kind: str) -> None:
+        """Refuse what is neither a site nor a body.
+
+        Raises:
+            UserError: It is neither.
+        """
+        known = [*self.sites, *self.bodies]
+        if name not in known:
+            raise unknown("target", name, f"a {kind} goal needs a site or a body of the environment", known)
+
+    def require_movable(self, name: str, kind: str) -> None:
+        """Refuse a body that no joint can move.
+
+        Raises:
+            UserError: None can, or there is no such body.
+        """
+        if not self.body(name, kind).movable:
+            raise UserError(
+                f'the body "{name}" cannot move: no joint carries it, or it turns about its own centre of mass, the '
+                "point whose way is measured; name a body that can, such as a part of it beside the axis"
+            )
+
+    def require_way(self, name: str, direction: tuple[float, ...], wanted_m: float) -> None:
+        """Refuse a way that the joints of a body do not let it go.
+
+        Raises:
+            UserError: They do not.
+        """
+        most_m = farthest_m(self.mjcf, name, direction)
+        if wanted_m > most_m * _ROUNDING + 1e-6:
+            along = "up" if direction == (0.0, 0.0, 1.0) else "along " + " ".join(f"{each:g}" for each in direction)
+            joints = ", ".join(joint.name or "one without a name" for joint in self.mechanism.carrying(name))
+            raise UserError(
+                f'"{name}" cannot get {wanted_m:g} m {along}: its joints ({joints}) let its centre of mass go at most '
+                f"{most_m:.3g} m that way; ask for less, or name another target or direction"
+            )
+
+    def require_solid(self, name: str, kind: str) -> None:
+        """Refuse a body without anything to touch, on it and on what it carries.
+
+        Raises:
+            UserError: It has nothing.
+        """
+        self.body(name, kind)
+        carried = {name}
+        for body in self.summary.bodies:  # parents come first
+            carried |= {body.name} if body.parent in carried and body.name else set()
+        if not any(geom.solid for body in self.summary.bodies if body.name in carried for geom in body.geoms):
+            raise UserError(f'"{name}" cannot be touched: it has no solid shape (contype and conaffinity are 0)')
+
+    def matching(self, patterns: Sequence[str], kind: str) -> tuple[str, ...]:
+        """Return the bodies that names and patterns such as "pellet_*" stand for, each once.
+
+        Raises:
+            UserError: One stands for none.
+        """
+        found: list[str] = []
+        for pattern in patterns:
+            names = fnmatch.filter(self.bodies, pattern)
+            if not names:
+                raise unknown("target", pattern, f"a {kind} goal needs bodies of the environment", self.bodies)
+            found += names
+        return tuple(dict.fromkeys(found))
+
+    def joint(self, name: str) -> JointFacts:
+        """Return a joint.
+
+        Raises:
+            UserError: There is none of that name.
+        """
+        joints = {joint.name: joint for joint in self.mechanism.joints if _is_environment(joint.name)}
+        if name not in joints:
+            raise unknown("joint", name, "a turn goal needs a hinge of the environment", list(joints))
+        return joints[name]
+
+
+def unknown(what: str, name: str, needs: str, known: Iterable[str]) -> UserError:
+    """Return the error for a name that stands for nothing."""
+    known = list(known)
+    near = closest_name(name, known)
+    hint = f'; did you mean "{near}"?' if near else f"; it has {', '.join(known) or 'none'}"
+    return UserError(f'unknown {what} "{name}": {needs}{hint}')
+
+
+def _is_environment(name: str) -> bool:
+    return bool(name) and name != "world" and not name.startswith(ROBOT_PREFIX)

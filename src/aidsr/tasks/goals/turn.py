@@ -1,0 +1,127 @@
+"""The goal of turning a joint of the environment by an angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from aidsr.core.errors import UserError
+from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor
+from aidsr.tasks.goals.numbers import Finite
+from aidsr.tasks.goals.seen import Seen
+from aidsr.tasks.goals.surroundings import Surroundings, unknown
+from aidsr.tasks.readings import BoolArray, FloatArray
+from aidsr.tasks.shaping import closeness, share
+from aidsr.tasks.task import Feature, TaskState
+
+_ROUNDING_DEG = 0.01
+"""Our choice: MJCF is written with six digits."""
+
+
+class Turn(Goal):
+    """A hinge is turned from where it is at the start."""
+
+    wording: ClassVar = Wording(
+        "goal/turn",
+        "A joint is turned.",
+        "Three tenths for coming to what turns, the rest for the angle.",
+        ((0.25, "at what turns"), (0.6, "half of the angle"), (1.0, "all of the angle")),
+    )
+    kind: Literal["turn"]
+    joint: str
+    """Hinge of the environment."""
+    by_deg: Finite
+    """By how much, and which way: positive about the joint's axis by the right hand, negative against it [deg]."""
+    within_deg: Annotated[float, Field(gt=0, le=180)] | None = None
+    """How far beyond or short of it counts [deg]; without it, all that is at least `by_deg` does."""
+    target: str = ""
+    """Body that the robot is to come to, such as a handle; the one that the joint moves where none is named."""
+
+    @field_validator("by_deg")
+    @classmethod
+    def _somewhere(cls, value: float) -> float:
+        if not value:
+            raise ValueError("by_deg must not be 0; use a positive or a negative angle")
+        return value
+
+    def resolved(self, around: Surroundings) -> Self:
+        joint = around.joint(self.joint)
+        if joint.kind != "hinge":
+            raise UserError(
+                f'the joint "{self.joint}" is a {joint.kind}, which has no angle to turn; use a travel goal for a slide'
+            )
+        end = joint.high if self.by_deg > 0 else joint.low
+        if end is not None:
+            way_deg = abs(math.degrees(end - joint.now))
+            least_deg = abs(self.by_deg) - (self.within_deg or 0.0)
+            if least_deg > way_deg + _ROUNDING_DEG:
+                raise UserError(
+                    f'the joint "{self.joint}" cannot be turned by {self.by_deg:g} deg: its range ends after '
+                    f"{way_deg:.3g} deg that way; ask for less, turn it the other way, or give it a wider range"
+                )
+        target = self.target or joint.body
+        if not target:
+            raise UserError(f'the joint "{self.joint}" moves a body without a name; name that body')
+        around.require_solid(target, "turn")
+        if joint.name not in (each.name for each in around.mechanism.carrying(target)):
+            turned = [name for name in around.bodies if joint in around.mechanism.carrying(name)]
+            raise unknown("target", target, f'the joint "{self.joint}" must carry it', turned)
+        return self.model_copy(update={"target": target})
+
+    @property
+    def moves_bodies(self) -> bool:
+        return True
+
+    def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
+        return (
+            offset_sensor(tag, self.target, of_body=True),
+            TaskSensor(name=f"{tag}_gap", quantity="distance", target=self.target),
+            TaskSensor(name=f"{tag}_angle", quantity="joint_position", target=self.joint),
+        )
+
+    @property
+    def features(self) -> tuple[Feature, ...]:
+        return (
+            Feature("functional part in the body's frame", "m", (-2, 2), "goal_offset", size=3),
+            Feature("gap between the two", "m", (0, 1), "goal_gap"),
+            Feature("angle turned, 1 = as wanted", "", (-1, 2), "goal_angle"),
+        )
+
+    def start(self, seen: Seen) -> TaskState:
+        return {"start": seen["angle"]}
+
+    def observe(self, seen: Seen, state: TaskState) -> FloatArray:
+        return np.column_stack([seen["offset"], seen["gap"], self._turned_deg(seen, state) / abs(self.by_deg)])
+
+    def progress(self, seen: Seen, state: TaskState) -> FloatArray:
+        wanted, turned_deg = abs(self.by_deg), self._turned_deg(seen, state)
+        if self.within_deg is not None:  # what is turned too far is as far from it as what is not yet turned
+            turned_deg = wanted - np.maximum(np.abs(turned_deg - wanted) - self.within_deg, 0.0)
+        turned = share(turned_deg, wanted)
+        near = closeness(seen.scalar("gap"), margin=MARGIN_M)
+        return COMING * np.maximum(near, turned) + DOING * turned
+
+    def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
+        wanted, turned_deg = abs(self.by_deg), self._turned_deg(seen, state)
+        if self.within_deg is None:
+            return np.asarray(turned_deg >= wanted - _ROUNDING_DEG)
+        return np.asarray(np.abs(turned_deg - wanted) <= self.within_deg)
+
+    def _turned_deg(self, seen: Seen, state: TaskState) -> FloatArray:
+        """Return how far it has turned the wanted way, (n,) [deg]."""
+        turned = np.rad2deg(seen["angle"] - state["start"])[:, 0]
+        return np.asarray(turned * math.copysign(1.0, self.by_deg))
+
+    @property
+    def success_text(self) -> str:
+        way = "about" if self.by_deg > 0 else "against"
+        how = (
+            f"at least {abs(self.by_deg):g} deg"
+            if self.within_deg is None
+            else f"{abs(self.by_deg):g} deg, give or take {self.within_deg:g} deg,"
+        )
+        return f"The joint {self.joint} is turned {how} {way} its axis from where it was at the start."
