@@ -12,3 +12,5 @@ CHATTER_ERROR_G = 4.0
 """Root mean square acceleration while commands are constant, in standard gravity."""
 MAX_MASS_RATIO = 100.0
 """Heaviest body / median segment; beyond it contacts and joints of the light parts lose precision."""
+FEW_CABLES = 0.05
+"""Cables with a fault / all driven cables, up to which it is a warning: a hand of forty muscles works without one."""

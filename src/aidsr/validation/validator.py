@@ -13,9 +13,13 @@ from aidsr.core.artifacts import Fault, Robot, Scene, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.mjcf.read import text_of
 from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
 
 Mount = Literal["auto", "fixed", "free"]
 """How a robot alone stands while it is tested."""
+
+_LIMITS = Limits(wall_s=180.0, cpu_s=300.0)
+"""A body of a hundred muscles takes a minute and a half. Our choice: more could not be trained."""
 
 _CURES = {
     "time": "Use fewer bodies, fewer contacts, or a larger time step.",
@@ -67,7 +71,7 @@ def validate(
         return failed_report(error)
 
 
-@isolated
+@isolated(limits=_LIMITS)
 def examine(
     text: str,
     mount: Mount,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from aidsr.core.artifacts import Fault
 from aidsr.core.formatting import format_number
 from aidsr.validation.counterfactuals import (
@@ -54,6 +56,8 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
         return
     held = [row for row in robot.sound_tests if evidence.tests[row].kind in ("single", "released", "all")]
     whole = max((robot.effect_in(row) for row in held), default=0.0) < MIN_EFFECT
+    if whole and _travels(robot, held):
+        return
     least = MIN_EFFECT if whole else MIN_SINGLE_EFFECT
     weak = [index for index in measured_drives(robot) if robot.effect_of(index) < least]
     if not weak:
@@ -80,6 +84,14 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
             yield _mass_fault(robot, heavy, ratio, whole)
             return
     yield _strength_fault(robot, weak, tests, whole, least)
+
+
+def _travels(robot: RobotUnderTest, rows: Sequence[int]) -> bool:
+    """Whether a root with joints of its own goes elsewhere than in the reference, as on wheels that spin."""
+    roots = [root for root in robot.structure.roots if root in robot.structure.moving]
+    places_m = battery_of(robot).fields["xipos"][:, :, roots]
+    ways_m = np.linalg.norm(places_m[list(rows)] - places_m[0], axis=-1)
+    return bool(ways_m.max(initial=0.0) > MIN_EFFECT * robot.length_m)
 
 
 def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: bool) -> Fault:
@@ -196,8 +208,8 @@ def effect_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
 
 
 _LIMIT = (
-    f"largest effect of all tests whose command is held / the robot's length: at least {MIN_EFFECT:g}; a warning where "
-    f"one actuator stays below {MIN_SINGLE_EFFECT:g}"
+    f"largest effect of all tests whose command is held / the robot's length: at least {MIN_EFFECT:g}, or the same way "
+    f"of a root through the world; a warning where one actuator stays below {MIN_SINGLE_EFFECT:g}"
 )
 _CURE_STIFF = "Lower the joint stiffness, raise the tendon force, or move the tendons away from the backbone."
 

@@ -111,10 +111,11 @@ class Overlap:
 def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
     """Yield the contacts of the robot in the drawn pose that are too deep."""
     bent = bent_pose(robot.model, robot.structure, _BENT_RAD)
+    ours = [geom for geom in robot.structure.geoms if _is_held_together(robot, geom)]
     for contact in robot.driven.start.contact:
         geoms = int(contact.geom1), int(contact.geom2)
         depth_m = -float(contact.dist)
-        if depth_m <= 0 or not any(geom in robot.structure.geoms for geom in geoms):
+        if depth_m <= 0 or not any(geom in ours for geom in geoms):
             continue
         thickness_m = min(_thickness_m(robot, geom) for geom in geoms)
         share, relative = depth_m / thickness_m, depth_m / robot.length_m
@@ -123,6 +124,13 @@ def overlaps(robot: RobotUnderTest) -> Iterator[Overlap]:
             lever_m = max(_lever_m(robot, data, geoms) for data in (robot.driven.start, bent))
             acts = outside or lever_m > _OVERLAP_LEVER * thickness_m
             yield Overlap(geoms, (robot.geom(geoms[0]), robot.geom(geoms[1])), depth_m, share, outside, acts)
+
+
+def _is_held_together(robot: RobotUnderTest, geom: int) -> bool:
+    """Whether a geom hangs from a root with something that moves: other fixed bodies are furniture of a scene."""
+    model, structure = robot.model, robot.structure
+    root = int(model.body_rootid[model.geom_bodyid[geom]])
+    return structure.is_scene or any(int(model.body_rootid[body]) == root for body in structure.moving)
 
 
 def _is_too_thick(share: float, relative: float) -> bool:

@@ -24,6 +24,7 @@ from aidsr.validation.rules.effect import (
     largest_effect_if,
     measured_drives,
 )
+from aidsr.validation.rules.passive import DROP_SHARE
 from aidsr.validation.signals import Signal
 
 LOCK_SHARE = 0.35
@@ -45,6 +46,7 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
     freed = robot.effects_if("without self-contact", without_self_contact(robot.structure), tests)
     locked = improved_drives(robot, weak, freed, 1 / LOCK_SHARE)
     if locked:
+        fallen = _has_fallen(robot)
         yield effect_fault(
             robot,
             SELF_COLLISION_LOCK,
@@ -52,9 +54,22 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
             freed,
             message="the robot's own contacts hold it",
             instead="where its parts may pass through each other",
-            likely_cause="segments overlap or touch before they can bend",
+            likely_cause="it has fallen on its own parts"
+            if fallen
+            else "segments overlap or touch before they can bend",
+            whole=not fallen,
             limit=LOCK_SHARE * largest_effect_if(robot, locked, freed),
         )
+
+
+def _has_fallen(robot: RobotUnderTest) -> bool:
+    """Whether a free root has sunk during settling, so that the robot lies in a pose that nobody drew."""
+    evidence = robot.driven
+    sunk_m = [
+        float(evidence.start.xpos[root, 2] - evidence.settle.fields["xpos"][0, -1, root, 2])
+        for root in robot.structure.free_roots
+    ]
+    return max(sunk_m, default=0.0) > DROP_SHARE * robot.length_m
 
 
 def _hindered(robot: RobotUnderTest) -> list[int]:
@@ -104,7 +119,7 @@ SELF_COLLISION_LOCK = Rule(
     "where an "
     "equality constraint closes a ring, only come to a stop.",
     limit="effect / effect without contacts between the robot's parts, for actuators that make parts touch: at least "
-    f"{LOCK_SHARE:g}",
+    f"{LOCK_SHARE:g}; a warning for a robot that has toppled and lies on its own parts",
     check=_find_self_collision_lock,
     unit=OF_LENGTH,
     cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.overlap import OVERLAP_NOTICED
 from aidsr.validation.consequences import COLLAPSE, NO_MOTION, SHAKING
 from aidsr.validation.curves import (
     MAX_CURVES,
@@ -34,10 +35,9 @@ WEIGHTLESS_SHARE = 0.5
 """Share of the sag that may remain without gravity for gravity to be the cause. Our choice."""
 PASSIVE_COLLAPSE_SHARE = 0.6
 """Deformation / L without gravity: springs are not at rest in the drawn pose. Our choice."""
-STANDING_SHARE = 0.1
-"""Distance from the ground in the drawn pose / L, below which a robot stands on it. Our choice."""
 DROP_SHARE = 0.3
-"""Fall of a root / L. Our choice."""
+"""Fall of a root / L: the whole of one that does not land, of another what is below it in the drawn pose, since what
+stands may topple. Our choice."""
 _LANDED_SPEED = 0.3
 """Speed of the root / sqrt(g L) below which a fall has ended. Our choice."""
 ENERGY_GROWTH_SHARE = 0.05
@@ -49,7 +49,10 @@ RINGING_SHARE = 0.02
 _SWING_SHARE = 0.35
 """Third largest way between reversals / the largest, from where it is a swing. Below a half, since the slowest
 pendulum is seen for less than three ways, of which the first and the last are cut off. Our choice."""
+_STRAINED_RAD = 0.02
+"""Angle beyond a joint's range in the drawn pose, from where its stop is a spring let go. Our choice."""
 _WITH_GRAVITY, _WEIGHTLESS = 0, 1
+_OF_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 _WINDOW = 3 / 8
 """Share of the settling phase in each window: 4.5 sqrt(L / g), longer than half a swing of the slowest pendulum."""
@@ -63,7 +66,8 @@ def _find_gravity_collapse(robot: RobotUnderTest) -> Iterator[Fault]:
     without, _ = _deformation(robot, _WEIGHTLESS)
     if sag <= COLLAPSE_WARNING or without > WEIGHTLESS_SHARE * sag:
         return
-    severe = sag > COLLAPSE_ERROR
+    # limbs that motors in their joints hold are limp when the motors are off, as those of an animal
+    severe = sag > COLLAPSE_ERROR and bool(robot.structure.tendon_actuators)
     yield GRAVITY_COLLAPSE.fault(
         severity="error" if severe else "warning",
         names=names,
@@ -125,7 +129,7 @@ GRAVITY_COLLAPSE = Rule(
     finds="The robot sags under its own weight with slack tendons.",
     why="Tendons that have to hold a limb up have nothing left to move it with.",
     limit=f"sag / the robot's length, of which at most {100 * WEIGHTLESS_SHARE:g} % remain without gravity: at most "
-    f"{COLLAPSE_ERROR:g}; a warning above {COLLAPSE_WARNING:g}",
+    f"{COLLAPSE_ERROR:g} where tendons drive the robot; a warning above {COLLAPSE_WARNING:g}",
     check=_find_gravity_collapse,
     unit="of the robot's length",
     cure="Raise the joint stiffness, make the limb lighter or shorter, or taper it towards the tip.",
@@ -145,16 +149,17 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
     if not down.any() or not robot.settled:
         return
     down /= np.linalg.norm(down)
+    held = set(_held_roots(robot))
     drops: dict[bool, list[_Drop]] = {}
     for root in robot.structure.roots:
-        if root not in robot.structure.moving:
+        if root not in robot.structure.moving or root in held:
             continue
         path = (evidence.settle.fields["xpos"][_WITH_GRAVITY, :, root] - evidence.start.xpos[root]) @ down
         if path[-1] > DROP_SHARE * robot.length_m:
             speed = float(evidence.settle.speed_m_s[_WITH_GRAVITY, -1, root])
             landed = speed < _LANDED_SPEED * math.sqrt(STANDARD_GRAVITY_M_S2 * robot.length_m)
-            if landed and _clearance_m(robot, root) < STANDING_SHARE * robot.length_m:
-                continue  # it stood on the ground and toppled, as a limp animal does
+            if landed and _clearance_m(robot, root) < DROP_SHARE * robot.length_m:
+                continue  # it stood on the ground or just above it and toppled, as a limp animal does
             first = int(np.argmax(path > DROP_SHARE * robot.length_m))
             found = _Drop(robot.body(root), float(path[-1]) / robot.length_m, (first + 1) * evidence.settle.frame_s)
             drops.setdefault(landed, []).append(found)
@@ -162,12 +167,23 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
         yield _drop_fault(robot, dropped, landed)
 
 
+def _held_roots(robot: RobotUnderTest) -> Iterator[int]:
+    """Roots that something else than the ground holds: motors of their own joints, or a string to another root."""
+    model = robot.model
+    for actuator in robot.structure.actuators:
+        if int(model.actuator_trntype[actuator]) == _OF_JOINT:
+            yield int(model.jnt_bodyid[int(model.actuator_trnid[actuator, 0])])
+    for tendon in robot.structure.tendons:
+        if not tendon.actuators and tendon.spans > 1:
+            yield from tendon.bodies
+
+
 def _clearance_m(robot: RobotUnderTest, root: int) -> float:
     """Smallest distance in the drawn pose between what hangs from a root and what is around the robot [m].
 
-    Up to `STANDING_SHARE` L; that where nothing is near.
+    Up to `DROP_SHARE` L; that where nothing is near.
     """
-    model, reach_m = robot.model, STANDING_SHARE * robot.length_m
+    model, reach_m = robot.model, DROP_SHARE * robot.length_m
     ours = [geom for geom in robot.structure.geoms if int(model.body_rootid[model.geom_bodyid[geom]]) == root]
     around = sorted(set(range(model.ngeom)) - set(robot.structure.geoms))
     distances = (
@@ -246,8 +262,8 @@ BASE_NOT_ATTACHED = Rule(
     stage=Stage.PASSIVE,
     finds="The root of the robot drops before it lands.",
     why="It has a free or slide joint and starts above the ground, so it does not stand where it was put.",
-    limit=f"fall of a root with joints of its own / the robot's length: at most {DROP_SHARE:g}; one that starts within "
-    f"{STANDING_SHARE:g} L of the ground stands on it, and may topple",
+    limit=f"fall of a root with joints of its own / the robot's length: at most {DROP_SHARE:g}; one that starts nearer "
+    "than that to the ground may topple",
     check=_find_drops,
     unit="of the robot's length",
     cure=_CURE_FALL,
@@ -275,6 +291,8 @@ def _find_energy_growth(robot: RobotUnderTest) -> Iterator[Fault]:
     scale = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2 * robot.length_m
     if len(robot.structure.tendon_actuators) < model.nactuator or not robot.settled or scale <= 0:
         return
+    if _is_strained(robot):
+        return
     energy = evidence.settle.fields["energy"][_WITH_GRAVITY].sum(axis=-1)
     gain = (energy - energy[0]) / scale
     if gain.max() > limit:
@@ -287,6 +305,16 @@ def _find_energy_growth(robot: RobotUnderTest) -> Iterator[Fault]:
             likely_cause="the time step is too large for the stiffness",
             first_time_s=float(np.argmax(gain > limit) + 1) * evidence.settle.frame_s,
         )
+
+
+def _is_strained(robot: RobotUnderTest) -> bool:
+    """Whether limits or contacts hold energy in the drawn pose, which MuJoCo leaves out until it is set free."""
+    data, model = robot.drawn, robot.model
+    strained = data.efc_pos < -OVERLAP_NOTICED * robot.length_m
+    limits = data.efc_type == int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+    contacts = data.efc_type >= int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)
+    bent = limits & (data.efc_pos < -_STRAINED_RAD)
+    return bool(model.nv and (bent.any() or (contacts & strained).any()))
 
 
 def _find_negative_damping(robot: RobotUnderTest) -> Iterator[Fault]:
@@ -367,6 +395,7 @@ def _find_underdamped(robot: RobotUnderTest) -> Iterator[Fault]:
     ratio = decay / (math.pi * reversals)
     if ratio < DAMPING_RATIO:
         yield UNDERDAMPED.fault(
+            severity="error" if robot.structure.tendon_actuators else "warning",
             names=_owner_of_point(robot, point),
             measured=max(ratio, 0.0),
             limit=DAMPING_RATIO,
@@ -403,7 +432,8 @@ UNDERDAMPED = Rule(
     finds="The robot still swings after settling, with hardly any loss.",
     why="Every command starts a swing that outlasts it; soft materials damp far more.",
     limit=f"damping ratio of a swing of more than {RINGING_SHARE:g} of the robot's length at the end of settling: at "
-    f"least {DAMPING_RATIO:g}. What moves once, as a ring that rolls on, does not swing",
+    f"least {DAMPING_RATIO:g}. What moves once, as a ring that rolls on, does not swing. A warning where no "
+    "tendon drives the robot: pendulums are meant to swing",
     check=_find_underdamped,
     unit="damping ratio",
     cure="Give each joint damping of about 0.02 to 0.1 s times its stiffness.",

@@ -41,7 +41,7 @@ def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
 
 CTRLRANGE_MISSING = Rule(
     code="ctrlrange_missing",
-    stage=Stage.RANGES,
+    stage=Stage.SCOPE,
     finds="An actuator has no control range, or one written high to low, which MuJoCo drops without a word.",
     why="Without a range nobody knows how far a policy may command the actuator, and the tests do not either.",
     limit="actuators without low < high: 0",
@@ -49,7 +49,7 @@ CTRLRANGE_MISSING = Rule(
     unit="actuators",
     cure='Give each actuator ctrlrange="low high" in the unit of its command: N for a motor with gear 1, '
     "m of tendon length for a position servo.",
-    explains=NO_MOTION,
+    explains=(*NO_MOTION, "chatter", "limit_overrun"),
     example=Example(
         (
             (

@@ -15,6 +15,7 @@ from aidsr.sim.ownership import WRAP_SURFACES, tendon_wraps
 from aidsr.sim.structure import Chain, Tendon
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.thresholds import FEW_CABLES
 
 Array = NDArray[np.float64]
 
@@ -321,6 +322,9 @@ CABLE_SHARED = Rule(
     example=Example((('name="pull_back" tendon="back"', 'name="pull_back" tendon="front"'),)),
 )
 
+_PULLEY_SHARE = 0.25
+"""Moment arm about a joint / the cable's largest, below which the cable passes that axis and does not bend it: along a
+universal joint it lies in the plane of one axis and changes sides as the other turns. Our choice."""
 TURNED_SHARE = 0.1
 """Moment arm about a joint to the other side / the largest about it, that shows a cable on the wrong side of a pulley.
 Our choice."""
@@ -336,7 +340,7 @@ def _find_left_pulleys(robot: RobotUnderTest) -> Iterator[Fault]:
         arms = cables.arms_m[:, k]
         smaller = np.minimum(arms.max(axis=0), -arms.min(axis=0))
         largest = np.abs(arms).max(axis=0)
-        passed = np.flatnonzero(largest > _LEAST_LEVER * robot.length_m)
+        passed = np.flatnonzero(largest > max(_LEAST_LEVER * robot.length_m, _PULLEY_SHARE * largest.max(initial=0.0)))
         if not passed.size:
             continue
         worst = passed[np.argmax(smaller[passed] / largest[passed])]
@@ -348,6 +352,7 @@ def _find_left_pulleys(robot: RobotUnderTest) -> Iterator[Fault]:
         yield PULLEY_LEFT.fault(
             "the cable passes its pulley now on one side, now on the other",
             names=left,
+            severity="error" if len(left) > FEW_CABLES * len(cables.tendons) else "warning",
             measured=share,
             limit=TURNED_SHARE,
             whole=lever_m,
@@ -362,7 +367,8 @@ PULLEY_LEFT = Rule(
     finds="A cable leaves its pulley: it passes it on one side in one pose and on the other in another.",
     why="The same pull then bends the joint to the other side, from one moment to the next.",
     limit="moment arm about a joint to the other side in any of a straight and six bent poses / its largest: at most "
-    f"{TURNED_SHARE:g}; cables with a wrapping geom",
+    f"{TURNED_SHARE:g}; cables with a wrapping geom, joints about which they have a quarter of their largest moment "
+    "arm",
     check=_find_left_pulleys,
     unit="of the largest moment arm",
     cure="Give the wrapping geom a sidesite on the side where the cable shall run.",

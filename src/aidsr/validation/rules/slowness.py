@@ -58,11 +58,13 @@ def _find_slowness(robot: RobotUnderTest) -> Iterator[Fault]:
     for rule, instead, variant in variants:
         freed = robot.effects_if(instead, variant, tests)
         if held := improved_drives(robot, slow, freed, QUICKER):
+            whole = len(held) == len(measured_drives(robot))
             freed_mm = format_number(1000 * largest_effect_if(robot, held, freed) * robot.length_m)
             yield rule.fault(
                 f"still moving when a test of {format_number(_test_s(robot))} s ends; displacement by these actuators "
                 f"({freed_mm} mm {instead})",
                 names=(robot.actuator(robot.driven.drives[index].actuator) for index in held),
+                severity="error" if whole else "warning",
                 measured=robot.largest_effect(held),
                 limit=largest_effect_if(robot, held, freed) / QUICKER,
                 whole=robot.length_m,
@@ -89,7 +91,7 @@ def _test_s(robot: RobotUnderTest) -> float:
 
 _LIMIT = (
     f"displacement by an actuator that grows by more than {100 * STILL_MOVING:g} % in the last quarter of its test / "
-    f"the same {{}}: at least 1 / {QUICKER:g}"
+    f"the same {{}}: at least 1 / {QUICKER:g}; a warning where other actuators are quick"
 )
 _CONSEQUENCES = ("mass_ratio", "actuator_too_weak", "too_stiff", "no_effect", "sensor_constant")
 

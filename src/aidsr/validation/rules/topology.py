@@ -76,6 +76,11 @@ def _links(robot: RobotUnderTest) -> Iterator[tuple[int, int]]:
         ends = [_root_of(robot, body) for body in bodies]
         if len(ends) == 2 and all(end in roots for end in ends):
             yield ends[0], ends[1]
+    for tendon in robot.structure.tendons:
+        if tendon.actuators:
+            continue  # a cable along a limb of which a part was lost does not hold it; a string does
+        ends = list(dict.fromkeys(_root_of(robot, body) for body in tendon.bodies))
+        yield from ((one, other) for one, other in pairwise(ends) if one in roots and other in roots)
     fixed = [root for root in roots if root not in robot.structure.free_roots]
     for k, one in enumerate(fixed):
         for other in fixed[k + 1 :]:
@@ -166,6 +171,8 @@ def _gaps(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[
 def _gap_to_carrier(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:
     """The same for the gap between the limb's first segment and the part that it hangs from."""
     carrier = int(robot.model.body_parentid[chain.bodies[0]])
+    if not carrier:
+        return  # it hangs in the world, and what else stands there does not carry it
     gap = _gap_share(robot, data, chain, carrier, chain.bodies[0])
     if gap > CARRIER_GAP_SHARE:
         yield gap, chain.bodies[0], chain.spacing_m

@@ -13,6 +13,7 @@ from aidsr.sim.structure import Tendon
 from aidsr.validation.consequences import NO_MOTION
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.thresholds import FEW_CABLES
 
 _SIMPLE_GAINS = (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_AFFINE))
 _SLIDE, _FREE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_FREE)
@@ -107,6 +108,7 @@ def _find_tendon_no_moment(robot: RobotUnderTest) -> Iterator[Fault]:
     if useless:
         largest, reach_m = max(shares[tendon.id] for tendon in useless)
         yield TENDON_NO_MOMENT.fault(
+            severity="error" if len(useless) > FEW_CABLES * len(driven) else "warning",
             names=tuple(robot.tendon(tendon.id) for tendon in useless),
             measured=largest,
             limit=MOMENT_SHARE,
