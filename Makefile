@@ -47,6 +47,7 @@ bench-rl: $(VENV)/dev  ## speed of stepping and learning, against Gymnasium envi
 
 bench-learning: $(VENV)/dev  ## what each training protocol reaches on the fixed suite (hours, resumable): HALF=aside STEPS=60000
 	$(BIN)/python -m benchmarks.learning.compare --steps $(or $(STEPS),60000) $(if $(HALF),--half $(HALF))
+	$(BIN)/python -m benchmarks.learning.probes
 	$(BIN)/python -m benchmarks.learning.report
 
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour, resumable): JOBS=2

@@ -1,12 +1,13 @@
-"""Train every scene of the suite with every protocol, and keep how success grows with computation.
+"""Train every scene of the suite in every way, and keep how success grows with computation.
 
-    python -m benchmarks.learning.compare --half decide --protocols paper best --steps 60000
+    python -m benchmarks.learning.compare --half decide --ways paper best --steps 60000
 
-Each training uses one thread. A curve has the state of its policy at some checkpoints: control steps, processor seconds
-and wall time spent so far, evaluations left out, and the share of 20 development variations, never trained on, that it
-wins without noise. In these evaluations an episode without progress for 8 s is counted as lost, which spares most of
-their time; the last one plays every episode to its end. Rows go to results.jsonl; the same command goes on with what
-is left, and several may share the file.
+The ways are the protocols, and `sb3`: PPO with the defaults of Stable-Baselines3, on eight simulations, as a user would
+write it; its last rollout may go beyond the budget. Each training uses one thread. A curve has the state of its policy
+at some checkpoints: control steps, processor seconds and wall time spent so far, evaluations left out, and the share of
+20 development variations, never trained on, that it wins without noise. In these evaluations an episode without
+progress for 8 s is counted as lost, which spares most of their time; the last one plays every episode to its end. Rows
+go to results.jsonl; the same command goes on with what is left, and several may share the file.
 """
 
 from __future__ import annotations
@@ -16,12 +17,17 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal, get_args
 
 import numpy as np
 import torch
 from benchmarks.learning.suite import Half, SuiteScene, suite
+from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.provenance import commit, processor
@@ -31,10 +37,12 @@ from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.callbacks import CurvePoint
 from aidsr.learn.rl.feedback_motion import FeedbackMotions
 from aidsr.learn.rl.motion_policy_search import IdlePolicy
-from aidsr.learn.rl.policy import TrainedPolicy, read_base_motion
-from aidsr.learn.rl.recipe import PROTOCOLS, Protocol, Recipe
+from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread, read_base_motion
+from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import DEVELOPMENT, train
-from aidsr.tasks import BENCHMARK_VERSION
+from aidsr.learn.rl.vector_env import BatchedVecEnv
+from aidsr.tasks import BENCHMARK_VERSION, Variation
+from aidsr.tasks.readings import FloatArray
 
 RESULTS = Path(__file__).with_name("results.jsonl")
 EPISODES = 20
@@ -43,6 +51,11 @@ _STALLED_S = 8.0
 """Longer than any wait in a won episode of the built-in policies; our choice."""
 _EVALUATIONS = 10
 """At most, over the budget."""
+_DEFAULT_SIMULATIONS = 8
+"""Of the way `sb3`, as in benchmarks/rl."""
+
+Way = Literal["sb3", "paper", "best"]
+WAYS: tuple[Way, ...] = get_args(Way)
 
 
 class Point(Artifact):
@@ -63,12 +76,13 @@ class Row(Artifact):
     task: str
     half: Half
     author: str
-    protocol: Protocol
+    protocol: Way
     seed: int
     steps: int
     """Budget of control steps."""
     curve: tuple[Point, ...]
-    recipe: Recipe
+    recipe: Recipe | None
+    """None for `sb3`."""
     benchmark_version: int
     commit: str
     processor: str
@@ -84,18 +98,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--half", choices=("decide", "aside"), help="both unless named")
     parser.add_argument("--scenes", nargs="+", help="names, all of the half unless given")
-    parser.add_argument("--protocols", nargs="+", choices=tuple(PROTOCOLS), default=tuple(PROTOCOLS))
+    parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
     parser.add_argument("--steps", type=int, default=60_000, help="budget of control steps a training")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--out", type=Path, default=RESULTS)
     asked = parser.parse_args()
     for seed in range(asked.seeds):
         for scene in suite(asked.half):
-            for protocol in asked.protocols:
+            for way in asked.ways:
                 if asked.scenes and scene.name not in asked.scenes:
                     continue
-                if not any(_same(row, scene, protocol, seed, asked.steps) for row in rows_of(asked.out)):
-                    _note(asked.out, learn(scene, protocol, seed, asked.steps))
+                if not any(_same(row, scene, way, seed, asked.steps) for row in rows_of(asked.out)):
+                    _note(asked.out, learn(scene, way, seed, asked.steps))
 
 
 def rows_of(path: Path) -> list[Row]:
@@ -104,8 +118,13 @@ def rows_of(path: Path) -> list[Row]:
     return [Row.model_validate_json(line) for line in lines]
 
 
-def _same(row: Row, scene: SuiteScene, protocol: Protocol, seed: int, steps: int) -> bool:
-    asked = (scene.name, protocol, seed, steps, PROTOCOLS[protocol], BENCHMARK_VERSION)
+def recipe_now(way: Way) -> Recipe | None:
+    """Return the present recipe of a way, None for `sb3`."""
+    return None if way == "sb3" else PROTOCOLS[way]
+
+
+def _same(row: Row, scene: SuiteScene, way: Way, seed: int, steps: int) -> bool:
+    asked = (scene.name, way, seed, steps, recipe_now(way), BENCHMARK_VERSION)
     return (row.scene, row.protocol, row.seed, row.steps, row.recipe, row.benchmark_version) == asked
 
 
@@ -120,22 +139,25 @@ def _note(path: Path, row: Row) -> None:
     sys.stdout.flush()
 
 
-def learn(asked: SuiteScene, protocol: Protocol, seed: int, steps: int) -> Row:
+def learn(asked: SuiteScene, way: Way, seed: int, steps: int) -> Row:
     """Train one policy and return its curve."""
-    scene, recipe = asked.scene(), PROTOCOLS[protocol]
-    with TemporaryDirectory() as home:
-        watch = _Watch(scene, recipe, Path(home, "training"), steps)
-        train(scene, watch.folder, steps=steps, seed=seed, recipe=recipe, threads=1, listen=watch.listen)
-        watch.finish()
+    scene, recipe = asked.scene(), recipe_now(way)
+    with TemporaryDirectory() as home, one_torch_thread():
+        if recipe is None:
+            curve = _learn_with_defaults(scene, seed, steps)
+        else:
+            watch = _Watch(scene, recipe, Path(home, "training"), steps)
+            train(scene, watch.folder, steps=steps, seed=seed, recipe=recipe, threads=1, listen=watch.listen)
+            curve = watch.finished()
     return Row(
         scene=asked.name,
         task=asked.task,
         half=asked.half,
         author=asked.author,
-        protocol=protocol,
+        protocol=way,
         seed=seed,
         steps=steps,
-        curve=tuple(watch.curve),
+        curve=tuple(curve),
         recipe=recipe,
         benchmark_version=BENCHMARK_VERSION,
         commit=commit(),
@@ -143,57 +165,108 @@ def learn(asked: SuiteScene, protocol: Protocol, seed: int, steps: int) -> Row:
     )
 
 
+class _Curve:
+    """Points of a training, evaluated with its clocks stopped."""
+
+    def __init__(self) -> None:
+        self.points = list[Point]()
+        self._processor_s, self._wall_s = -time.process_time(), -time.perf_counter()
+
+    @contextmanager
+    def stopped(self) -> Iterator[None]:
+        """Stop the clocks."""
+        now = time.process_time(), time.perf_counter()
+        yield
+        self._processor_s -= time.process_time() - now[0]
+        self._wall_s -= time.perf_counter() - now[1]
+
+    def add(self, steps: int, scene: TaskScene, policy: Policy, smoothing: float, stalled_s: float) -> None:
+        """Evaluate a policy; the clocks are stopped."""
+        spent = self._processor_s + time.process_time(), self._wall_s + time.perf_counter()
+        with self.stopped():
+            success, progress = success_of(scene, policy, smoothing, stalled_s)
+        processor_s, wall_s = (round(seconds, 2) for seconds in spent)
+        self.points.append(
+            Point(steps=steps, processor_s=processor_s, wall_s=wall_s, success=success, progress=progress)
+        )
+
+
 class _Watch:
-    """Evaluates the checkpoints of a training, with its clocks stopped."""
+    """Evaluates the checkpoints of a training."""
 
     def __init__(self, scene: TaskScene, recipe: Recipe, folder: Path, steps: int) -> None:
-        self.folder, self.curve = folder, list[Point]()
+        self.folder, self._curve = folder, _Curve()
         self._scene, self._recipe = scene, recipe
-        self._every, self._next, self._known = steps // _EVALUATIONS, 0, ""
-        self._processor_s, self._wall_s = -time.process_time(), -time.perf_counter()
-        self._steps = 0
+        self._every, self._next, self._steps = steps // _EVALUATIONS, 0, 0
 
     def listen(self, point: CurvePoint) -> None:
         """Evaluate the newest checkpoint, if there is one and the last was long ago."""
         self._steps = point.steps
         if point.steps >= self._next:
             self._next = point.steps + self._every
-            with self._stopped():
-                self._evaluate(_STALLED_S)
+            self._evaluate(_STALLED_S)
 
-    def finish(self) -> None:
-        """Evaluate the policy that is left."""
-        with self._stopped():
-            self._evaluate(np.inf)
-
-    @contextmanager
-    def _stopped(self) -> Iterator[None]:
-        now = time.process_time(), time.perf_counter()
-        yield
-        self._processor_s -= time.process_time() - now[0]
-        self._wall_s -= time.perf_counter() - now[1]
+    def finished(self) -> list[Point]:
+        """Return the curve, with the policy that is left at its end."""
+        self._evaluate(np.inf)
+        return self._curve.points
 
     @torch.random.fork_rng()  # loading a network draws numbers that training would draw
     def _evaluate(self, stalled_s: float) -> None:
-        spent = self._processor_s + time.process_time(), self._wall_s + time.perf_counter()
-        scene, k = self._scene, self._scene.actions.size
-        base = read_base_motion(self.folder, k)
-        if base is not None:
-            scene = scene.with_base(FeedbackMotions.of(base))
-        kept = [folder for folder in (self.folder, self.folder / "checkpoint") if (folder / "policy.zip").exists()]
-        if not kept and base is None:
-            return  # nothing is known yet
-        policy = TrainedPolicy.load(kept[0], self._recipe, k) if kept else IdlePolicy(k)
-        success, progress = success_of(scene, policy, self._recipe.smoothing, stalled_s)
-        self.curve.append(
-            Point(
-                steps=self._steps,
-                processor_s=round(spent[0], 2),
-                wall_s=round(spent[1], 2),
-                success=success,
-                progress=progress,
-            )
-        )
+        with self._curve.stopped():
+            scene, k = self._scene, self._scene.actions.size
+            base = read_base_motion(self.folder, k)
+            if base is not None:
+                scene = scene.with_base(FeedbackMotions.of(base))
+            kept = [folder for folder in (self.folder, self.folder / "checkpoint") if (folder / "policy.zip").exists()]
+            if not kept and base is None:
+                return  # nothing is known yet
+            policy = TrainedPolicy.load(kept[0], self._recipe, k) if kept else IdlePolicy(k)
+        self._curve.add(self._steps, scene, policy, self._recipe.smoothing, stalled_s)
+
+
+def _learn_with_defaults(scene: TaskScene, seed: int, steps: int) -> list[Point]:
+    """Train with the defaults of Stable-Baselines3 and return the curve."""
+    rng = np.random.default_rng(seed)
+
+    def sample() -> Variation:
+        return scene.task.variation("development", int(rng.integers(DEVELOPMENT)))
+
+    curve, variations = _Curve(), [sample() for _ in range(_DEFAULT_SIMULATIONS)]
+    env = BatchedVecEnv(Episodes(scene.model, scene.task, scene.actions, variations, threads=1), sample)
+    model = PPO("MlpPolicy", env, seed=seed, device="cpu")
+    watch = _EachUpdate(curve, scene, steps)
+    model.learn(steps, callback=watch)
+    curve.add(model.num_timesteps, scene, _Plain(model), 0.0, np.inf)
+    return curve.points
+
+
+@dataclass(frozen=True)
+class _Plain:
+    """A policy of Stable-Baselines3 without noise."""
+
+    model: PPO
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """See `Policy`."""
+        return np.asarray(self.model.predict(observation.astype(np.float32), deterministic=True)[0], dtype=np.float64)
+
+
+class _EachUpdate(BaseCallback):
+    """Evaluates what an update has made."""
+
+    def __init__(self, curve: _Curve, scene: TaskScene, steps: int) -> None:
+        super().__init__()
+        self._curve, self._scene = curve, scene
+        self._every = self._next = steps // _EVALUATIONS
+
+    def _on_rollout_start(self) -> None:
+        if self.num_timesteps >= self._next:
+            self._next = self.num_timesteps + self._every
+            self._curve.add(self.num_timesteps, self._scene, _Plain(self.model), 0.0, _STALLED_S)
+
+    def _on_step(self) -> bool:
+        return True
 
 
 def success_of(scene: TaskScene, policy: Policy, smoothing: float, stalled_s: float) -> tuple[float, float]:

@@ -6,18 +6,19 @@ python -m benchmarks.learning.report
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import fmean, median_high
 
-from benchmarks.learning.compare import EPISODES, RESULTS, Row, rows_of
+from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Row, recipe_now, rows_of
+from benchmarks.learning.probes import PROBES, VARIATIONS, Probe, probes_of
 from benchmarks.learning.suite import Half
-
-from aidsr.learn.rl.recipe import PROTOCOLS
 
 _WON = 0.5
 """Share of episodes from which a scene counts as successful. Source: the paper's binary rate."""
-_COLOURS = {"paper": "#9a5b13", "best": "#1f5fa8"}
+_MOSTLY = 3
+"""Variations of the probe's four from which a scene counts as one that can be won."""
+_COLOURS = {"sb3": "#888888", "paper": "#9a5b13", "best": "#1f5fa8"}
 
 
 def main() -> None:
@@ -26,7 +27,7 @@ def main() -> None:
     parser.add_argument("--rows", type=Path, default=RESULTS)
     rows = rows_of(parser.parse_args().rows)
     page = RESULTS.with_suffix(".md")
-    page.write_text(page_of(rows), encoding="utf-8")
+    page.write_text(page_of(rows, probes_of(PROBES)), encoding="utf-8")
     page.with_name("results-curves.svg").write_text(curves(rows), encoding="utf-8")
 
 
@@ -35,44 +36,65 @@ def reached_s(row: Row) -> float | None:
     return next((point.processor_s for point in row.curve if point.success >= _WON), None)
 
 
-def page_of(rows: Sequence[Row]) -> str:
-    """Return the page."""
+def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
+    """Return the page.
+
+    Args:
+        rows: Trainings; of the same one the last counts.
+        probes: By scene.
+    """
     lines = [
         "# What the protocols reach on the suite",
         "",
-        "Made by `python -m benchmarks.learning.compare` and `python -m benchmarks.learning.report`. Budget "
+        "Made by `python -m benchmarks.learning.compare`, `benchmarks.learning.probes` and "
+        "`benchmarks.learning.report`. `sb3` is PPO with the defaults of Stable-Baselines3. Budget "
         + ", ".join(sorted({f"{row.steps:,}" for row in rows}))
         + f" control steps a training, one thread; success in {EPISODES} development episodes that training never "
         "samples, without noise. Processor seconds, evaluations left out. A point of the curve counts an episode "
         "without progress for 8 s as lost; the last one does not. † An earlier recipe of the protocol; `compare` makes "
-        "these rows again.",
+        f"these rows again. Probe: of {VARIATIONS} variations, those that one open-loop motion wins, and those that "
+        "some motion wins.",
         "",
         "![success over processor seconds](results-curves.svg)",
     ]
     for half, title in (("decide", "Half to decide by"), ("aside", "Half set aside")):
-        lines += ["", f"## {title}", "", *_half(rows, half)]
+        lines += ["", f"## {title}", "", *_half(rows, probes, half)]
     return "\n".join(lines) + "\n"
 
 
-def _half(rows: Sequence[Row], half: Half) -> list[str]:
+def _half(rows: Sequence[Row], probes: Mapping[str, Probe], half: Half) -> list[str]:
     mine = {(row.scene, row.seed, row.protocol): row for row in rows if row.half == half}
     both = sorted({key[:2] for key in mine if (*key[:2], "paper") in mine and (*key[:2], "best") in mine})
+    titles = " | ".join(f"{way}: success (progress) | to 50 %" for way in WAYS)
     lines = [
-        "| scene | by | task | paper: success (progress) | to 50 % | best: success (progress) | to 50 % |",
-        "|---|---|---|---|---|---|---|",
+        f"| scene | by | task | probe: one motion, some motion | seed | {titles} |",
+        "|---" * (5 + 2 * len(WAYS)) + "|",
     ]
     for name, seed in both:
-        paper, best = mine[name, seed, "paper"], mine[name, seed, "best"]
-        cells = " | ".join(f"{_end(row)} | {_time(row)}" for row in (paper, best))
-        lines.append(f"| {name} | {paper.author} | {paper.task} | {cells} |")
-    for protocol in ("paper", "best"):
-        own = [mine[name, seed, protocol] for name, seed in both]
-        lines += ["", f"{protocol}: {_summary(own)}"]
-    return lines
+        row, probe = mine[name, seed, "paper"], probes.get(name)
+        probed = f"{probe.one_motion}, {probe.some_motion}" if probe else "-"
+        trained = [mine.get((name, seed, way)) for way in WAYS]
+        cells = " | ".join(f"{_end(each)} | {_time(each)}" if each else "- | -" for each in trained)
+        lines.append(f"| {name} | {row.author} | {row.task} | {probed} | {seed} | {cells} |")
+    for way in WAYS:
+        own = [mine[name, seed, way] for name, seed in both if (name, seed, way) in mine]
+        lines += ["", f"{way}: {_summary(own)}"]
+    return [*lines, "", _winnable([mine[name, seed, "best"] for name, seed in both], probes)]
+
+
+def _winnable(best: Sequence[Row], probes: Mapping[str, Probe]) -> str:
+    """Return how many trainings of `best` end at half of the episodes where the probe mostly wins."""
+    asked = [row for row in best if row.scene in probes and probes[row.scene].some_motion >= _MOSTLY]
+    failed = [row for row in asked if row.curve[-1].success < _WON]
+    told = f"; not {', '.join(sorted({row.scene for row in failed}))}" if failed else ""
+    return (
+        f"Where some motion wins for {_MOSTLY} of {VARIATIONS} variations or more, {len(asked) - len(failed)} of "
+        f"{len(asked)} trainings of `best` end at 50 % or more{told}."
+    )
 
 
 def _end(row: Row) -> str:
-    last, earlier = row.curve[-1], " †" * (row.recipe != PROTOCOLS[row.protocol])
+    last, earlier = row.curve[-1], " †" * (row.recipe != recipe_now(row.protocol))
     return f"{last.success:.0%} ({last.progress:.2f}) after {last.processor_s:.0f} s{earlier}"
 
 

@@ -4,11 +4,10 @@ import pytest
 
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-from benchmarks.learning.compare import Point, Row
+from benchmarks.learning.compare import Point, Row, learn, recipe_now
+from benchmarks.learning.probes import Probe
 from benchmarks.learning.report import curves, page_of, reached_s
 from benchmarks.learning.suite import suite
-
-from aidsr.learn.rl.recipe import PROTOCOLS
 
 SCENES = suite()
 
@@ -27,7 +26,7 @@ def row(scene, protocol, *successes, half="decide") -> Row:
         seed=0,
         steps=300,
         curve=points,
-        recipe=PROTOCOLS[protocol],
+        recipe=recipe_now(protocol),
         benchmark_version=4,
         commit="",
         processor="",
@@ -61,12 +60,24 @@ def test_the_page_counts_what_ends_at_half_of_the_episodes_and_when_that_was_rea
         row("one", "best", 0.2, 0.6, 0.4),
         row("two", "paper", 0.0, 0.0, 0.5),
         row("two", "best", 0.5, 0.9, 1.0),
+        row("two", "sb3", 0.0, 0.1),
         row("alone", "best", 1.0),
     ]
+    won = {"one_motion": 1, "progress": 1.0, "steps": 1, "benchmark_version": 4, "commit": ""}
+    probes = {name: Probe(scene=name, some_motion=3, **won) for name in ("one", "two", "alone")}
     assert [reached_s(each) for each in rows[:4]] == [None, 20.0, 30.0, 10.0]
-    page = page_of(rows)
-    assert "| one | built-in rules | grasping/simple_grasping | 45% (0.45) after 30 s | never | 40% (0.40)" in page
+    page = page_of(rows, probes)
+    named = "| one | built-in rules | grasping/simple_grasping | 1, 3 | 0 |"
+    assert f"{named} - | - | 45% (0.45) after 30 s | never | 40% (0.40)" in page
+    assert "sb3: 0 of 1 scenes" in page
+    assert "3 of 4 variations or more, 1 of 2 trainings of `best` end at 50 % or more; not one." in page
     assert "paper: 1 of 2 scenes end at 50 % or more (grasping 1 of 2)" in page
     assert "best: 1 of 2 scenes end at 50 % or more (grasping 1 of 2)" in page
     assert "alone" not in page  # there is nothing beside it
-    assert curves(rows).count("<polyline") == 5
+    assert curves(rows).count("<polyline") == 6
+
+
+@pytest.mark.slow
+def test_the_defaults_of_the_library_learn_beside_the_protocols():
+    made = learn(next(scene for scene in SCENES if scene.name == "zero-gripper"), "sb3", 0, 64)
+    assert (made.protocol, made.recipe, made.curve[-1].steps) == ("sb3", None, 8 * 2048)

@@ -23,7 +23,7 @@ from aidsr.learn.rl.training import train
 from aidsr.tasks import Feature, Variation
 from scenes import QuickPushing, small_learning
 
-STEPS = 6_000
+STEPS = 9_000
 SMALL = Recipe(simulations=8, rollout_steps=8, batch_size=32, epochs=2, hidden_sizes=(16, 16), search_share=0.7)
 
 
@@ -67,6 +67,14 @@ class NeverWon(TwoSided):
 
 
 @dataclass(frozen=True)
+class NearlyWon(NeverWon):
+    """But all that happens looks good."""
+
+    def progress(self, readings, state):
+        return 0.6 + 0.3 * super().progress(readings, state)
+
+
+@dataclass(frozen=True)
 class OneSided(TwoSided):
     """Only one of the two sides can be won."""
 
@@ -86,8 +94,8 @@ STEADY = FeedbackMotion(
 )
 
 
-def searched(seed=0, threads=1, **options):
-    scene, drawn = small_learning(TwoSided()), iter(range(10**6))
+def searched(task=TwoSided, seed=0, threads=1, **options):
+    scene, drawn = small_learning(task()), iter(range(10**6))
     return search_motion_policy(
         scene,
         lambda: scene.task.variation("development", next(drawn)),
@@ -181,6 +189,19 @@ def test_a_search_depends_on_its_seed_and_not_on_threads():
 
 def test_a_search_ends_when_it_is_told_to():
     assert searched(listen=lambda state: False).steps <= least_steps(small_learning(TwoSided())) + 8 * 25
+
+
+def test_a_search_that_neither_wins_nor_comes_far_ends_with_random_motions():
+    heard = []
+    assert not searched(NeverWon, listen=lambda state: heard.append(state) or True).is_worth_correcting
+    assert len(heard) == 1
+
+
+def test_a_search_that_comes_far_and_does_not_win_has_a_part_of_its_budget():
+    heard = []
+    assert not searched(NearlyWon, listen=lambda state: heard.append(state) or True).is_worth_correcting
+    assert len(heard) > 1
+    assert [state.steps >= 0.4 * STEPS for state in heard] == [False] * (len(heard) - 1) + [True]
 
 
 def test_a_training_ends_with_the_search_when_that_is_enough(trained):

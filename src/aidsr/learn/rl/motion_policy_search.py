@@ -51,9 +51,12 @@ _GAIN_SPREAD = 0.15
 """Of the gains: actions for each standard deviation of a feature."""
 _PATIENCE = 3
 """Generations without a better one, after which the search begins again about the best with half the spread."""
-_TRIAL = 2
-"""Generations after which a search that has never won one of the deciding variations ends: what a motion with feedback
-cannot do is left to PPO, with most of the budget."""
+_PROMISING, _TRIAL_SHARE = 0.5, 0.4
+"""A search ends where random motions win none of the deciding variations and come less far than the first number; and
+with the second part of its budget where it wins a smaller share of them than the first number. What a motion cannot do
+is left to PPO, with most of the budget."""
+_WORTH_CORRECTING = 0.25
+"""Share of the deciding variations from which a motion is a better beginning than none. Our choice, not tuned."""
 _LEAST_SPREAD = 0.25
 """Share of the usual spread, with which a search that finds nothing better ends: more of its budget is left to PPO."""
 
@@ -74,6 +77,11 @@ class SearchState:
     """Its mean best progress there."""
     reward: float
     """Mean of its returns there."""
+
+    @property
+    def is_worth_correcting(self) -> bool:
+        """Whether PPO shall begin with the motion; else it learns from nothing."""
+        return self.success >= _WORTH_CORRECTING
 
 
 def least_steps(scene: TaskScene) -> int:
@@ -114,7 +122,7 @@ def search_motion_policy(
     """
     player = _Player(scene, sample_variation, threads, smoothing)
     best, kind_rows = _screened(player, rng)
-    spread, waited, generation, evolution = 1.0, 0, 0, None
+    spread, waited, evolution = 1.0, 0, None
     while True:
         if best.success >= saturation and len(player.deciding) == _DECIDING_VARIATIONS:
             player.deciding += player.variations(_MORE_VARIATIONS)
@@ -122,14 +130,16 @@ def search_motion_policy(
         goes_on = listen(best.state(player))
         if not goes_on or best.success >= saturation or player.steps >= steps:
             return best.state(player)
-        if generation >= _TRIAL and best.success == 0.0:
+        if best.success == 0.0 and best.progress < _PROMISING:
+            return best.state(player)
+        if best.success < _PROMISING and player.steps >= _TRIAL_SHARE * steps:
             return best.state(player)
         if waited == _PATIENCE and spread <= _LEAST_SPREAD:
             return best.state(player)
         if evolution is None or waited == _PATIENCE:
             spread, waited = (spread if evolution is None else spread / 2), 0
             evolution = _Evolution(best, kind_rows, spread, rng)
-        better, generation = evolution.generation(player), generation + 1
+        better = evolution.generation(player)
         waited = 0 if better.fitness > best.fitness else waited + 1
         best = max(best, better, key=lambda one: one.fitness)
 
@@ -151,6 +161,10 @@ class _Best:
     def success(self) -> float:
         return float(self.outcomes.success.mean())
 
+    @property
+    def progress(self) -> float:
+        return float(self.outcomes.best_progress.mean())
+
     def state(self, player: _Player) -> SearchState:
         return SearchState(
             motion=self.motion,
@@ -158,7 +172,7 @@ class _Best:
             episodes=player.episodes,
             diverged=player.diverged,
             success=self.success,
-            progress=float(self.outcomes.best_progress.mean()),
+            progress=self.progress,
             reward=float(self.outcomes.reward.mean()),
         )
 

@@ -255,7 +255,7 @@ class _Training:
         """Search for a motion with feedback, as part of the budget, and keep the best so far in the folder.
 
         Returns:
-            The best; None where it never wins, or where the budget is too small for a search.
+            The best; None where it hardly wins, or where the budget is too small for a search.
         """
         from aidsr.learn.rl.callbacks import append_to_curve
         from aidsr.learn.rl.curve_point import CurvePoint
@@ -296,7 +296,7 @@ class _Training:
             listen=listen,
         )
         self.home.log_event("searched", steps=found.steps, success_share=found.success, progress=found.progress)
-        if found.success == 0.0:
+        if not found.is_worth_correcting:
             (self.home / BASE_MOTION).unlink()
             return None
         return found.motion

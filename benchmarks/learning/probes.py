@@ -1,0 +1,70 @@
+"""Probe every scene of the suite: for how many variations an open-loop motion wins, and how many one motion wins.
+
+    python -m benchmarks.learning.probes
+
+Rows go to probes.jsonl; the same command goes on with what is left.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from benchmarks.learning.suite import suite
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.provenance import commit
+from aidsr.learn.openloop.probe_scene import probe_scene
+from aidsr.tasks import BENCHMARK_VERSION
+
+PROBES = Path(__file__).with_name("probes.jsonl")
+VARIATIONS = 4
+
+
+class Probe(Artifact):
+    """What the probe finds for one scene."""
+
+    scene: str
+    some_motion: int
+    """Variations of the four for which some motion wins."""
+    one_motion: int
+    """Of these, the variations that one and the same motion wins."""
+    progress: float
+    steps: int
+    """Physics steps of all its simulations together."""
+    benchmark_version: int
+    commit: str
+
+
+def main() -> None:
+    """Probe what is left."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    for scene in suite():
+        if scene.name in probes_of(PROBES):
+            continue
+        report = probe_scene(scene.scene(), variations=VARIATIONS, threads=1)
+        probe = Probe(
+            scene=scene.name,
+            some_motion=round(report.success_share * VARIATIONS),
+            one_motion=round(report.same_motion_share * VARIATIONS),
+            progress=round(report.progress, 4),
+            steps=report.played_steps,
+            benchmark_version=BENCHMARK_VERSION,
+            commit=commit(),
+        )
+        with PROBES.open("a", encoding="utf-8") as file:
+            file.write(probe.model_dump_json() + "\n")
+        sys.stdout.write(f"{probe.scene}: some motion {probe.some_motion}, one motion {probe.one_motion} of 4\n")
+        sys.stdout.flush()
+
+
+def probes_of(path: Path) -> dict[str, Probe]:
+    """Return what is known of the present version of the benchmark, by scene."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    probes = [Probe.model_validate_json(line) for line in lines]
+    return {probe.scene: probe for probe in probes if probe.benchmark_version == BENCHMARK_VERSION}
+
+
+if __name__ == "__main__":
+    main()
