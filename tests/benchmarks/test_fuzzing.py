@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
-from benchmarks.validator.fuzz import fingerprint, make_canary, marked_processes, run_case
+import pytest
+from benchmarks.validator import fuzz
+from benchmarks.validator.fuzz import Campaign, fingerprint, make_canary, marked_processes, run_campaign, run_case
 from benchmarks.validator.mutation import mutate
 
 BODY = '<body name="a" pos="0 0 1"><joint name="j"/><geom size="0.1"/></body>'
@@ -28,6 +32,25 @@ def test_a_case_ends_with_codes_and_not_with_an_exception() -> None:
     ending, codes = run_case(ROBOT, battery=False)
     assert ending == "refused"
     assert {"no_tendons", "no_soft_chain"} <= set(codes)
+
+
+def test_a_case_that_takes_too_long_or_raises_is_a_failure_and_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    endings = iter([time.sleep, lambda _: 1 / 0])
+
+    def run_case(text: str, *, battery: bool) -> tuple[str, list[str]]:
+        next(endings)(0.01)
+        return "accepted", []
+
+    monkeypatch.setattr(fuzz, "run_case", run_case)
+    monkeypatch.setattr(fuzz, "_LONGEST_S", 0.005)
+    campaign = run_campaign([7, 8], 0, "/x", tmp_path, battery=False, threads=1)
+    assert campaign.failures[7].startswith("took ")
+    assert "ZeroDivisionError" in campaign.failures[8]
+    assert {path.name for path in tmp_path.iterdir()} == {"case-0-7.xml", "case-0-8.xml"}
+    assert campaign.longest[1] == 7
+    assert Campaign.read(json.loads(json.dumps(vars(campaign)))) == campaign
 
 
 def test_touched_files_show(tmp_path: Path) -> None:
