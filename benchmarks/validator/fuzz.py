@@ -3,13 +3,14 @@
     python -m benchmarks.validator.fuzz --cases 10000 --battery 500
 
 What must hold: the caller never crashes, sees no other exception than the documented ones and has each answer within
-20 s; no process is left behind, and no file is touched: neither in the working directory nor in a folder that documents
-name on purpose.
+20 s of processor time; no process is left behind, and no file is touched: neither in the working directory nor in a
+folder that documents name on purpose.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import hashlib
 import json
 import os
@@ -34,7 +35,7 @@ from aidsr.validation import validate
 
 _HERE = Path(__file__).parent
 _LONGEST_S = 20.0
-"""Wall time of one case. Source: what this project promises; our choice."""
+"""Processor time of one case; wall time would blame other programs. Source: what this project promises; our choice."""
 
 
 @dataclass
@@ -46,7 +47,8 @@ class Campaign:
         codes: Fault codes reported.
         isolated: Cases that ended their worker, with how.
         failures: Cases in which something happened that must not.
-        longest: Wall time [s] and number of the case that took longest.
+        longest: Processor time [s], and number, of the case that took longest. What runs at the same time is counted
+            too, so that it is an upper bound.
     """
 
     endings: Counter[str] = field(default_factory=Counter)
@@ -102,14 +104,14 @@ def run_campaign(
 
     def run(index: int) -> tuple[int, str, list[str], str, float]:
         text, failure = case_text(index, seed, documents, canary), ""
-        began = time.monotonic()
+        began_s = processor_s()
         try:
             ending, codes = run_case(text, battery=battery)
         except Exception as error:  # whatever it is, the campaign reports it and goes on
             ending, codes, failure = "failed", [], f"{type(error).__name__}: {error}"
-        spent_s = time.monotonic() - began
+        spent_s = processor_s() - began_s
         if spent_s > _LONGEST_S and not failure:
-            failure = f"took {spent_s:.1f} s, {ending}"
+            failure = f"took {spent_s:.1f} s of processor time, {ending}"
         if failure:
             kept.mkdir(parents=True, exist_ok=True)
             kept.joinpath(f"case-{seed}-{index}.xml").write_bytes(text.encode("utf-8", "surrogatepass"))
@@ -128,6 +130,17 @@ def run_campaign(
             if done % 1000 == 0:
                 _say(f"{done} of {len(indices)}: {dict(campaign.endings)}")
     return campaign
+
+
+def processor_s() -> float:
+    """Return the processor time of this process and its children, those that have ended too [s]. Linux only."""
+    spent_s = sum(os.times()[:4])
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            fields = folder.joinpath("stat").read_text("utf-8", "replace").rpartition(")")[2].split()
+            if int(fields[1]) == os.getpid():
+                spent_s += (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return spent_s
 
 
 # --- what must not happen --------------------------------------------------------------------------------------------
@@ -250,8 +263,8 @@ Made by `make fuzz CASES={options.cases} BATTERY={options.battery}`, seed {optio
 |---|---|
 | documents through load and structure | {options.cases}: {endings(light)} |
 | documents through the whole validation | {options.battery}: {endings(heavy)} |
-| crashes of the caller, exceptions that are not documented, cases beyond {_LONGEST_S:g} s | {len(failures)} |
-| longest case | {spent_longest_s:.1f} s (case {longest}) |
+| crashes of the caller, undocumented exceptions, cases beyond {_LONGEST_S:g} s of processor time | {len(failures)} |
+| longest case | at most {spent_longest_s:.1f} s of processor time (case {longest}) |
 | files touched | {len(touched)} |
 | processes left behind | {len(left)} |
 | calls ended by isolation (native crash, time, memory) | {len(isolated)} |

@@ -6,13 +6,20 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks.validator import fuzz
-from benchmarks.validator.fuzz import Campaign, fingerprint, make_canary, marked_processes, run_campaign, run_case
+from benchmarks.validator.fuzz import (
+    Campaign,
+    fingerprint,
+    make_canary,
+    marked_processes,
+    processor_s,
+    run_campaign,
+    run_case,
+)
 from benchmarks.validator.mutation import mutate
 
 BODY = '<body name="a" pos="0 0 1"><joint name="j"/><geom size="0.1"/></body>'
@@ -37,20 +44,32 @@ def test_a_case_ends_with_codes_and_not_with_an_exception() -> None:
 def test_a_case_that_takes_too_long_or_raises_is_a_failure_and_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    endings = iter([time.sleep, lambda _: 1 / 0])
+    endings = iter([21.0, None])
+    spent_s = [0.0]
 
     def run_case(text: str, *, battery: bool) -> tuple[str, list[str]]:
-        next(endings)(0.01)
+        spent_s[0] += next(endings)
         return "accepted", []
 
     monkeypatch.setattr(fuzz, "run_case", run_case)
-    monkeypatch.setattr(fuzz, "_LONGEST_S", 0.005)
+    monkeypatch.setattr(fuzz, "processor_s", lambda: spent_s[0])
     campaign = run_campaign([7, 8], 0, "/x", tmp_path, battery=False, threads=1)
-    assert campaign.failures[7].startswith("took ")
-    assert "ZeroDivisionError" in campaign.failures[8]
+    assert campaign.failures[7] == "took 21.0 s of processor time, accepted"
+    assert "TypeError" in campaign.failures[8]
     assert {path.name for path in tmp_path.iterdir()} == {"case-0-7.xml", "case-0-8.xml"}
-    assert campaign.longest[1] == 7
+    assert campaign.longest == (21.0, 7)
     assert Campaign.read(json.loads(json.dumps(vars(campaign)))) == campaign
+
+
+def test_processor_time_of_children_counts() -> None:
+    before_s = processor_s()
+    busy = "import time\nwhile time.process_time() < 0.3: pass\nprint(flush=True)\nimport sys; sys.stdin.read()"
+    with subprocess.Popen([sys.executable, "-c", busy], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+        child.stdout.readline()
+        assert processor_s() - before_s > 0.25
+        child.stdin.close()
+        child.wait()
+        assert processor_s() - before_s > 0.25
 
 
 def test_touched_files_show(tmp_path: Path) -> None:

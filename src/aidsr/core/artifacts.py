@@ -137,8 +137,12 @@ class Brief(Artifact):
 class ActuatorGroup(Artifact):
     """Actuators that act together as one action of a policy, as mirrored fingers do."""
 
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
     name: str
+    """By which scripts and policies call them."""
     actuators: Annotated[tuple[str, ...], Field(min_length=1)]
+    """Their names in the MJCF."""
 
 
 class Concept(Artifact):
@@ -205,6 +209,7 @@ class Placement(Artifact):
     intended_contacts: tuple[str, ...] = ()
     """Environment bodies the robot is meant to touch."""
     reason: str = ""
+    """Why there, in a sentence."""
 
 
 class Scene(Artifact):

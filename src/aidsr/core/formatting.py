@@ -51,6 +51,11 @@ def format_direction(axis: Iterable[float]) -> str:
     return " ".join(f"{round(float(value), 4) + 0.0:g}" for value in axis)  # + 0.0 turns -0.0 into 0.0
 
 
+def excerpt(text: str, most: int = 60) -> str:
+    """Return a foreign text as far as a sentence repeats it: its first characters, then "…"."""
+    return text if len(text) <= most else f"{text[:most]}…"
+
+
 def mm(length_m: float) -> str:
     """Return a length [m] of a built-in design as "376 mm", one below 20 mm with a decimal."""
     length_mm = 1000.0 * length_m

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pydantic import ValidationError
 
-_SHOWN = 60
-"""Characters of what was found that a sentence repeats."""
+from aidsr.core.formatting import excerpt
 
 
 def first_error(error: ValidationError) -> str:
@@ -13,8 +12,8 @@ def first_error(error: ValidationError) -> str:
     first = error.errors()[0]
     key = ""
     for part in first["loc"]:
-        key += f"[{part + 1}]" if isinstance(part, int) else f".{_shortened(part)}" if key else _shortened(part)
-    shown = _shortened(repr(first["input"]))
+        key += f"[{part + 1}]" if isinstance(part, int) else f".{excerpt(part)}" if key else excerpt(part)
+    shown = excerpt(repr(first["input"]))
     match first["type"]:
         case "missing":
             return f'the key "{key}" is missing'
@@ -29,7 +28,3 @@ def first_error(error: ValidationError) -> str:
         case _:
             expected = first["msg"].removeprefix("Input should be ")
             return f'"{key}": expected {expected[:1].lower()}{expected[1:]}, found {shown}'
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

@@ -11,27 +11,43 @@ from aidsr.core.artifacts import ActuatorGroup, Placement, Robot, Scene, Validat
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
+from aidsr.mjcf.size_limits import SizeLimits
 from aidsr.render.pictures import filmstrip, picture
 from aidsr.render.view import View
 from aidsr.sim.assembly import assemble as assemble_scene
 from aidsr.sim.standing import stand as stand_on_ground
 from aidsr.tasks import Level, Task
 from aidsr.teams.llm.patch import apply_patch
+from aidsr.teams.llm.replies import MAX_CHARACTERS
 from aidsr.tools.motions import controls
 from aidsr.tools.tool import MOST_LINES, Result
 from aidsr.tools.workspace import MOUNTS, Workspace
 from aidsr.validation import validate as validate_mjcf
 
 Mount = Literal["auto", "fixed", "free"]
-RobotName = Annotated[str, Field(description='Name of a robot that was validated, such as "robot_2".')]
-SceneName = Annotated[str, Field(description='Name of a scene that was assembled, such as "scene_1".')]
-TaskName = Annotated[str, Field(description="Name of a task; leave it out where the work is for one job.")]
+_MOST_OF_A_NAME = SizeLimits().name_characters
+RobotName = Annotated[
+    str, Field(max_length=_MOST_OF_A_NAME, description='Name of a robot that was validated, such as "robot_2".')
+]
+SceneName = Annotated[
+    str, Field(max_length=_MOST_OF_A_NAME, description='Name of a scene that was assembled, such as "scene_1".')
+]
+Subject = Annotated[
+    str, Field(max_length=_MOST_OF_A_NAME, description='A robot or a scene, such as "robot_2" or "scene_1".')
+]
+TaskName = Annotated[
+    str, Field(max_length=_MOST_OF_A_NAME, description="Name of a task; leave it out where the work is for one job.")
+]
 
 
 def validate(
     workspace: Workspace,
-    mjcf: Annotated[str, Field(description="The whole MJCF document of the robot alone.")],
-    functional_part: Annotated[str, Field(description="Body or site of the robot that does the work.")] = "",
+    mjcf: Annotated[
+        str, Field(max_length=SizeLimits().characters, description="The whole MJCF document of the robot alone.")
+    ],
+    functional_part: Annotated[
+        str, Field(max_length=_MOST_OF_A_NAME, description="Body or site of the robot that does the work.")
+    ] = "",
     actuator_groups: Annotated[
         tuple[ActuatorGroup, ...], Field(description="Actuators that act together as one action.")
     ] = (),
@@ -53,12 +69,15 @@ def edit(
     patch: Annotated[
         str,
         Field(
+            max_length=MAX_CHARACTERS,
             description="A <patch> of operations that select elements by XPath: <set sel=\"//joint[@name='bend_1']\" "
             'stiffness="0.4"/>, <add sel="//body[@name=\'foot\']">…</add>, <replace sel="…">…</replace>, '
-            '<remove sel="…"/>.'
+            '<remove sel="…"/>.',
         ),
     ],
-    functional_part: Annotated[str, Field(description="Another functional part; as before unless given.")] = "",
+    functional_part: Annotated[
+        str, Field(max_length=_MOST_OF_A_NAME, description="Another functional part; as before unless given.")
+    ] = "",
     actuator_groups: Annotated[
         tuple[ActuatorGroup, ...] | None, Field(description="Other groups; as before unless given.")
     ] = None,
@@ -94,7 +113,7 @@ def assemble(
         Field(description="Raise or lower a free robot until it stands on what is below it, and let it rest there."),
     ] = True,
     task: TaskName = "",
-    level: Level = "standard",
+    level: Annotated[Level, Field(description="How hard the task is.")] = "standard",
 ) -> Result:
     """Place a robot in the environment of the job, keep the scene under a name, and validate it there."""
     name, at, found = workspace.task_of(task, level)
@@ -137,7 +156,7 @@ def place(workspace: Workspace, robot: Robot, placement: Placement, task: Task |
 
 def look(
     workspace: Workspace,
-    subject: Annotated[str, Field(description='A robot or a scene, such as "robot_2" or "scene_1".')],
+    subject: Subject,
     script: Annotated[str, Field(description="Show five moments of this motion script, of a scene only.")] = "",
     seconds: Annotated[float, Field(gt=0, le=60, description="Of the script.")] = 6.0,
     azimuth_deg: Annotated[float | None, Field(description="Azimuth of the camera; chosen unless given.")] = None,
@@ -156,9 +175,15 @@ def look(
 
 def read(
     workspace: Workspace,
-    name: Annotated[str, Field(description="A file that a result named, or a robot or a scene, whose MJCF is shown.")],
-    first_line: Annotated[int, Field(ge=1)] = 1,
-    lines: Annotated[int, Field(ge=1, le=400)] = MOST_LINES,
+    name: Annotated[
+        str,
+        Field(
+            max_length=_MOST_OF_A_NAME,
+            description="A file that a result named, or a robot or a scene, whose MJCF is shown.",
+        ),
+    ],
+    first_line: Annotated[int, Field(ge=1, description="The first line shown.")] = 1,
+    lines: Annotated[int, Field(ge=1, le=400, description="How many.")] = MOST_LINES,
 ) -> Result:
     """Show lines of a file that a result named, or of the MJCF of a robot or a scene."""
     text = workspace.file(name) if name.startswith("file_") else workspace.mjcf(name)

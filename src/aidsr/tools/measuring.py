@@ -14,7 +14,7 @@ from aidsr.core.extras import require_extra
 from aidsr.learn.rl.short_training import train_briefly
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.teams.llm.patch import apply_patch
-from aidsr.tools.building import SceneName, place
+from aidsr.tools.building import SceneName, Subject, place
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
 from aidsr.tools.measured import Measured, format_value
 from aidsr.tools.playing import play as play_script
@@ -30,22 +30,26 @@ Pairs = Annotated[
     tuple[tuple[str, str], ...],
     Field(description="Pairs of two sites, or of two geoms or bodies, whose distance is measured."),
 ]
-Subject = Annotated[str, Field(description='A robot or a scene, such as "robot_2" or "scene_1".')]
+Seed = Annotated[int, Field(ge=0)]
 _MOST_VALUES = 12
+_MOST_STEPS = 50_000_000
+"""Of one search. Our choice: it takes an hour for a small body."""
+_LARGEST_FORCE_N = 1e4
+"""Our choice: the weight of a tonne."""
 
 
 class How(Artifact):
     """Details of a measurement; each has a default."""
 
     part: Annotated[str, Field(description="load: body or site; the functional part unless given.")] = ""
-    force_n: Annotated[float, Field(gt=0, description="load: size of the force.")] = 0.5
+    force_n: Annotated[float, Field(gt=0, le=_LARGEST_FORCE_N, description="load: size of the force.")] = 0.5
     direction: Annotated[Vec3, Field(description="load: of the force, in world axes.")] = (0.0, 0.0, -1.0)
     pairs: Pairs = ()
     gaits: Annotated[int, Field(ge=1, le=MOST_GAITS, description="gaits: how many.")] = 12
     seconds: Annotated[float, Field(ge=0, description="gaits: 4 unless given; play, probe: the job's time.")] = 0.0
     script: Annotated[str, Field(description="play: the script.")] = ""
     variation: Annotated[int, Field(ge=0, description="gaits, play: which development variation.")] = 0
-    seeds: Annotated[tuple[int, ...], Field(description="gaits (the first), probe.")] = (0,)
+    seeds: Annotated[tuple[Seed, ...], Field(min_length=1, description="gaits (the first), probe.")] = (0,)
 
 
 _DEFAULT = How()
@@ -67,10 +71,13 @@ def play(
 def probe(
     workspace: Workspace,
     scene: SceneName,
-    seeds: Annotated[tuple[int, ...], Field(description="Of as many searches.")] = (0, 1),
+    seeds: Annotated[tuple[Seed, ...], Field(description="Of as many searches.")] = (0, 1),
     variations: Annotated[int, Field(ge=1, le=8, description="Development variations, each searched for itself.")] = 1,
     seconds: Annotated[float, Field(ge=0, description="Of each motion tried; at most 15 unless given.")] = 0.0,
-    steps: Annotated[int, Field(ge=0, description="Physics steps of each search; by the job's time unless given.")] = 0,
+    steps: Annotated[
+        int,
+        Field(ge=0, le=_MOST_STEPS, description="Physics steps of each search; by the job's time unless given."),
+    ] = 0,
 ) -> Result:
     """Search hundreds of open-loop motions by several seeds and play the best again with figures; takes minutes."""
     subject = workspace.subject(scene)
@@ -143,6 +150,7 @@ def train(
     """Train a policy by reinforcement learning and evaluate it on development variations; takes many minutes."""
     require_extra("rl", "training")
     subject = workspace.subject(scene)
+    subject.require_job()
     found = train_briefly(
         subject.mjcf, steps=steps, groups=subject.groups, task=subject.task, level=subject.level, goal=subject.goal
     )

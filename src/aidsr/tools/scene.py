@@ -29,6 +29,15 @@ class MeasuredScene(Artifact):
     mount: Literal["auto", "fixed", "free"] = "fixed"
     """How the root of a robot alone is held."""
 
+    def require_job(self) -> None:
+        """Refuse what nothing measures success of.
+
+        Raises:
+            UserError: There is neither task nor goal.
+        """
+        if not self.task and self.goal is None:
+            raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
+
     def load(self) -> TaskScene:
         """Return the scene, ready to be stepped; only in a limited process.
 
@@ -39,7 +48,6 @@ class MeasuredScene(Artifact):
         from aidsr.learn.episodes.scene import TaskScene
         from aidsr.tasks import goal_task, load_task, read_goal
 
-        if not self.task and self.goal is None:
-            raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
+        self.require_job()
         goal = self.goal and goal_task(read_goal(self.goal), self.mjcf)
         return TaskScene.of(self.mjcf, goal or load_task(self.task, self.level), groups=self.groups)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import excerpt
 from aidsr.core.suggestions import closest_name
 from aidsr.learn.openloop.motion import Motion
 from aidsr.sim.ownership import ROBOT_PREFIX
@@ -88,7 +89,7 @@ class Script:
             if name != _OTHERS and name not in plain:
                 near = closest_name(name, plain)
                 hint = f' Did you mean "{near}"?' if near else ""
-                raise UserError(f'no group "{name}" in this scene.{hint} Its groups: {", ".join(plain)}')
+                raise UserError(f'no group "{excerpt(name)}" in this scene.{hint} Its groups: {", ".join(plain)}')
         others = tracks.get(_OTHERS)
         return ScriptPolicy(
             [
@@ -136,9 +137,11 @@ def parse_script(text: str) -> Script:
             continue
         name, colon, terms = stripped.rpartition(": ") if ": " in stripped else stripped.rpartition(":")
         if not colon or not name.strip():
-            raise UserError(f'line {number} of the script has no group: "{stripped}"; write "group: t=0 -1, t=1 0.5"')
+            raise UserError(
+                f'line {number} of the script has no group: "{excerpt(stripped)}"; write "group: t=0 -1, t=1 0.5"'
+            )
         if name.strip() in tracks:
-            raise UserError(f'line {number} of the script: group "{name.strip()}" has a line already')
+            raise UserError(f'line {number} of the script: group "{excerpt(name.strip())}" has a line already')
         tracks[name.strip()] = _track(terms, number)
     if not tracks:
         raise UserError(f"the script is empty. {GRAMMAR}")
@@ -157,14 +160,14 @@ def _track(text: str, line: int) -> Track:
     while at < len(text.rstrip()):
         term = _TERM.match(text, at)
         if term is None:
-            raise UserError(f'line {line} of the script: cannot read "{text[at:].strip()}". {GRAMMAR}')
+            raise UserError(f'line {line} of the script: cannot read "{excerpt(text[at:].strip())}". {GRAMMAR}')
         at = term.end()
         if term["time"]:
             waypoints.append((float(term["time"]), float(term["action"])))
             continue
         key, value = term["key"] or "mean", float(term["value"] or term["constant"])
         if key not in _KEYS:
-            raise UserError(f'line {line} of the script: unknown word "{key}"; words: t=, {", ".join(_KEYS)}')
+            raise UserError(f'line {line} of the script: unknown word "{excerpt(key)}"; words: t=, {", ".join(_KEYS)}')
         if key in given:
             raise UserError(f'line {line} of the script: "{key}" is given twice')
         given[key] = value

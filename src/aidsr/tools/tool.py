@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
@@ -12,10 +14,20 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from aidsr.core.artifacts import Artifact
 from aidsr.core.calls import Png
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import excerpt
+from aidsr.core.suggestions import closest_name
 from aidsr.tools.workspace import Workspace
 
 MOST_LINES = 60
 """Lines of a result. Our choice: what a designer reads at once; what is longer goes to a file."""
+MOST_CHARACTERS = 10_000
+"""Of a text among the arguments, unless its field has another bound. Our choice: prose and scripts are shorter."""
+_MOST_ENTRIES = 1_000
+"""Of a list among the arguments. Our choice: more than a robot has names to list."""
+_LARGEST = 2**53
+"""Integers up to here are the same numbers in every JSON library. Source: RFC 8259, section 6."""
+_SHOWN = 3
+"""Mistakes told at once."""
 
 
 class Result(Artifact):
@@ -53,7 +65,7 @@ class Tool:
         text = " ".join((inspect.getdoc(function) or "").partition("\n\n")[0].split())
         return cls(function.__name__, text, model, function)
 
-    @property
+    @cached_property
     def schema(self) -> dict[str, Any]:
         """JSON schema of the arguments."""
         return {key: value for key, value in self.arguments.model_json_schema().items() if key != "title"}
@@ -62,24 +74,69 @@ class Tool:
         """Check the arguments and call the function.
 
         Raises:
-            UserError: An argument is unknown, missing, or of another type; or what the function raises.
+            UserError: An argument is unknown, missing, of another type, too long or no finite number; or what the
+                function raises.
             MjcfError: A robot or scene cannot be loaded.
             IsolationError: It ran past its limits.
         """
+        self._refuse_boundless(arguments)
         try:
             checked = self.arguments.model_validate(dict(arguments))
         except ValidationError as error:
-            told = "; ".join(_told(each) for each in error.errors())
-            names = ", ".join(self.arguments.model_fields)
-            raise UserError(f"{self.name} cannot take these arguments: {told}. Its arguments: {names}") from None
+            raise self._refused([self._told(each) for each in error.errors()]) from None
+        self._refuse_boundless(checked.model_dump())  # a number may have come as text
         values = {name: getattr(checked, name) for name in self.arguments.model_fields}
         return self.function(workspace, **values)
 
+    def _refuse_boundless(self, arguments: Mapping[str, Any]) -> None:
+        if mistakes := [mistake for name in arguments for mistake in self._boundless(name, arguments[name])]:
+            raise self._refused(mistakes)
 
-def _told(error: Any) -> str:
-    """Return what is wrong with one argument."""
-    where = ".".join(str(part) for part in error["loc"]) or "arguments"
-    return f"{where}: {error['msg'].lower()}"
+    def _boundless(self, name: str, value: Any) -> Iterator[str]:
+        """Yield what no function should have to think of: endless texts and lists, numbers that are none."""
+        bound = self.schema["properties"].get(name, {}).get("maxLength", MOST_CHARACTERS)
+        left = [(excerpt(name), value)]
+        while left:
+            place, one = left.pop()
+            if isinstance(one, str) and len(one) > bound:
+                yield f"{place} has {len(one):,} characters, at most {bound:,} are allowed"
+            elif isinstance(one, float) and not math.isfinite(one):
+                yield f"{place} should be a finite number, not {one}"
+            elif isinstance(one, int) and abs(one) > _LARGEST:
+                yield f"{place} is too large"
+            elif isinstance(one, (Mapping, list, tuple)):
+                if len(one) > _MOST_ENTRIES:
+                    yield f"{place} has {len(one):,} entries, at most {_MOST_ENTRIES:,} are allowed"
+                    continue
+                inside = one.items() if isinstance(one, Mapping) else enumerate(one)
+                left += [(f"{place}.{excerpt(str(key))}", each) for key, each in inside]
+
+    def _refused(self, mistakes: list[str]) -> UserError:
+        more = f"; and {len(mistakes) - _SHOWN} more" if len(mistakes) > _SHOWN else ""
+        names = ", ".join(self.arguments.model_fields) or "none"
+        return UserError(
+            f"{self.name} cannot take these arguments: {'; '.join(mistakes[:_SHOWN])}{more}. Its arguments: {names}"
+        )
+
+    def _told(self, error: Any) -> str:
+        """Return what is wrong with one argument."""
+        *above, last = (excerpt(str(part)) for part in error["loc"])
+        where = ".".join([*above, last])
+        match error["type"]:
+            case "missing":
+                return f"{where} is missing"
+            case "extra_forbidden":
+                near = "" if above else closest_name(last, self.arguments.model_fields)
+                return f'there is no argument "{where}"' + (f' (did you mean "{near}"?)' if near else "")
+            case "too_short":
+                return f"{where} needs at least {error['ctx']['min_length']} of its kind"
+            case "too_long":
+                return f"{where} has {error['ctx']['actual_length']} entries, at most {error['ctx']['max_length']} fit"
+            case "model_type":
+                return f"{where} should be an object"
+            case _:
+                what = str(error["msg"]).removeprefix("Value error, ").removeprefix("Input ")
+                return f"{where} {what[:1].lower()}{what[1:]}"
 
 
 def shortened(text: str, workspace: Workspace) -> str:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import re
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from pydantic import ValidationError
+from pydantic_core import from_json
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Base, Brief, Placement, Robot, Scene
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import excerpt
 from aidsr.tasks import Level, Task, load_task
 from aidsr.tools.scene import MeasuredScene
 
@@ -24,6 +26,15 @@ MOUNTS: dict[Base, Literal["auto", "fixed", "free"]] = {
 }
 """How a robot alone is held, by the base of its job."""
 _NAME = re.compile(r"(robot|scene|file)_[1-9]\d{0,5}(\.\w+)?")
+
+
+@contextmanager
+def _undamaged(path: Path, again: str) -> Iterator[None]:
+    """Say of a file that cannot be read how to get it again."""
+    try:
+        yield
+    except (OSError, ValueError, TypeError):  # missing; no text, no JSON, no artifact
+        raise UserError(f"{path} is missing or damaged; {again} again") from None
 
 
 class SceneRecord(Artifact):
@@ -73,11 +84,11 @@ class Workspace:
         """Return a robot by its name.
 
         Raises:
-            UserError: There is no such robot.
+            UserError: There is no such robot, or a file of it is damaged.
         """
-        folder = self._find("robot", name)
-        rest = json.loads((folder / "robot.json").read_bytes())
-        return Robot.model_validate({**rest, "mjcf": (folder / "robot.xml").read_text(encoding="utf-8")})
+        mjcf, path = self.mjcf(name), self._find("robot", name) / "robot.json"
+        with _undamaged(path, "validate the robot"):
+            return Robot.model_validate({**from_json(path.read_bytes()), "mjcf": mjcf})
 
     def add_scene(self, robot: str, scene: Scene, task: str, level: Level, *, stable: bool) -> str:
         """Keep a scene of a robot and return its name."""
@@ -112,27 +123,29 @@ class Workspace:
             UserError: There is no such scene, or its file is damaged.
         """
         path = self._find("scene", name) / "scene.json"
-        try:
+        with _undamaged(path, "assemble the scene"):
             return SceneRecord.model_validate_json(path.read_bytes())
-        except (OSError, ValidationError):
-            raise UserError(f"{path} is missing or damaged; assemble the scene again") from None
 
     def placement(self, name: str) -> Placement:
         """Return how the robot of a scene is placed.
 
         Raises:
-            UserError: There is no such scene.
+            UserError: There is no such scene, or its file is damaged.
         """
-        return Placement.model_validate_json((self._find("scene", name) / "placement.json").read_bytes())
+        path = self._find("scene", name) / "placement.json"
+        with _undamaged(path, "assemble the scene"):
+            return Placement.model_validate_json(path.read_bytes())
 
     def mjcf(self, name: str) -> str:
         """Return the MJCF of a robot or a scene.
 
         Raises:
-            UserError: There is none of this name.
+            UserError: There is none of this name, or its file is damaged.
         """
         kind = "scene" if name.startswith("scene") else "robot"
-        return (self._find(kind, name) / f"{kind}.xml").read_text(encoding="utf-8")
+        path = self._find(kind, name) / f"{kind}.xml"
+        with _undamaged(path, "assemble the scene" if kind == "scene" else "validate the robot"):
+            return path.read_text(encoding="utf-8")
 
     def task_of(self, task: str, level: Level) -> tuple[str, Level, Task | None]:
         """Return name, level and task of the job, or of what is named in a workspace without one.
@@ -167,8 +180,9 @@ class Workspace:
         """
         path = self.folder / name
         if not (_NAME.fullmatch(name) and path.is_file()):
-            raise UserError(f'no file "{name}"; files: {self._listed("file")}')
-        return path.read_text(encoding="utf-8")
+            raise UserError(f'no file "{excerpt(name)}"; files: {self._listed("file")}')
+        with _undamaged(path, "measure"):
+            return path.read_text(encoding="utf-8")
 
     def _new(self, kind: str) -> Path:
         with self._lock:
@@ -181,7 +195,7 @@ class Workspace:
     def _find(self, kind: str, name: str) -> Path:
         folder = self.folder / name
         if not (_NAME.fullmatch(name) and name.startswith(kind) and folder.is_dir()):
-            raise UserError(f'no {kind} "{name}"; {kind}s: {self._listed(kind)}')
+            raise UserError(f'no {kind} "{excerpt(name)}"; {kind}s: {self._listed(kind)}')
         return folder
 
     def _listed(self, kind: str) -> str:

@@ -44,7 +44,7 @@ def text(result: Any) -> str:
 
 
 def told(result: Any) -> Any:
-    return result.structured_content if result.structured_content is not None else json.loads(result.content[0].text)
+    return json.loads(text(result))
 
 
 def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
     assert set(tools) == {"list_tasks", "read_task", *TOOLS}
     assert tools["sweep"].description == TOOLS["sweep"].description
     assert set(tools["sweep"].input_schema["properties"]) == set(TOOLS["sweep"].arguments.model_fields)
-    assert [each["name"] for each in names["result"]] == list(task_names())
+    assert [each["name"] for each in names] == list(task_names())
     assert task["objective"] == brief.objective
     assert "<mujoco" in guide
     assert alone.startswith("robot_1: stable"), alone

@@ -56,6 +56,7 @@ def test_every_transient_failure_is_ridden_out_and_kept(fake_clock: FakeClock) -
         '{"error": {"message": "Upstream overloaded", "code": 502}}',
         '{"error": "model not loaded"}',
         '{"id": "1", "object": "chat.completion", "created": 1, "model": "m", "choices": []}',
+        pytest.param("[" * 100_000, id="lists without an end"),
     ],
 )
 def test_a_reply_that_is_not_in_the_providers_format_is_asked_for_again(

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-import inspect
+import base64
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
-from mcp.server.mcpserver import Image, MCPServer
-from mcp.server.mcpserver.exceptions import ToolError
-from pydantic import Field
+import anyio
+from mcp.server.mcpserver import MCPServer
+from mcp.server.mcpserver.exceptions import UnexpectedToolError
+from mcp.server.mcpserver.tools import Tool as McpTool
+from mcp.server.mcpserver.utilities.func_metadata import ArgModelBase, FuncMetadata
+from mcp.types import CallToolResult, ImageContent, TextContent
+from pydantic import Field, TypeAdapter
 
 from aidsr import __version__
 from aidsr.core.artifacts import Artifact, EnvironmentSummary
 from aidsr.core.errors import AidsrError
+from aidsr.core.storage_errors import storage_problem
 from aidsr.tasks import Level, load_task, task_names
 from aidsr.teams.llm.prompts import render
-from aidsr.tools import TOOLS, Tool, Workspace
+from aidsr.tools import TOOLS, Result, Tool, Workspace
 
 _INSTRUCTIONS = """\
 Design tendon-driven continuum robots with measured physics. A usual order: list_tasks, read_task, then write MJCF as
@@ -24,8 +30,6 @@ the resource aidsr://mjcf-guide says; validate it until it is stable; assemble p
 validates it there; look shows it. Then measure: gaits, probe, play a script, sweep a number, edit, and measure again;
 train what does its job under a script. Fix the causes of faults, not their symptoms: each says what was measured, the
 limit, and the usual cure."""
-
-TaskName = Annotated[str, Field(description="Name of a task as list_tasks returns it.")]
 
 
 class TaskLine(Artifact):
@@ -53,72 +57,102 @@ class TaskDescription(Artifact):
     environment_mjcf: str
 
 
+def list_tasks(_workspace: Workspace) -> Result:
+    """List the benchmark tasks with their objectives."""
+    lines = [TaskLine(name=name, objective=load_task(name).objective) for name in task_names()]
+    return Result(text=TypeAdapter(list[TaskLine]).dump_json(lines, indent=2).decode())
+
+
+def read_task(
+    _workspace: Workspace,
+    task: Annotated[str, Field(max_length=500, description="Name of a task as list_tasks returns it.")],
+    level: Annotated[Level, Field(description="How hard the task is.")] = "standard",
+) -> Result:
+    """Return what a designer needs to know about a task: objective, environment, stages to success."""
+    found = load_task(task, level)
+    brief = found.brief()
+    description = TaskDescription(
+        name=found.name,
+        objective=brief.objective,
+        base=brief.base,
+        needs_contact=brief.needs_contact,
+        time_limit_s=found.time_limit_s,
+        hold_s=found.hold_s,
+        stages=tuple(words for _, words in found.stages),
+        judging=brief.judging,
+        environment=brief.summary,
+        environment_mjcf=brief.environment,
+    )
+    return Result(text=description.model_dump_json(indent=2))
+
+
 def build_server(folder: Path) -> MCPServer:
     """Return the server.
 
     Args:
         folder: Folder of the robots and scenes.
     """
-    server = MCPServer("aidsr", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
-    _add_task_tools(server)
     workspace = Workspace(folder)
-    for tool in TOOLS.values():
-        server.add_tool(_function(tool, workspace), tool.name, description=tool.description, structured_output=False)
-    return server
-
-
-def _add_task_tools(server: MCPServer) -> None:
-    @server.tool()
-    def list_tasks() -> list[TaskLine]:
-        """List the benchmark tasks with their objectives."""
-        return [TaskLine(name=name, objective=load_task(name).objective) for name in task_names()]
-
-    @server.tool()
-    def read_task(task: TaskName, level: Level = "standard") -> TaskDescription:
-        """Return what a designer needs to know about a task: objective, environment, stages to success."""
-        try:
-            found = load_task(task, level)
-        except AidsrError as error:
-            raise ToolError(str(error)) from None
-        brief = found.brief()
-        return TaskDescription(
-            name=found.name,
-            objective=brief.objective,
-            base=brief.base,
-            needs_contact=brief.needs_contact,
-            time_limit_s=found.time_limit_s,
-            hold_s=found.hold_s,
-            stages=tuple(words for _, words in found.stages),
-            judging=brief.judging,
-            environment=brief.summary,
-            environment_mjcf=brief.environment,
-        )
+    tools: list[McpTool] = [
+        _Offered.of(tool, workspace) for tool in (Tool.of(list_tasks), Tool.of(read_task), *TOOLS.values())
+    ]
+    server = MCPServer("aidsr", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING", tools=tools)
 
     @server.resource("aidsr://mjcf-guide", mime_type="text/markdown")
     def mjcf_guide() -> str:
         """How to write a tendon-driven robot in MJCF, with one complete limb."""
         return render("mjcf_guide")
 
+    return server
 
-def _function(tool: Tool, workspace: Workspace) -> Callable[..., Any]:
-    """Return a tool as the function that the server asks for, with the signature of its arguments."""
 
-    def call(**arguments: Any) -> list[str | Image]:
-        try:
-            result = tool.call(workspace, arguments)
-        except AidsrError as error:
-            raise ToolError(str(error)) from None
-        return [result.text, *(Image(data=png, format="png") for png in result.pictures)]
+class _Offered(McpTool):
+    """A tool as the server offers it: arguments are checked by the tool itself, and errors are its sentences."""
 
-    parameters = [
-        inspect.Parameter(
-            name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if field.is_required() else field.default,
-            annotation=Annotated[field.annotation, field],
+    fn: Callable[[dict[str, Any]], CallToolResult]
+
+    @classmethod
+    def of(cls, tool: Tool, workspace: Workspace) -> _Offered:
+        def call(arguments: dict[str, Any]) -> CallToolResult:
+            try:
+                result = tool.call(workspace, _parsed(arguments, tool.schema["properties"]))
+            except Exception as error:
+                sentence = str(error) if isinstance(error, AidsrError) else storage_problem(error)
+                if sentence is None:  # the server logs it with its traceback
+                    raise UnexpectedToolError(
+                        f"{tool.name} failed by a bug of AID-SR; the server's log tells"
+                    ) from error
+                return CallToolResult(content=[TextContent(text=sentence)], is_error=True)
+            drawn = [
+                ImageContent(data=base64.b64encode(png).decode(), mime_type="image/png") for png in result.pictures
+            ]
+            return CallToolResult(content=[TextContent(text=result.text), *drawn])
+
+        return cls(
+            fn=call,
+            name=tool.name,
+            description=tool.description,
+            parameters=tool.schema,
+            fn_metadata=FuncMetadata(arg_model=ArgModelBase),
+            is_async=False,
         )
-        for name, field in tool.arguments.model_fields.items()
-    ]
-    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return call
+
+    async def run(self, arguments: dict[str, Any], context: Any, convert_result: bool = False) -> CallToolResult:
+        """Call the tool in a thread: a long measurement must not keep the server from answering."""
+        del context, convert_result
+        return await anyio.to_thread.run_sync(self.fn, arguments)
+
+
+def _parsed(arguments: dict[str, Any], properties: dict[str, Any]) -> dict[str, Any]:
+    """Return arguments with their objects and lists: some clients send those as text."""
+
+    def parsed(name: str, value: Any) -> Any:
+        is_text = properties.get(name, {}).get("type") == "string"
+        if is_text or not (isinstance(value, str) and value[:1] in ("{", "[")):
+            return value
+        try:
+            return json.loads(value)
+        except (ValueError, RecursionError):
+            return value
+
+    return {name: parsed(name, value) for name, value in arguments.items()}

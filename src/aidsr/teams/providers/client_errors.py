@@ -9,8 +9,9 @@ from collections.abc import Iterable
 from aidsr.core.errors import ModelError, UserError
 from aidsr.teams.providers.retry import TransientError
 
-_READING_FUNCTIONS = frozenset({"_process_response", "_finish_response", "_from_response"})
-"""Functions in which pydantic-ai and the clients below it read a reply; an error outside them is not the server's."""
+_READING_FUNCTIONS = frozenset({"_process_response", "_finish_response", "_from_response", "raw_decode"})
+"""Functions in which pydantic-ai, the clients below it and `json` read a reply; an error outside them is not the
+server's."""
 _MAX_DETAIL = 300
 """Characters of a provider's message that are kept. Source: our choice; HTML error pages run to kilobytes."""
 
