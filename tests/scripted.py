@@ -87,7 +87,7 @@ class Scripted:
         return self._placed(concept, feedback)
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        word = self._next("judge", concept, None, "verdicts")
+        word = self._next("judge", concept, report.measurements.get("trial"), "verdicts")
         if word == "pass":
             return Critique(passed=True, summary="Plausible.")
         issues = tuple(CritiqueIssue(blame=role, component="body", problem="Too short.") for role in word.split("+"))

@@ -41,11 +41,11 @@ def grow(tmp_path: Path, *reports: TaskReport | Exception, script: Script | None
     run = new_run(tmp_path)
     run_designs(run, parts(scripted, **{"try_on_task": try_on_task, "task_rounds": 2, **changes}))
     assert left == [], "some of the trials were not made"
-    return run, [role for role, _, _ in scripted.asked], read_status(run).designs[0].outcome
+    return run, [role for role, _, _ in scripted.asked], read_status(run).designs[0].outcome, scripted
 
 
 def test_a_scene_that_can_do_its_task_is_approved(tmp_path) -> None:
-    run, asked, outcome = grow(tmp_path, solved())
+    run, asked, outcome, _ = grow(tmp_path, solved())
     assert asked == ["designer", "coder", "integrator", "judge"]
     assert outcome.reason == "Plausible. It can do it."
     assert run.design(1).iteration(1).task_report.read() == solved()
@@ -59,7 +59,7 @@ def test_a_scene_that_can_do_its_task_is_approved(tmp_path) -> None:
     [("coder", ["coder"]), ("integrator", ["integrator"]), ("designer", ["designer", "coder", "integrator"])],
 )
 def test_one_that_falls_short_returns_to_the_role_to_blame(tmp_path, blame: str, again: list[str]) -> None:
-    run, asked, outcome = grow(tmp_path, short(blame), solved())
+    run, asked, outcome, _ = grow(tmp_path, short(blame), solved())
     assert asked == ["designer", "coder", "integrator", "judge", *again, "judge"]
     assert (outcome.outcome, outcome.iteration) == ("approved", 2)
     status = read_status(run).designs[0]
@@ -74,7 +74,7 @@ def test_the_designer_is_told_how_far_it_came() -> None:
 
 def test_after_its_rounds_what_came_farthest_is_kept(tmp_path) -> None:
     trials = [short(progress=0.2, problem="a"), short(progress=0.4, problem="b"), short(progress=0.3, problem="c")]
-    run, asked, outcome = grow(tmp_path, *trials)
+    run, asked, outcome, _ = grow(tmp_path, *trials)
     assert asked.count("coder") == 3
     assert (outcome.outcome, outcome.iteration) == ("approved", 2)
     assert outcome.reason == "Plausible. It comes to 0.4."
@@ -86,7 +86,7 @@ def test_after_its_rounds_what_came_farthest_is_kept(tmp_path) -> None:
 
 def test_each_round_has_all_its_iterations_and_a_failed_one_keeps_what_was(tmp_path) -> None:
     script = Script(robots=["ok", *["chatter"] * 20])
-    run, asked, outcome = grow(tmp_path, short(), script=script)
+    run, asked, outcome, _ = grow(tmp_path, short(), script=script)
     status = read_status(run).designs[0]
     assert (status.iteration, status.stable, status.faults) == (10, True, ())
     assert asked.count("coder") == 1 + 9
@@ -94,8 +94,44 @@ def test_each_round_has_all_its_iterations_and_a_failed_one_keeps_what_was(tmp_p
     assert run.design(1).final_scene.read() == run.design(1).iteration(1).scene.xml.read()
 
 
+def test_the_judge_sees_the_trial_before_it_decides(tmp_path) -> None:
+    given = solved().model_copy(update={"account": "- 40 motions: progress 1.00"})
+    scripted = grow(tmp_path, given)[3]
+    assert [told for role, _, told in scripted.asked if role == "judge"] == [
+        "It can do it.\n- 40 motions: progress 1.00"
+    ]
+
+
+def test_roles_are_told_figures_and_what_earlier_bodies_and_placements_came_to(tmp_path) -> None:
+    first = short("integrator").model_copy(update={"account": "- 40 motions: progress 0.20"})
+    second = short("coder", progress=0.4, problem="slips").model_copy(update={"account": "- 40 motions: progress 0.40"})
+    scripted = grow(tmp_path, first, second, solved())[3]
+    (placed,) = [told for role, _, told in scripted.asked if role == "integrator" and told]
+    assert placed.summary == "It comes to 0.2.\n\n- 40 motions: progress 0.20\n"
+    (repaired,) = [told for role, _, told in scripted.asked if role == "coder" and told]
+    assert repaired.summary == (
+        "It comes to 0.4.\n\n- 40 motions: progress 0.40\n\nEarlier bodies and placements of this design:\n"
+        "- iteration 1, concept 1 as of iteration 1, fixed at ok, position 0 0 0 m, rotation 0 0 0 deg, scale 1: "
+        "progress 0.20 (0.20 to 0.20 by seed), no force; tip: touches with 0.1 N\n"
+    )
+
+
+def test_what_is_kept_is_what_comes_farthest_when_it_is_measured_again(tmp_path) -> None:
+    trials = [short(progress=0.2, problem="a"), short(progress=0.4, problem="b"), short(progress=0.3, problem="c")]
+    fresh = {"1": 0.35, "2": 0.1, "3": 0.3}
+
+    def again(robot, _scene) -> TaskReport:
+        return short(progress=fresh[robot.mjcf.partition("number='")[2][0]])
+
+    run, _, outcome, _ = grow(tmp_path, *trials, measure_again=again)
+    assert (outcome.outcome, outcome.iteration) == ("approved", 1)
+    assert [run.design(1).iteration(n).measured_again.read().progress for n in (1, 2, 3)] == [0.35, 0.1, 0.3]
+    done = [event for event in read_events(run.design(1).events) if isinstance(event, StepDone)]
+    assert "measured again: progress 0.35" in [sentence(event) for event in done]
+
+
 def test_the_same_shortfall_twice_is_enough(tmp_path) -> None:
-    _, asked, outcome = grow(tmp_path, short(), short(), stalled=no_progress)
+    _, asked, outcome, _ = grow(tmp_path, short(), short(), stalled=no_progress)
     assert asked.count("coder") == 2
     assert outcome.outcome == "approved"
 
@@ -111,19 +147,21 @@ def test_a_person_is_asked_about_what_is_kept(tmp_path) -> None:
         log.write(Decided(iteration=iteration.number, verdict="quit"))
         return Decision(verdict="quit", text="not good enough")
 
-    _, _, outcome = grow(tmp_path, short(problem="a"), short(progress=0.1, problem="b"), person=person, task_rounds=1)
+    _, _, outcome, _ = grow(
+        tmp_path, short(problem="a"), short(progress=0.1, problem="b"), person=person, task_rounds=1
+    )
     assert shown == [(1, "waiting", 1, 2)]
     assert (outcome.outcome, outcome.iteration) == ("quit", 1)
 
 
 def test_a_trial_that_cannot_be_made_stands_in_nobodys_way(tmp_path) -> None:
-    run, _, outcome = grow(tmp_path, IsolationError("time", "too slow"))
+    run, _, outcome, _ = grow(tmp_path, IsolationError("time", "too slow"))
     assert outcome.outcome == "approved"
     assert "could not be tried on its task: too slow" in run.design(1).iteration(1).task_report.read().critique.summary
 
 
 def test_resuming_tries_nothing_twice(tmp_path) -> None:
-    run, _, _ = grow(tmp_path, short(), solved())
+    run, _, _, _ = grow(tmp_path, short(), solved())
     run.design(1).outcome.path.unlink()
 
     def again(_robot, _scene):

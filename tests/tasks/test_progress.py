@@ -2,8 +2,9 @@
 
 import pytest
 import states
+from table import TABLE
 
-from aidsr.tasks import TASKS, load_task
+from aidsr.tasks import TASKS, goal_task, load_task, parse_goal
 
 HALF_WAY = [
     ("button_pushing", {"travel_m": 0.0025, "away_m": 0.01}, 0.75),
@@ -58,6 +59,7 @@ def test_half_way_is_worth_what_the_task_says(name, state, progress):
 
 def test_each_task_says_which_of_its_stages_is_decisive():
     assert load_task("gap").decisive_stage() == (1.0, "on the far side")
+    assert goal_task(parse_goal('kind = "reach"\ntarget = "ball"'), TABLE).decisive_stage() == (1.0, "there"), "of two"
     assert load_task("simple_grasping").decisive_stage() == (0.7, "off the table"), "the last but one unless named"
     for name in TASKS:
         task = load_task(name)

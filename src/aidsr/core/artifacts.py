@@ -485,14 +485,44 @@ class Evaluation(Artifact):
         return self.valid and self.success_share >= 0.5
 
 
+class Attempt(Artifact):
+    """One search for a motion that does the job blindly, in one variation, and how far its best motion came."""
+
+    how: Literal["search", "script"]
+    """Among motions of a few numbers; or among scripts of waypoints, from the best of the motions."""
+    seed: int
+    variation: int
+    """Index among the development variations."""
+    tried: int
+    """Motions that were played."""
+    progress: float
+    reached: str
+    """The same in words."""
+    decisive: bool
+    """Whether it reached the decisive stage of the task."""
+    succeeded: bool
+
+
 class TaskReport(Artifact):
-    """Where a judged scene stops on its task when it is tried without learning, and whose work that is."""
+    """Where a stable scene stops on its task when it is tried without learning, and whose work that is."""
 
     phase: Literal["solved", "partial", "never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
     progress: float
+    """Mean over the searches."""
     critique: Critique
+    attempts: tuple[Attempt, ...] = ()
+    start_progress: float = 0.0
+    """Before anything moves."""
+    account: str = ""
+    """What was tried and what happened, in figures; several lines."""
     policy: Evaluation | None = None
     """What a policy did after a short training, where one was asked for."""
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Least and greatest progress of the searches."""
+        found = [attempt.progress for attempt in self.attempts if attempt.how == "search"] or [self.progress]
+        return min(found), max(found)
 
 
 class Outcome(Artifact):

@@ -183,9 +183,9 @@ class RunConfig(Artifact):
     task_feedback: Annotated[
         bool,
         Field(
-            title="Try each design that the Judge passed on its task, and send back what falls short",
-            description="Try each scene that the Judge passed on its task with open-loop motions, and send it back to "
-            "the role to blame where it falls short; requires a task or a goal.",
+            title="Try each stable scene on its task, and send back what falls short",
+            description="Try each stable scene on its task with open-loop motions, show the Judge what came of it, and "
+            "send the scene back to the role to blame where it falls short; requires a task or a goal.",
         ),
     ] = False
     """The paper names this as missing from its method."""

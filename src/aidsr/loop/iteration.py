@@ -21,7 +21,8 @@ from aidsr.core.artifacts import (
 )
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.roles import Team
-from aidsr.loop.parts import Halt, Mount, Parts
+from aidsr.loop.earlier_trials import earlier_trials
+from aidsr.loop.parts import Halt, Mount, Parts, TryOnTask
 from aidsr.loop.routing import Change, after_critique, after_scene_faults, after_trial
 from aidsr.loop.steps import Steps
 from aidsr.runs import EventLog, IterationFolder
@@ -71,18 +72,27 @@ class Iteration:
         self._steps.draw("preview", self.folder.preview, self.parts.picture, scene.mjcf if scene else robot.mjcf)
         if scene is None or not report.stable:
             return draft, after_scene_faults(report, requested)
+        trial = self._trial(robot, scene)
         critique = self._steps.run(
             "critique",
             self.folder.critique,
-            lambda: team.judge.judge(self.brief, draft.concept, robot, scene, report),
+            lambda: team.judge.judge(self.brief, draft.concept, robot, scene, _with_trial(report, trial)),
             _verdict_in_words,
         )
         if not critique.passed:
             return draft, after_critique(critique)
-        trial = self._trial(robot, scene)
         if trial is not None and not trial.critique.passed:
-            return draft, after_trial(trial)
+            return draft, after_trial(trial, earlier_trials(self.folder))
         return draft, self.decide()
+
+    def measure_again(self, robot: Robot) -> TaskReport:
+        """Return how far the scene of this iteration comes by seeds and variations that it was not chosen by."""
+        scene, measure = self.folder.scene.read(), self.parts.measure_again
+        assert scene is not None, "only an assembled scene is tried"
+        assert measure is not None, "only what was tried is measured again"
+        return self._steps.run(
+            "measured_again", self.folder.measured_again, lambda: _tried(measure, robot, scene), _progress_in_words
+        )
 
     def decide(self) -> Decision:
         """Return a person's decision on the scene of this iteration, which the Judge passed."""
@@ -95,15 +105,9 @@ class Iteration:
         try_on_task = self.parts.try_on_task
         if try_on_task is None:
             return None
-
-        def report() -> TaskReport:
-            try:
-                return try_on_task(robot, scene)
-            except IsolationError as error:  # a trial is advice: a scene too slow for it can still be trained
-                critique = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
-                return TaskReport(phase="partial", progress=0.0, critique=critique)
-
-        return self._steps.run("task_report", self.folder.task_report, report, _phase_in_words)
+        return self._steps.run(
+            "task_report", self.folder.task_report, lambda: _tried(try_on_task, robot, scene), _phase_in_words
+        )
 
     @property
     def _steps(self) -> Steps:
@@ -114,11 +118,11 @@ class Iteration:
             concept = self._steps.run(
                 "concept",
                 self.folder.concept,
-                lambda: team.designer.revise(self.brief, draft.concept, draft.robot, requested.concept),
+                lambda: team.designer.revise(self.brief, draft.concept, draft.robot, requested.to_designer),
                 lambda concept: concept.name,
             )
             draft = Draft(concept)
-        before, feedback = draft.robot, requested.robot
+        before, feedback = draft.robot, requested.with_details(requested.robot)
         if before is None:
             robot = self._steps.run(
                 "robot", self.folder.robot, lambda: self._fixed(team.coder.write(self.brief, draft.concept))
@@ -160,7 +164,7 @@ class Iteration:
     def _placement(
         self, team: Team, concept: Concept, robot: Robot, before: Placement | None, requested: Change
     ) -> Placement:
-        feedback = requested.placement
+        feedback = requested.with_details(requested.placement)
         if before is None:
             return self._steps.run(
                 "placement", self.folder.placement, lambda: team.integrator.place(self.brief, concept, robot)
@@ -197,11 +201,31 @@ class Iteration:
         )
 
 
+def _tried(try_on_task: TryOnTask, robot: Robot, scene: Scene) -> TaskReport:
+    try:
+        return try_on_task(robot, scene)
+    except IsolationError as error:  # a trial is advice: a scene too slow for it can still be trained
+        critique = Critique(passed=True, summary=f"It could not be tried on its task: {error}.")
+        return TaskReport(phase="partial", progress=0.0, critique=critique)
+
+
+def _with_trial(report: ValidationReport, trial: TaskReport | None) -> ValidationReport:
+    """Return what the Judge gets: what was measured of the scene, with what its trial measured."""
+    if trial is None:
+        return report
+    told = "\n".join([trial.critique.summary, trial.account]).strip()
+    return report.model_copy(update={"measurements": {**report.measurements, "trial": told}})
+
+
 def _faults_in_words(report: ValidationReport) -> str:
     if report.stable:
         return "stable"
     codes = ", ".join(dict.fromkeys(fault.code for fault in report.errors))
     return f"{len(report.errors)} {'fault' if len(report.errors) == 1 else 'faults'}: {codes}"
+
+
+def _progress_in_words(report: TaskReport) -> str:
+    return f"progress {report.progress:.2f}"
 
 
 def _phase_in_words(report: TaskReport) -> str:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field
 
-from aidsr.core.artifacts import Brief, Decision, Outcome
+from aidsr.core.artifacts import Brief, Decision, Outcome, Robot
 from aidsr.core.errors import BudgetError, ReplyError
 from aidsr.loop.iteration import Draft, Iteration
 from aidsr.loop.parts import Halt, Parts
 from aidsr.loop.routing import Change
 from aidsr.runs import DesignFolder, EventLog
+
+_MEASURED_AGAIN = 3
+"""Scenes that fell short, the best of which are measured again. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +48,8 @@ class DesignLoop:
         for number in itertools.count(1):
             iteration = Iteration(self.design.iteration(number), state.brief, self.parts, log, halt)
             result = self._run_iteration(iteration, state)
-            if isinstance(result, Outcome) and state.fallback:
-                iteration, state.draft = state.fallback
+            if isinstance(result, Outcome) and state.fell_short:
+                iteration, state.draft = self._came_farthest(state.fell_short)
                 result = iteration.decide()
             match result:
                 case None:
@@ -86,21 +89,26 @@ class DesignLoop:
         return None
 
     def _after_trial(self, iteration: Iteration, state: _Round, change: Change) -> Outcome | None:
-        """Send back a design that fell short on its task; after the last time, keep the one with most progress."""
+        """Send back a design that fell short on its task; after the last time, the best of them is kept."""
         state.trial_changes.append(change)
-        if not state.fallback or _progress(iteration) > _progress(state.fallback[0]):
-            state.fallback = iteration, state.draft
+        state.fell_short.append((iteration, state.draft))
         if len(state.trial_changes) > self.parts.task_rounds or self.parts.stalled(state.trial_changes):
             return _stop_early(change, iteration.folder.number)
         state.iterations_left, state.changes, state.requested = 1 + self.iterations, [], change
         return None
 
+    def _came_farthest(self, tried: list[tuple[Iteration, Draft]]) -> tuple[Iteration, Draft]:
+        """Return the iteration that comes farthest when the best are measured again, by seeds none was chosen by."""
+        best = sorted(tried, key=lambda one: -_progress(one[0]))[:_MEASURED_AGAIN]
+        if len(best) == 1 or self.parts.measure_again is None:
+            return best[0]
+        return max(best, key=lambda one: one[0].measure_again(_robot_of(one[1])).progress)
+
     def _approve(self, iteration: Iteration, draft: Draft) -> Outcome:
         folder = iteration.folder
         scene = folder.scene.read()
         assert scene is not None, "only an assembled scene is judged"
-        assert draft.robot is not None, "only a robot is placed in a scene"
-        self.design.final_robot.write(draft.robot.mjcf.encode())
+        self.design.final_robot.write(_robot_of(draft).mjcf.encode())
         self.design.final_scene.write(scene.mjcf.encode())
         critique, trial = folder.critique.read(), folder.task_report.read()
         reason = critique.summary if critique and critique.summary else "Stable, and passed by the Judge."
@@ -127,8 +135,13 @@ class _Round:
     """What each iteration found wrong, before the Judge passed the design."""
     trial_changes: list[Change] = field(default_factory=list)
     """What each trial on the task found wrong, after the Judge passed the design."""
-    fallback: tuple[Iteration, Draft] | None = None
-    """The iteration with most progress in its trial; it is kept if nothing better follows."""
+    fell_short: list[tuple[Iteration, Draft]] = field(default_factory=list)
+    """Iterations that the Judge passed and whose trial fell short; one of them is kept if nothing better follows."""
+
+
+def _robot_of(draft: Draft) -> Robot:
+    assert draft.robot is not None, "only a robot is tried"
+    return draft.robot
 
 
 def _progress(iteration: Iteration) -> float:

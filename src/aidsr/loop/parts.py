@@ -34,7 +34,7 @@ Halt = Callable[[], bool]
 
 
 TryOnTask = Callable[[Robot, Scene], TaskReport]
-"""Tries a scene that the Judge passed on its task, and reports how far it got."""
+"""Tries a stable scene on its task, and reports how far it got."""
 
 
 class Repair(Protocol):
@@ -91,6 +91,8 @@ class Parts:
     person: Person
     stalled: Stalled = never_stop
     try_on_task: TryOnTask | None = None
+    measure_again: TryOnTask | None = None
+    """Tries a scene by seeds and variations of its own: decides which of those that fell short is kept."""
     task_rounds: int = 0
     """How often a design may be sent back after a trial on its task."""
     interrupt: Callable[[], None] = lambda: None

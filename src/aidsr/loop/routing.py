@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from aidsr.core.artifacts import Critique, Fault, TaskReport, ValidationReport
@@ -23,8 +24,21 @@ class Change:
     """What the Coder is asked to repair."""
     placement: Feedback | None = None
     """What the Scene Integrator is asked to adjust."""
+    details: str = ""
+    """Figures of a trial on the task, and of earlier ones; told to whoever is asked."""
     after_trial: bool = False
     """Whether a scene that the Judge passed fell short when it was tried on its task."""
+
+    @property
+    def to_designer(self) -> str:
+        """What the Designer is asked, with the figures."""
+        return "\n\n".join(text for text in (self.concept, self.details) if text)
+
+    def with_details(self, feedback: Feedback | None) -> Feedback | None:
+        """Return what a role gets, with the figures of the trial after its summary."""
+        if not (self.details and isinstance(feedback, Critique)):
+            return feedback
+        return feedback.model_copy(update={"summary": f"{feedback.summary}\n\n{self.details}\n"})
 
     @property
     def reason(self) -> str:
@@ -60,11 +74,18 @@ def after_critique(critique: Critique) -> Change:
     return Change(robot=_blamed(critique, "coder"), placement=_blamed(critique, "integrator"))
 
 
-def after_trial(report: TaskReport) -> Change:
-    """Return which roles act on a trial; the Designer, who has no other report of it, also gets its summary."""
+def after_trial(report: TaskReport, earlier: Sequence[str] = ()) -> Change:
+    """Return which roles act on a trial; the Designer, who has no other report of it, also gets its summary.
+
+    Args:
+        report: Of the trial.
+        earlier: What earlier bodies and placements came to, a line for each.
+    """
     change = after_critique(report.critique)
     concept = f"{report.critique.summary}\n{change.concept}" if change.concept else ""
-    return replace(change, concept=concept, after_trial=True)
+    details = [report.account] * bool(report.account)
+    details += ["\n".join(["Earlier bodies and placements of this design:", *earlier])] * bool(earlier)
+    return replace(change, concept=concept, details="\n\n".join(details), after_trial=True)
 
 
 def _is_of_placement(fault: Fault) -> bool:

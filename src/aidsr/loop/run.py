@@ -18,7 +18,7 @@ from aidsr.loop.early_stop import never_stop, no_progress
 from aidsr.loop.human import DecisionFile, PresetFeedback, approve
 from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
-from aidsr.loop.task_trial import check_trial, trial_of
+from aidsr.loop.task_trial import check_trial, measure_again, trial_of
 from aidsr.loop.teams import check_model, model_name, require_object, team_of
 from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
 from aidsr.runs.files import replace_file
@@ -272,6 +272,7 @@ def parts_of(run: Run, model: Model | None = None) -> Parts:
         filmstrip=filmstrip,
         person=_person(record.config),
         try_on_task=trial_of(run) if record.config.task_feedback else None,
+        measure_again=measure_again(run) if record.config.task_feedback else None,
         task_rounds=record.config.task_rounds,
         stalled=no_progress if record.config.early_stop else never_stop,
         interrupt=interrupt,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from aidsr.core.artifacts import Critique, Evaluation, Robot, Scene, TaskReport
 from aidsr.core.config import RunConfig
@@ -23,9 +24,7 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
         UserError: Nothing measures success, or what training needs is missing.
     """
     if config.task_feedback and not measured:
-        raise UserError(
-            "task_feedback requires a measure of success; name a task, or give a goal (docs/goals.md)"
-        )
+        raise UserError("task_feedback requires a measure of success; name a task, or give a goal (docs/goals.md)")
     if config.task_training and not config.task_feedback:
         raise UserError("task_training requires task_feedback; switch on both")
     if config.task_training:
@@ -34,11 +33,9 @@ def check_trial(config: RunConfig, *, measured: bool) -> None:
 
 def trial_of(run: Run) -> TryOnTask:
     """Return the function that tries scenes on the task of a run, or by its goal."""
-    from aidsr.learn.openloop.task_trial import try_task
-
     record = run.asked()
     level, goal = record.level or "standard", None if record.task else run.goal.path
-    probe = partial(try_task, task=record.task, level=level, goal=goal)
+    probe = _try(run, attribute=True)
     steps = record.config.task_training
     if not steps:
         return probe
@@ -56,6 +53,21 @@ def trial_of(run: Run) -> TryOnTask:
         return with_policy(report, evaluation, steps)
 
     return probe_and_train
+
+
+def measure_again(run: Run) -> TryOnTask:
+    """Return the function that tries a scene by other seeds and variations than its trial."""
+    from aidsr.tools.trial import SEEDS
+
+    return _try(run, first_seed=SEEDS, attribute=False)
+
+
+def _try(run: Run, **how: Any) -> TryOnTask:
+    from aidsr.tools.trial import try_task
+
+    record = run.asked()
+    level, goal = record.level or "standard", None if record.task else run.goal.path
+    return partial(try_task, task=record.task, level=level, goal=goal, environment=run.brief().environment, **how)
 
 
 def with_policy(report: TaskReport, evaluation: Evaluation, steps: int) -> TaskReport:

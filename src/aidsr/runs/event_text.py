@@ -26,6 +26,7 @@ DOING = {
     "preview": "a picture is drawn",
     "critique": "the Judge looks at the scene",
     "task_report": "the scene is tried on its task",
+    "measured_again": "what came farthest is measured again",
     "motion": "its motion is drawn",
 }
 """Text of each step while it runs."""
@@ -36,6 +37,7 @@ _FOUND = {
     "scene_report": "scene",
     "critique": "Judge",
     "task_report": "tried on its task",
+    "measured_again": "measured again",
 }
 """The steps whose result a person wants to read, and what they looked at."""
 

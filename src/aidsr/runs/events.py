@@ -33,6 +33,7 @@ Step = Literal[
     "preview",
     "critique",
     "task_report",
+    "measured_again",
     "motion",
 ]
 """A step is named after the file it writes."""

@@ -109,8 +109,13 @@ class IterationFolder:
 
     @property
     def task_report(self) -> JsonFile[TaskReport]:
-        """Where the judged scene stopped on its task, where it was tried."""
+        """Where the stable scene stopped on its task, where it was tried."""
         return JsonFile(self.path / "task_report.json", TaskReport)
+
+    @property
+    def measured_again(self) -> JsonFile[TaskReport]:
+        """The same by seeds and variations that it was not chosen by, where several scenes fell short."""
+        return JsonFile(self.path / "measured_again.json", TaskReport)
 
     @property
     def decision(self) -> JsonFile[Decision]:

@@ -34,7 +34,11 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/II/critique.json", "the Judge's verdict on a stable scene"),
     (
         "designs/N/II/task_report.json",
-        "where a judged scene stopped when it was tried on its task, with --task-feedback",
+        "where a stable scene stopped when it was tried on its task, with --task-feedback",
+    ),
+    (
+        "designs/N/II/measured_again.json",
+        "the same by other seeds and variations, where several fell short and one of them is kept",
     ),
     ("designs/N/II/motion.png", "moments of a scene that the Judge passed or was shown, while its actuators swing"),
     ("designs/N/II/decision.json", "the person's answer; written by a person, in any way"),

@@ -1,4 +1,4 @@
-"""An iteration as a row of stages: robot, is it stable, scene, is it stable, judged, decided."""
+"""An iteration as a row of stages: robot, is it stable, scene, is it stable, tried, judged, decided."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ _AT_WORK = {
     "scene_report": "scene stable",
     "critique": "judged",
     "task_report": "tried",
+    "measured_again": "tried",
 }
 """Which stage a step belongs to."""
 
@@ -74,12 +75,12 @@ def _stages(iteration: IterationFolder, at_work: str, *, had_robot: bool) -> tup
         else _stage("robot stable", at_work, "kept" if had_robot and not made else "none", ""),
         _stage("scene", at_work, "done" if iteration.scene.xml.path.exists() else "none", "placed"),
         _stage("scene stable", at_work, *(_verdict(scene.stable, len(scene.errors)) if scene else ("none", ""))),
-        _stage("judged", at_work, *(_judged(passed=critique.passed) if critique else ("none", ""))),
     ]
     tried = iteration.task_report.read()
     if tried or at_work == "tried":
         good: Mark = "good" if tried and tried.critique.passed else "bad"
         stages.append(_stage("tried", at_work, good, tried.phase.replace("_", " ") if tried else ""))
+    stages.append(_stage("judged", at_work, *(_judged(passed=critique.passed) if critique else ("none", ""))))
     decision = decided(iteration)
     if decision is not None:
         mark: Mark = "good" if decision.verdict == "approve" else "bad" if decision.verdict == "quit" else "done"

@@ -131,8 +131,8 @@ class Task(ABC):
     stages: ClassVar[tuple[tuple[float, str], ...]] = ()
     """What is reached at which progress, in rising order: ((0.5, "at the button"), (1.0, "pressed"))."""
     decisive: ClassVar[str] = ""
-    """The stage, in its words, that a body reaches only by doing what the job is about; the last but one unless named.
-    A design that no blind motion brings there is sent back by the trial."""
+    """The stage, in its words, that a body reaches only by doing what the job is about; unless named the last but one,
+    of two the last. A design that no blind motion brings there is sent back by the trial."""
     policy_actuators: ClassVar[tuple[str, ...]] = ()
     """Actuators of the environment that the policy drives as well: an action of -1 to 1 spans their control range."""
     hard: ClassVar[Mapping[str, float]] = {}
@@ -277,7 +277,7 @@ class Task(ABC):
         if not self.stages:
             return _ENOUGH, f"progress {_ENOUGH:g}"
         named = [stage for stage in self.stages if stage[1] == self.decisive]
-        return named[0] if named else self.stages[max(0, len(self.stages) - 2)]
+        return named[0] if named else self.stages[-2 if len(self.stages) > 2 else -1]
 
 
 def find_fault(task: type[Task]) -> str:

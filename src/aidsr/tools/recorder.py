@@ -64,7 +64,7 @@ class Recorder:
         self._touches_itself, self._fastest = 0, ""
         self._features = [self._observed()]
         self._turns, self._last_turn_deg = 0.0, 0.0
-        self.moments = [self._moment(0.0, 0.0)]
+        self.moments = [self._moment(0.0, float(episodes.progress[0]))]
 
     def step(self, result: StepResult) -> None:
         """Record the state after a control step."""

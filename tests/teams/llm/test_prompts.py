@@ -94,8 +94,12 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "judge_scene_limb": lambda t: t.judge.judge(BRIEF, CONCEPT, LIMB, SCENE, MEASURED),
     "judge_scene": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
     "judge_scene_scaled": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SMALLER, REPORT),
+    "judge_scene_tried": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, TRIED),
     "judge_scene_seen": lambda t: seeing(t.judge).judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
 }
+TRIED = REPORT.model_copy(
+    update={"measurements": {"trial": 'No search reaches "pressed".\n- 40 motions: progress 0.45'}}
+)
 PICTURES = {"The scene as it stands.": b"\x89PNG 1", "It moves.": b"\x89PNG 2"}
 
 

@@ -120,6 +120,11 @@ class Episodes:
         self.observation = self._observe(readings)
         """(n, n_observations)."""
 
+    @property
+    def progress(self) -> FloatArray:
+        """How far each task is done at this moment, (n,)."""
+        return self._state.progress
+
     def _bind_outputs(self) -> None:
         """Name the derived fields that are read, so that MuJoCo copies them out."""
         fields = ["sensordata", "ten_length", "ten_velocity", "actuator_force", "cvel", "xipos", "subtree_com"]

@@ -1,14 +1,14 @@
 """In which phase of a task a body fails, and which role can change that.
 
-The report of a trial is a critique with bodies, times and numbers: every team that understands its Judge understands
-it. Components are named as the Judge names them.
+What is found is an issue as the Judge writes one, with bodies, times and numbers: every team that understands its Judge
+understands it. Components are named as the Judge names them.
 """
 
 from __future__ import annotations
 
 from typing import Literal
 
-from aidsr.core.artifacts import Critique, CritiqueIssue, TaskReport
+from aidsr.core.artifacts import CritiqueIssue
 from aidsr.core.formatting import format_number
 from aidsr.learn.openloop.trace import Trace
 from aidsr.tasks import GoalTask, Task
@@ -16,16 +16,12 @@ from aidsr.tasks.goals import Goal
 from aidsr.tasks.goals.touch import Touch
 from aidsr.tasks.readings import TOUCH_N
 
-_Phase = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
-_ENOUGH = 0.5
-"""Progress at which a task without stages counts as a good beginning. Our choice."""
+Phase = Literal["never_reached", "no_force", "wrong_way", "slipped", "unstable", "not_forward"]
 _LOST = 0.1
 """Progress that is lost again after a slip. Our choice: more than an episode wavers by."""
 _FIRM_N = 0.5
 """Sustained force from which a body is not called weak whatever its target needs. Our choice: more than a limb's weight
 presses."""
-_SELDOM = 0.01
-"""Share of the time in which a violation is not reported. Our choice: one impact."""
 _MOVED_M = 0.002
 """What a target may give by contacts and play alone. Our choice: a quarter of the shortest way of a task."""
 _ONWARD = 0.02
@@ -42,57 +38,13 @@ def targets_of(task: Task) -> tuple[str, ...]:
     return tuple(dict.fromkeys(touched)) if task.base != "free" else ()
 
 
-def attribute_failure(task: Task, trace: Trace, tried: int) -> TaskReport:
-    """Return the phase in which the best motion ends, and which role should change what.
+def attribute_failure(task: Task, trace: Trace) -> tuple[Phase, CritiqueIssue]:
+    """Return the phase in which an episode that fell short ended, and which role should change what.
 
     Args:
         task: The task.
         trace: The best motion, recorded.
-        tried: Number of motions of the search.
     """
-    success = bool(trace.outcomes.success[0])
-    progress = float(trace.outcomes.best_progress[0])
-    reached = (
-        f"{task.stage_reached(progress, success=success)} (progress {progress:.2f}, best of {tried} open-loop motions)"
-    )
-    if trace.outcomes.failure[0]:
-        reached += f", given up by the task's own rule after {_s(float(trace.outcomes.time_s[0]))}"
-    if (forbidden := sum(step.violation > 0 for step in trace.steps) / len(trace.steps)) > _SELDOM:
-        reached += f", doing what the task forbids for {forbidden:.0%} of the time"
-    if success or progress >= _good_enough(task, trace):
-        summary = f"Without learning the body comes so far: {reached}."
-        return TaskReport(
-            phase="solved" if success else "partial", progress=progress, critique=Critique(passed=True, summary=summary)
-        )
-    phase, issue = _diagnose(task, trace)
-    critique = Critique(passed=False, summary=f"Tried on its task it comes so far: {reached}.", issues=(issue,))
-    return TaskReport(phase=phase, progress=progress, critique=critique)
-
-
-def _good_enough(task: Task, trace: Trace) -> float:
-    """Return the progress from which training is left to show the rest: moving forward, or more than being there."""
-    starts = [start for start, _ in task.stages]
-    if not starts:
-        return _ENOUGH
-    return starts[0] if trace.free and not trace.nearest.nearest else starts[min(1, len(starts) - 1)]
-
-
-def _goal_of(task: Task) -> Goal | None:
-    return task.goal if isinstance(task, GoalTask) else None
-
-
-def _is_to_reach(task: Task) -> bool:
-    """Whether the task is a goal about points only."""
-    goal = _goal_of(task)
-    return goal is not None and bool(goal.points) and not goal.bodies
-
-
-def _wanted_n(task: Task) -> float | None:
-    goal = _goal_of(task)
-    return goal.wanted_n if goal else None
-
-
-def _diagnose(task: Task, trace: Trace) -> tuple[_Phase, CritiqueIssue]:
     end = trace.steps[-1]
     if trace.outcomes.diverged[0]:
         return "unstable", CritiqueIssue(
@@ -111,6 +63,21 @@ def _diagnose(task: Task, trace: Trace) -> tuple[_Phase, CritiqueIssue]:
     if trace.sustained_n < wanted_n:
         return "no_force", _no_force(task, trace)
     return "wrong_way", _wrong_way(task, trace)
+
+
+def _goal_of(task: Task) -> Goal | None:
+    return task.goal if isinstance(task, GoalTask) else None
+
+
+def _is_to_reach(task: Task) -> bool:
+    """Whether the task is a goal about points only."""
+    goal = _goal_of(task)
+    return goal is not None and bool(goal.points) and not goal.bodies
+
+
+def _wanted_n(task: Task) -> float | None:
+    goal = _goal_of(task)
+    return goal.wanted_n if goal else None
 
 
 def _touch(trace: Trace) -> str:

@@ -55,6 +55,7 @@ def probe_scene(
     *,
     candidates: int = CANDIDATES,
     variations: int = VARIATIONS,
+    first: int = 0,
     max_steps: int = MAX_STEPS,
     longest_s: float = LONGEST_SEARCH_S,
     kinds: Sequence[MotionKind] = MOTION_KINDS,
@@ -70,6 +71,7 @@ def probe_scene(
         scene: The body in the environment of its task.
         candidates: Motions tried for each variation, in whole generations of 16.
         variations: How many development variations; each is searched for itself.
+        first: Index of the first of them.
         max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
             played to the end, for which a part is set aside; a first few motions are played however little is left.
         longest_s: Motions of the search are played no longer than this [s].
@@ -88,7 +90,9 @@ def probe_scene(
         )
     began = time.monotonic()
     player = _Player(scene, longest_s, threads)
-    searches = [_Search(scene.task.variation("development", index)) for index in range(variations)]
+    searches = [
+        _Search(index, scene.task.variation("development", index)) for index in range(first, first + variations)
+    ]
     rng = np.random.default_rng(seed)
     ended_by = _search(player, searches, tuple(kinds), candidates, max_steps, rng, listen)
     found, same_motion_share = _play_finals(player, searches)
@@ -117,6 +121,8 @@ def probe_scene(
 class _Search:
     """The motions tried for one variation, and their fitness, by kind."""
 
+    index: int
+    """Of the development variation."""
     variation: Variation
     rows: dict[MotionKind, FloatArray] = field(default_factory=dict)
     fitness: dict[MotionKind, FloatArray] = field(default_factory=dict)
@@ -244,6 +250,6 @@ def _play_finals(player: _Player, searches: Sequence[_Search]) -> tuple[tuple[Pr
     fitness = fitness_of(outcomes).reshape(len(rounded), len(searches))
     found = []
     for index, best in enumerate(fitness.argmax(axis=0).tolist()):
-        episode = outcomes.result(best * len(searches) + index, index)
+        episode = outcomes.result(best * len(searches) + index, searches[index].index)
         found.append(ProbedVariation(episode=episode, family=searches[best].best_kind, motion=rounded[best]))
     return tuple(found), float(outcomes.success.reshape(fitness.shape).mean(axis=1).max())

@@ -1,4 +1,4 @@
-"""One motion, recorded step by step: gaps to the targets, contact forces, speeds of the robot's bodies."""
+"""One episode, recorded step by step: gaps to the targets, contact forces, speeds of the robot's bodies."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import mujoco
 import numpy as np
 
 from aidsr.learn.episodes.batch import Episodes, StepResult
-from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
+from aidsr.learn.episodes.rollout import EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.motion import Motion, Motions, OpenLoopPolicy
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import GoalTask, Variation, apply_to_simulation
@@ -107,13 +106,13 @@ class Trace:
         )
 
 
-def trace_motion(scene: TaskScene, variation: Variation, motion: Motion, targets: Sequence[str]) -> Trace:
-    """Play a motion once more and record it.
+def trace(scene: TaskScene, variation: Variation, policy: Policy, targets: Sequence[str]) -> Trace:
+    """Let a policy play one episode and record it.
 
     Args:
         scene: The robot in its environment.
         variation: Of the episode.
-        motion: What the actuators do.
+        policy: Decides what the actuators do.
         targets: Bodies of the environment that the robot is to touch, or the site or body that it is to reach.
     """
     recorder = _Recorder(scene, variation, targets)
@@ -124,7 +123,7 @@ def trace_motion(scene: TaskScene, variation: Variation, motion: Motion, targets
         if not result.diverged[0]:
             steps.append(recorder.record(episodes, result))
 
-    outcomes = rollout(episodes, OpenLoopPolicy(Motions.of([motion]), scene.task.control_dt_s), record)
+    outcomes = rollout(episodes, policy, record)
     free = bool(episodes.structure.free_roots)
     return Trace(tuple(steps) or (recorder.initial(),), outcomes, recorder.yield_force_n(), free)
 

@@ -58,6 +58,7 @@ class JudgeAgent:
             report=report.account(),
             measured=_measurement_lines(report),
             captions=list(pictures),
+            trial=report.measurements.get("trial", ""),
         )
         return self.conversation.ask("judge", render("judge"), user, _read, tuple(pictures.values()))
 

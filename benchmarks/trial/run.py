@@ -1,0 +1,194 @@
+"""Try every scene as the earlier and the present trial do, train in it, and keep what came of it.
+
+    python -m benchmarks.trial.run training earlier trial
+
+Rows go to results.jsonl; the same command goes on with what is left, and several may share the file. A row is of its
+scene's text and its version of the benchmark: one of another is made again. `report` writes the table.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+import numpy as np
+from benchmarks.learning.compare import RESULTS as TRAININGS
+from benchmarks.learning.compare import Row as Trained
+from benchmarks.learning.compare import rows_of as trained_rows
+from benchmarks.learning.compare import success_of
+from benchmarks.learning.suite import Half, SuiteScene
+from benchmarks.trial.earlier import try_as_before
+from benchmarks.trial.scenes import scenes
+from pydantic import Field
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.provenance import commit, processor
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.rl.policy import one_torch_thread
+from aidsr.learn.rl.recipe import PROTOCOLS
+from aidsr.learn.rl.trained import FinishedTraining
+from aidsr.learn.rl.training import train
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import BENCHMARK_VERSION, load_task
+from aidsr.tools.trial import try_scene
+
+RESULTS = Path(__file__).with_name("results.jsonl")
+STEPS = 60_000
+"""Control steps of a training, by protocol `best`: a fifth of the full budget."""
+
+Kind = Literal["training", "earlier", "trial"]
+
+
+class Row(Artifact):
+    """What one way of looking at a scene found."""
+
+    scene: str
+    task: str
+    half: Half
+    author: str
+    kind: Kind
+    success: float
+    """Share of episodes won: of 20 development variations never trained on, or of the searches of a trial."""
+    progress: float
+    """Mean over the same."""
+    sent_back: bool = False
+    phase: str = ""
+    details: dict[str, tuple[float, ...]] = Field(default_factory=dict)
+    """Single results of a trial, from which its decision is made."""
+    processor_s: float
+    scene_sha256: str
+    benchmark_version: int = BENCHMARK_VERSION
+    steps: int = 0
+    commit: str
+    processor: str
+
+
+def main() -> None:
+    """Make the rows that are left."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kinds", nargs="+", choices=tuple(_MAKERS))
+    parser.add_argument("--half", choices=("decide", "aside"), help="both unless named")
+    parser.add_argument("--scenes", nargs="+", help="names, all of the half unless given")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    asked = parser.parse_args()
+    for scene in scenes(asked.half):
+        for kind in asked.kinds:
+            if (asked.scenes and scene.name not in asked.scenes) or (kind == "training" and scene.name in taken_over()):
+                continue
+            mjcf, sha256 = scene_text(scene)
+            if not any(is_of(row, scene, kind, sha256) for row in rows_of(asked.out)):
+                _note(asked.out, make(kind, scene, mjcf, sha256))
+
+
+def rows_of(path: Path) -> list[Row]:
+    """Return what is known."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return [Row.model_validate_json(line) for line in lines]
+
+
+def taken_over() -> dict[str, Trained]:
+    """Return the trainings of `benchmarks.learning` with this budget, recipe and version of the benchmark, by scene.
+
+    Its rows hold no hash of the scene; both take the same file of robot and placement.
+    """
+    recipe = PROTOCOLS["best"]
+    return {
+        row.scene: row
+        for row in trained_rows(TRAININGS)
+        if (row.protocol, row.steps, row.recipe, row.benchmark_version) == ("best", STEPS, recipe, BENCHMARK_VERSION)
+    }
+
+
+def is_of(row: Row, scene: SuiteScene, kind: str, sha256: str) -> bool:
+    """Whether a row is of this scene as it is today."""
+    return (row.scene, row.kind, row.scene_sha256, row.benchmark_version) == (
+        scene.name,
+        kind,
+        sha256,
+        BENCHMARK_VERSION,
+    )
+
+
+def scene_text(asked: SuiteScene) -> tuple[str, str]:
+    """Return the MJCF of a scene, and its hash."""
+    task = load_task(asked.task)
+    mjcf = assemble(asked.robot, task.environment, asked.placement, task.sensors).mjcf
+    return mjcf, hashlib.sha256(mjcf.encode()).hexdigest()
+
+
+def make(kind: Kind, asked: SuiteScene, mjcf: str, sha256: str) -> Row:
+    """Return the row of one scene."""
+    scene = TaskScene.of(mjcf, load_task(asked.task), groups=asked.robot.actuator_groups)
+    began = time.process_time()
+    found = _MAKERS[kind](scene)
+    return Row(
+        scene=asked.name,
+        task=asked.task,
+        half=asked.half,
+        author=asked.author,
+        kind=kind,
+        processor_s=round(time.process_time() - began, 2),
+        scene_sha256=sha256,
+        commit=commit(),
+        processor=processor(),
+        **found,
+    )
+
+
+def _trained(scene: TaskScene) -> dict[str, object]:
+    with TemporaryDirectory() as home, one_torch_thread():
+        folder = Path(home, "training")
+        train(scene, folder, steps=STEPS, recipe=PROTOCOLS["best"], threads=1)
+        finished = FinishedTraining.load(folder)
+        success, progress = success_of(finished.scene, finished.policy, finished.config.recipe.smoothing, np.inf)
+    return {"success": success, "progress": progress, "steps": STEPS}
+
+
+def _tried(scene: TaskScene) -> dict[str, object]:
+    report = try_scene(scene)
+    searches = [attempt for attempt in report.attempts if attempt.how == "search"]
+    return {
+        "success": sum(attempt.succeeded for attempt in searches) / len(searches),
+        "progress": report.progress,
+        "sent_back": not report.critique.passed,
+        "phase": report.phase,
+        "details": {
+            "decisive": (scene.task.decisive_stage()[0],),
+            "searches": tuple(attempt.progress for attempt in searches),
+            "script": tuple(attempt.progress for attempt in report.attempts if attempt.how == "script"),
+            "succeeded": tuple(float(attempt.succeeded) for attempt in report.attempts),
+            "start": (report.start_progress,),
+        },
+    }
+
+
+_MAKERS: dict[Kind, Callable[[TaskScene], dict[str, object]]] = {
+    "training": _trained,
+    "earlier": try_as_before,
+    "trial": _tried,
+}
+
+
+def _note(path: Path, row: Row) -> None:
+    with path.open("a", encoding="utf-8") as file:
+        file.write(row.model_dump_json() + "\n")
+    sys.stdout.write(
+        f"{row.scene} {row.kind}: success {row.success:.0%}, progress {row.progress:.2f}, {row.phase} "
+        f"{'sent back' * row.sent_back}, {row.processor_s:.0f} s of a processor\n"
+    )
+    sys.stdout.flush()
+
+
+def kept(rows: Sequence[Row], kind: Kind) -> dict[str, Row]:
+    """Return the newest row of each scene."""
+    return {row.scene: row for row in rows if row.kind == kind and row.benchmark_version == BENCHMARK_VERSION}
+
+
+if __name__ == "__main__":
+    main()

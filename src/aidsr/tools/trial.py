@@ -1,0 +1,306 @@
+"""Try a scene on its task without learning: does any blind motion bring it to the decisive stage, and if not, why.
+
+1. Searches for a motion, each with a seed and a variation of its own.
+2. Where most of them do not reach the task's decisive stage: a search for a script, from the best motion.
+3. Where that does not either: the best attempt is played again and recorded, and the failure attributed to a role. The
+   placement is only blamed where other placements come farther than seeds differ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aidsr.core.artifacts import Attempt, Critique, CritiqueIssue, Placement, Robot, Scene, TaskReport
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+from aidsr.tasks import Level, Task, load_task
+
+if TYPE_CHECKING:
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.learn.openloop.report import ProbeReport
+    from aidsr.tools.script_search import FoundScript
+
+SEEDS = 3
+"""Searches, at most: the third decides where two disagree. Our choice."""
+MOTIONS = 160
+STEPS_PER_S, LEAST_STEPS = 5_000, 150_000
+"""Physics steps of a search for each second that an episode may last, and at least. Our choice: with 150,000 for
+episodes of any length 29 to 46 motions were tried, and the same scene came out at 0.32, 0.96 and 0.34."""
+LONGEST_S = 10.0
+"""How long motions of a search are played. Our choice."""
+_LIMITS = Limits(wall_s=7200.0, cpu_s=3600.0)
+_OTHER_SCALES, _OTHER_TURNS_DEG = (0.8, 1.25), (90.0, 180.0)
+"""Placements that a blamed one is compared with: the robot scaled, and turned about its own axis. Our choice."""
+
+
+@isolated(limits=_LIMITS)
+def try_task(
+    robot: Robot,
+    scene: Scene,
+    *,
+    task: str = "",
+    level: Level = "standard",
+    goal: Path | None = None,
+    environment: str = "",
+    first_seed: int = 0,
+    attribute: bool = True,
+) -> TaskReport:
+    """Return how far a scene comes on its task without learning, and the role that can change that.
+
+    Args:
+        robot: The robot in the scene.
+        scene: A stable scene.
+        task: Name of the task.
+        level: Its level.
+        goal: File of a goal, instead of a task.
+        environment: MJCF of the environment, in which other placements are tried; none are without it.
+        first_seed: Of the searches, and index of the first development variation. Others than 0 measure it afresh.
+        attribute: Whether a script is searched, and the failure attributed; else every search is made, and that is all.
+
+    Raises:
+        UserError: There is no such task, or the scene is not one of it.
+        MjcfError: The scene cannot be loaded.
+        IsolationError: The trial exceeded its limits.
+    """
+    from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.tasks import goal_task, read_goal
+
+    goal_or_task = goal_task(read_goal(goal), scene.mjcf) if goal else load_task(task, level)
+    placed = TaskScene.of(scene.mjcf, goal_or_task, groups=robot.actuator_groups)
+    others = _Others(robot, scene.placement, environment, goal_or_task) if environment else None
+    return try_scene(placed, first_seed=first_seed, attribute=attribute, others=others)
+
+
+@dataclass(frozen=True)
+class _Others:
+    """Makes the scene of a robot with another placement."""
+
+    robot: Robot
+    placement: Placement
+    environment: str
+    task: Task
+
+    def placements(self) -> list[tuple[str, Placement]]:
+        """Return other placements, each in words."""
+        x, y, z = self.placement.rotation_deg
+        scales = [round(self.placement.scale * factor, 3) for factor in _OTHER_SCALES]
+        changes: list[tuple[str, dict[str, Any]]] = [
+            *((f"at scale {scale:g}", {"scale": scale}) for scale in scales if 0.5 <= scale <= 2.0),
+            *((f"turned by {turn:g} deg", {"rotation_deg": (x, y, z + turn)}) for turn in _OTHER_TURNS_DEG),
+        ]
+        return [(words, self.placement.model_copy(update=change)) for words, change in changes]
+
+    def scene(self, placement: Placement) -> TaskScene:
+        """Return the scene.
+
+        Raises:
+            MjcfError: The two cannot become one model.
+        """
+        from aidsr.learn.episodes.scene import TaskScene
+        from aidsr.sim.assembly import assemble
+
+        made = assemble(self.robot, self.environment, placement, self.task.sensors)
+        return TaskScene.of(made.mjcf, self.task, groups=self.robot.actuator_groups)
+
+
+def try_scene(
+    scene: TaskScene, *, first_seed: int = 0, attribute: bool = True, others: _Others | None = None
+) -> TaskReport:
+    """Do the work of `try_task` in this process, with a scene that is loaded."""
+    reports: list[ProbeReport] = []
+    for seed in range(first_seed, first_seed + SEEDS):
+        reports.append(_search(scene, seed))
+        reached = [_attempt(scene.task, report).decisive for report in reports]
+        if attribute and len(reports) == 2 and reached[0] == reached[1]:
+            break  # a third cannot change what most of them find
+    attempts = [_attempt(scene.task, report) for report in reports]
+    progress = sum(attempt.progress for attempt in attempts) / len(attempts)
+    enough = 2 * sum(attempt.decisive for attempt in attempts) > len(attempts)
+    found: FoundScript | None = None
+    if attribute and not enough:
+        found, attempt = _script(scene, max(reports, key=lambda report: report.progress))
+        attempts.append(attempt)
+        enough = attempt.decisive
+    start = _start_progress(scene)
+    if enough or not attribute:
+        phase = "solved" if any(attempt.succeeded for attempt in attempts) else "partial"
+        summary = _summary(scene.task, attempts, start)
+        return TaskReport(
+            phase=phase,
+            progress=progress,
+            critique=Critique(passed=True, summary=summary),
+            attempts=tuple(attempts),
+            start_progress=start,
+            account="\n".join(_lines(attempts)),
+        )
+    return _attributed(scene, reports, found, attempts, progress, start, others)
+
+
+def _steps(task: Task) -> int:
+    return max(LEAST_STEPS, round(STEPS_PER_S * task.time_limit_s))
+
+
+def _search(scene: TaskScene, seed: int) -> ProbeReport:
+    """Return the best motion of one seed, in the development variation of the same number."""
+    from aidsr.learn.openloop import probe_scene
+    from aidsr.learn.openloop.motion_search import ALL_KINDS
+
+    return probe_scene(
+        scene,
+        candidates=MOTIONS,
+        variations=1,
+        first=seed,
+        max_steps=_steps(scene.task),
+        longest_s=LONGEST_S,
+        kinds=ALL_KINDS,
+        seed=seed,
+        threads=1,
+    )
+
+
+def _attempt(task: Task, report: ProbeReport) -> Attempt:
+    episode = report.best.episode
+    return Attempt(
+        how="search",
+        seed=report.seed,
+        variation=episode.variation,
+        tried=report.motions,
+        progress=episode.best_progress,
+        reached=report.reached,
+        decisive=_is_decisive(task, episode.best_progress, succeeded=episode.ended == "succeeded"),
+        succeeded=episode.ended == "succeeded",
+    )
+
+
+def _is_decisive(task: Task, progress: float, *, succeeded: bool) -> bool:
+    return succeeded or progress >= task.decisive_stage()[0] - 1e-6
+
+
+def _script(scene: TaskScene, best: ProbeReport) -> tuple[FoundScript, Attempt]:
+    """Return the best script that was searched from the best motion."""
+    from aidsr.tools.script_search import search_script
+
+    variation = best.best.episode.variation
+    found = search_script(
+        scene,
+        best.best.motion,
+        variation=variation,
+        seed=best.seed,
+        max_steps=_steps(scene.task),
+        longest_s=LONGEST_S,
+    )
+    succeeded, progress = found.episode.ended == "succeeded", found.episode.best_progress
+    return found, Attempt(
+        how="script",
+        seed=best.seed,
+        variation=variation,
+        tried=found.tried,
+        progress=progress,
+        reached=scene.task.stage_reached(progress, success=succeeded),
+        decisive=_is_decisive(scene.task, progress, succeeded=succeeded),
+        succeeded=succeeded,
+    )
+
+
+def _start_progress(scene: TaskScene) -> float:
+    from aidsr.learn.episodes.batch import Episodes
+
+    episodes = Episodes(scene.model, scene.task, scene.actions, [scene.task.variation("development", 0)], threads=1)
+    return float(episodes.progress[0])
+
+
+def _attributed(
+    scene: TaskScene,
+    reports: list[ProbeReport],
+    found: FoundScript | None,
+    attempts: list[Attempt],
+    progress: float,
+    start: float,
+    others: _Others | None,
+) -> TaskReport:
+    """Return the report of a scene that no motion and no script gets to the decisive stage."""
+    from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
+    from aidsr.learn.openloop.trace import trace
+    from aidsr.tools.playing import record
+    from aidsr.tools.script import script_of
+    from aidsr.tools.script_search import script_policy
+
+    assert found is not None, "a script is tried before anything is blamed"
+    best = max(attempts, key=lambda attempt: attempt.progress)
+    motion = max(reports, key=lambda report: report.progress).best.motion
+    script = found.script if best.how == "script" else script_of(motion)
+    variation = scene.task.variation("development", best.variation)
+    seen = trace(scene, variation, script_policy(scene, script), targets_of(scene.task))
+    phase, issue = attribute_failure(scene.task, seen)
+    lines = _lines(attempts)
+    if issue.blame == "integrator":
+        issue, compared = _placement_or_body(issue, attempts, others)
+        lines += compared
+    summary = _summary(scene.task, attempts, start)
+    again = record(scene, script_policy(scene, script), variation=best.variation)
+    account = [*lines, "The best of them, as a script:", script, "What happened:", again.text()]
+    return TaskReport(
+        phase=phase,
+        progress=progress,
+        critique=Critique(passed=False, summary=summary, issues=(issue,)),
+        attempts=tuple(attempts),
+        start_progress=start,
+        account="\n".join(account),
+    )
+
+
+def _placement_or_body(
+    issue: CritiqueIssue, attempts: list[Attempt], others: _Others | None
+) -> tuple[CritiqueIssue, list[str]]:
+    """Return whom to blame where the placement seems wrong, and what other placements come to.
+
+    It is the placement where the same search comes farther with another one, by more than seeds differ here.
+    """
+    searches = [attempt.progress for attempt in attempts if attempt.how == "search"]
+    spread = max(searches) - min(searches)
+    compared: list[tuple[float, str]] = []
+    for words, placement in others.placements() if others else []:
+        try:
+            progress = _search(others.scene(placement), attempts[0].seed).progress  # type: ignore[union-attr]
+        except (MjcfError, IsolationError):
+            continue  # it does not fit there
+        compared.append((progress, words))
+    told = ", ".join(f"{progress:.2f} {words}" for progress, words in compared)
+    here = f"{attempts[0].progress:.2f} as it is placed, and seeds differ by {spread:.2f}"
+    lines = [f"Other placements, by the same search of seed {attempts[0].seed}: {told}; {here}."] * bool(compared)
+    farthest, words = max(compared, default=(0.0, ""))
+    if compared and farthest - attempts[0].progress > spread:
+        suggestion = f"{issue.suggestion}; {words} it comes to {farthest:.2f}"
+        return issue.model_copy(update={"suggestion": suggestion}), lines
+    problem = issue.problem + ("; other scales and turns come no farther than seeds differ" if compared else "")
+    suggestion = "let it bend farther, or another way, towards its target: another placement is not enough"
+    return issue.model_copy(
+        update={"blame": "designer", "component": "reach", "problem": problem, "suggestion": suggestion}
+    ), lines
+
+
+def _summary(task: Task, attempts: list[Attempt], start: float) -> str:
+    """Return in two sentences how far it comes."""
+    limit, words = task.decisive_stage()
+    searches = [attempt for attempt in attempts if attempt.how == "search"]
+    reached = sum(attempt.decisive for attempt in searches)
+    told = ", ".join(f"{attempt.progress:.2f}" for attempt in searches)
+    text = f'Tried on its task without learning, {reached} of {len(searches)} searches reach "{words}" (progress '
+    text += f"{limit:.2f}): they come to {told}"
+    for attempt in attempts[len(searches) :]:
+        text += f", and a script that was searched from the best of them to {attempt.progress:.2f}"
+    best = max(attempts, key=lambda attempt: attempt.progress)
+    return f"{text}. The best: {best.reached}. It starts at progress {start:.2f}."
+
+
+def _lines(attempts: list[Attempt]) -> list[str]:
+    """Return a line for each attempt."""
+    what = {"search": "open-loop motions", "script": "scripts of waypoints, from the best motion"}
+    return [
+        f"- {attempt.tried} {what[attempt.how]}, seed {attempt.seed}, development variation {attempt.variation}: "
+        f"progress {attempt.progress:.2f}, {attempt.reached}"
+        for attempt in attempts
+    ]
