@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from aidsr.apps.cli.training import print_evaluation
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.runs.trainings import Training, verdict_in_words
 from aidsr.studies.outcomes import DesignRow
@@ -23,6 +26,11 @@ def test_its_verdict_says_so(tmp_path: Path, count: int, said: bool) -> None:
     training = Training(tmp_path)
     assert training.resumed == count
     assert ("resumed while it learned" in verdict_in_words(training)) is said
+    console = Console(file=StringIO(), width=300)
+    print_evaluation(console, tmp_path, verdict)
+    assert ("(resumed while it learned)" in console.file.getvalue()) is said
+    (tmp_path / "evaluation.json").unlink()
+    assert ("not judged; resumed while it learned" in verdict_in_words(training)) is said
 
 
 @pytest.mark.parametrize("content", [{}, {"resumed": "often"}])

@@ -62,7 +62,10 @@ def test_a_lid_on_a_hinge_is_lifted_as_it_opens(target, arm_m):
 def test_a_body_that_only_turns_on_the_spot_is_refused_and_a_part_beside_its_axis_is_not():
     with pytest.raises(UserError, match=r"turns about its own centre of mass.* such as a part of it"):
         made('kind = "travel"\ntarget = "wheel"\ndistance_m = 0.01', WHEEL)
-    assert made('kind = "travel"\ntarget = "crank"\ndistance_m = 0.01\ndirection = [0, 0, 1]', WHEEL).goal.target == "crank"
+    assert (
+        made('kind = "travel"\ntarget = "crank"\ndistance_m = 0.01\ndirection = [0, 0, 1]', WHEEL).goal.target
+        == "crank"
+    )
 
 
 CUP = '<body name="cup" pos="0.5 0 0.2">{joint}<geom name="cup" size="0.03"/></body><site name="cup" pos="0 0.5 0.6"/>'
@@ -95,7 +98,10 @@ def placed(mjcf=TABLE, sensors=()):
 
 
 FOREIGN = {
-    "of another goal": ("lift", lambda: placed(sensors=made('kind = "travel"\ntarget = "cart"\ndistance_m = 0.1').sensors)),
+    "of another goal": (
+        "lift",
+        lambda: placed(sensors=made('kind = "travel"\ntarget = "cart"\ndistance_m = 0.1').sensors),
+    ),
     "of the user": (
         "walk",
         lambda: placed().replace("<sensor>", '<sensor><subtreecom name="com_position" body="cart"/>'),

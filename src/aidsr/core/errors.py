@@ -16,7 +16,8 @@ Anything else that is raised is a bug of ours and keeps its traceback.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
@@ -49,11 +50,28 @@ class MjcfError(AidsrError):
 
     Attributes:
         faults: Everything found wrong, never empty.
+        source: The file that was named, where one was.
     """
+
+    source: str = ""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
         super().__init__("; ".join(fault.message for fault in self.faults))
+
+    def __str__(self) -> str:
+        told = super().__str__()
+        return f"{self.source}: {told}" if self.source else told
+
+
+@contextmanager
+def about(source: object) -> Iterator[None]:
+    """Name the file or folder, in what is found wrong with the MJCF that was read from it."""
+    try:
+        yield
+    except MjcfError as error:
+        error.source = error.source or str(source)
+        raise
 
 
 class IsolationError(AidsrError):

@@ -25,8 +25,8 @@ Value = TypeVar("Value")
 Drawn = TypeVar("Drawn", Robot, Scene)
 
 
-class WrittenTwiceError(RuntimeError):
-    """Something tried to change a file of a run: two processes at work on one run, or a step that is not repeatable."""
+class WrittenTwiceError(UserError):
+    """A file of a run holds something else than what is written now: it was edited, or two processes work on it."""
 
 
 def write_once(path: Path, content: bytes) -> None:
@@ -38,7 +38,10 @@ def write_once(path: Path, content: bytes) -> None:
     if path.exists():
         if path.read_bytes() == content:
             return
-        raise WrittenTwiceError(f"{path} is written once and already holds something else")
+        raise WrittenTwiceError(
+            f"{path} is written once and holds something else than what belongs there: it was changed by hand, or "
+            "another process works on the same run; restore it, or start the design again"
+        )
     replace_file(path, content)
 
 

@@ -161,6 +161,19 @@ class DesignFolder:
         """MJCF of the approved scene."""
         return BytesFile(self.path / "final.xml")
 
+    def require_whole(self) -> None:
+        """Refuse what is left of an approved scene or robot, as after a copy that was interrupted.
+
+        Raises:
+            UserError: The file ends before the document does.
+        """
+        for file in (self.final_scene, self.final_robot):
+            content = file.read()
+            if content is not None and b"</mujoco>" not in content:
+                raise UserError(
+                    f"{file.path} is damaged: its document has no end; restore it, or start the design again"
+                )
+
     @property
     def final_robot(self) -> BytesFile:
         """MJCF of the approved robot alone."""

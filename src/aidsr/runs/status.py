@@ -127,6 +127,7 @@ def _design_status(folder: DesignFolder, share: Usage, proposing_s: float, now: 
     report = newest(it.scene_report.read() or it.robot_report.read() for it in shown)
     critique = newest(it.critique.read() for it in shown)
     outcome = folder.outcome.read()
+    folder.require_whole()
     return DesignStatus(
         number=folder.number,
         concept=concept.name if concept else "",

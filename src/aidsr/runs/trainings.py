@@ -102,15 +102,15 @@ def trainings_of(design: DesignFolder) -> tuple[Training, ...]:
 
 def verdict_in_words(training: Training) -> str:
     """Return what a training came to: its verdict and the share of held-out episodes, or that there is none yet."""
+    resumed = ["resumed while it learned, so not the policy of an undisturbed training"] if training.resumed else []
     verdict = training.evaluation.read()
     if verdict is None:
-        return f"training {training.path.name}: {'not judged' if training.result.path.exists() else 'not finished'}"
+        state = "not judged" if training.result.path.exists() else "not finished"
+        return "; ".join([f"training {training.path.name}: {state}", *resumed])
     word = "valid and successful" if verdict.successful else "valid, not successful" if verdict.valid else "not valid"
     failed = ", ".join(check.name for check in verdict.checks if not check.passed)
     share = f"{verdict.success_share:.0%} of {len(verdict.episodes)} held-out episodes"
-    reasons = [f"fails {failed}"] if failed else []
-    if training.resumed:
-        reasons.append("resumed while it learned, so not the policy of an undisturbed training")
+    reasons = [*([f"fails {failed}"] if failed else []), *resumed]
     return f"training {training.path.name}: {word}, {share}" + (f" ({'; '.join(reasons)})" if reasons else "")
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from aidsr.apps.cli import app, main
 from aidsr.apps.cli.output_file import write_output
-from aidsr.core.artifacts import Concept, Robot
+from aidsr.core.artifacts import Concept, Outcome, Robot
 from aidsr.core.errors import UserError
 from aidsr.runs import Run, read_status
 from aidsr.runs.files import MjcfFile, replace_file
@@ -102,6 +102,7 @@ def test_one_sentence(
     said = capsys.readouterr().err.strip().splitlines()
     assert len(said) == 1, said
     assert said[0].startswith("aidsr: ")
+    assert any(str(path) in said[0] for name, path in files.items() if f"{{{name}" in " ".join(cases[case]))
     assert not list(tmp_path.iterdir())
     assert files["arm.xml"].read_text() == small_arm()
 
@@ -121,6 +122,38 @@ def test_an_empty_robot_in_a_run_stops_its_design_and_is_approved_by_nobody(
     assert ended.value.code == 1
     assert "robot.xml is empty; restore or remove it" in " ".join(capsys.readouterr().out.split())
     assert read_status(Run(run.path)).approved == 0
+
+
+def test_a_file_of_a_run_that_was_edited_ends_resuming_with_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = new_run(tmp_path)
+    concept = Concept(name="a", interpretation="x", morphology="x", actuation="x", functional_part="tip", family="arm")
+    run.concepts.write((concept,))
+    run.design(1).iteration(1).concept.write(concept.model_copy(update={"name": "b"}))
+    with pytest.raises(SystemExit) as ended:
+        main(["resume", str(run.path)])
+    assert ended.value.code in (1, 2)
+    told = capsys.readouterr()
+    assert "Traceback" not in told.out + told.err
+    assert "concept.json is written once and holds something else" in " ".join((told.out + told.err).split())
+
+
+@pytest.mark.parametrize("name", ["final.xml", "final_robot.xml"])
+@pytest.mark.parametrize("left", [0, 100])
+def test_what_is_left_of_an_approved_scene_is_not_shown_as_one(
+    name: str, left: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = new_run(tmp_path)
+    design = run.design(1)
+    design.outcome.write(Outcome(outcome="approved", iteration=1, reason=""))
+    (design.path / name).write_text(small_arm())
+    assert read_status(run).approved == 1
+    (design.path / name).write_text(small_arm()[:left])
+    with pytest.raises(SystemExit) as ended:
+        main(["show", str(run.path)])
+    assert ended.value.code == 2
+    assert f"{design.path / name} is damaged: its document has no end" in capsys.readouterr().err
 
 
 def test_a_robot_that_is_no_text_is_one_sentence(tmp_path: Path) -> None:

@@ -73,6 +73,7 @@ def probe(
     """
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console
+    from aidsr.core.errors import about
 
     began = time.monotonic()
 
@@ -83,7 +84,7 @@ def probe(
             f"progress {point.progress:.2f}, {left}"
         )
 
-    with make_console(to_stderr=True).status("trying motions") as status:
+    with make_console(to_stderr=True).status("trying motions") as status, about(scene):
         report = api.probe(
             scene,
             task or "",

@@ -95,6 +95,7 @@ def train(
     from aidsr.api import find_scene
     from aidsr.apps.cli.terminal import make_console
     from aidsr.apps.cli.training import Trainer
+    from aidsr.core.errors import about
     from aidsr.learn.rl.recipe import recipe_of
 
     recipe = recipe_of(protocol, from_probe=from_probe, smoothing=smoothing, randomize=randomize)
@@ -113,7 +114,8 @@ def train(
         again=again,
     )
     try:
-        successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
+        with about(scene):
+            successful = trainer.train(found, out if out is not None else found.home / "training", grouping)
     except KeyboardInterrupt:
         same = "the same command without --again" if again else "the same command"
         console.print(f"\nInterrupted. What was learned is kept; {same} continues", soft_wrap=True)

@@ -216,13 +216,16 @@ def print_perturbed(console: Console, perturbed: Sequence[PerturbedEpisodes]) ->
 
 def print_evaluations(console: Console, evaluations: dict[Path, Evaluation]) -> None:
     """Print one line for each policy; the interval of its success is Wilson's at 95 %."""
+    from aidsr.runs.trainings import Training
+
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
     for title in ("training", "success", "progress", "valid", "successful"):
         table.add_column(title, overflow="fold")
     for folder, evaluation in evaluations.items():
         progress = sum(one.best_progress for one in evaluation.episodes) / len(evaluation.episodes)
         verdict = ["[green]yes[/]" if yes else "[red]no[/]" for yes in (evaluation.valid, evaluation.successful)]
-        table.add_row(escape(str(folder)), _success(evaluation.success_rate), f"{progress:.2f}", *verdict)
+        name = f"{folder} (resumed while it learned)" if Training(folder).resumed else str(folder)
+        table.add_row(escape(name), _success(evaluation.success_rate), f"{progress:.2f}", *verdict)
     print_unwrapped(console, table)
 
 

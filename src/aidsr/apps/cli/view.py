@@ -24,13 +24,15 @@ def view(path: Path, /, *, picture: Path = Path("aidsr_view.png")) -> int:
     from rich.markup import escape
 
     from aidsr.apps.cli.terminal import make_console
-    from aidsr.core.errors import UserError
+    from aidsr.core.errors import UserError, about
     from aidsr.mjcf.read import open_mjcf
     from aidsr.render.viewer import view as look
 
     if picture.suffix.lower() != ".png":
         raise UserError(f"--picture writes PNG; name a file that ends in .png, found {picture}")
-    drawn = look(open_mjcf(model_of(path)), picture)
+    model = model_of(path)
+    with about(model):
+        drawn = look(open_mjcf(model), picture)
     if drawn is not None:
         make_console(soft_wrap=True).print(f"There is no display here; drawn as [bold]{escape(str(drawn))}[/]")
     return 0

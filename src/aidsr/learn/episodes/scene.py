@@ -94,7 +94,7 @@ def read_mjcf_text(scene: str | Path) -> str:
         UserError: There is no such file.
         MjcfError: It is too large.
     """
-    if isinstance(scene, str) and "<" in scene:
+    if isinstance(scene, str) and ("<" in scene or not scene.strip()):
         return scene
     return open_mjcf(Path(scene))
 
