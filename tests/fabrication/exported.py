@@ -19,6 +19,8 @@ _JOBS = {
     "gripper": ("simple_grasping", "gripper"),
     "crawler": ("flat_ground", "crawler"),
     "ring": ("flat_ground", "ring"),
+    "tentacle": ("button_pushing", "tentacle"),
+    "worm": ("flat_ground", "worm"),
 }
 
 

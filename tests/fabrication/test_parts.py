@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from exported import ROBOTS, Mesh, made
 
-from aidsr.fabrication.checks import is_watertight
 from aidsr.fabrication.files import stl, three_mf
 from aidsr.fabrication.solids import Triangles, first_hits, rounded, union
+from aidsr.fabrication.weld import is_watertight
 
 KINDS = [(robot, material) for robot in ROBOTS for material in ("tpu95a", "petg")]
 

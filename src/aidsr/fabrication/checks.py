@@ -10,6 +10,7 @@ from manifold3d import Manifold
 from aidsr.fabrication.anatomy import Vector
 from aidsr.fabrication.printers import Printer
 from aidsr.fabrication.solids import Triangles, frame_along, placed, triangles
+from aidsr.fabrication.weld import is_watertight, welded
 
 Size = tuple[float, float, float]
 
@@ -67,21 +68,11 @@ def to_print(
             (not printer.fits(size), _support_mm3(triangles(turned), printer), len(choices), size, turned, turn, shift)
         )
     outside, support, _, size, chosen, turn, shift = min(choices, key=lambda choice: choice[:3])
-    surface = triangles(chosen)
+    surface = welded(chosen)
     lying = Print(surface, size, support, not outside, is_watertight(surface), thinnest_wall_mm(chosen))
     if inside is None or inside.is_empty():
         return lying, None
-    return lying, triangles(placed(inside, np.zeros(3), turn).translate(shift))
-
-
-def is_watertight(surface: Triangles) -> bool:
-    """Whether a surface is closed and consistently turned: each directed edge has its opposite exactly once."""
-    faces = surface.faces
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    count = len(surface.points)
-    there, back = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
-    unique = len(np.unique(there)) == len(there)
-    return bool(len(faces) > 0 and unique and np.array_equal(np.sort(there), np.sort(back)))
+    return lying, welded(placed(inside, np.zeros(3), turn).translate(shift))
 
 
 def thinnest_wall_mm(solid: Manifold) -> float:

@@ -54,11 +54,16 @@ def three_mf(surface: Triangles, name: str) -> bytes:
     return package.getvalue()
 
 
+def _exact(number: float) -> str:
+    """Return a number on the grid of files with all its decimals."""
+    return f"{number:.10f}".rstrip("0").rstrip(".")
+
+
 def _model(surface: Triangles, name: str) -> Iterator[str]:
     yield f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en" xmlns="{_CORE}">'
     yield f'<resources><object id="1" type="model" name={quoteattr(name)}><mesh><vertices>'
     for x, y, z in surface.points.tolist():
-        yield f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}"/>'
+        yield f'<vertex x="{_exact(x)}" y="{_exact(y)}" z="{_exact(z)}"/>'
     yield "</vertices><triangles>"
     for a, b, c in surface.faces.tolist():
         yield f'<triangle v1="{a}" v2="{b}" v3="{c}"/>'

@@ -42,8 +42,7 @@ def step(surface: Triangles) -> bytes:
 
 def _simplified(surface: Triangles) -> Triangles:
     """The surface without edges that are too short for a CAD program to keep their ends apart."""
-    points = np.round(surface.points, 5).astype(np.float32).astype(np.float64)  # as they stand in the 3MF
-    return triangles(Manifold(Mesh64(points, surface.faces.astype(np.uint64))).simplify(_SHORT_MM))
+    return triangles(Manifold(Mesh64(surface.points, surface.faces.astype(np.uint64))).simplify(_SHORT_MM))
 
 
 def _solid(surface: Triangles) -> Any:
