@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from aidsr.learn.episodes.actions import Grouping
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop import ProbeReport
+    from aidsr.learn.openloop.film import Film
     from aidsr.learn.openloop.probe_scene import ProbePoint
     from aidsr.learn.rl.curve_point import CurvePoint
     from aidsr.learn.rl.evaluation import EvaluationPoint
@@ -93,6 +94,39 @@ def probe(
         seed=seed,
         threads=threads,
         listen=listen,
+    )
+
+
+def film(
+    design: Design,
+    report: ProbeReport,
+    task: str | Task = "",
+    *,
+    level: Level | None = None,
+    goal: str | Path = "",
+    groups: Sequence[ActuatorGroup] | None = None,
+    grouping: Grouping = "auto",
+) -> Film:
+    """Return the best motion of a probe, played again; the arguments are those of the probe.
+
+        report = aidsr.probe(design)
+        Path("best.png").write_bytes(aidsr.api.film(design, report).strip())
+
+    Raises:
+        UserError: There is no such design or task.
+        MjcfError: The scene cannot be loaded.
+    """
+    from aidsr.learn.episodes.scene import read_mjcf_text
+    from aidsr.learn.openloop.film import film as film_motion
+
+    found = find_scene(design, task, level=level, goal=goal)
+    return film_motion(
+        read_mjcf_text(found.scene),
+        found.task,
+        report.best,
+        level=found.level,
+        groups=tuple(found.groups if groups is None else groups),
+        grouping=grouping,
     )
 
 

@@ -55,7 +55,14 @@ def test_every_file_is_in_the_layout(run) -> None:
         "designs/N/export/",
     }
     calls = {f"{home}calls/NNNN_ROLE{end}" for home in ("", "designs/N/II/") for end in (".json", ".unusable.json")}
-    later = {"search.json", "designs/N/probe.json", "designs/N/II/task_report.json", "designs/N/export/"}
+    later = {
+        "search.json",
+        "designs/N/probe.json",
+        "designs/N/probe.png",
+        "designs/N/probe.mp4",
+        "designs/N/II/task_report.json",
+        "designs/N/export/",
+    }
     later |= {"designs/N/II/measured_again.json"}
     learned = {"designs/N/training/NNN/", "designs/N/verified.json"}
     measured = {"designs/N/II/tools/NNNN_TOOL.json", "designs/N/II/work/"}

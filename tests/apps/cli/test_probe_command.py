@@ -2,7 +2,9 @@
 
 import json
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import ActuatorGroup, Robot
@@ -41,6 +43,12 @@ def test_a_design_knows_its_task_and_keeps_the_report(tmp_path, capsys):
     assert "Farthest stage reached" in told
     report = ProbeReport.model_validate_json((design.path / "probe.json").read_text())
     assert (report.task, report.level, report.candidates) == ("grasping/dynamic_catching", "hard", 16)
+    strip = Image.open(design.path / "probe.png")
+    assert strip.width > 4 * strip.height, "moments side by side"
+    first, last = (
+        np.asarray(strip.crop((x, 0, x + strip.height, strip.height))) for x in (0, strip.width - strip.height)
+    )
+    assert (first != last).any(), "the body has moved"
 
 
 def test_what_is_asked_for_is_passed_on(tmp_path, capsys):

@@ -28,7 +28,6 @@ from aidsr.apps.web.pages import add_pages
 from aidsr.apps.web.review_panel import part_names, refinement
 from aidsr.apps.web.setup_page import FRESH, request_from
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.templates import TEMPLATES
 from aidsr.core.artifacts import (
     Critique,
     CritiqueIssue,
@@ -44,8 +43,6 @@ from aidsr.runs import EventLog
 from aidsr.runs.events import Started, Stopped
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import Inspection, trainings_of
-from aidsr.sim.environment_summary import summarize_environment
-from aidsr.tasks import goal_task, parse_goal
 from aidsr.teams.providers.manual import pending_prompts
 
 
@@ -461,13 +458,6 @@ async def test_a_template_fills_the_form_and_a_goal_is_checked_as_it_is_typed(us
         await user.should_see(sentence, retries=100)
     field.set_value('kind = "touch"\ntarget = "bell"\nhold_s = 0.25')
     await user.should_see("0.25 s", retries=100)
-
-
-@pytest.mark.parametrize("name", TEMPLATES)
-def test_a_template_is_an_environment_with_its_goal(name: str) -> None:
-    template = TEMPLATES[name]
-    assert summarize_environment(template.environment).mounts or name == "walk"
-    assert goal_task(parse_goal(template.goal), template.environment).goal.kind in ("touch", "lift", "travel")
 
 
 def asked_by_hand(directory: Path, number: int, said: str) -> None:

@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, CycloptsPanel, UnusedCliTokensError
 from aidsr import __version__
 from aidsr.apps.cli import (
     benchmark,
+    check,
     design,
     doctor,
     evaluate,
@@ -19,6 +20,7 @@ from aidsr.apps.cli import (
     fix,
     import_robot,
     mcp,
+    new,
     probe,
     resume,
     rules,
@@ -66,6 +68,8 @@ for command in (
     resume.resume,
     show.show,
     tasks.tasks,
+    new.new,
+    check.check,
     validate.validate,
     fix.fix,
     rules.rules,

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from aidsr.learn.openloop import ProbeReport
+    from aidsr.learn.openloop.film import Film
     from aidsr.learn.openloop.probe_scene import ProbePoint
 
 
@@ -32,6 +33,7 @@ def probe(
     grouping: Literal["auto", "off"] = "auto",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
+    film: bool = True,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
     """Measure how far a body gets on its task without learning.
@@ -68,9 +70,13 @@ def probe(
         Native threads for physics; 0 takes all processors. Results do not depend on it.
     out
         File for the whole report; probe.json in a design's folder unless named, none for a lone scene.
+    film
+        Draw the best motion beside that file: moments of it as PNG and, where there is OpenGL, all of it as MP4.
     json
         Print the whole report as JSON.
     """
+    from rich.markup import escape
+
     from aidsr import api
     from aidsr.apps.cli.terminal import make_console
     from aidsr.core.errors import about
@@ -98,8 +104,25 @@ def probe(
             threads=threads,
             listen=listen,
         )
-    _print_report(report, out if out is not None else scene / "probe.json" if scene.is_dir() else None, json=json)
+    kept = out if out is not None else scene / "probe.json" if scene.is_dir() else None
+    _print_report(report, kept, json=json)
+    if film and kept is not None:
+        played = api.film(scene, report, task or "", level=level, goal=goal or "", grouping=grouping)
+        drawn = _draw(played, kept)
+        if not json:
+            make_console(soft_wrap=True).print(f"The best of them drawn in {escape(', '.join(drawn))}", style="dim")
     return 0 if report.success_share else 1
+
+
+def _draw(played: Film, kept: Path) -> list[str]:
+    """Draw a motion beside its report, and return the names of the files."""
+    from aidsr.runs.files import replace_file
+
+    drawn = {".png": played.strip(), ".mp4": played.video()}
+    files = [(kept.with_suffix(suffix), data) for suffix, data in drawn.items() if data is not None]
+    for file, data in files:
+        replace_file(file, data)
+    return [str(file) for file, _ in files]
 
 
 def _print_report(report: ProbeReport, kept: Path | None, *, json: bool) -> None:

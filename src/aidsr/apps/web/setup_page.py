@@ -13,11 +13,11 @@ from aidsr.apps.web.launch import RunRequest, launch
 from aidsr.apps.web.live import working
 from aidsr.apps.web.model_form import budget_from, choose_model, model_name
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.templates import TEMPLATES
 from aidsr.apps.web.upload import ROBOT, upload
 from aidsr.apps.web.widgets import box, button, choice, image, text
 from aidsr.apps.web.words_form import take_template, words_form
 from aidsr.core.config import Budget, bounds, checked_config, run_settings
+from aidsr.examples import examples
 from aidsr.runs import Run
 from aidsr.tasks import load_task, task_names
 
@@ -59,7 +59,7 @@ def add_setup(site: Site) -> None:
             form.update(task=FRESH["task"], level=FRESH["level"])
         if task in task_names():
             form.update(source="task", task=task)
-        if template in TEMPLATES and form["environment_name"] != f"{template}.xml":
+        if template in examples() and form["environment_name"] != f"{template}.xml":
             take_template(form, template)
         if template:
             form["source"] = "words"

@@ -8,17 +8,17 @@ from typing import Any
 from nicegui import run as background
 from nicegui import ui
 
-from aidsr.apps.web.templates import TEMPLATES
 from aidsr.apps.web.upload import ENVIRONMENT, GOAL, upload
 from aidsr.apps.web.widgets import box, fact, notice, text
 from aidsr.core.errors import AidsrError
+from aidsr.examples import examples
 
 Form = dict[str, Any]
 
 
 def take_template(form: Form, name: str) -> None:
     """Fill a form with a template."""
-    template = TEMPLATES[name]
+    template = examples()[name]
     form.update(
         source="words",
         objective=template.objective,
@@ -33,12 +33,12 @@ def words_form(form: Form) -> None:
     """Ask what is to be done, where, and what counts as success."""
 
     def take(name: object) -> None:
-        if name in TEMPLATES:
+        if name in examples():
             take_template(form, str(name))
             ui.navigate.to(f"/new?template={name}")
 
     with box("stack"):
-        offered = ui.select({name: each.title for name, each in TEMPLATES.items()}, label="Start from a template")
+        offered = ui.select({name: each.title for name, each in examples().items()}, label="Start from a template")
         offered.props("outlined dense").on_value_change(lambda event: take(event.value))
         objective = ui.textarea("Objective").props("outlined autogrow").bind_value(form, "objective")
         objective.props.update(

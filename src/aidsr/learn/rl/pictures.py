@@ -7,32 +7,18 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
-from lxml import etree
 
 from aidsr.core.plots import png_plot
+from aidsr.learn.episodes.varied_mjcf import varied_mjcf
 from aidsr.learn.rl.evaluation import EvaluationRollout
-from aidsr.mjcf.read import parse_document
 from aidsr.render.pictures import video
-from aidsr.tasks import Change, Variation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_FRAMES = 400
 """Of one video; longer episodes show every second or third control step. Our choice: some 15 s of drawing."""
-
-_VISIBLE = {
-    "body_pos": "body",
-    "body_quat": "body",
-    "geom_pos": "geom",
-    "geom_quat": "geom",
-    "geom_size": "geom",
-    "site_pos": "site",
-}
-"""Element behind a field of MjModel whose change can be seen. Masses and friction cannot; positions in `qpos` are drawn
-from the motion itself."""
 
 
 def curve_picture(curve: Path) -> bytes:
@@ -89,24 +75,7 @@ def episode_videos(mjcf: str, rolled: EvaluationRollout, control_dt_s: float) ->
     return drawn
 
 
-def varied_mjcf(mjcf: str, variation: Variation) -> str:
-    """Return the text of a scene with what a variation moves or resizes, for pictures of it."""
-    root = parse_document(mjcf).root
-    elements = {(str(e.tag), e.get("name")): e for e in root.iter(etree.Element) if e.get("name")}
-    for change in variation.changes:
-        if change.field == "geom_type":
-            elements["geom", change.name].set("type", _shape(change))
-        elif change.field in _VISIBLE:
-            numbers = " ".join(f"{number:.9g}" for number in change.value)
-            elements[_VISIBLE[change.field], change.name].set(change.field.partition("_")[2], numbers)
-    return str(etree.tostring(root, encoding="unicode"))
-
-
 def _chosen(rolled: EvaluationRollout) -> dict[str, int]:
     """Return which episodes a person is shown, by what they are among the others."""
     order = np.argsort(rolled.outcomes.reward)
     return {"best": int(order[-1]), "median": int(order[(len(order) - 1) // 2])}
-
-
-def _shape(change: Change) -> str:
-    return str(mujoco.mjtGeom(int(change.value[0])).name.removeprefix("mjGEOM_").lower())

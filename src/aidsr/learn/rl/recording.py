@@ -50,7 +50,7 @@ def record_episode(training: Path, variation: int) -> bytes:
     """
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
-    from aidsr.learn.rl.pictures import varied_mjcf
+    from aidsr.learn.episodes.varied_mjcf import varied_mjcf
     from aidsr.learn.rl.policy import one_torch_thread
     from aidsr.learn.rl.trained import FinishedTraining
 

@@ -15,9 +15,13 @@ if TYPE_CHECKING:
 
 
 def _rules_team(run: Run, config: RunConfig) -> Team:
+    if run.goal.path.exists():
+        from aidsr.tasks import read_goal
+        from aidsr.teams.fitting import fitting_team
+
+        return fitting_team(read_goal(run.goal.path), config.seed)
     from aidsr.teams import rules
 
-    del run
     return rules.team(config.seed)
 
 

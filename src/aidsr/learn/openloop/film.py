@@ -1,0 +1,74 @@
+"""The best motion of a probe, played once more to be looked at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aidsr.core.artifacts import ActuatorGroup, Artifact
+from aidsr.learn.episodes.actions import Grouping
+from aidsr.learn.episodes.batch import Episodes, StepResult
+from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.episodes.varied_mjcf import varied_mjcf
+from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
+from aidsr.learn.openloop.report import ProbedVariation
+from aidsr.render.pictures import filmstrip, video
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+from aidsr.tasks import Level
+from aidsr.tasks.travelling_task import TravellingTask
+
+_LIMITS = Limits(wall_s=300.0, cpu_s=180.0)
+"""Our choice: many times what an episode of the largest built-in body takes."""
+
+
+class Film(Artifact):
+    """One episode as positions."""
+
+    mjcf: str
+    """The scene with what its variation moves or resizes."""
+    qpos: tuple[tuple[float, ...], ...]
+    """One row for each control step, beginning with the start."""
+    frames_per_s: float
+
+    def strip(self, count: int = 6) -> bytes:
+        """Return a PNG picture of moments side by side."""
+        return filmstrip(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, count=count)
+
+    def video(self) -> bytes | None:
+        """Return it as MP4, None where there is no OpenGL."""
+        return video(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s)
+
+
+@isolated(limits=_LIMITS)
+def film(
+    scene: str,
+    task: TravellingTask,
+    best: ProbedVariation,
+    *,
+    level: Level = "standard",
+    groups: tuple[ActuatorGroup, ...] = (),
+    grouping: Grouping = "auto",
+) -> Film:
+    """Return the motion that went best in a variation; the other arguments are those of `probe`.
+
+    Raises:
+        UserError: The scene is not one of the task.
+        MjcfError: The scene cannot be loaded.
+        IsolationError: It ran past its limits.
+    """
+    placed = TaskScene.of(scene, task, level=level, groups=groups, grouping=grouping)
+    variation = placed.task.variation("development", best.episode.variation)
+    episodes = Episodes(placed.model, placed.task, placed.actions, [variation], threads=1)
+    rows = [np.array(episodes.batch.bind("qpos")[0])]
+
+    def keep(result: StepResult) -> None:
+        if not result.diverged[0]:
+            rows.append(np.array(episodes.batch.bind("qpos")[0]))
+
+    rollout(episodes, OpenLoopPolicy(Motions.of([best.motion]), placed.task.control_dt_s), keep)
+    return Film(
+        mjcf=varied_mjcf(placed.mjcf, variation),
+        qpos=tuple(tuple(float(number) for number in row) for row in rows),
+        frames_per_s=1.0 / placed.task.control_dt_s,
+    )

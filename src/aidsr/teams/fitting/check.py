@@ -1,0 +1,214 @@
+"""Is a goal in an environment worth designing for: can it be met, and not by doing nothing or anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief
+from aidsr.core.errors import MjcfError
+from aidsr.learn.episodes.actions import ActionMap
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.openloop import ProbeReport, probe
+from aidsr.learn.openloop.film import film
+from aidsr.mjcf.read import open_mjcf
+from aidsr.render.pictures import picture
+from aidsr.sandbox.isolated import isolated
+from aidsr.sandbox.limits import Limits
+from aidsr.sim.assembly import assemble
+from aidsr.sim.environment_summary import summarize_environment
+from aidsr.tasks import GoalTask, goal_task, read_goal
+from aidsr.tasks.readings import FloatArray
+from aidsr.tasks.travelling_task import TravellingTask
+from aidsr.teams.fitting.team import FittingCoder, FittingDesigner, FittingIntegrator
+from aidsr.teams.fitting.views import place_of_work
+
+EPISODES = 5
+"""Of each kind of blind action. Our choice: what wins by itself wins most of them."""
+_NOISE_S = 0.4
+"""How long a random action lasts. Our choice: long enough for a soft body to follow."""
+_LIMITS = Limits(wall_s=1200.0, cpu_s=600.0)
+_BODIES = 4
+"""Bodies among which the reference is chosen. Our choice: one of each family that suits held jobs, and one more."""
+
+
+class Blind(Artifact):
+    """What actions win that see nothing."""
+
+    idle: int
+    """Episodes won by a body that does nothing."""
+    noise: int
+    """By one that does anything."""
+    idle_progress: float
+    """Best progress of the one."""
+    noise_progress: float
+    """And of the other."""
+    episodes: int
+
+
+class GoalCheck(Artifact):
+    """What there is to know of a goal in an environment before anything is designed."""
+
+    judging: dict[str, str]
+    """How it is judged, as the team is told."""
+    mounts: tuple[str, ...]
+    """Each mount in words: where it is, what moves it, how far the place of work is."""
+    reference: str
+    """The built-in body that was taken to try it with; empty where none could be placed."""
+    blind: Blind | None
+    probe: ProbeReport | None
+    """How far that body comes with open-loop motions."""
+    scene: str
+    """MJCF of that body in the environment, or the environment alone."""
+    picture: bytes
+    """PNG of it."""
+    strip: bytes | None
+    """PNG of the probe's best motion."""
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """What makes the goal no measure of a design, in sentences."""
+        found = []
+        if self.blind and self.blind.idle:
+            found.append(
+                f"A body that does nothing wins {self.blind.idle} of {self.blind.episodes} episodes: ask for more."
+            )
+        if self.blind and self.blind.noise:
+            found.append(
+                f"Random actions win {self.blind.noise} of {self.blind.episodes} episodes: ask for more, or for longer."
+            )
+        return tuple(found)
+
+
+def check_goal(
+    environment: str | Path, goal: str | Path, *, seed: int = 0, listen: Callable[[str], None] = lambda _step: None
+) -> GoalCheck:
+    """Look at a goal in an environment, and try it with a built-in body.
+
+    Args:
+        environment: File of its MJCF.
+        goal: File of the goal.
+        seed: Of the body and of random actions.
+        listen: Called with what is done next, in words.
+
+    Raises:
+        UserError: A file is not there or is none, or the goal cannot be met.
+        MjcfError: The environment cannot be loaded.
+        IsolationError: A trial exceeded its limits.
+    """
+    mjcf, asked = open_mjcf(Path(environment)), read_goal(goal)
+    task = goal_task(asked, mjcf)
+    brief = Brief(
+        objective=task.objective,
+        environment=mjcf,
+        summary=summarize_environment(mjcf),
+        base=task.base,
+        needs_contact=task.needs_contact,
+        judging=task.judging(),
+    )
+    mounts = tuple(_mounts(brief, task))
+    listen("choosing a reference body")
+    tried = FittingDesigner(asked, seed).tried(brief, bodies=_BODIES, turns=1)
+    best = max(tried, key=lambda each: each.fit.value)
+    robot = FittingCoder(asked).write(brief, best.concept)
+    placement = FittingIntegrator(asked).place(brief, best.concept, robot)
+    try:
+        scene = assemble(robot, mjcf, placement, task.sensors).mjcf
+    except MjcfError:
+        return GoalCheck(
+            judging=brief.judging,
+            mounts=mounts,
+            reference="",
+            blind=None,
+            probe=None,
+            scene=mjcf,
+            picture=picture(mjcf),
+            strip=None,
+        )
+    listen("doing nothing, then anything")
+    blind = play_blind(scene, task, robot.actuator_groups, EPISODES, seed)
+    listen("trying motions")
+    report = probe(scene, task, groups=robot.actuator_groups, candidates=64, variations=1, max_steps=100_000, threads=1)
+    listen("drawing")
+    played = film(scene, task, report.best, groups=robot.actuator_groups)
+    return GoalCheck(
+        judging=brief.judging,
+        mounts=mounts,
+        reference=best.concept.name,
+        blind=blind,
+        probe=report,
+        scene=scene,
+        picture=picture(scene),
+        strip=played.strip(),
+    )
+
+
+def _mounts(brief: Brief, task: GoalTask) -> list[str]:
+    place = place_of_work(brief, task.goal)
+    said = []
+    for mount in brief.summary.mounts:
+        words = f"{mount.name} at ({_numbers(mount.position_m)}) m, pointing along ({_numbers(mount.z_axis)})"
+        if mount.moved_by:
+            words += f", moved by {', '.join(mount.moved_by)}"
+        if place is not None:
+            way = np.array(place) - np.array(mount.position_m)
+            far = float(np.linalg.norm(way))
+            aside = math.degrees(math.acos(float(np.clip(way @ np.array(mount.z_axis) / max(far, 1e-9), -1.0, 1.0))))
+            words += f"; the place of work is {far:.3g} m away, {aside:.0f} deg off that"
+        said.append(words)
+    return said
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:.3g}" for value in values)
+
+
+@isolated(limits=_LIMITS)
+def play_blind(scene: str, task: TravellingTask, groups: tuple[ActuatorGroup, ...], episodes: int, seed: int) -> Blind:
+    """Return what a body wins that does nothing, and one that does anything, in development variations.
+
+    Raises:
+        MjcfError: The scene cannot be loaded.
+        IsolationError: It ran past its limits.
+    """
+    placed = TaskScene.of(scene, task, groups=groups)
+    hold = max(1, round(_NOISE_S / placed.task.control_dt_s))
+    won, progress = [], []
+    for policy in (_Constant(placed.actions.rest), _Noise(placed.actions, np.random.default_rng(seed), hold)):
+        variations = [placed.task.variation("development", index) for index in range(episodes)]
+        outcomes = rollout(Episodes(placed.model, placed.task, placed.actions, variations, threads=1), policy)
+        won.append(int(outcomes.success.sum()))
+        progress.append(float(outcomes.best_progress.max()))
+    return Blind(idle=won[0], noise=won[1], idle_progress=progress[0], noise_progress=progress[1], episodes=episodes)
+
+
+@dataclass(frozen=True)
+class _Constant:
+    action: FloatArray
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        return np.tile(self.action, (len(observation), 1))
+
+
+@dataclass
+class _Noise:
+    """Random actions, each held for some control steps."""
+
+    actions: ActionMap
+    rng: np.random.Generator
+    hold: int
+    _step: int = 0
+    _now: FloatArray | None = None
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        if self._now is None or self._step % self.hold == 0:
+            self._now = self.rng.uniform(-1.0, 1.0, (len(observation), self.actions.size))
+        self._step += 1
+        return self._now

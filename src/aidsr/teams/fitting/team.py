@@ -1,0 +1,218 @@
+"""The four roles for a goal of one's own. Goal and geometry say what is tried, the probe which of it is proposed."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Placement, Robot, Scene, ValidationReport
+from aidsr.core.errors import IsolationError, MjcfError
+from aidsr.core.roles import Feedback, Team
+from aidsr.sim.assembly import assemble
+from aidsr.tasks.goals import AnyGoal, Goal, GoalTask, goal_task
+from aidsr.teams.fitting.trial import CANDIDATES, MAX_STEPS, Fit, fit, overlaps
+from aidsr.teams.fitting.views import (
+    View,
+    as_placed,
+    as_the_rules_read,
+    as_viewed,
+    candidates,
+    turns_of,
+    with_view,
+    without_view,
+)
+from aidsr.teams.rules.coder import RuleCoder
+from aidsr.teams.rules.designer import RuleDesigner
+from aidsr.teams.rules.families import Families, load_families
+from aidsr.teams.rules.integrator import RuleIntegrator
+from aidsr.teams.rules.job import read_job
+from aidsr.teams.rules.judge import RuleJudge
+
+_BODIES = 10
+"""Bodies that are tried for a run. Our choice: half a minute."""
+_TURNS = 2
+"""Placements of one body that are tried, of those in which it overlaps nothing. Our choice."""
+_NEAR = 0.5
+"""Progress from which a body came near. Our choice: it is at what it works on, and did some of it."""
+_JUDGED_CANDIDATES, _JUDGED_STEPS = 96, 200_000
+"""Of the trial that the Judge makes. Our choice: two thirds of what `aidsr probe` takes."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A concept with how far its body came."""
+
+    concept: Concept
+    fit: Fit
+
+
+def fitting_team(goal: AnyGoal, seed: int) -> Team:
+    """Return the built-in team for a goal.
+
+    Args:
+        goal: As in its file.
+        seed: The same seed, brief and goal give the same designs.
+    """
+    return Team(FittingDesigner(goal, seed), FittingCoder(goal), FittingIntegrator(goal), FittingJudge(goal))
+
+
+def _resolved(goal: AnyGoal, brief: Brief) -> GoalTask:
+    return goal_task(goal, brief.environment)
+
+
+@dataclass(frozen=True)
+class FittingDesigner:
+    """Tries bodies of all families that may do, and proposes those that come farthest."""
+
+    goal: AnyGoal
+    seed: int
+    families: Families = field(default_factory=load_families)
+
+    def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        """Return the `count` concepts that came farthest, of different families as far as those came near."""
+        if brief.starting_robot:
+            return RuleDesigner(self.seed).propose(brief, count)
+        found = self.tried(brief)
+        best = sorted(found, key=lambda each: -each.fit.value)
+        firsts = {each.concept.family: each for each in reversed(best) if each.fit.progress >= _NEAR or each is best[0]}
+        chosen = sorted(firsts.values(), key=lambda each: -each.fit.value)
+        chosen += [each for each in best if each not in chosen]
+        return tuple(self._with_reason(chosen[index % len(chosen)], best) for index in range(count))
+
+    def tried(self, brief: Brief, *, bodies: int = _BODIES, turns: int = _TURNS) -> list[Fitted]:
+        """Return every body that was tried, with how far it came.
+
+        Args:
+            brief: The job.
+            bodies: How many are tried at most.
+            turns: In how many placements each, of those in which it overlaps nothing.
+        """
+        task = _resolved(self.goal, brief)
+        rng = np.random.default_rng([self.seed, zlib.crc32(brief.environment.encode())])
+        found: list[Fitted] = []
+        for number, (view, name, variant) in enumerate(candidates(brief, task.goal, self.families)):
+            if number == bodies:
+                break
+            placed = 0
+            for turned in turns_of(view):
+                result = self._try(brief, task, turned, name, variant, rng)
+                if result is not None:
+                    found.append(result)
+                    placed += 1
+                if placed == turns or (result is not None and result.fit.success):
+                    break
+        if not found:
+            view, name, variant = next(candidates(brief, task.goal, self.families))
+            concept = self._concept(brief, task.goal, view, name, variant, rng)
+            found.append(Fitted(concept, Fit(progress=0.0, success=False, reached="no body could be placed")))
+        return found
+
+    def _try(
+        self, brief: Brief, task: GoalTask, view: View, name: str, variant: str, rng: np.random.Generator
+    ) -> Fitted | None:
+        concept = self._concept(brief, task.goal, view, name, variant, rng)
+        robot = FittingCoder(self.goal).write(brief, concept)
+        placement = FittingIntegrator(self.goal).place(brief, concept, robot)
+        try:
+            scene = assemble(robot, brief.environment, placement, task.sensors).mjcf
+            if overlaps(scene):
+                return None
+            return Fitted(concept, fit(scene, task, robot.actuator_groups, CANDIDATES, 1, MAX_STEPS))
+        except (MjcfError, IsolationError):
+            return None
+
+    def _concept(
+        self, brief: Brief, goal: Goal, view: View, name: str, variant: str, rng: np.random.Generator
+    ) -> Concept:
+        job = read_job(as_the_rules_read(brief, goal, view))
+        family = self.families[name]
+        interpretation = f"{goal.success_text} Read from the goal and the geometry as a job to {view.kind}."
+        return with_view(family.concept(family.size(job, rng, variant), job, interpretation), view)
+
+    def _with_reason(self, chosen: Fitted, tried: Sequence[Fitted]) -> Concept:
+        words = (
+            f"The built-in rules tried {len(tried)} bodies without learning; this one came to progress "
+            f"{chosen.fit.progress:.2f} ({chosen.fit.reached}), the best to {tried[0].fit.progress:.2f}."
+        )
+        return chosen.concept.model_copy(update={"rationale": f"{chosen.concept.rationale} {words}".strip()})
+
+    def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
+        """Return the concept changed as the rules understand the feedback."""
+        goal, view = _resolved(self.goal, brief).goal, View.of(concept)
+        read = as_the_rules_read(brief, goal, view)
+        return with_view(RuleDesigner(self.seed).revise(read, without_view(concept), robot, feedback), view)
+
+
+@dataclass(frozen=True)
+class FittingCoder:
+    """The rules' Coder, which knows nothing of views."""
+
+    goal: AnyGoal
+
+    def write(self, brief: Brief, concept: Concept) -> Robot:
+        """Return the robot of a concept."""
+        return RuleCoder().write(brief, without_view(concept))
+
+    def repair(self, brief: Brief, concept: Concept, robot: Robot, feedback: Feedback) -> Robot:
+        """Return the robot with the reported faults edited out."""
+        return RuleCoder().repair(brief, without_view(concept), robot, feedback)
+
+
+@dataclass(frozen=True)
+class FittingIntegrator:
+    """The rules' Integrator, to whom the mount is turned towards the place of work."""
+
+    goal: AnyGoal
+
+    def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
+        """Return a placement."""
+        goal, view = _resolved(self.goal, brief).goal, View.of(concept)
+        read = as_the_rules_read(brief, goal, view)
+        return as_placed(brief, goal, view, RuleIntegrator().place(read, without_view(concept), robot))
+
+    def adjust(
+        self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
+    ) -> Placement:
+        """Return the placement with overlaps and falls removed."""
+        goal, view = _resolved(self.goal, brief).goal, View.of(concept)
+        read, seen = as_the_rules_read(brief, goal, view), as_viewed(brief, goal, view, placement)
+        return as_placed(brief, goal, view, RuleIntegrator().adjust(read, without_view(concept), robot, seen, feedback))
+
+
+@dataclass(frozen=True)
+class FittingJudge:
+    """The rules' Judge, who also asks how far the body comes."""
+
+    goal: AnyGoal
+
+    def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
+        """Return a pass for a sound scene whose body comes near, else what is wrong, or that none came near."""
+        task, view = _resolved(self.goal, brief), View.of(concept)
+        read = as_the_rules_read(brief, task.goal, view)
+        critique = RuleJudge().judge(read, concept, robot, scene, report)
+        # the rules measure the reach to the middle of what is worked on; how far it is the trial tells
+        issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset"))
+        if issues:
+            return critique.model_copy(update={"issues": issues})
+        try:
+            found = fit(scene.mjcf, task, robot.actuator_groups, _JUDGED_CANDIDATES, 1, _JUDGED_STEPS)
+        except IsolationError as error:
+            return Critique(passed=True, summary=f"It could not be tried with its goal: {error}.")
+        came = f"progress {found.progress:.2f} of 1 without learning ({found.reached})"
+        if found.success or found.progress >= _NEAR:
+            return Critique(passed=True, summary=f"The built-in rules find it sound, and it comes to {came}.")
+        return Critique(
+            passed=False,
+            summary=f"No built-in body came near: the best motion of this one reaches {came}.",
+            issues=(
+                CritiqueIssue(
+                    blame="designer",
+                    component="family",
+                    problem=f"no built-in body came near: this one reaches {came}",
+                    suggestion="name a language model, or bring a robot to start from",
+                ),
+            ),
+        )

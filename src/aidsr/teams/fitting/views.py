@@ -1,0 +1,292 @@
+"""Ways to read a goal: what kind of job it may be, from which mount, pointing where.
+
+The rules read a brief by its words and see one target. A view is a brief that says to them what the goal and the
+geometry say: one kind of job, one mount, perhaps turned towards the place of work, and that place as all that is named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import BodySummary, Brief, Concept, GeomSummary, MountSummary, Placement, Vec3
+from aidsr.tasks.goals import Goal
+from aidsr.tasks.goals.follow import Follow
+from aidsr.tasks.goals.stages import Stages
+from aidsr.tasks.goals.turn import Turn
+from aidsr.teams.rules.families import Families, variants_for
+from aidsr.teams.rules.job_kinds import JobKindName
+
+Matrix = NDArray[np.float64]
+
+_WORDS: dict[JobKindName, str] = {
+    "reach": "reach",
+    "pull": "pull",
+    "grasp": "grasp",
+    "brush": "brush",
+    "crawl": "crawl",
+    "squeeze": "tunnel",
+}
+"""The word by which the rules know each kind of job that is tried."""
+_KINDS = tuple(_WORDS)
+_NAME = "workpiece"
+"""What the place of work is called in a view. It speaks for no kind of job."""
+_PREFIX = "view_"
+"""Of the parameters in which a concept keeps its view."""
+_ASIDE_DEG = (0.0, 90.0, 180.0, 270.0)
+"""Turns about the way to the place of work. Our choice: one suits a body that leans aside, or bends in a plane."""
+_BESIDE_DEG = 25.0
+"""How far a body that pulls points beside the place of work. Our choice: as the rules lean an arm that reaches."""
+_POINT_M = 0.01
+"""Half size of a point to be reached. Our choice: a finger's tip."""
+
+
+@dataclass(frozen=True)
+class View:
+    """One way to read a goal."""
+
+    kind: JobKindName
+    mount: int = -1
+    """Which of the environment's mounts; -1 for the world."""
+    turn_deg: float | None = None
+    """None: along the mount's axis. Else along the way to the place of work, turned by so much about it."""
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """What a concept keeps of it."""
+        turn = {} if self.turn_deg is None else {f"{_PREFIX}turn_deg": self.turn_deg}
+        return {f"{_PREFIX}kind": float(_KINDS.index(self.kind)), f"{_PREFIX}mount": float(self.mount), **turn}
+
+    @classmethod
+    def of(cls, concept: Concept) -> View:
+        """Return the view of a concept; one that has none is of the first kind, along the first mount."""
+        found = concept.parameters
+        kind = _KINDS[int(found.get(f"{_PREFIX}kind", 0.0))]
+        return cls(kind, int(found.get(f"{_PREFIX}mount", -1.0)), found.get(f"{_PREFIX}turn_deg"))
+
+
+def without_view(concept: Concept) -> Concept:
+    """Return a concept as the rules know it."""
+    own = {name: value for name, value in concept.parameters.items() if not name.startswith(_PREFIX)}
+    return concept.model_copy(update={"parameters": own})
+
+
+def with_view(concept: Concept, view: View) -> Concept:
+    """Return a concept that keeps its view."""
+    return concept.model_copy(update={"parameters": {**concept.parameters, **view.parameters}})
+
+
+def kinds_of(goal: Goal) -> tuple[JobKindName, ...]:
+    """Return the kinds of job that a goal may be, by which contact it needs."""
+    if goal.robot_travels:
+        return ("crawl", "squeeze")
+    if goal.moves_bodies:
+        return ("reach", "pull", "grasp")
+    return ("reach", "pull", "brush")
+
+
+def candidates(brief: Brief, goal: Goal, families: Families) -> Iterator[tuple[View, str, str]]:
+    """Yield views with families and variants, the most different first: each family once, then further variants."""
+    mounts = range(len(brief.summary.mounts)) if not goal.robot_travels else ()
+    tried: list[tuple[int, int, View, str, str]] = []
+    for kind in kinds_of(goal):
+        for name, variants in variants_for(kind, families).items():
+            for rank, variant in enumerate(variants):
+                for mount in mounts or (-1,):
+                    tried.append((rank, len(tried), View(kind, mount), name, variant))
+    seen = set()
+    for _, _, view, name, variant in sorted(tried, key=lambda each: each[:2]):
+        if (view.mount, name, variant) not in seen:
+            seen.add((view.mount, name, variant))
+            yield view, name, variant
+
+
+def turns_of(view: View) -> tuple[View, ...]:
+    """Return a view along the mount's axis, and those along the way to the place of work."""
+    if view.mount < 0:
+        return (view,)
+    return (view, *(replace(view, turn_deg=turn) for turn in _ASIDE_DEG))
+
+
+def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
+    """Return the brief of a view."""
+    place = _place_of_work(brief, goal, handle=view.kind == "pull")
+    mounts: tuple[MountSummary, ...] = ()
+    if view.mount >= 0:
+        mounts = (_turned(brief.summary.mounts[view.mount], _rotation(brief, goal, view)),)
+    elif brief.summary.mounts and goal.robot_travels:
+        mounts = brief.summary.mounts[:1]
+    bodies = tuple(
+        body.model_copy(update={"geoms": tuple(geom.model_copy(update={"name": ""}) for geom in body.geoms)})
+        for body in brief.summary.bodies
+        if place is None or body.name not in _worked_on(brief, goal)
+    )
+    base = brief.base
+    if base == "any":
+        base = "free" if goal.robot_travels else "moving" if mounts and mounts[0].moved_by else "fixed"
+    found = bodies if place is None else (*bodies, place)
+    return brief.model_copy(
+        update={
+            "objective": f"{_WORDS[view.kind]} {_NAME}",
+            "base": base,
+            "summary": brief.summary.model_copy(update={"mounts": mounts, "bodies": found}),
+            "starting_robot": "",
+        }
+    )
+
+
+def as_placed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Placement:
+    """Return a placement made for a view as it is in the environment."""
+    update: dict[str, object] = {
+        "intended_contacts": tuple(name for name in goal.bodies) or _kept(brief, placement.intended_contacts)
+    }
+    if view.turn_deg is not None:
+        turn = _rotation(brief, goal, view)
+        position = turn @ np.array(placement.position_m)
+        update["rotation_deg"] = _angles_deg(turn @ _matrix(placement.rotation_deg))
+        update["position_m"] = tuple(round(float(each), 5) + 0.0 for each in position)
+        update["reason"] = f"{placement.reason} It points at the place of work."
+    return placement.model_copy(update=update)
+
+
+def as_viewed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Placement:
+    """Return a placement in the environment as a view has it; the inverse of `as_placed`."""
+    if view.turn_deg is None:
+        return placement
+    back = _rotation(brief, goal, view).T
+    position = back @ np.array(placement.position_m)
+    return placement.model_copy(
+        update={
+            "rotation_deg": _angles_deg(back @ _matrix(placement.rotation_deg)),
+            "position_m": tuple(round(float(each), 5) + 0.0 for each in position),
+        }
+    )
+
+
+def place_of_work(brief: Brief, goal: Goal) -> Vec3 | None:
+    """Return where a goal is worked at first [m]; None where the robot only travels."""
+    place = _place_of_work(brief, goal, handle=False)
+    return None if place is None else place.position_m
+
+
+def _kept(brief: Brief, names: tuple[str, ...]) -> tuple[str, ...]:
+    known = {body.name for body in brief.summary.bodies}
+    return tuple(name for name in names if name in known)
+
+
+def _worked_on(brief: Brief, goal: Goal) -> set[str]:
+    """Return the bodies that a goal is about, with what they carry."""
+    found = {name for name in goal.bodies if any(body.name == name for body in brief.summary.bodies)}
+    for body in brief.summary.bodies:  # parents come first
+        found |= {body.name} if body.parent in found and body.name else set()
+    return found
+
+
+def _place_of_work(brief: Brief, goal: Goal, *, handle: bool) -> BodySummary | None:
+    """Return what is worked on first, as a body by itself; None where the robot only travels."""
+    first = goal.stages[0] if isinstance(goal, Stages) else goal
+    if first.robot_travels:
+        return None
+    geom = _working_geom(brief, first)
+    mass_kg = sum(body.mass_kg for body in brief.summary.bodies if body.name in _worked_on(brief, first))
+    named = geom.model_copy(update={"name": "handle" if handle else ""})
+    return BodySummary(
+        name=_NAME,
+        parent="world",
+        position_m=geom.position_m,
+        mass_kg=mass_kg,
+        joints=("workpiece: free",),
+        free=first.moves_bodies,
+        movable=True,
+        geoms=(named,),
+    )
+
+
+def _working_geom(brief: Brief, goal: Goal) -> GeomSummary:
+    """Return the shape to work at: of what turns the one farthest from its axis, else the one nearest to a mount."""
+    if isinstance(goal, Follow) and not goal.target:
+        return _point(np.array(goal.path_m[0]))
+    if goal.points:
+        site = next((site for site in brief.summary.sites if site.name == goal.points[0]), None)
+        body = next((body for body in brief.summary.bodies if body.name == goal.points[0]), None)
+        return _point(np.array(site.position_m if site else body.position_m if body else (0.0, 0.0, 0.0)))
+    names = _worked_on(brief, goal)
+    if goal.moves_bodies and not isinstance(goal, Turn) and len(goal.bodies) > 1:
+        names = {goal.bodies[0]}
+    geoms = [geom for body in brief.summary.bodies if body.name in names for geom in body.geoms if geom.solid]
+    if isinstance(goal, Turn):
+        hub = np.array(next(body.position_m for body in brief.summary.bodies if body.name == goal.target))
+        ends = [(geom, end) for geom in geoms for end in _ends(geom)]
+        geom, end = max(ends, key=lambda each: float(np.linalg.norm(each[1] - hub)))
+        # a little inside of its end, where a push has a long arm and does not slip off
+        return _point(end + 0.2 * (hub - end), min(geom.size_m))
+    start = np.mean([mount.position_m for mount in brief.summary.mounts] or [(0.0, 0.0, 0.0)], axis=0)
+    return min(geoms, key=lambda geom: float(np.linalg.norm(np.array(geom.position_m) - start)))
+
+
+def _ends(geom: GeomSummary) -> Iterator[Matrix]:
+    """Yield the two ends of a shape along its longest axis."""
+    z, x = np.array(geom.z_axis), np.array(geom.x_axis)
+    axes = np.stack([x, np.cross(z, x), z])
+    size = list(geom.size_m)
+    half = np.array([size[0]] * 3 if len(size) == 1 else [size[0], size[0], size[1]] if len(size) == 2 else size)
+    longest = int(half.argmax())
+    for sign in (-1.0, 1.0):
+        yield np.array(geom.position_m) + sign * half[longest] * axes[longest]
+
+
+def _point(position: Matrix, half_m: float = _POINT_M) -> GeomSummary:
+    x, y, z = (float(each) for each in position)
+    return GeomSummary(name="", shape="sphere", size_m=(half_m,), position_m=(x, y, z))
+
+
+def _rotation(brief: Brief, goal: Goal, view: View) -> Matrix:
+    """Return how a view turns its mount, in the mount's own frame, (3, 3)."""
+    place = _place_of_work(brief, goal, handle=False)
+    if view.turn_deg is None or place is None:
+        return np.eye(3)
+    mount = brief.summary.mounts[view.mount]
+    frame = _frame(mount)
+    way = frame.T @ (np.array(place.position_m) - np.array(mount.position_m))
+    way /= max(float(np.linalg.norm(way)), 1e-9)
+    lean = _matrix((math.degrees(math.atan2(-way[1], way[2])), math.degrees(math.asin(np.clip(way[0], -1, 1))), 0.0))
+    # the rules lean a body that reaches themselves; one that pulls would grow into what it is to hook
+    tilt_deg = _BESIDE_DEG if view.kind == "pull" else 0.0
+    return np.asarray(lean @ _matrix((0.0, 0.0, view.turn_deg)) @ _matrix((0.0, tilt_deg, 0.0)))
+
+
+def _turned(mount: MountSummary, rotation: Matrix) -> MountSummary:
+    frame = _frame(mount) @ rotation
+    return mount.model_copy(update={"x_axis": _vector(frame[:, 0]), "z_axis": _vector(frame[:, 2])})
+
+
+def _frame(mount: MountSummary) -> Matrix:
+    x, z = np.array(mount.x_axis), np.array(mount.z_axis)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _vector(values: Matrix) -> Vec3:
+    x, y, z = (round(float(value), 6) + 0.0 for value in values)
+    return x, y, z
+
+
+def _matrix(angles_deg: tuple[float, float, float]) -> Matrix:
+    """Return the rotation of a `Placement`: about x, then the new y, then the new z."""
+    a, b, c = np.deg2rad(angles_deg)
+    about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    about_z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+    return np.asarray(about_x @ about_y @ about_z)
+
+
+def _angles_deg(turn: Matrix) -> Vec3:
+    """Return the rotation of a `Placement` that a matrix is."""
+    b = math.asin(float(np.clip(turn[0, 2], -1.0, 1.0)))
+    a = math.atan2(-float(turn[1, 2]), float(turn[2, 2]))
+    c = math.atan2(-float(turn[0, 1]), float(turn[0, 0]))
+    x, y, z = (round(math.degrees(angle), 3) + 0.0 for angle in (a, b, c))
+    return x, y, z

@@ -1,0 +1,149 @@
+"""The built-in team for a goal: what it reads of goal and geometry, where it puts bodies, and what it says of them."""
+
+import numpy as np
+import pytest
+
+from aidsr.core.artifacts import Placement
+from aidsr.core.config import RunConfig
+from aidsr.examples import examples
+from aidsr.loop.run import create_run, make_brief, parts_of
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import TASKS, goal_task, parse_goal
+from aidsr.teams import rules
+from aidsr.teams.fitting import trial
+from aidsr.teams.fitting.team import FittingDesigner, FittingJudge, fitting_team
+from aidsr.teams.fitting.views import View, as_placed, as_the_rules_read, as_viewed, candidates, place_of_work, turns_of
+from aidsr.teams.rules.families import load_families
+from aidsr.teams.rules.job import read_job
+
+
+def job_of(name):
+    example = examples()[name]
+    task = goal_task(parse_goal(example.goal), example.environment)
+    brief = task.brief().model_copy(update={"task": "", "objective": example.objective})
+    return brief, task.goal
+
+
+def test_the_place_of_work_is_where_a_push_has_a_long_arm():
+    brief, goal = job_of("valve")
+    x, y, z = place_of_work(brief, goal)
+    assert (x, z) == pytest.approx((0.24, 0.32), abs=0.006)
+    assert 0.05 < y < 0.08, "on the lever, towards its end, not at the stem"
+    assert place_of_work(*job_of("walk")) is None
+    assert place_of_work(*job_of("duct")) == pytest.approx((0.359, 0.19, 0.3))
+    assert place_of_work(*job_of("trace")) == pytest.approx((0.08, -0.06, 0.26))
+
+
+@pytest.mark.parametrize("name", [name for name in examples() if name != "walk"])
+def test_the_rules_are_told_what_the_goal_says(name):
+    brief, goal = job_of(name)
+    for view, _, _ in candidates(brief, goal, load_families()):
+        job = read_job(as_the_rules_read(brief, goal, view))
+        assert job.kind == view.kind
+        assert job.target is not None
+        assert job.target.body == "workpiece"
+        assert job.mount is not None
+        assert (job.base == "moving") == (name == "lamp")
+
+
+def test_a_robot_that_has_to_travel_is_free():
+    brief, goal = job_of("walk")
+    tried = list(candidates(brief, goal, load_families()))
+    assert {family for _, family, _ in tried} == {"crawler", "worm", "ring"}
+    for view, _, _ in tried:
+        job = read_job(as_the_rules_read(brief, goal, view))
+        assert (job.kind, job.base) == (view.kind, "free")
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 90.0, 270.0])
+def test_a_turned_mount_points_at_the_place_of_work(turn_deg):
+    brief, goal = job_of("valve")
+    view = View("reach", 0, turn_deg)
+    mount = as_the_rules_read(brief, goal, view).summary.mounts[0]
+    way = np.subtract(place_of_work(brief, goal), mount.position_m)
+    assert np.dot(mount.z_axis, way / np.linalg.norm(way)) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_placement_in_a_turned_mount_is_one_in_the_environment_and_back():
+    brief, goal = job_of("valve")
+    view = View("reach", 0, 90.0)
+    seen = Placement(mount="mount", base="fixed", position_m=(0.01, 0.0, -0.05), rotation_deg=(0.0, 25.0, 0.0))
+    placed = as_placed(brief, goal, view, seen)
+    assert placed.intended_contacts == ("valve",)
+    back = as_viewed(brief, goal, view, placed)
+    assert back.position_m == pytest.approx(seen.position_m, abs=1e-4)
+    assert back.rotation_deg == pytest.approx(seen.rotation_deg, abs=1e-2)
+
+
+def test_a_concept_keeps_its_view():
+    brief, goal = job_of("bell")
+    designer = FittingDesigner(goal, 0)
+    rng = np.random.default_rng(0)
+    for view, name, variant in candidates(brief, goal, load_families()):
+        for turned in turns_of(view):
+            concept = designer._concept(brief, goal, turned, name, variant, rng)
+            assert View.of(concept) == turned
+            assert fitting_team(goal, 0).coder.write(brief, concept).mjcf
+
+
+def test_what_overlaps_its_surroundings_is_seen():
+    brief, goal = job_of("valve")
+    designer, rng = FittingDesigner(goal, 0), np.random.default_rng(0)
+    (view, name, variant), *_ = candidates(brief, goal, load_families())
+    found = []
+    for turned in turns_of(view):
+        concept = designer._concept(brief, goal, turned, name, variant, rng)
+        team = fitting_team(goal, 0)
+        robot = team.coder.write(brief, concept)
+        scene = assemble(robot, brief.environment, team.integrator.place(brief, concept, robot))
+        found.append(trial.overlaps(scene.mjcf))
+    assert set(found) == {True, False}, "straight ahead it would grow into the pipe, aside it does not"
+
+
+def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch):
+    brief, goal = job_of("bell")
+    fits = {"progress": 0.2, "success": False, "reached": "begun"}
+    from aidsr.teams.fitting import team as module
+
+    monkeypatch.setattr(module, "fit", lambda *_: trial.Fit(**fits))
+    monkeypatch.setattr(module, "_BODIES", 2)
+    team = fitting_team(goal, 0)
+    (concept,) = team.designer.propose(brief, 1)
+    assert "tried" in concept.rationale
+    assert "0.20" in concept.rationale
+    robot = team.coder.write(brief, concept)
+    scene = assemble(
+        robot,
+        brief.environment,
+        team.integrator.place(brief, concept, robot),
+        goal_task(goal, brief.environment).sensors,
+    )
+    from aidsr.validation import validate
+
+    report = validate(scene.mjcf, needs_contact=True)
+    critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
+    assert not critique.passed
+    assert critique.summary == (
+        "No built-in body came near: the best motion of this one reaches progress 0.20 of 1 without learning (begun)."
+    )
+    fits["progress"] = 0.6
+    assert FittingJudge(goal).judge(brief, concept, robot, scene, report).passed
+
+
+def test_a_run_with_a_goal_is_designed_by_measuring(tmp_path):
+    example = examples()["bell"]
+    for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
+        (tmp_path / name).write_text(text)
+    config = RunConfig(model="builtin")
+    own = make_brief("Ring it", environment=tmp_path / "bell.xml", goal=tmp_path / "bell.toml")
+    run = create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+    assert isinstance(parts_of(run).team_for(tmp_path).designer, FittingDesigner)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_team_of_a_benchmark_task_is_that_of_the_frozen_rules(name, tmp_path):
+    config = RunConfig(model="builtin", seed=3)
+    run = create_run(make_brief(task=name), config, level="standard", runs=tmp_path)
+    team = parts_of(run).team_for(tmp_path)
+    assert team == rules.team(3)
+    assert {type(role).__module__.rpartition(".")[0] for role in vars(team).values()} == {"aidsr.teams.rules"}

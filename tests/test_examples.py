@@ -1,0 +1,95 @@
+"""The examples: each is an environment with a goal that can be met in it, and some are templates."""
+
+import subprocess
+import sys
+
+import pytest
+
+from aidsr.apps.cli import main
+from aidsr.examples import examples, templates
+from aidsr.tasks import goal_task, parse_goal
+from aidsr.tasks.goals import KINDS
+
+
+@pytest.mark.parametrize("name", examples())
+def test_an_example_is_an_environment_with_its_goal(name):
+    example = examples()[name]
+    task = goal_task(parse_goal(example.goal), example.environment)
+    brief = task.brief()
+    assert brief.summary.mounts or task.base == "free"
+    assert example.objective.endswith(".")
+    assert example.title
+    assert "Nothing" not in task.judging()["Episodes differ"] or name in ("walk", "trace")
+
+
+def test_the_examples_show_most_kinds_of_goals():
+    shown = {parse_goal(example.goal).kind for example in examples().values()}
+    assert shown == set(KINDS)
+
+
+def test_there_is_a_template_for_each_kind_of_job():
+    assert set(templates()) == {"reach", "grasp", "carry", "turn", "crawl"}
+    for example in templates().values():
+        lines = example.goal.splitlines()
+        assert all("#" in line for line in lines if line.strip()), "each key of a template is explained"
+
+
+def call(*words):
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return ended.value.code
+
+
+@pytest.mark.parametrize("like", ["reach", "grasp", "carry", "turn", "crawl"])
+def test_new_writes_what_can_be_designed_for(tmp_path, like, capsys):
+    place = tmp_path / "my job"
+    assert call("new", place, "--like", like) == 0
+    assert "aidsr check" in capsys.readouterr().out
+    assert {path.name for path in place.iterdir()} == {"environment.xml", "goal.toml", "check.py"}
+    text = (place / "environment.xml").read_text()
+    assert '<mujoco model="my job">' in text
+    goal_task(parse_goal((place / "goal.toml").read_text()), text)
+    compile((place / "check.py").read_text(), "check.py", "exec")
+    assert call("new", place) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert call("new", tmp_path / "nowhere" / "job") == 2
+    assert "there is no folder" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_check_tells_and_draws_what_is_there(tmp_path, capsys):
+    assert call("new", tmp_path / "bell") == 0
+    code = call("check", tmp_path / "bell" / "environment.xml", tmp_path / "bell" / "goal.toml")
+    said = " ".join(capsys.readouterr().out.split())
+    assert code == 0, said
+    assert "Mount: mount at (0, 0, 0.5) m, pointing along (0, 0, -1); the place of work is 0.256 m away, 31 deg" in said
+    assert "Doing nothing wins 0 of 5 episodes" in said
+    assert "A built-in body" in said
+    for name in ("check.png", "check_motion.png"):
+        assert (tmp_path / "bell" / name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_check_says_where_a_goal_is_met_by_doing_nothing(tmp_path, capsys):
+    assert call("new", tmp_path / "easy") == 0
+    goal = tmp_path / "easy" / "goal.toml"
+    goal.write_text('kind = "reach"\ntarget = "bell"\nwithin_m = 0.4\nhold_s = 0.1\ntime_limit_s = 1\n')
+    code = call("check", tmp_path / "easy" / "environment.xml", goal)
+    assert code == 1
+    assert "does nothing wins 5 of 5 episodes: ask for more" in " ".join(capsys.readouterr().out.split())
+
+
+def test_check_refuses_what_cannot_be_met(tmp_path, capsys):
+    assert call("new", tmp_path / "knob", "--like", "turn") == 0
+    goal = tmp_path / "knob" / "goal.toml"
+    goal.write_text('kind = "turn"\njoint = "shaft"\nby_deg = 120\n')
+    assert call("check", tmp_path / "knob" / "environment.xml", goal) == 2
+    assert "cannot be turned by 120 deg" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_check_script_does_the_same(tmp_path):
+    assert call("new", tmp_path / "bell") == 0
+    done = subprocess.run([sys.executable, tmp_path / "bell" / "check.py"], capture_output=True, text=True, check=True)
+    assert "Doing nothing wins 0 of 5, anything 0." in done.stdout
+    assert (tmp_path / "bell" / "check_motion.png").exists()
