@@ -198,6 +198,7 @@ def test_all_faults_come_at_once_with_their_lines() -> None:
     [
         (world('<body><joint stifness="1"/></body>'), "did you mean 'stiffness'?"),
         (world('<body><joint ctrl_range="0 1"/></body>'), "'ctrlrange' belongs to <"),
+        (world('<camera orthographic="true"/>'), 'write projection="orthographic" for true'),
         (world('<body mass="1"/>'), "'mass' belongs to <flexcomp>, <geom>, <inertial>"),
         (world("<body><jiont/></body>"), "did you mean <joint>?"),
         (world("<body><motor/></body>"), "cannot stand in <body>"),

@@ -123,8 +123,12 @@ def _check(element: Element, schema: ElementSchema) -> Iterator[Fault]:
         yield from _check(child, inside)
 
 
+_RENAMED = {("camera", "orthographic"): 'write projection="orthographic" for true'}
+"""What to write for attributes that MuJoCo gave another name. Source: XML reference, camera/projection."""
+
+
 def _unknown_attribute(element: Element, attribute: str, schema: ElementSchema) -> Fault:
-    cure = _cure_of_attribute(attribute, schema)
+    cure = _RENAMED.get((schema.name, attribute)) or _cure_of_attribute(attribute, schema)
     return load_fault("unknown_attribute", element, f"has no attribute '{attribute[:100]}'", cure=cure)
 
 
