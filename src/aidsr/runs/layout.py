@@ -53,7 +53,7 @@ LAYOUT: tuple[tuple[str, str], ...] = (
     ("designs/N/export/", "parts, sheet and verdict for the workshop, where that design was exported; may be replaced"),
     ("designs/N/probe.json", "how far that design gets without learning, where it was probed"),
     ("designs/N/probe.png", "moments of the best motion of that probe"),
-    ("designs/N/probe.mp4", "all of it, where there is OpenGL"),
+    ("designs/N/probe.mp4", "all of it, with --film"),
     ("designs/N/training/NNN/", "a policy of that design, its curve and its verdict, where one was trained"),
     ("designs/N/verified.json", "the validator's report on the final scene, repeated in a study"),
 )

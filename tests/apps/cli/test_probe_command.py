@@ -59,7 +59,8 @@ def test_what_is_asked_for_is_passed_on(tmp_path, capsys):
 
     def found(*words: object) -> ProbeReport:
         run_main("probe", design.path, "--task", "dynamic_catching", *QUICK, "--max-steps", "6000", *words, "--json")
-        return ProbeReport.model_validate_json(capsys.readouterr().out)
+        said = capsys.readouterr()
+        return ProbeReport.model_validate_json(said.out)
 
     plain, asked = found(), found("--seed", "3", "--level", "hard", "--grouping", "off")
     assert (plain.seed, plain.level, plain.max_steps) == (0, "standard", 6000)

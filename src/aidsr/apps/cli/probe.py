@@ -33,7 +33,7 @@ def probe(
     grouping: Literal["auto", "off"] = "auto",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     out: Path | None = None,
-    film: bool = True,
+    film: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     json: Annotated[bool, Parameter(negative="", show_default=False)] = False,
 ) -> int:
     """Measure how far a body gets on its task without learning.
@@ -71,7 +71,7 @@ def probe(
     out
         File for the whole report; probe.json in a design's folder unless named, none for a lone scene.
     film
-        Draw the best motion beside that file: moments of it as PNG and, where there is OpenGL, all of it as MP4.
+        Write the best motion as MP4 beside that file, where there is OpenGL; moments of it are drawn as PNG always.
     json
         Print the whole report as JSON.
     """
@@ -106,19 +106,19 @@ def probe(
         )
     kept = out if out is not None else scene / "probe.json" if scene.is_dir() else None
     _print_report(report, kept, json=json)
-    if film and kept is not None:
+    if kept is not None:
         played = api.film(scene, report, task or "", level=level, goal=goal or "", grouping=grouping)
-        drawn = _draw(played, kept)
+        drawn = _draw(played, kept, film=film)
         if not json:
             make_console(soft_wrap=True).print(f"The best of them drawn in {escape(', '.join(drawn))}", style="dim")
     return 0 if report.success_share else 1
 
 
-def _draw(played: Film, kept: Path) -> list[str]:
+def _draw(played: Film, kept: Path, *, film: bool) -> list[str]:
     """Draw a motion beside its report, and return the names of the files."""
     from aidsr.runs.files import replace_file
 
-    drawn = {".png": played.strip(), ".mp4": played.video()}
+    drawn = {".png": played.strip(), ".mp4": played.video() if film else None}
     files = [(kept.with_suffix(suffix), data) for suffix, data in drawn.items() if data is not None]
     for file, data in files:
         replace_file(file, data)
