@@ -40,6 +40,7 @@ def guarantees() -> tuple[Guarantee, ...]:
         Guarantee("no keys", True, "a child's environment holds only variables from a short list"),
         Guarantee("no other files", landlock_version() > 0, f"Landlock, {_landlock()}"),
         Guarantee("no TCP connections", limits_network(), f"Landlock from version 4 on, {_landlock()}"),
+        Guarantee("system calls filtered", False, "there is no seccomp filter; Landlock covers files and TCP only"),
         Guarantee("ends with its parent", True, "a child leaves when its request pipe closes"),
     )
 
