@@ -8,7 +8,7 @@ the first design of seeds 0 and 1 for every task. Built-in designs are made once
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,13 +22,24 @@ SEEDS = (0, 1)
 MADE = Path("build") / "trial-scenes"
 
 
-def scenes(half: Half | None = None) -> Iterator[SuiteScene]:
-    """Yield the scenes of one half, or all: those of the suite, then built-in ones, task by task."""
-    yield from suite(half)
+def scenes(half: Half | None = None, names: Collection[str] | None = None) -> Iterator[SuiteScene]:
+    """Yield the scenes of one half, or all: those of the suite, then built-in ones, task by task.
+
+    Args:
+        half: Both unless given.
+        names: Only these.
+    """
+    yield from (scene for scene in suite(half) if not names or scene.name in names)
     for seed in SEEDS:
         for task in TASKS:
-            if half in (None, half_of(task, seed)) and (scene := _builtin(task, seed)):
+            asked = half in (None, half_of(task, seed)) and (not names or name_of(task, seed) in names)
+            if asked and (scene := _builtin(task, seed)):
                 yield scene
+
+
+def name_of(task: str, seed: int) -> str:
+    """Return the name of a built-in design."""
+    return f"{task.rpartition('/')[2]}-{seed}"
 
 
 def half_of(task: str, seed: int) -> Half:
@@ -38,7 +49,7 @@ def half_of(task: str, seed: int) -> Half:
 
 def _builtin(task: str, seed: int) -> SuiteScene | None:
     """Return the first design of a seed; None where it was not approved."""
-    name = f"{task.rpartition('/')[2]}-{seed}"
+    name = name_of(task, seed)
     path = MADE / f"{name}.json"
     if not path.exists():
         sys.stdout.write(f"designing {name}\n")

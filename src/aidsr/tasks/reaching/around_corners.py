@@ -48,6 +48,7 @@ class AroundCorners(Task):
     time_limit_s: ClassVar = 30.0
     hold_s: ClassVar = 0.3
     stages: ClassVar = ((0.4, "in the first opening"), (0.7, "in the second one"), (1.0, "on the plate"))
+    decisive: ClassVar = "on the plate"
     required_names: ClassVar = ("mount", "feed", "box", "lid", "shelf", "plate")
     policy_actuators: ClassVar = ("feed",)
     sensors: ClassVar = (

@@ -56,6 +56,7 @@ class PipeInserting(Task):
     time_limit_s: ClassVar = 30.0
     hold_s: ClassVar = 0.5
     stages: ClassVar = ((0.2, "in the mouth"), (0.65, "at the branch"), (1.0, "deep in the branch"))
+    decisive: ClassVar = "deep in the branch"
     required_names: ClassVar = ("mount", "feed", "pipe")
     policy_actuators: ClassVar = ("feed",)
     sensors: ClassVar = (
