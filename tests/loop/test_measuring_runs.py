@@ -23,8 +23,11 @@ FAMILIES = [{"name": name, "idea": "It pulls."} for name in ("arm", "claw", "rin
 PLACEMENT = {"mount": "mount", "base": "fixed"}
 ROUNDS: list[list[tuple[str, dict[str, Any]]]] = [
     [("propose", {"families": FAMILIES})],
-    [("validate", {"mjcf": arm(), "functional_part": "tip"})],
-    [("assemble", {"robot": "robot_1", "placement": PLACEMENT})],
+    [("validate", {"mjcf": arm(), "functional_part": "tip", "family": one["name"]}) for one in FAMILIES],
+    [
+        ("assemble", {"robot": "robot_1", "placement": PLACEMENT}),
+        *(("measure", {"what": "bends", "subject": f"robot_{number}"}) for number in (2, 3, 4)),
+    ],
     [("keep", {"scene": "scene_1", "why": "the only one"})],
     [
         ("play", {"scene": "scene_1", "script": "m0: t=0 -1, t=1 1", "seconds": 0.4, "variation": number})
@@ -87,7 +90,7 @@ def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None
         run = designed(server, tmp_path)
     assert run.design(1).outcome.read() is None
     before = results(run)
-    assert len(before) == 7
+    assert len(before) == 13
     record = run.record.path
     with Loopback(Measuring()) as server:
         text = record.read_text()
@@ -97,7 +100,7 @@ def test_a_run_goes_on_without_asking_or_measuring_again(tmp_path: Path) -> None
     assert len(server.requests) == 1, "only the last reply was missing"
     after = results(run)
     assert {name: after[name] for name in before} == before
-    assert list(after)[7:] == ["0008_finish.json"]
+    assert list(after)[13:] == ["0014_finish.json"]
     outcome = run.design(1).outcome.read()
     assert outcome is not None
     assert outcome.outcome == "approved"

@@ -42,6 +42,12 @@ def test_every_way_is_an_arm_that_can_be_frozen(tmp_path: Path) -> None:
     assert open_study(tmp_path / "s").plan == plan
 
 
+def test_the_team_that_measures_is_an_arm_beside_the_four_roles() -> None:
+    four, direct, measuring = make_arms(["openai:gpt-5"], ["full", "direct", "measuring"], concepts=1, feedback={})
+    assert [arm.config.team for arm in (four, direct, measuring)] == ["four_roles", "four_roles", "measuring"]
+    assert (measuring.name, measuring.settings) == ("openai-gpt-5.measuring", "team measuring")
+
+
 @pytest.mark.parametrize(
     ("ways", "said", "complaint"),
     [

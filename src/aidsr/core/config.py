@@ -40,10 +40,11 @@ StudyMethod = Literal[
     "no_groups",
     "from_probe",
     "task_feedback",
+    "measuring",
 ]
 """Ways of designing that a study can compare. The paper's: the full method; with a person's feedback as one more round
 on the same designs, or as the only feedback; and without its parts. Ours: without mechanical repairs, without actuators
-that act together, and with feedback from the task."""
+that act together, with feedback from the task, and by one model that measures instead of the four roles."""
 
 
 class Budget(Artifact):

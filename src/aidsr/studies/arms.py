@@ -23,6 +23,7 @@ _CONFIG: dict[StudyMethod, dict[str, Any]] = {
     "human_only": {"method": "no_feedback", "iterations": 0},
     "no_repairs": {"repairs": False},
     "task_feedback": {"task_feedback": True},
+    "measuring": {"team": "measuring"},
 }
 
 

@@ -82,7 +82,8 @@ def probe(
     """Search hundreds of open-loop motions by several seeds and play the best again with figures; takes minutes."""
     subject = workspace.subject(scene)
     measured = probe_motions(subject, seeds=seeds, variations=variations, steps=steps, seconds=seconds)
-    return Result(text=shortened(measured.text, workspace))
+    figures = {figure.name: figure.value for figure in measured.figures}
+    return Result(text=shortened(measured.text, workspace), figures=figures)
 
 
 def measure(
@@ -164,7 +165,7 @@ def train(
         ", ".join(f"{count} {end.replace('_', ' ')}" for end, count in ends.items()),
         *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
     ]
-    return Result(text="\n".join(lines))
+    return Result(text="\n".join(lines), figures={"success": rate.share, "valid": float(found.valid)})
 
 
 def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:

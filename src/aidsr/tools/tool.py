@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.calls import Png
@@ -35,6 +35,8 @@ class Result(Artifact):
 
     text: str
     pictures: tuple[Png, ...] = ()
+    figures: dict[str, float] = Field(default_factory=dict)
+    """What decides between scenes, by name, for code; the text has them all."""
 
 
 @dataclass(frozen=True)

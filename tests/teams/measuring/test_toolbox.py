@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from itertools import count
 from pathlib import Path
 
@@ -12,7 +13,8 @@ from tests.tools.test_statics import limb
 
 from aidsr.core.calls import ToolCall
 from aidsr.teams.measuring.own_tools import chosen
-from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget, ToolRecord
+from aidsr.teams.measuring.records import ToolRecord
+from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget
 from aidsr.tools import Workspace
 
 FAMILIES = [{"name": name, "idea": "It pulls."} for name in ("arm", "claw", "worm", "ring")]
@@ -36,26 +38,28 @@ def proposed(folder: Path, **options) -> Toolbox:
 
 def test_four_families_come_first(tmp_path: Path) -> None:
     box = toolbox(tmp_path)
-    assert "propose families of bodies first" in call(box, "validate", mjcf=limb()).text
+    assert "propose families of bodies first" in call(box, "validate", mjcf=limb(), family="arm").text
     assert "3 families; propose at least 4" in call(box, "propose", families=[*FAMILIES[:3], FAMILIES[0]]).text
     assert call(box, "propose", families=FAMILIES).text.startswith("noted: arm, claw, worm, ring")
-    assert call(box, "validate", mjcf=limb()).text.startswith("robot_1:")
+    assert call(box, "validate", mjcf=limb(), family="arm").text.startswith("robot_1:")
 
 
 def test_a_measurement_that_was_asked_for_before_is_not_carried_out_again(tmp_path: Path) -> None:
     box = proposed(tmp_path)
-    first = call(box, "validate", mjcf=limb(), functional_part="tip")
-    assert call(box, "validate", mjcf=limb(), functional_part="tip") is first
-    assert call(box, "validate", mjcf=limb()).text.startswith("robot_2:"), "another argument is another call"
+    first = call(box, "validate", mjcf=limb(), functional_part="tip", family="arm")
+    assert call(box, "validate", mjcf=limb(), functional_part="tip", family="arm") is first
+    assert call(box, "validate", mjcf=limb(), family="arm").text.startswith("robot_2:"), (
+        "another argument is another call"
+    )
     assert box.calls_made == 2
 
 
 def test_a_session_that_goes_on_gets_its_results_and_its_refusals_again(tmp_path: Path) -> None:
     box = toolbox(tmp_path)
     calls = [
-        ("validate", {"mjcf": limb()}),
+        ("validate", {"mjcf": limb(), "family": "arm"}),
         ("propose", {"families": FAMILIES}),
-        ("validate", {"mjcf": limb()}),
+        ("validate", {"mjcf": limb(), "family": "arm"}),
         ("measure", {"what": "bends", "subject": "robot_1"}),
         ("measure", {"what": "bends", "subject": "robot_9"}),
     ]
@@ -65,13 +69,13 @@ def test_a_session_that_goes_on_gets_its_results_and_its_refusals_again(tmp_path
     again = toolbox(tmp_path)
     assert [call(again, name, **arguments) for name, arguments in calls] == before
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()} == files
-    assert call(again, "validate", mjcf=limb(9.81)).text.startswith("robot_2:")
+    assert call(again, "validate", mjcf=limb(9.81), family="arm").text.startswith("robot_2:")
     assert (tmp_path / "tools" / "0006_validate.json").is_file()
 
 
 def test_calls_and_minutes_are_counted_and_kept_within_the_budget(tmp_path: Path) -> None:
     box = proposed(tmp_path, calls=2)
-    assert "[1 of 2 calls, 2 of 30 minutes]" in call(box, "validate", mjcf=limb()).text
+    assert "[1 of 2 calls, 2 of 30 minutes]" in call(box, "validate", mjcf=limb(), family="arm").text
     assert call(box, "measure", what="bends", subject="robot_1").outcome == "done"
     refused = call(box, "measure", what="load", subject="robot_1")
     assert (refused.outcome, refused.text.splitlines()[0]) == (
@@ -80,8 +84,8 @@ def test_calls_and_minutes_are_counted_and_kept_within_the_budget(tmp_path: Path
     )
     assert call(box, "read", name="robot_1").outcome == "done", "what costs nothing goes on"
     short = proposed(tmp_path / "short", minutes=2)
-    call(short, "validate", mjcf=limb())
-    assert "all 2 minutes are used" in call(short, "validate", mjcf=limb(9.81)).text
+    call(short, "validate", mjcf=limb(), family="arm")
+    assert "all 2 minutes are used" in call(short, "validate", mjcf=limb(9.81), family="arm").text
 
 
 @pytest.mark.parametrize(
@@ -95,11 +99,102 @@ def test_mistakes_are_results(tmp_path: Path, name: str, arguments: str, message
 
 
 def with_scene(folder: Path, **options) -> Toolbox:
-    """A toolbox with a scene, called stable."""
+    """A toolbox with a scene, called stable, of a robot that came back: no families have to be measured."""
     work = with_cart(folder)
     path = work.folder / "scene_1" / "scene.json"
     path.write_text(path.read_text().replace('"stable": false', '"stable": true'))
-    return proposed(folder, work=work, **options)
+    box = proposed(folder, work=work, **options)
+    box.explore = False
+    return box
+
+
+def explored(folder: Path, families: int) -> Toolbox:
+    """A toolbox with a robot of each family, of which some were measured."""
+    box = proposed(folder, calls=60)
+    for family in FAMILIES:
+        call(box, "validate", mjcf=limb(), family=family["name"])
+    for number in range(1, families + 1):
+        assert call(box, "measure", what="bends", subject=f"robot_{number}").outcome == "done"
+    return box
+
+
+PATCH = '<set sel="//body/joint" stiffness="0.2"/>'
+SWEEP = {"subject": "robot_1", "select": "//body/joint", "attribute": "stiffness", "values": ["0.2"], "what": "load"}
+
+
+def test_one_body_of_each_family_is_measured_before_any_is_refined(tmp_path: Path) -> None:
+    box = explored(tmp_path, 3)
+    for name, arguments in (
+        ("edit", {"robot": "robot_1", "patch": PATCH}),
+        ("sweep", SWEEP),
+        ("train", {"scene": "s"}),
+    ):
+        refused = call(box, name, **arguments)
+        assert (refused.outcome, "trained or finished with; not yet: ring" in refused.text) == ("refused", True)
+    cured = call(box, "edit", robot="robot_4", patch=PATCH)
+    assert cured.text.startswith("robot_5:"), "what was not measured may be cured"
+    assert call(box, "measure", what="bends", subject="robot_5").outcome == "done", "an edit is of the same family"
+    assert call(box, "edit", robot="robot_1", patch=PATCH).outcome == "done"
+    assert call(box, "sweep", **SWEEP).outcome == "done"
+
+
+def test_a_family_that_comes_to_nothing_three_times_holds_up_no_other(tmp_path: Path) -> None:
+    box = explored(tmp_path, 3)
+    call(box, "validate", mjcf=limb(9.81), family="ring")
+    assert call(box, "sweep", **SWEEP).outcome == "refused"
+    call(box, "validate", mjcf=limb(1.62), family=" Ring ")
+    assert call(box, "sweep", **SWEEP).outcome == "done"
+
+
+def test_a_robot_is_of_a_family_that_was_proposed(tmp_path: Path) -> None:
+    refused = call(proposed(tmp_path), "validate", mjcf=limb(), family="snake")
+    assert refused.outcome == "failed"
+    assert 'no family "snake" was proposed; families: arm, claw, worm, ring; propose again' in refused.text
+
+
+def measured(name: str, scene: str, text: str = "", seeds: list[int] | None = None, **figures: float) -> ToolRecord:
+    """A record as a long measurement leaves it."""
+    values = {"scene": scene, **({"seeds": seeds} if seeds else {})}
+    return ToolRecord(name=name, arguments=json.dumps(values), text=text, outcome="done", seconds=1.0, figures=figures)
+
+
+def far(scene: str, progress: float, seeds: list[int]) -> ToolRecord:
+    found = measured("probe", scene, seeds=seeds)
+    return found.model_copy(update={"figures": {"progress, mean of the seeds": progress}})
+
+
+def test_the_result_is_what_came_farthest_over_several_seeds(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    shutil.copytree(box.workspace.folder / "scene_1", box.workspace.folder / "scene_2")
+    box._records += [far("scene_1", 0.4, [0, 1]), far("scene_2", 0.9, [0]), far("scene_2", 0.5, [3])]
+    refused = call(box, "finish", scene="scene_1", summary="A cart.")
+    assert (
+        "over several seeds scene_2 came to progress 0.70 and scene_1 to 0.40: finish with the better" in refused.text
+    )
+    assert box.exploration.best_again() == ("scene_2", pytest.approx(0.7))
+    assert call(box, "finish", scene="scene_2", summary="A cart.").outcome == "done"
+
+
+def test_one_seed_puts_no_scene_first_and_an_unstable_one_is_no_result(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    box._records += [far("scene_1", 0.9, [4])]
+    assert box.exploration.best_again() is None
+    box._records += [far("scene_1", 0.9, [5])]
+    assert box.exploration.best_again() == ("scene_1", pytest.approx(0.9))
+    path = box.workspace.folder / "scene_1" / "scene.json"
+    path.write_text(path.read_text().replace('"stable": true', '"stable": false'))
+    assert box.exploration.best_again() is None
+
+
+def test_a_training_that_succeeds_ends_the_work(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    box._records += [
+        measured("train", "scene_1", success=0.45, valid=1.0),
+        measured("train", "scene_1", success=1.0, valid=0.0),
+    ]
+    assert box.exploration.succeeded() is None
+    box._records += [measured("train", "scene_1", "success in 55%\n3 failed", success=0.55, valid=1.0)]
+    assert box.exploration.succeeded() == ("scene_1", "success in 55%")
 
 
 def test_a_scene_is_measured_again_before_it_is_the_result(tmp_path: Path) -> None:

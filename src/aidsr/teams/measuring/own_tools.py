@@ -89,6 +89,13 @@ def has_families(workspace: Workspace) -> bool:
     return (workspace.folder / "families.json").is_file()
 
 
+def proposed_families(workspace: Workspace) -> list[str]:
+    """Return the families that were proposed, in lower case; none before there are any."""
+    path = workspace.folder / "families.json"
+    families = _FAMILIES.validate_json(path.read_bytes()) if path.is_file() else ()
+    return list(dict.fromkeys(family.name.strip().lower() for family in families))
+
+
 def chosen(workspace: Workspace, which: str) -> Chosen | None:
     """Return the scene that was "kept" or "finished" with; None where none was."""
     path = workspace.folder / f"{which}.json"

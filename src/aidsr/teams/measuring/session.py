@@ -12,7 +12,8 @@ from aidsr.teams.llm.conversation import complaint_about, with_complaint
 from aidsr.teams.llm.prompts import render
 from aidsr.teams.measuring.calls import calls_in_text, describe_tools, results_as_text
 from aidsr.teams.measuring.own_tools import Chosen, chosen
-from aidsr.teams.measuring.toolbox import Toolbox, ToolRecord
+from aidsr.teams.measuring.records import ToolRecord
+from aidsr.teams.measuring.toolbox import Toolbox
 
 AT_ONCE = 8
 """Calls of one reply that are carried out. Our choice: enough for what does not depend on each other."""
@@ -58,8 +59,8 @@ class Session:
             try:
                 record = self.model.ask(Question(role="designer", messages=messages, tools=specs if native else ()))
             except BudgetError:
-                if kept := chosen(self.toolbox.workspace, "kept"):
-                    return kept
+                if best := self._best():
+                    return best
                 raise
             messages, made = self._answered(record, native)
             useless = 0 if made else useless + 1
@@ -68,7 +69,7 @@ class Session:
         return self._finished() or self._kept_or("The model used all its replies without finishing.")
 
     def _finished(self) -> Chosen | None:
-        """Return what the session finished with, None while it has not.
+        """Return what the session finished with, or the scene whose training succeeded; None while there is none.
 
         Raises:
             ReplyError: It gave up.
@@ -76,6 +77,8 @@ class Session:
         found = chosen(self.toolbox.workspace, "finished")
         if found is not None and not found.scene:
             raise ReplyError(f"The team gave up: {found.why}")
+        if found is None and (trained := self.toolbox.exploration.succeeded()):
+            return Chosen(scene=trained[0], why=f"Its training succeeded: {trained[1]}.")
         return found
 
     def _kept_or(self, reason: str) -> Chosen:
@@ -84,9 +87,16 @@ class Session:
         Raises:
             ReplyError: None was, with the reason why the session ended.
         """
-        if kept := chosen(self.toolbox.workspace, "kept"):
-            return kept
+        if best := self._best():
+            return best
         raise ReplyError(f"{reason} It had kept no scene.")
+
+    def _best(self) -> Chosen | None:
+        """Return the scene that came farthest over several seeds, else the one that was kept; None where none was."""
+        if found := self.toolbox.exploration.best_again():
+            why = f"It came farthest of what was measured by several seeds, to progress {found[1]:.2f}."
+            return Chosen(scene=found[0], why=why)
+        return chosen(self.toolbox.workspace, "kept")
 
     def _answered(self, record: CallRecord, native: bool) -> tuple[tuple[Message, ...], bool]:
         """Return the conversation after a reply and its results, and whether it called a tool."""

@@ -138,7 +138,7 @@ class _Roles:
 
     def _designed(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: Feedback | None) -> Robot:
         workspace = self._workspace(brief)
-        toolbox = Toolbox(workspace, self.folder, self.budget, self.pictures)
+        toolbox = Toolbox(workspace, self.folder, self.budget, self.pictures, explore=robot is None)
         start = render(
             "measuring_start",
             brief=brief,

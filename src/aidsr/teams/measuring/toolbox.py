@@ -9,45 +9,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from aidsr.core.artifacts import Artifact
-from aidsr.core.calls import Png, ToolCall, ToolSpec
+from aidsr.core.calls import ToolCall, ToolSpec
 from aidsr.core.errors import IsolationError, MjcfError, UserError
 from aidsr.runs.files import JsonFile
+from aidsr.teams.measuring.exploration import HOPELESS, VALIDATE, Exploration, seeds_of
 from aidsr.teams.measuring.own_tools import OWN_TOOLS, has_families
-from aidsr.tools import TOOLS, Tool, Workspace
+from aidsr.teams.measuring.records import FREE, ToolRecord
+from aidsr.tools import TOOLS, Result, Tool, Workspace
 
 TOOLS_FOLDER = "tools"
 """Of the recorded calls, in the folder of an iteration."""
-_FREE = ("propose", "keep", "finish", "read")
-"""Tools that may be called when no calls are left, and are not counted."""
-_DEFAULT_SEEDS = TOOLS["probe"].arguments.model_fields["seeds"].default
 _FEWEST_SEEDS, _FEWEST_VARIATIONS = 2, 3
 """With which a scene is measured again before it is the result. Our choice."""
-
-
-class ToolRecord(Artifact):
-    """One call of a tool and what it brought."""
-
-    name: str
-    arguments: str
-    """As the model wrote them."""
-    text: str
-    pictures: tuple[Png, ...] = ()
-    outcome: Literal["done", "failed", "refused"]
-    """Whether it was carried out, could not be, as the text says, or was refused without being tried."""
-    seconds: float
-    """It took."""
-
-    @property
-    def counts(self) -> bool:
-        """Whether it counts as one of the calls that a session may make."""
-        return self.outcome != "refused" and self.name not in _FREE
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """The arguments by name."""
-        found: dict[str, Any] = json.loads(self.arguments or "{}")
-        return found
 
 
 @dataclass(frozen=True)
@@ -67,6 +40,7 @@ class Toolbox:
         folder: Where calls are kept, in its folder "tools".
         budget: What may be used.
         pictures: Whether the model takes pictures; without, it has no tool that draws.
+        explore: Whether a body of each family has to be measured before one is refined; not where a robot came back.
         clock: Time source [s].
     """
 
@@ -74,6 +48,7 @@ class Toolbox:
     folder: Path
     budget: ToolBudget
     pictures: bool = False
+    explore: bool = True
     clock: Callable[[], float] = time.monotonic
     _records: list[ToolRecord] = field(default_factory=list)
     _unused: list[ToolRecord] = field(default_factory=list)
@@ -88,7 +63,7 @@ class Toolbox:
     def tools(self) -> dict[str, Tool]:
         """The tools by name, in the order in which they are told of."""
         propose, *others = OWN_TOOLS.values()
-        known = {propose.name: propose, **TOOLS, **{tool.name: tool for tool in others}}
+        known = {propose.name: propose, **TOOLS, VALIDATE.name: VALIDATE, **{tool.name: tool for tool in others}}
         return {name: tool for name, tool in known.items() if self.pictures or name != "look"}
 
     @property
@@ -131,10 +106,16 @@ class Toolbox:
         return record
 
     def _carried_out(self, call: ToolCall) -> ToolRecord:
-        def record(outcome: Literal["done", "failed", "refused"], text: str, *pictures: bytes) -> ToolRecord:
+        def record(outcome: Literal["done", "failed", "refused"], text: str, found: Result | None = None) -> ToolRecord:
             seconds = round(self.clock() - began, 3)
             made = ToolRecord(
-                name=call.name, arguments=call.arguments, text=text, pictures=pictures, outcome=outcome, seconds=seconds
+                name=call.name,
+                arguments=call.arguments,
+                text=text,
+                pictures=found.pictures if found else (),
+                outcome=outcome,
+                seconds=seconds,
+                figures=found.figures if found else {},
             )
             calls, minutes = self.calls_made + made.counts, self.minutes_used + seconds / 60
             left = f"[{calls} of {self.budget.calls} calls, {minutes:.0f} of {self.budget.minutes:g} minutes]"
@@ -156,23 +137,46 @@ class Toolbox:
             result = tool.call(self.workspace, arguments)
         except (UserError, MjcfError, IsolationError) as error:
             return record("failed", f"failed: {error}")
-        return record("done", result.text, *result.pictures)
+        return record("done", result.text, result)
 
     def _refused(self, name: str, arguments: dict[str, Any]) -> str:
         """Return why a call is not carried out now, "" where it is."""
         if name != "propose" and not has_families(self.workspace):
             return "propose families of bodies first"
-        if name not in _FREE and self.calls_made >= self.budget.calls:
+        if name not in FREE and self.calls_made >= self.budget.calls:
             return f"all {self.budget.calls} calls are used: finish with the best scene"
-        if name not in _FREE and self.minutes_used >= self.budget.minutes:
+        if name not in FREE and self.minutes_used >= self.budget.minutes:
             return f"all {self.budget.minutes:g} minutes are used: finish with the best scene"
+        if reason := self._too_early(name, arguments):
+            return reason
         scene = arguments.get("scene")
         if name == "finish" and scene and not self._is_spent and not self._measured_again(scene):
             return (
                 f"{scene} was not measured again: probe it with {_FEWEST_SEEDS} seeds or more, play a script in "
                 f"{_FEWEST_VARIATIONS} variations or more, or train it; then finish"
             )
+        if name == "finish" and scene and (better := self.exploration.better_than(str(scene))):
+            return f"{better}: finish with the better one, or measure both by more seeds"
         return ""
+
+    def _too_early(self, name: str, arguments: dict[str, Any]) -> str:
+        """Return why a body is not refined or finished with yet: families are left of which none was measured."""
+        if not self.explore or self._is_spent:
+            return ""
+        left = self.exploration.unmeasured()
+        refines = name == "edit" and arguments.get("robot") in self.exploration.measured()
+        ends = name == "finish" and bool(arguments.get("scene"))
+        if not left or not (refines or ends or name in ("sweep", "train")):
+            return ""
+        return (
+            f"measure a body of each family before one is refined, trained or finished with; not yet: "
+            f"{', '.join(left)} (a family of which {HOPELESS} robots came to no measurement counts as measured)"
+        )
+
+    @property
+    def exploration(self) -> Exploration:
+        """What the calls so far say of families and scenes."""
+        return Exploration(tuple(self._records), self.workspace)
 
     @property
     def _is_spent(self) -> bool:
@@ -180,9 +184,8 @@ class Toolbox:
 
     def _measured_again(self, scene: object) -> bool:
         """Whether a scene was measured by several seeds or variations, or trained."""
-        done = [(record.name, record.values) for record in self._records if record.outcome == "done"]
-        about = [(name, values) for name, values in done if values.get("scene") == scene]
-        seeds = {seed for name, values in about if name == "probe" for seed in values.get("seeds", _DEFAULT_SEEDS)}
-        variations = {values.get("variation", 0) for name, values in about if name == "play"}
-        trained = any(name == "train" for name, _ in about)
+        about = [record for record in self.exploration.done if record.values.get("scene") == scene]
+        seeds = {seed for record in about if record.name == "probe" for seed in seeds_of(record)}
+        variations = {record.values.get("variation", 0) for record in about if record.name == "play"}
+        trained = any(record.name == "train" for record in about)
         return trained or len(seeds) >= _FEWEST_SEEDS or len(variations) >= _FEWEST_VARIATIONS

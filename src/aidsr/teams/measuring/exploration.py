@@ -1,0 +1,128 @@
+"""Which family a body is of, which families were measured, and which scene the measurements put first.
+
+All of it follows from the calls on record, so a session that goes on after it was interrupted comes to the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean
+from typing import Annotated, Any
+
+from pydantic import Field, create_model
+
+from aidsr.core.errors import UserError
+from aidsr.teams.measuring.own_tools import proposed_families
+from aidsr.teams.measuring.records import ToolRecord
+from aidsr.tools import TOOLS, Result, Tool, Workspace
+
+_MEASURES = ("measure", "play", "probe", "train", "sweep")
+HOPELESS = 3
+"""Robots of a family that came to no measurement, from which it need not be measured. Our choice: a first one and two
+that were to cure it."""
+_WON = 0.5
+"""Share of episodes from which a training has succeeded. Source: the paper's binary rate."""
+_BETTER = 0.05
+"""By which another scene's progress has to be higher to count as better. Our choice: below the spread over seeds."""
+
+
+def _validate(workspace: Workspace, *, family: str, **arguments: Any) -> Result:
+    """Validate a robot of a family that was proposed."""
+    known = proposed_families(workspace)
+    if family.strip().lower() not in known:
+        raise UserError(f'no family "{family}" was proposed; families: {", ".join(known)}; propose again to add one')
+    return TOOLS["validate"].function(workspace, **arguments)
+
+
+_FAMILY: dict[str, Any] = {
+    "family": (Annotated[str, Field(description="Which of the proposed families it is of.")], ...)
+}
+VALIDATE = Tool(
+    "validate",
+    TOOLS["validate"].description,
+    create_model("validate", __base__=TOOLS["validate"].arguments, **_FAMILY),
+    _validate,
+)
+"""The tool of this name, of a team that has to say which family a robot is of."""
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """What the calls on record say of families and scenes."""
+
+    records: Sequence[ToolRecord]
+    workspace: Workspace
+
+    @property
+    def done(self) -> list[ToolRecord]:
+        """Calls that were carried out."""
+        return [record for record in self.records if record.outcome == "done"]
+
+    def families(self) -> dict[str, str]:
+        """Return the family of each robot and scene, by name; what came from elsewhere has none."""
+        found: dict[str, str] = {}
+        for record in self.done:
+            made = record.text.partition(":")[0]
+            if record.name == "validate":
+                found[made] = str(record.values.get("family", "")).strip().lower()
+            elif record.name in ("edit", "fix", "assemble") and record.values.get("robot") in found:
+                found[made] = found[record.values["robot"]]
+        return found
+
+    def measured(self) -> set[str]:
+        """Return the robots and scenes that were measured, and the robots of these scenes."""
+        robots = {
+            record.text.partition(":")[0]: str(record.values["robot"])
+            for record in self.done
+            if record.name == "assemble"
+        }
+        found = {
+            str(record.values.get("scene") or record.values.get("subject"))
+            for record in self.done
+            if record.name in _MEASURES
+        }
+        return found | {robots[name] for name in found if name in robots}
+
+    def unmeasured(self) -> list[str]:
+        """Return the families of which no body was measured yet, without those that came to nothing often enough."""
+        families, measured = self.families(), self.measured()
+        there = {families.get(name, "") for name in measured}
+        made = [family for name, family in families.items() if name.startswith("robot")]
+        proposed = proposed_families(self.workspace)
+        return [family for family in proposed if family not in there and made.count(family) < HOPELESS]
+
+    def progress_again(self, scene: str) -> float | None:
+        """Return the mean progress of a scene over the seeds of its probes; None where there were fewer than two."""
+        probes = [record for record in self.done if record.name == "probe" and record.values.get("scene") == scene]
+        seeds = {seed for record in probes for seed in seeds_of(record)}
+        found = [record.figures["progress, mean of the seeds"] for record in probes if record.figures]
+        return fmean(found) if len(seeds) > 1 and found else None
+
+    def best_again(self) -> tuple[str, float] | None:
+        """Return the stable scene that came farthest over several seeds, and how far; None where there is none."""
+        scenes = dict.fromkeys(str(record.values.get("scene")) for record in self.done if record.name == "probe")
+        stable = [scene for scene in scenes if self.workspace.record(scene).stable]
+        found = [(scene, far) for scene in stable if (far := self.progress_again(scene)) is not None]
+        return max(found, key=lambda one: one[1], default=None)
+
+    def better_than(self, scene: str) -> str:
+        """Return why another scene is the better result by the same measurements, "" where none is."""
+        own, best = self.progress_again(scene), self.best_again()
+        if own is None or best is None or best[1] <= own + _BETTER:
+            return ""
+        return f"over several seeds {best[0]} came to progress {best[1]:.2f} and {scene} to {own:.2f}"
+
+    def succeeded(self) -> tuple[str, str] | None:
+        """Return the stable scene whose training succeeded, and what was told of it; None where none did."""
+        for record in self.done:
+            won = record.figures.get("success", 0.0) >= _WON and record.figures.get("valid", 0.0)
+            if record.name == "train" and won and self.workspace.record(record.values["scene"]).stable:
+                return str(record.values["scene"]), record.text.partition("\n")[0]
+        return None
+
+
+def seeds_of(record: ToolRecord) -> Sequence[int]:
+    """Return the seeds of a probe."""
+    seeds: Sequence[int] = record.values.get("seeds", TOOLS["probe"].arguments.model_fields["seeds"].default)
+    return seeds
