@@ -16,6 +16,7 @@ from urllib.request import urlopen
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images" / "web"
 PATIENCE_MS = 300_000
@@ -45,6 +46,20 @@ def open_tab(page: Page, name: str) -> None:
             continue
         return
     pytest.fail(f'the tab "{name}" did not open')
+
+
+def choose(page: Page, field: str, option: str) -> None:
+    """Choose an option of a field; a menu that was opened while the page was busy may have closed again."""
+    wanted = page.get_by_role("option", name=option)
+    for _ in range(10):
+        page.get_by_label(field, exact=True).click()
+        try:
+            wanted.wait_for(timeout=10_000)
+        except PlaywrightTimeout:
+            continue
+        wanted.click()
+        return
+    pytest.fail(f"{field} has no option {option}")
 
 
 @contextmanager

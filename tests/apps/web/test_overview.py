@@ -3,29 +3,14 @@
 from pathlib import Path
 
 import pytest
-from browser import Server, browsing
+from browser import Server, browsing, choose
 from made import made_run, made_training
-from playwright.sync_api import Page, expect
-from playwright.sync_api import TimeoutError as PlaywrightTimeout
+from playwright.sync_api import expect
 from robots import arm
 
 from aidsr.apps.web.site import Site
 from aidsr.runs import EventLog
 from aidsr.runs.files import replace_file
-
-
-def choose(page: Page, field: str, option: str) -> None:
-    """Choose an option of a field; a menu that was opened while the page was busy may have closed again."""
-    wanted = page.get_by_role("option", name=option)
-    for _ in range(10):
-        page.get_by_label(field, exact=True).click()
-        try:
-            wanted.wait_for(timeout=10_000)
-        except PlaywrightTimeout:
-            continue
-        wanted.click()
-        return
-    pytest.fail(f"{field} has no option {option}")
 
 
 def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: Server) -> None:
