@@ -79,6 +79,9 @@ def probe(
     for name, number in (("candidates", candidates), ("variations", variations), ("max_steps", max_steps)):
         check_whole_number(name, number, least=1)
     _check_seed_and_threads(seed, threads)
+    from aidsr.sandbox.pool import warm_up
+
+    warm_up(1, ["aidsr.learn.openloop.isolated_probe"])  # a worker starts while the rest is imported
     from aidsr.learn.openloop import probe as probe_task
 
     found = find_scene(design, task, level=level, goal=goal)
