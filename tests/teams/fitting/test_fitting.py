@@ -124,7 +124,8 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
     assert not critique.passed
     assert critique.summary == (
-        "No built-in body came near: the best motion of this one reaches progress 0.20 of 1 without learning (begun)."
+        "No built-in body came near: the best motion of this one reaches progress 0.20 of 1 without learning (begun), "
+        "not touching it lightly."
     )
     fits["progress"] = 0.6
     assert FittingJudge(goal).judge(brief, concept, robot, scene, report).passed
@@ -147,3 +148,38 @@ def test_the_team_of_a_benchmark_task_is_that_of_the_frozen_rules(name, tmp_path
     team = parts_of(run).team_for(tmp_path)
     assert team == rules.team(3)
     assert {type(role).__module__.rpartition(".")[0] for role in vars(team).values()} == {"aidsr.teams.rules"}
+
+
+@pytest.mark.parametrize(("pose", "axis"), [("0 0.3 0", 3), ("0.3 0 0", 1), ("0 0 -0.3", 5)])
+def test_a_robot_that_is_brought_is_turned_beside_the_work_and_scaled_to_the_way(pose, axis, monkeypatch):
+    from aidsr.teams.fitting import team as module
+
+    brief, goal = job_of("valve")
+    mine = f"""<mujoco><worldbody><body name="arm"><joint axis="1 1 1" stiffness="1" damping="0.1"/>
+      <geom type="capsule" size="0.005" fromto="0 0 0 {pose}"/><site name="tip" pos="{pose}"/></body></worldbody>
+      <actuator><motor name="m" joint="bend" ctrlrange="-1 1"/></actuator></mujoco>""".replace(
+        "<joint axis", '<joint name="bend" axis'
+    )
+    brief = brief.model_copy(update={"starting_robot": mine})
+    tried = []
+
+    def fit(scene, *_):
+        tried.append(scene)
+        return trial.Fit(progress=0.1 * len(tried), success=False, reached="begun")
+
+    monkeypatch.setattr(module, "fit", fit)
+    (concept,) = fitting_team(goal, 0).designer.propose(brief, 1)
+    assert View.of(concept).axis == axis
+    assert View.of(concept).scale == pytest.approx(1.05 * 0.248 / 0.305, abs=0.01)
+    team = fitting_team(goal, 0)
+    placement = team.integrator.place(brief, concept, team.coder.write(brief, concept))
+    scene = assemble(team.coder.write(brief, concept), brief.environment, placement)
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(scene.mjcf)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    way = np.subtract(place_of_work(brief, goal), (0, 0, 0.3))
+    along = data.site("robot/functional_part").xpos - (0, 0, 0.3)
+    assert along @ way / np.linalg.norm(along) / np.linalg.norm(way) == pytest.approx(np.cos(np.deg2rad(25)), abs=1e-3)
+    assert "scaled by" in concept.rationale

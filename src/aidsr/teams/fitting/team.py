@@ -12,6 +12,7 @@ from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Placem
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.roles import Feedback, Team
 from aidsr.sim.assembly import assemble
+from aidsr.sim.measure import measure
 from aidsr.tasks.goals import AnyGoal, Goal, GoalTask, goal_task
 from aidsr.teams.fitting.trial import CANDIDATES, MAX_STEPS, Fit, fit, overlaps
 from aidsr.teams.fitting.views import (
@@ -20,6 +21,7 @@ from aidsr.teams.fitting.views import (
     as_the_rules_read,
     as_viewed,
     candidates,
+    own_views,
     turns_of,
     with_view,
     without_view,
@@ -35,8 +37,6 @@ _BODIES = 10
 """Bodies that are tried for a run. Our choice: half a minute."""
 _TURNS = 2
 """Placements of one body that are tried, of those in which it overlaps nothing. Our choice."""
-_NEAR = 0.5
-"""Progress from which a body came near. Our choice: it is at what it works on, and did some of it."""
 _JUDGED_CANDIDATES, _JUDGED_STEPS = 96, 200_000
 """Of the trial that the Judge makes. Our choice: two thirds of what `aidsr probe` takes."""
 
@@ -59,7 +59,8 @@ def fitting_team(goal: AnyGoal, seed: int) -> Team:
     return Team(FittingDesigner(goal, seed), FittingCoder(goal), FittingIntegrator(goal), FittingJudge(goal))
 
 
-def _resolved(goal: AnyGoal, brief: Brief) -> GoalTask:
+def task_of(goal: AnyGoal, brief: Brief) -> GoalTask:
+    """Return the task that a goal makes of the environment of a brief."""
     return goal_task(goal, brief.environment)
 
 
@@ -74,10 +75,11 @@ class FittingDesigner:
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return the `count` concepts that came farthest, of different families as far as those came near."""
         if brief.starting_robot:
-            return RuleDesigner(self.seed).propose(brief, count)
+            return self._own_robot(brief, count)
         found = self.tried(brief)
         best = sorted(found, key=lambda each: -each.fit.value)
-        firsts = {each.concept.family: each for each in reversed(best) if each.fit.progress >= _NEAR or each is best[0]}
+        near, _ = task_of(self.goal, brief).decisive_stage()
+        firsts = {each.concept.family: each for each in reversed(best) if each.fit.progress >= near or each is best[0]}
         chosen = sorted(firsts.values(), key=lambda each: -each.fit.value)
         chosen += [each for each in best if each not in chosen]
         return tuple(self._with_reason(chosen[index % len(chosen)], best) for index in range(count))
@@ -90,7 +92,7 @@ class FittingDesigner:
             bodies: How many are tried at most.
             turns: In how many placements each, of those in which it overlaps nothing.
         """
-        task = _resolved(self.goal, brief)
+        task = task_of(self.goal, brief)
         rng = np.random.default_rng([self.seed, zlib.crc32(brief.environment.encode())])
         found: list[Fitted] = []
         for number, (view, name, variant) in enumerate(candidates(brief, task.goal, self.families)):
@@ -110,10 +112,37 @@ class FittingDesigner:
             found.append(Fitted(concept, Fit(progress=0.0, success=False, reached="no body could be placed")))
         return found
 
+    def _own_robot(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        """Return versions of the robot that its user brought, placed and scaled where it comes farthest."""
+        task = task_of(self.goal, brief)
+        versions = RuleDesigner(self.seed).propose(brief, count)
+        robot = FittingCoder(self.goal).write(brief, versions[0])
+        try:
+            extent = measure(robot)
+        except (MjcfError, IsolationError):
+            return versions  # the validator says what is wrong with it
+        views = list(own_views(brief, task.goal, extent.low_m, extent.high_m))
+        tried = [self._play(brief, task, with_view(versions[0], view)) for view in views]
+        found = [each for each in tried if each is not None]
+        best = max(found, key=lambda each: each.fit.value, default=None)
+        view = View.of(best.concept) if best else views[0]
+        words = (
+            f"Tried in {len(found)} placements; scaled by {view.scale:g} it came to progress {best.fit.progress:.2f} "
+            f"({best.fit.reached})."
+            if best
+            else f"In none of {len(views)} placements it was free of what surrounds it."
+        )
+        return tuple(
+            with_view(each, view).model_copy(update={"rationale": f"{each.rationale} {words}"}) for each in versions
+        )
+
     def _try(
         self, brief: Brief, task: GoalTask, view: View, name: str, variant: str, rng: np.random.Generator
     ) -> Fitted | None:
-        concept = self._concept(brief, task.goal, view, name, variant, rng)
+        return self._play(brief, task, self._concept(brief, task.goal, view, name, variant, rng))
+
+    def _play(self, brief: Brief, task: GoalTask, concept: Concept) -> Fitted | None:
+        """Return how far the body of a concept comes; None where it overlaps something or cannot be tried."""
         robot = FittingCoder(self.goal).write(brief, concept)
         placement = FittingIntegrator(self.goal).place(brief, concept, robot)
         try:
@@ -141,7 +170,7 @@ class FittingDesigner:
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
         """Return the concept changed as the rules understand the feedback."""
-        goal, view = _resolved(self.goal, brief).goal, View.of(concept)
+        goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)
         return with_view(RuleDesigner(self.seed).revise(read, without_view(concept), robot, feedback), view)
 
@@ -169,7 +198,7 @@ class FittingIntegrator:
 
     def place(self, brief: Brief, concept: Concept, robot: Robot) -> Placement:
         """Return a placement."""
-        goal, view = _resolved(self.goal, brief).goal, View.of(concept)
+        goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)
         return as_placed(brief, goal, view, RuleIntegrator().place(read, without_view(concept), robot))
 
@@ -177,7 +206,7 @@ class FittingIntegrator:
         self, brief: Brief, concept: Concept, robot: Robot, placement: Placement, feedback: Feedback
     ) -> Placement:
         """Return the placement with overlaps and falls removed."""
-        goal, view = _resolved(self.goal, brief).goal, View.of(concept)
+        goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read, seen = as_the_rules_read(brief, goal, view), as_viewed(brief, goal, view, placement)
         return as_placed(brief, goal, view, RuleIntegrator().adjust(read, without_view(concept), robot, seen, feedback))
 
@@ -190,7 +219,7 @@ class FittingJudge:
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
         """Return a pass for a sound scene whose body comes near, else what is wrong, or that none came near."""
-        task, view = _resolved(self.goal, brief), View.of(concept)
+        task, view = task_of(self.goal, brief), View.of(concept)
         read = as_the_rules_read(brief, task.goal, view)
         critique = RuleJudge().judge(read, concept, robot, scene, report)
         # the rules measure the reach to the middle of what is worked on; how far it is the trial tells
@@ -202,16 +231,17 @@ class FittingJudge:
         except IsolationError as error:
             return Critique(passed=True, summary=f"It could not be tried with its goal: {error}.")
         came = f"progress {found.progress:.2f} of 1 without learning ({found.reached})"
-        if found.success or found.progress >= _NEAR:
+        decisive, words = task.decisive_stage()
+        if found.success or found.progress >= decisive:
             return Critique(passed=True, summary=f"The built-in rules find it sound, and it comes to {came}.")
         return Critique(
             passed=False,
-            summary=f"No built-in body came near: the best motion of this one reaches {came}.",
+            summary=f"No built-in body came near: the best motion of this one reaches {came}, not {words}.",
             issues=(
                 CritiqueIssue(
                     blame="designer",
                     component="family",
-                    problem=f"no built-in body came near: this one reaches {came}",
+                    problem=f"no built-in body came near: this one reaches {came}, not {words}",
                     suggestion="name a language model, or bring a robot to start from",
                 ),
             ),

@@ -41,6 +41,19 @@ _ASIDE_DEG = (0.0, 90.0, 180.0, 270.0)
 """Turns about the way to the place of work. Our choice: one suits a body that leans aside, or bends in a plane."""
 _BESIDE_DEG = 25.0
 """How far a body that pulls points beside the place of work. Our choice: as the rules lean an arm that reaches."""
+_LONGER = 1.05
+"""Length of a robot that is brought, after scaling, as a share of the way to the place of work. Our choice: as arms of
+the rules have it."""
+_ALONG_Z = 4
+_TO_Z: tuple[Vec3, ...] = (
+    (0.0, 90.0, 0.0),
+    (0.0, -90.0, 0.0),
+    (-90.0, 0.0, 0.0),
+    (90.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    (180.0, 0.0, 0.0),
+)
+"""Rotations that bring -x, +x, -y, +y, +z and -z of a robot to the mount's z axis, as in a `Placement`."""
 _POINT_M = 0.01
 """Half size of a point to be reached. Our choice: a finger's tip."""
 
@@ -54,19 +67,30 @@ class View:
     """Which of the environment's mounts; -1 for the world."""
     turn_deg: float | None = None
     """None: along the mount's axis. Else along the way to the place of work, turned by so much about it."""
+    scale: float = 1.0
+    """Of a robot that its user brought."""
+    axis: int = 4
+    """Which way that robot extends in its own frame: 0 to 5 for -x, +x, -y, +y, +z, -z."""
 
     @property
     def parameters(self) -> dict[str, float]:
         """What a concept keeps of it."""
         turn = {} if self.turn_deg is None else {f"{_PREFIX}turn_deg": self.turn_deg}
-        return {f"{_PREFIX}kind": float(_KINDS.index(self.kind)), f"{_PREFIX}mount": float(self.mount), **turn}
+        numbers = {"kind": _KINDS.index(self.kind), "mount": self.mount, "scale": self.scale, "axis": self.axis}
+        return {f"{_PREFIX}{name}": float(number) for name, number in numbers.items()} | turn
 
     @classmethod
     def of(cls, concept: Concept) -> View:
         """Return the view of a concept; one that has none is of the first kind, along the first mount."""
         found = concept.parameters
         kind = _KINDS[int(found.get(f"{_PREFIX}kind", 0.0))]
-        return cls(kind, int(found.get(f"{_PREFIX}mount", -1.0)), found.get(f"{_PREFIX}turn_deg"))
+        return cls(
+            kind,
+            int(found.get(f"{_PREFIX}mount", -1.0)),
+            found.get(f"{_PREFIX}turn_deg"),
+            found.get(f"{_PREFIX}scale", 1.0),
+            int(found.get(f"{_PREFIX}axis", 4.0)),
+        )
 
 
 def without_view(concept: Concept) -> Concept:
@@ -112,6 +136,29 @@ def turns_of(view: View) -> tuple[View, ...]:
     return (view, *(replace(view, turn_deg=turn) for turn in _ASIDE_DEG))
 
 
+def own_views(brief: Brief, goal: Goal, low_m: Vec3, high_m: Vec3) -> Iterator[View]:
+    """Yield views of a robot that its user brought: as it is and scaled to the way, from each mount, along either way.
+
+    Args:
+        brief: The job.
+        goal: Resolved.
+        low_m: Lower corner of the box around the robot, in its own frame [m].
+        high_m: Upper corner [m].
+    """
+    ends = [-low_m[0], high_m[0], -low_m[1], high_m[1], high_m[2], -low_m[2]]
+    axis = int(np.argmax(ends))
+    place = place_of_work(brief, goal)
+    if goal.robot_travels or place is None or not brief.summary.mounts:
+        yield View("crawl" if goal.robot_travels else "reach", -1)
+        return
+    for index, mount in enumerate(brief.summary.mounts):
+        way_m = float(np.linalg.norm(np.array(place) - np.array(mount.position_m)))
+        wanted = round(float(np.clip(_LONGER * way_m / max(ends[axis], 1e-6), 0.5, 2.0)), 3)
+        for scale in dict.fromkeys((1.0, wanted)):
+            # beside the place of work: straight at it, so long a robot would begin inside of it
+            yield from turns_of(View("pull", index, scale=scale, axis=axis))
+
+
 def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
     """Return the brief of a view."""
     place = _place_of_work(brief, goal, handle=view.kind == "pull")
@@ -142,12 +189,13 @@ def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
 def as_placed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Placement:
     """Return a placement made for a view as it is in the environment."""
     update: dict[str, object] = {
-        "intended_contacts": tuple(name for name in goal.bodies) or _kept(brief, placement.intended_contacts)
+        "intended_contacts": goal.bodies or _kept(brief, placement.intended_contacts),
+        "scale": view.scale,
     }
-    if view.turn_deg is not None:
+    if view.turn_deg is not None or view.axis != _ALONG_Z:
         turn = _rotation(brief, goal, view)
         position = turn @ np.array(placement.position_m)
-        update["rotation_deg"] = _angles_deg(turn @ _matrix(placement.rotation_deg))
+        update["rotation_deg"] = _angles_deg(turn @ _matrix(placement.rotation_deg) @ _matrix(_TO_Z[view.axis]))
         update["position_m"] = tuple(round(float(each), 5) + 0.0 for each in position)
         update["reason"] = f"{placement.reason} It points at the place of work."
     return placement.model_copy(update=update)
@@ -155,13 +203,13 @@ def as_placed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Pla
 
 def as_viewed(brief: Brief, goal: Goal, view: View, placement: Placement) -> Placement:
     """Return a placement in the environment as a view has it; the inverse of `as_placed`."""
-    if view.turn_deg is None:
+    if view.turn_deg is None and view.axis == _ALONG_Z:
         return placement
     back = _rotation(brief, goal, view).T
     position = back @ np.array(placement.position_m)
     return placement.model_copy(
         update={
-            "rotation_deg": _angles_deg(back @ _matrix(placement.rotation_deg)),
+            "rotation_deg": _angles_deg(back @ _matrix(placement.rotation_deg) @ _matrix(_TO_Z[view.axis]).T),
             "position_m": tuple(round(float(each), 5) + 0.0 for each in position),
         }
     )
