@@ -25,7 +25,8 @@ BASES = [ARM.document()] + [
 STILL = {
     "no_tendons", "no_actuators", "no_sensors", "tendons_not_actuated", "no_soft_chain", "disconnected", "segments_gap",
     "fully_actuated", "ctrlrange_missing", "range_inverted_ignored", "joint_range_too_small", "tendon_limit_violated",
-    "tendon_one_body", "tendon_no_moment", "implausible_density",
+    "tendon_one_body", "tendon_no_moment", "implausible_density", "same_cables", "cables_end_early", "cable_cancels",
+    "site_misplaced", "hinges_parallel", "length_unit", "mass_unit", "odd_gravity", "keyframe_out_of_range",
 }  # fmt: skip
 """Codes whose symptom is measured without simulating."""
 

@@ -361,6 +361,7 @@ BAD = (
     Bad("antagonist_lock", locked_servos),
     Bad("tendon_against_limit", _against_limit),
     Bad("actuator_too_weak", _weak),
+    Bad("wedged", partial(example, "wedged")),
     Bad("too_stiff", lambda: stiff(200)),
     Bad("too_stiff", lambda: stiff(4000)),
     Bad("no_effect", lambda: swapped('timestep="', 'viscosity="1e5" timestep="', arm())),

@@ -34,6 +34,9 @@ _DRIVEN = frozenset(
         "actuator_too_weak",
         "too_stiff",
         "no_effect",
+        "overdamped",
+        "armature_large",
+        "filter_slow",
         "sensor_constant",
     }
 )

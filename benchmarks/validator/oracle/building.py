@@ -185,7 +185,12 @@ def _most_work_j() -> float:
 
 
 def density(bench: Bench) -> float:
-    """Density of the oddest moving body / 23,000 kg/m3, or 5 kg/m3 / density.
+    """Density of the oddest moving body / 23,000 kg/m3, or 5 kg/m3 / density."""
+    return max((max(each / 23_000, 5 / each) for each in body_densities(bench)), default=0.0)
+
+
+def body_densities(bench: Bench) -> list[float]:
+    """Return the density of every moving body that has a volume [kg/m3].
 
     Volumes are what MuJoCo weighs when everything has a density of 1.
     """
@@ -197,13 +202,9 @@ def density(bench: Bench) -> float:
     try:
         volumes = spec.compile().body_mass
     except ValueError:  # a body without geoms
-        return 0.0
-    worst = 0.0
-    for body in bench.moving:
-        mass, volume = float(bench.model.body_mass[body]), float(volumes[body])
-        if volume > 0 and mass > 0:
-            worst = max(worst, mass / volume / 23_000, 5 * volume / mass)
-    return worst
+        return []
+    masses = {body: (float(bench.model.body_mass[body]), float(volumes[body])) for body in bench.moving}
+    return [mass / volume for mass, volume in masses.values() if volume > 0 and mass > 0]
 
 
 def slack(bench: Bench) -> float:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from benchmarks.validator.oracle import building, driven, passive, still
+from benchmarks.validator.oracle import building, constants, driven, levers, passive, still
 from benchmarks.validator.oracle.loop import Bench
 
 SEVERITIES: dict[str, Callable[[Bench], float]] = {
@@ -26,6 +26,15 @@ SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "zero_gear": still.dead_commands,
     "tendon_one_body": still.tendon_without_length,
     "tendon_no_moment": still.levers,
+    "hinges_parallel": levers.parallel_hinges,
+    "same_cables": levers.same_levers,
+    "cables_end_early": levers.short_reach,
+    "cable_cancels": levers.cancelled,
+    "site_misplaced": levers.dip,
+    "length_unit": constants.length,
+    "mass_unit": constants.heaviness,
+    "odd_gravity": constants.gravity,
+    "keyframe_out_of_range": constants.keyframe,
     "numerical_instability": driven.instability,
     "energy_growth": passive.energy_rise,
     "gravity_collapse": passive.collapse_by_gravity,
@@ -34,6 +43,7 @@ SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "base_not_attached": passive.drop,
     "contact_disabled": passive.touches_nothing,
     "underdamped": passive.ringing,
+    "no_grip": constants.grip,
     "chatter": driven.chatter,
     "limit_overrun": driven.overrun,
     "self_collision_lock": driven.held_by_contact,
@@ -42,6 +52,9 @@ SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "mass_ratio": driven.held_by_mass,
     "actuator_too_weak": driven.too_weak,
     "too_stiff": driven.too_stiff,
+    "overdamped": constants.damped,
+    "armature_large": constants.inert,
+    "filter_slow": constants.filtered,
     "no_effect": driven.no_effect,
     "sensor_constant": driven.constant_sensors,
 }

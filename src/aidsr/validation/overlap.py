@@ -10,7 +10,6 @@ from aidsr.validation.counterfactuals import without_contacts_of
 from aidsr.validation.protocol import gather_evidence
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rules.initial_pose import overlaps
-from aidsr.validation.rules.instability import find_divergence
 
 REFUTED = frozenset({("initial_penetration", "numerical_instability")})
 """The explanation that does not hold where a robot diverges without its overlapping contacts too."""
@@ -32,8 +31,8 @@ def overlap_explains_divergence(robot: RobotUnderTest) -> bool | None:
     changed = copy.copy(robot.model)
     ours = {geom for overlap in overlaps(robot) if overlap.acts for geom in overlap.geoms}
     without_contacts_of(sorted(ours & set(robot.structure.geoms)))(changed)
-    again = RobotUnderTest(model=changed, structure=robot.structure, evidence=gather_evidence(changed, robot.structure))
-    return not any(find_divergence(again))
+    evidence = gather_evidence(changed, robot.structure)
+    return not RobotUnderTest(model=changed, structure=robot.structure, evidence=evidence).diverges
 
 
 def with_verdict(faults: Sequence[Fault], explains: bool) -> list[Fault]:

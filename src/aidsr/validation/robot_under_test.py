@@ -131,6 +131,12 @@ class RobotUnderTest:
         battery = self.driven.battery
         return () if battery is None else tuple(np.flatnonzero(~self.diverged(battery)).tolist())
 
+    @cached_property
+    def diverges(self) -> bool:
+        """Whether the passive phase or any test has a sign of divergence."""
+        settle, battery = self.driven.settle, self.driven.battery
+        return bool(self.diverged(settle)[0] or battery is None or self.diverged(battery).any())
+
     def shakes(self, test: int) -> bool:
         """Whether the robot shakes at the end of a test more than an error allows."""
         return bool(self._shaking[test])
@@ -208,8 +214,12 @@ class RobotUnderTest:
         return [i for i, test in enumerate(self.driven.tests) if test.kind == "single" and test.drive in wanted]
 
     def effects_if(self, name: str, variant: Variant, tests: Sequence[int]) -> dict[int, float]:
-        """Effects of some tests in a changed model, by row of the battery; made once under a name."""
+        """Effects of some tests in a changed model, by row of the battery; made once under a name.
+
+        0 where the changed robot diverges: what is thrown about shows nothing.
+        """
         if name not in self.causes:
-            effects = self._effects_of(rerun(self.model, self.structure, self.driven, variant, tests))[1:]
+            recording = rerun(self.model, self.structure, self.driven, variant, tests)
+            effects = np.where(self.diverged(recording), 0.0, self._effects_of(recording))[1:]
             self.causes[name] = {test: float(effect) for test, effect in zip(tests, effects, strict=True)}
         return self.causes[name]

@@ -44,9 +44,17 @@ def integration_numbers(model: mujoco.MjModel) -> tuple[float, float]:
         stiffness += max(0.0, -float(model.actuator_biasprm[actuator, 1])) * np.outer(row, row)
         damping += max(0.0, -float(model.actuator_biasprm[actuator, 2])) * np.outer(row, row)
     timestep_s = float(model.opt.timestep)
-    squared = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max(initial=0.0)
-    rate = np.linalg.eigvals(np.linalg.solve(mass, damping)).real.max(initial=0.0)
+    squared = np.linalg.eigvals(_per_inertia(mass, stiffness)).real.max(initial=0.0)
+    rate = np.linalg.eigvals(_per_inertia(mass, damping)).real.max(initial=0.0)
     return timestep_s * float(np.sqrt(max(squared, 0.0))), timestep_s * float(rate)
+
+
+def _per_inertia(mass: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return M^-1 A; where M is singular, as with two hinges about one line, of what has inertia alone."""
+    try:
+        return np.asarray(np.linalg.solve(mass, values))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(mass, hermitian=True) @ values)
 
 
 def explain_divergence(model: mujoco.MjModel, structure: Structure) -> str:
@@ -89,7 +97,7 @@ def _explicit_servo_damping(model: mujoco.MjModel) -> float:
         servos += max(0.0, -float(model.actuator_biasprm[actuator, 2])) * np.outer(row, row)
     timestep_s = float(model.opt.timestep)
     mass += timestep_s * np.diag(np.array(model.dof_damping))
-    return timestep_s * float(np.linalg.eigvals(np.linalg.solve(mass, servos)).real.max(initial=0.0))
+    return timestep_s * float(np.linalg.eigvals(_per_inertia(mass, servos)).real.max(initial=0.0))
 
 
 def _inner_dofs(model: mujoco.MjModel, structure: Structure) -> list[int]:

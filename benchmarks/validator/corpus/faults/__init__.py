@@ -7,20 +7,24 @@ wiring       tendons and actuators that cannot have an effect
 motion       robots that fall, sag, ring, chatter or diverge
 holding      obstacles, weakness and stiffness that keep a robot still
 building     cables and motors that do not exist
+routes       cables that pull where they should not
+constants    units, gravity, friction, keyframes, damping and filters out of the ordinary
 document     MJCF that does not load
 """
 
 from __future__ import annotations
 
 from benchmarks.validator.corpus.faults.building import BUILDING
+from benchmarks.validator.corpus.faults.constants import CONSTANTS
 from benchmarks.validator.corpus.faults.document import DOCUMENT
 from benchmarks.validator.corpus.faults.holding import HOLDING
 from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableError
 from benchmarks.validator.corpus.faults.motion import MOTION
 from benchmarks.validator.corpus.faults.parts import PARTS
+from benchmarks.validator.corpus.faults.routes import ROUTES
 from benchmarks.validator.corpus.faults.wiring import WIRING
 
 __all__ = ["DOCUMENT", "INJECTIONS", "Injection", "UnsuitableError"]
 
-INJECTIONS: tuple[Injection, ...] = (*PARTS, *WIRING, *MOTION, *HOLDING, *BUILDING)
+INJECTIONS: tuple[Injection, ...] = (*PARTS, *WIRING, *MOTION, *HOLDING, *BUILDING, *ROUTES, *CONSTANTS)
 """Changes of models that load; those of `DOCUMENT` do not."""

@@ -179,7 +179,7 @@ HOLDING: tuple[Injection, ...] = (
     Injection("actuator_too_weak", of_spec(weaker), {"bad": (60, 3000), "near miss": (1.1, 2), "band": (10, 60)}),
     Injection("too_stiff", of_spec(stiffer), {"bad": (60, 5000), "near miss": (1.1, 2), "band": (8, 40)}),
     Injection("mass_ratio", of_spec(heavy_tip), {"bad": (100, 3000), "near miss": (0.01, 0.1)}),
-    Injection("no_effect", of_spec(sluggish), {"bad": (100, 5000), "near miss": (1e-5, 1e-3)}),
+    Injection("armature_large", of_spec(sluggish), {"bad": (100, 5000), "near miss": (1e-5, 1e-3)}),
     Injection("no_effect", of_spec(tied_tip), present()),
     Injection("sensor_constant", of_spec(still_sensors), present()),
 )

@@ -8,6 +8,7 @@ ground      free bodies with their own floor: crawlers, worms, snakes, stars
 loops       closed rings
 hands       palms with fingers, tendons that wrap around joints or couple them (held out)
 frames      <frame>, quaternions, ellipsoids and normalised commands (held out)
+styles      one body in many dialects: sizes, integrators, actuators, joints, classes inside classes
 own         robots of this project's own built-in team
 """
 
@@ -21,6 +22,7 @@ from benchmarks.validator.corpus.writers.hands import write_hand
 from benchmarks.validator.corpus.writers.hinges import write_hinge_robot
 from benchmarks.validator.corpus.writers.loops import write_loop
 from benchmarks.validator.corpus.writers.own import write_own_robot
+from benchmarks.validator.corpus.writers.styles import write_dialect
 from benchmarks.validator.corpus.writers.tapered import write_tapered_robot
 from benchmarks.validator.corpus.writers.written import Writer, Written
 
@@ -33,6 +35,7 @@ TUNING_WRITERS: dict[str, Writer] = {
     "discs": write_disc_robot,
     "ground": write_ground_robot,
     "loops": write_loop,
+    "styles": write_dialect,
     "own": write_own_robot,
 }
 HELD_OUT_WRITERS: dict[str, Writer] = TUNING_WRITERS | {"hands": write_hand, "frames": write_frame_robot}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
@@ -11,6 +12,7 @@ from aidsr.core.formatting import format_number
 from aidsr.validation.counterfactuals import (
     mass_ratio,
     softer,
+    without_contacts_of,
     without_limits,
     without_outlier_mass,
 )
@@ -35,6 +37,8 @@ MIN_EFFECT = 0.05
 MIN_SINGLE_EFFECT = 0.02
 """The same for one actuator among others that do move the robot: a leg that presses on the ground moves little. Our
 choice."""
+_GROUNDS = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+_MOST_NAMED = 4
 _LIMIT_GAIN = 3.0
 """Effect without joint and tendon limits / effect with them. Our choice."""
 WEAK_SHARE = 0.5
@@ -77,6 +81,21 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
             whole=whole,
         )
         return
+    if around := _furniture(robot):
+        clear = robot.effects_if("without surroundings", without_contacts_of(around), tests)
+        if wedged := improved_drives(robot, weak, clear, _LIMIT_GAIN):
+            yield effect_fault(
+                robot,
+                WEDGED,
+                wedged,
+                clear,
+                message="what stands around holds the robot",
+                instead="where it passes through what stands around it",
+                likely_cause=f"it is wedged between {_named(robot, around)}",
+                limit=least,
+                whole=whole,
+            )
+            return
     ratio = mass_ratio(robot.model, robot.structure)
     if ratio > MAX_MASS_RATIO:
         light = robot.effects_if("without outlier mass", without_outlier_mass(robot.structure), tests)
@@ -84,6 +103,27 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
             yield _mass_fault(robot, heavy, ratio, whole)
             return
     yield _strength_fault(robot, weak, tests, whole, least)
+
+
+def _furniture(robot: RobotUnderTest) -> list[int]:
+    """Geoms around the robot, but the ground, that it touches after settling or at the end of a test."""
+    model, evidence, found = robot.model, robot.driven, set[int]()
+    battery, data = battery_of(robot), mujoco.MjData(robot.model)
+    for state in (evidence.settle.states[0], *battery.states):
+        mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        for pair in np.asarray(data.contact.geom).reshape(-1, 2).tolist():
+            outside = [geom for geom in pair if geom not in robot.structure.geoms]
+            if len(outside) == 1 and int(model.geom_type[outside[0]]) not in _GROUNDS:
+                found.add(outside[0])
+    return sorted(found)
+
+
+def _named(robot: RobotUnderTest, geoms: Sequence[int]) -> str:
+    names = [robot.geom(geom) for geom in geoms[:_MOST_NAMED]]
+    more = f" and {len(geoms) - len(names)} more" if len(geoms) > len(names) else ""
+    return ", ".join(names) + more
 
 
 def _travels(robot: RobotUnderTest, rows: Sequence[int]) -> bool:
@@ -228,6 +268,30 @@ TENDON_AGAINST_LIMIT = Rule(
         (
             ('<spatial name="front">', '<spatial name="front" range="0.1372 0.2" solreflimit="0.004 1">'),
             ('<spatial name="back">', '<spatial name="back" range="0.1372 0.2" solreflimit="0.004 1">'),
+        )
+    ),
+)
+
+WEDGED = Rule(
+    code="wedged",
+    stage=Stage.EFFECT,
+    finds="What stands around the robot keeps the actuators from moving it.",
+    why="Softer joints or stronger cables would only press it harder against a wall.",
+    limit=f"{_LIMIT}; and {_LIMIT_GAIN:g} times the effect where it passes through what it touches, the ground apart",
+    check=_find_no_effect,
+    unit=OF_LENGTH,
+    cure="Place the robot where it has room to bend, or move what it is wedged between.",
+    explains=("too_stiff", "no_effect", "actuator_too_weak", "sensor_constant"),
+    blame="integrator",
+    signal=effect_signal,
+    example=Example(
+        (
+            (
+                "<worldbody>",
+                '<worldbody>\n    <geom name="wall" type="box" size="0.05 0.05 0.08" pos="0.0615 0 0.08"/>\n'
+                '    <geom name="cupboard" type="box" size="0.05 0.05 0.08" pos="-0.0615 0 0.08"/>',
+            ),
+            ('size="0.022 0.01"', 'size="0.011 0.01"'),
         )
     ),
 )

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.validation.consequences import SHAKING
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
 
@@ -52,5 +53,6 @@ HINGES_PARALLEL = Rule(
     check=_find_parallel_hinges,
     unit="(cosine)",
     cure='Turn the axis of the second hinge by 90 deg, as in axis="1 0 0" and axis="0 1 0", or remove it.',
+    explains=SHAKING,
     example=Example((('<joint name="j3"/>', '<joint name="j3"/>\n            <joint name="j3b"/>'),)),
 )

@@ -8,6 +8,7 @@ from aidsr.core.artifacts import Fault
 from aidsr.sim.divergence import DivergenceSign
 from aidsr.sim.rollout import TOO_LITTLE_MEMORY, Recording
 from aidsr.validation.curves import SETTLING, make_signal
+from aidsr.validation.divergence_causes import find_cause
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -33,13 +34,17 @@ def find_divergence(robot: RobotUnderTest) -> Iterator[Fault]:
                 message=f"the simulation fails during {phase}: {what}", cure=_CURE_FULL, first_time_s=found.time_s
             )
             return
+        cause = find_cause(robot)
+        numbers = explain_divergence(robot.model, robot.structure)
+        tried = f"it no longer fails {cause.words}" if cause else ""
         yield NUMERICAL_INSTABILITY.fault(
             names=_fast_part(robot, found),
             measured=found.measured,
             limit=found.limit,
             unit=found.unit,
             message=f"the simulation fails during {phase}: {what}",
-            likely_cause=explain_divergence(robot.model, robot.structure),
+            likely_cause="; ".join(text for text in (numbers, tried) if text),
+            cure=cause.cure if cause else None,
             first_time_s=found.time_s,
         )
         return

@@ -16,6 +16,7 @@ from aidsr.validation.curves import OF_LENGTH, battery_of, find_drives, make_sig
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.rules.drops import DROP_SHARE
 from aidsr.validation.rules.effect import (
     MIN_EFFECT,
     effect_fault,
@@ -24,7 +25,6 @@ from aidsr.validation.rules.effect import (
     largest_effect_if,
     measured_drives,
 )
-from aidsr.validation.rules.passive import DROP_SHARE
 from aidsr.validation.signals import Signal
 
 LOCK_SHARE = 0.35
@@ -185,8 +185,8 @@ ANTAGONIST_LOCK = Rule(
     limit=f"effect with the others commanded to let go / effect with them slack: at least {LOCK_SHARE:g}",
     check=_find_antagonist_lock,
     unit="of the effect with the others slack",
-    cure="Let the upper end of each servo's ctrlrange exceed the tendon's rest length by its stroke, or allow "
-    'pulling only with forcerange="-F 0".',
+    cure="Let the upper end of each servo's ctrlrange exceed the tendon's rest length by its stroke, or, "
+    'with gear 1, allow pulling only with forcerange="-F 0".',
     explains=tuple(code for code in NO_MOTION if code not in ("self_collision_lock", "antagonist_lock", "mass_ratio")),
     signal=_antagonist_signal,
     example=Example(

@@ -134,30 +134,33 @@ def _find_gaps(robot: RobotUnderTest) -> Iterator[Fault]:
 
     Source: our choice; `mj_geomDistance` between the nearest geoms of both.
     """
-    wide = [gap for chain in robot.structure.chains for gap in _gaps(robot, robot.drawn, chain)]
-    loose = [gap for chain in robot.structure.chains for gap in _gap_to_carrier(robot, robot.drawn, chain)]
-    if loose:
-        share, body, spacing_m = max(loose)
-        yield SEGMENTS_GAP.fault(
-            f"empty space between limbs and what carries them, widest before {robot.body(body)}",
-            names=(robot.body(first) for _, first, _ in loose),
-            measured=share,
-            limit=CARRIER_GAP_SHARE,
-            whole=spacing_m,
-            whole_unit="m",
-            likely_cause="the pos of the limb's first body is not where its palm or base is",
-        )
-    if wide:
-        share, body, spacing_m = max(wide)
-        yield SEGMENTS_GAP.fault(
-            f"empty space before these bodies, widest before {robot.body(body)}",
-            names=(robot.body(behind) for _, behind, _ in wide),
-            measured=share,
-            limit=GAP_SHARE,
-            whole=spacing_m,
-            whole_unit="m",
-            likely_cause="a child's pos does not reach the end of its parent's geom",
-        )
+    chains, data = robot.structure.chains, robot.drawn
+    places = (
+        (
+            [gap for chain in chains for gap in _gap_to_carrier(robot, data, chain)],
+            CARRIER_GAP_SHARE,
+            "empty space between limbs and what carries them",
+            "the pos of the limb's first body is not where its palm or base is",
+        ),
+        (
+            [gap for chain in chains for gap in _gaps(robot, data, chain)],
+            GAP_SHARE,
+            "empty space before these bodies",
+            "a child's pos does not reach the end of its parent's geom",
+        ),
+    )
+    for gaps, limit, where, why in places:
+        if gaps:
+            share, body, spacing_m = max(gaps)
+            yield SEGMENTS_GAP.fault(
+                f"{where}, widest before {robot.body(body)}",
+                names=(robot.body(behind) for _, behind, _ in gaps),
+                measured=share,
+                limit=limit,
+                whole=spacing_m,
+                whole_unit="m",
+                likely_cause=why,
+            )
 
 
 def _gaps(robot: RobotUnderTest, data: mujoco.MjData, chain: Chain) -> Iterator[tuple[float, int, float]]:

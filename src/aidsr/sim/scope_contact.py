@@ -1,0 +1,144 @@
+"""What a robot touches, and what it passes through."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.extent import bounding_box_m
+from aidsr.sim.placement import first_shapes
+from aidsr.sim.scope_reader import ScopeFinding, ScopeReader
+
+Vector = NDArray[np.float64]
+
+GHOST_SHARE = 0.25
+"""Length of shapes that cannot touch anything / length of all shapes that move. Our choice."""
+COVER_SHARE = 0.05
+"""Distance / L within which a shape that collides stands for one beside it that does not: a skin, or the discs of a
+backbone. Our choice: half the spacing of ten discs."""
+GAP_SHARE = 0.01
+"""Depth / L that a geom's `gap` lets others enter without force, from which it counts as one that does not collide."""
+MARGIN_SHARE = 0.02
+"""Distance / L from which a contact may begin to push. Our choice: margins that find contacts early are far smaller."""
+MOUNTED_SHARE = 0.3
+"""Distance / L from the mounted part within which a limb begins, and may pass through the mount. Our choice."""
+_FLAT = (int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+
+
+def _collides(reader: ScopeReader) -> dict[int, bool]:
+    """Whether each shape of the robot collides with all surroundings that any of its shapes collides with."""
+    model, structure = reader.model, reader.structure
+    ours = set(structure.geoms)
+    others = [g for g in range(model.ngeom) if g not in ours and (model.geom_contype[g] or model.geom_conaffinity[g])]
+    types, affinities = (
+        np.asarray(a)[others] if others else np.array([1]) for a in (model.geom_contype, model.geom_conaffinity)
+    )
+    touched = {
+        g: (int(model.geom_contype[g]) & affinities) | (int(model.geom_conaffinity[g]) & types) != 0
+        for g in structure.geoms
+    }
+    most = np.any(list(touched.values()), axis=0) if touched else np.zeros(0, dtype=bool)
+    deep_m = GAP_SHARE * reader.length_m
+    return {
+        g: bool(most.any() and (row >= most).all() and model.geom_gap[g] - model.geom_margin[g] <= deep_m)
+        for g, row in touched.items()
+    }
+
+
+def find_ghosts(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find shapes that move with the robot and that nothing can touch, unless others of its shapes are close by."""
+    model, structure = reader.model, reader.structure
+    collides = _collides(reader)
+    moving = [
+        g
+        for g in structure.geoms
+        if int(model.geom_bodyid[g]) in structure.moving and int(model.geom_type[g]) not in _FLAT
+    ]
+    solid = [g for g in structure.geoms if collides[g]]
+    ghosts = [g for g in moving if not collides[g]]
+    if not ghosts:
+        return
+    lengths = {g: 2 * float(np.max(model.geom_aabb[g][3:])) for g in moving}
+    bare = {g: _uncovered(reader, g, solid) * lengths[g] for g in ghosts}
+    whole_m = sum(lengths.values())
+    share = sum(bare.values()) / whole_m if whole_m > 0 else 0.0
+    if share > GHOST_SHARE:
+        names = tuple(dict.fromkeys(reader.geom(g) for g in ghosts if bare[g] > 0))
+        message = "passes through what is around it"
+        yield ScopeFinding("ghost_shape", message, names, share, GHOST_SHARE, whole=whole_m, whole_unit="m")
+
+
+def _uncovered(reader: ScopeReader, geom: int, solid: list[int]) -> float:
+    """Share of a shape's surface that is far from every shape that collides."""
+    if not solid:
+        return 1.0
+    model, data = reader.model, reader.data
+    box = model.geom_aabb[geom]
+    points = data.geom_xpos[geom] + (box[:3] + _surface(box[3:])) @ data.geom_xmat[geom].reshape(3, 3).T
+    apart = points[:, None] - data.geom_xpos[solid]
+    local = np.einsum("pgi,gij->pgj", apart, data.geom_xmat[solid].reshape(-1, 3, 3)) - model.geom_aabb[solid, :3]
+    away_m = np.linalg.norm(np.maximum(np.abs(local) - model.geom_aabb[solid, 3:], 0.0), axis=2).min(axis=1)
+    return float(np.mean(away_m > COVER_SHARE * reader.length_m))
+
+
+def find_excluded_contacts(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find contact exclusions and pairs between the robot and its surroundings.
+
+    A limb may pass through what it is mounted on where it begins.
+    """
+    model, structure = reader.model, reader.structure
+    ours = set(structure.bodies)
+    found: list[int] = []
+    for signature in np.asarray(model.exclude_signature).tolist():
+        ends = (signature >> 16, signature & 0xFFFF)
+        mine = [end for end in ends if end in ours]
+        if len(mine) == 1 and not _begins_on_mount(reader, mine[0], ends[0] if mine[0] == ends[1] else ends[1]):
+            found += mine
+    for one, other in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True):
+        mine = [int(model.geom_bodyid[geom]) for geom in (one, other) if int(model.geom_bodyid[geom]) in ours]
+        found += mine if len(mine) == 1 else []
+    if found:
+        names = tuple(dict.fromkeys(reader.name("BODY", body) for body in found))
+        message = "has contact settings of its own towards its surroundings"
+        yield ScopeFinding("contact_excluded", message, names, len(names), 0)
+
+
+def find_margins(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find shapes that push before they touch."""
+    margins_m = {g: float(reader.model.geom_margin[g]) for g in reader.structure.geoms}
+    wide = [g for g, margin_m in margins_m.items() if margin_m > MARGIN_SHARE * reader.length_m]
+    if wide:
+        names = tuple(dict.fromkeys(reader.geom(g) for g in wide))
+        share = max(margins_m.values()) / reader.length_m
+        message = "pushes what is still away from it"
+        yield ScopeFinding("contact_margin", message, names, share, MARGIN_SHARE, whole=reader.length_m, whole_unit="m")
+
+
+def _begins_on_mount(reader: ScopeReader, body: int, other: int) -> bool:
+    """Whether a body is close to the fixed root or the first shape behind it, and the other is its mount."""
+    model, structure = reader.model, reader.structure
+    fixed = [root for root in structure.roots if root not in structure.free_roots]
+    if int(model.body_weldid[other]) not in {int(model.body_weldid[int(model.body_parentid[root])]) for root in fixed}:
+        return False
+    if body in first_shapes(model, list(structure.bodies), int(model.body_weldid[other])):
+        return True
+    base = [b for b in structure.bodies if b not in structure.moving]
+    low, high = bounding_box_m(model, reader.data, base or fixed)
+    at = reader.data.xpos[body]
+    return bool(np.linalg.norm(np.maximum(0.0, np.maximum(low - at, at - high))) <= MOUNTED_SHARE * reader.length_m)
+
+
+def _surface(half: Vector) -> Vector:
+    """Points on a box around its longest axis, (n, 3): stations along it, on its four sides."""
+    order = np.argsort(half)
+    points = []
+    for station in np.linspace(-1, 1, 5):
+        for axis in order[:2]:
+            for side in (-1, 1):
+                point = np.zeros(3)
+                point[order[2]], point[axis] = station * half[order[2]], side * half[axis]
+                points.append(point)
+    return np.array(points)

@@ -1,0 +1,179 @@
+"""What else carries, turns or throws a robot: axles, springs, the world."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.sim.scope_reader import GRAVITY_M_S2, ScopeFinding, ScopeReader
+from aidsr.sim.soft_body import unlocked_dofs
+from aidsr.sim.structure import equality_bodies
+
+Vector = NDArray[np.float64]
+
+FREE_TURN_RAD = 1.5 * np.pi
+"""Range of a joint without a spring from which it is an axle. Our choice: joints of a limb turn half of that
+at most."""
+SPRING_SHARE = 0.02
+"""Torque of a joint's spring at a quarter turn / weight x length, below which none returns the joint. Our choice."""
+LOADED_SHARE = 1.0
+"""Energy of springs in the initial pose / weight x length. Our choice: such springs throw the robot up by its length; a
+blade that springs press on a wall has half of that."""
+_OUTSIDE_RANGE_RAD = 0.02
+"""How far outside its range a joint may start. Our choice: rounding of degrees."""
+_PRELOAD_RAD = 0.1
+_PRELOAD_SHARE = 2.0
+"""Turn of a spring in the initial pose, and its torque / that of the weight behind the joint, from which it is loaded
+where no cable bends the joint. Our choice: a spring that only carries what hangs on it has 1 at most."""
+_JNT = mujoco.mjtJoint
+_HINGE, _BALL = int(_JNT.mjJNT_HINGE), int(_JNT.mjJNT_BALL)
+_SLIDE = int(_JNT.mjJNT_SLIDE)
+
+
+def find_axles(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find joints that turn by more than three quarters of a turn and that no spring returns."""
+    model = reader.model
+    axles = []
+    for joint in reader.inner_joints():
+        if int(model.jnt_type[joint]) == _SLIDE:
+            continue
+        low, high = model.jnt_range[joint]
+        ball = int(model.jnt_type[joint]) == _BALL
+        room = (2 * high if ball else high - low) if model.jnt_limited[joint] else np.inf
+        torque = abs(float(model.jnt_stiffness[joint])) * np.pi / 2
+        if room > FREE_TURN_RAD and torque < SPRING_SHARE * reader.weight_n * reader.length_m:
+            axles.append(reader.joint(joint))
+    if axles:
+        yield ScopeFinding(
+            "wheel", "turns like a wheel on its axle, and no spring returns it", tuple(axles), len(axles), 0
+        )
+
+
+def find_springs(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find springs that hold more energy in the initial pose than it takes to hold a limb up."""
+    model = reader.model
+    energy: dict[str, float] = {}
+    away: dict[str, float] = {}
+    for joint in reader.inner_joints():
+        name, at = reader.joint(joint), int(model.jnt_qposadr[joint])
+        if int(model.jnt_type[joint]) == _BALL:
+            stretch = _turn_between(model.qpos0[at : at + 4], model.qpos_spring[at : at + 4])
+        else:
+            stretch = float(model.qpos0[at] - model.qpos_spring[at])
+            low, high = model.jnt_range[joint]
+            outside = max(low - model.qpos0[at], model.qpos0[at] - high) if model.jnt_limited[joint] else 0.0
+            if outside > (
+                _OUTSIDE_RANGE_RAD if int(model.jnt_type[joint]) == _HINGE else _OUTSIDE_RANGE_RAD * reader.length_m
+            ):
+                away[name] = float(outside)
+        energy[name] = _spring_energy_j(float(model.jnt_stiffness[joint]), model.jnt_stiffnesspoly[joint], stretch)
+        if model.jnt_stiffness[joint] < 0:
+            energy[name] = np.inf
+    for tendon in reader.structure.tendons:
+        name, length = reader.name("TENDON", tendon.id), float(reader.data.ten_length[tendon.id])
+        low, high = model.tendon_lengthspring[tendon.id]
+        stretch = max(0.0, length - high) - max(0.0, low - length)
+        stiffness = float(model.tendon_stiffness[tendon.id])
+        energy[name] = _spring_energy_j(stiffness, model.tendon_stiffnesspoly[tendon.id], stretch)
+        if stiffness < 0:
+            energy[name] = np.inf
+    allowed_j = LOADED_SHARE * reader.weight_n * reader.length_m
+    whole = sum(energy.values())
+    if whole > allowed_j:
+        names = tuple(name for name, joules in energy.items() if joules > 0.05 * whole or np.isinf(joules))
+        message = "springs are loaded in the initial pose"
+        if np.isfinite(whole) and reader.weight_n > 0:
+            unit_j = reader.weight_n * reader.length_m
+            yield ScopeFinding(
+                "loaded_spring", message, names, whole / unit_j, LOADED_SHARE, whole=unit_j, whole_unit="J"
+            )
+        else:
+            message = message if np.isfinite(whole) else "a spring with negative stiffness pushes from its rest"
+            yield ScopeFinding("loaded_spring", message, names, None, LOADED_SHARE)
+    elif thrown := [joint for joint in reader.inner_joints() if _throws(reader, joint)]:
+        message = "no cable bends the joint, and its spring is loaded beyond what hangs on it"
+        yield ScopeFinding("loaded_spring", message, tuple(map(reader.joint, thrown)), len(thrown), 0, "loaded springs")
+    elif away:
+        message = "starts outside the range of the joint, whose limit throws it back"
+        yield ScopeFinding(
+            "loaded_spring", message, tuple(away), max(away.values()), _OUTSIDE_RANGE_RAD, "rad outside its range"
+        )
+
+
+def _throws(reader: ScopeReader, joint: int) -> bool:
+    """Whether the spring of a hinge that cables do not bend is loaded beyond what the weight behind it asks for."""
+    model, data = reader.model, reader.data
+    body, at = int(model.jnt_bodyid[joint]), int(model.jnt_qposadr[joint])
+    if body in reader.soft.bent or int(model.jnt_type[joint]) != _HINGE:
+        return False
+    stretch = abs(float(model.qpos0[at] - model.qpos_spring[at]))
+    lever_m = float(np.linalg.norm(data.subtree_com[body] - data.xanchor[joint]))
+    carried = float(model.body_subtreemass[body]) * GRAVITY_M_S2 * lever_m
+    torque = abs(float(model.jnt_stiffness[joint])) * stretch
+    return stretch > _PRELOAD_RAD and torque > _PRELOAD_SHARE * carried
+
+
+def find_outside_forces(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find gravity compensation and wind."""
+    model = reader.model
+    lifted = [body for body in reader.structure.bodies if model.body_gravcomp[body] != 0]
+    if lifted:
+        force_n = GRAVITY_M_S2 * sum(
+            abs(float(model.body_gravcomp[body])) * float(model.body_mass[body]) for body in lifted
+        )
+        names = tuple(reader.name("BODY", body) for body in lifted)
+        yield ScopeFinding("outside_force", "gravity compensation carries it", names, force_n, 0)
+    elif np.any(model.opt.wind) and not reader.structure.is_scene:
+        speed = float(np.linalg.norm(model.opt.wind))
+        yield ScopeFinding("outside_force", "the robot's own <option> makes wind", (), speed, 0, "m/s of wind")
+
+
+def find_outside_holds(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find constraints, cables and rails between the robot and what is not the robot."""
+    model, structure = reader.model, reader.structure
+    ours = set(structure.bodies)
+    held: list[str] = []
+    for equality in np.flatnonzero(np.asarray(model.eq_active0)).tolist():
+        ends = equality_bodies(model, equality)
+        apart = len({int(model.body_weldid[end]) for end in ends}) > 1
+        if apart and len([end for end in ends if end in ours]) == 1:
+            held.append(reader.name("EQUALITY", equality))
+    held += [reader.name("BODY", body) for body in structure.bodies if model.body_mocapid[body] >= 0]
+    for tendon in structure.tendons:
+        outside = any(body not in ours for body in tendon.bodies)
+        if outside and (structure.is_scene or structure.free_roots):
+            held.append(reader.name("TENDON", tendon.id))
+    for root in structure.roots:
+        first, count = int(model.body_jntadr[root]), int(model.body_jntnum[root])
+        held += [reader.joint(j) for j in range(first, first + count) if int(model.jnt_type[j]) == _SLIDE]
+    if held:
+        yield ScopeFinding("held_from_outside", "holds or guides the robot from outside", tuple(held), len(held), 0)
+
+
+def find_locked_joints(reader: ScopeReader) -> Iterator[ScopeFinding]:
+    """Find joints that constraints leave no motion."""
+    model = reader.model
+    free = unlocked_dofs(model, reader.data)
+    locked = [joint for joint in reader.inner_joints() if not free[int(model.jnt_dofadr[joint])]]
+    if locked:
+        names = tuple(reader.joint(joint) for joint in locked)
+        yield ScopeFinding("joint_locked", "an equality constraint leaves the joint no motion", names, len(locked), 0)
+
+
+def _turn_between(one: Vector, other: Vector) -> float:
+    """Angle between two orientations [rad]."""
+    velocity = np.zeros(3)
+    mujoco.mju_subQuat(velocity, np.asarray(one), np.asarray(other))
+    return float(np.linalg.norm(velocity))
+
+
+def _spring_energy_j(stiffness: float, poly: Vector, stretch: float) -> float:
+    """Energy of a spring [J].
+
+    Source: MuJoCo XML reference, joint/stiffness: force = x (k + p0 |x| + p1 x^2).
+    """
+    x = abs(stretch)
+    return 0.5 * stiffness * x**2 + float(poly[0]) * x**3 / 3 + float(poly[1]) * x**4 / 4

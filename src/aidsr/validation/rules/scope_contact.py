@@ -1,0 +1,51 @@
+"""Can the robot be touched everywhere."""
+
+from __future__ import annotations
+
+from aidsr.sim.scope_contact import COVER_SHARE, GHOST_SHARE, MARGIN_SHARE
+from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.scope_check import find_out_of_scope_faults
+
+CONTACT_MARGIN = Rule(
+    code="contact_margin",
+    stage=Stage.SCOPE,
+    finds="A shape of the robot pushes what is still away from it.",
+    why="With a wide margin it works from afar, like a field of force, and not by its body.",
+    limit=f"margin of a geom / L: at most {MARGIN_SHARE:g}",
+    check=find_out_of_scope_faults,
+    unit="of the robot's length",
+    cure="Leave margin out.",
+    example=Example((('<geom name="g6"/>', '<geom name="g6" margin="0.02"/>'),)),
+)
+
+GHOST_SHAPE = Rule(
+    code="ghost_shape",
+    stage=Stage.SCOPE,
+    finds="A large part of the robot's shapes passes through what is around it.",
+    why="An arm of which only the tip collides reaches through walls. Discs or a skin that collide stand for the "
+    "backbone between them.",
+    limit=f"length of moving shapes that collide with nothing, more than {COVER_SHARE:g} L from one that does / "
+    f"length of all: at most {GHOST_SHARE:g}",
+    check=find_out_of_scope_faults,
+    unit="of the length of its shapes",
+    cure="Leave contype, conaffinity and gap at their defaults.",
+    explained_by=("contact_disabled",),
+    example=Example(
+        (('pos="0 0 0.0125" mass="0.01"/>', 'pos="0 0 0.0125" mass="0.01" contype="0" conaffinity="0"/>'),)
+    ),
+)
+
+CONTACT_EXCLUDED = Rule(
+    code="contact_excluded",
+    stage=Stage.SCOPE,
+    finds="A contact exclusion or pair is between the robot and its surroundings.",
+    why="The environment decides how it is touched. Between parts of the robot exclusions are allowed, and where a "
+    "limb begins on its mount.",
+    limit="bodies of the robot with exclusions or pairs towards others: 0",
+    check=find_out_of_scope_faults,
+    unit="bodies",
+    cure="Leave the exclusion or the pair out.",
+    example=Example(
+        (("  <tendon>", '  <contact>\n    <exclude body1="world" body2="s6"/>\n  </contact>\n  <tendon>'),)
+    ),
+)
