@@ -3,7 +3,7 @@ VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-learning bench-rl corpus-report bench-validator fuzz tasks-study cheats attacks bench-fabrication film
+.PHONY: help setup setup-dev check test test-slow demo docs clean bench-stability bench-builtin bench-learning bench-trial bench-rl corpus-report bench-validator fuzz tasks-study cheats attacks bench-fabrication film
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 28
@@ -49,6 +49,10 @@ bench-learning: $(VENV)/dev  ## what each training protocol reaches on the fixed
 	$(BIN)/python -m benchmarks.learning.compare --steps $(or $(STEPS),60000) $(if $(HALF),--half $(HALF))
 	$(BIN)/python -m benchmarks.learning.probes
 	$(BIN)/python -m benchmarks.learning.report
+
+bench-trial: $(VENV)/dev  ## does a trial without learning tell which designs fail when trained (hours, resumable): HALF=aside
+	$(BIN)/python -m benchmarks.trial.run training earlier trial $(if $(HALF),--half $(HALF))
+	$(BIN)/python -m benchmarks.trial.report
 
 corpus-report: $(VENV)/core  ## precision and recall of the validator on robots of known faults (an hour, resumable): JOBS=2
 	$(BIN)/python -m benchmarks.validator.report --processes $(or $(JOBS),2)

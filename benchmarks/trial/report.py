@@ -1,0 +1,136 @@
+"""Write results.md from results.jsonl: does a trial without learning tell which designs fail when they are trained?
+
+python -m benchmarks.trial.report
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from benchmarks.learning.suite import Half
+from benchmarks.trial.run import RESULTS, STEPS, Row, kept, rows_of, taken_over
+
+from aidsr.core.rates import Rate
+from aidsr.tasks import load_task
+
+WON = 0.5
+"""Share of episodes from which a training counts as successful. Source: the paper's binary rate."""
+_WANTED = 40
+"""Scenes that are to be compared."""
+
+
+def main() -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rows", type=Path, default=RESULTS)
+    rows = rows_of(parser.parse_args().rows)
+    RESULTS.with_suffix(".md").write_text(page_of(rows, trained_success(rows)), encoding="utf-8")
+
+
+def trained_success(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
+    """Return success and progress of each training by scene: own rows, and those taken over."""
+    found = {name: (row.curve[-1].success, row.curve[-1].progress) for name, row in taken_over().items()}
+    return {**found, **{name: (row.success, row.progress) for name, row in kept(rows, "training").items()}}
+
+
+def page_of(rows: Sequence[Row], trained: Mapping[str, tuple[float, float]]) -> str:
+    """Return the page.
+
+    Args:
+        rows: Of both trials.
+        trained: Success and progress of trainings, by scene.
+    """
+    before, now = kept(rows, "earlier"), kept(rows, "trial")
+    names = sorted(trained.keys() & before.keys() & now.keys())
+    lines = [
+        "# What a trial tells of a training",
+        "",
+        f"Made by `python -m benchmarks.trial.run` and `python -m benchmarks.trial.report`. Training: protocol `best`, "
+        f"{STEPS:,} control steps, one seed, success in 20 development episodes. A scene fails where it wins less "
+        f"than {WON:.0%}. So far {len(names)} of {_WANTED} scenes; * of the half by which the rule was made.",
+        "",
+        "| | " + " | ".join(f"{title}: earlier trial | present trial" for title in _HALVES) + " |",
+        "|---|" + "---|" * 2 * len(_HALVES),
+    ]
+    halves = [[name for name in names if half in (None, now[name].half)] for half in _HALVES.values()]
+    for title, told in _FIGURES.items():
+        cells = [told(half, trials, trained) for half in halves for trials in (before, now)]
+        lines.append(f"| {title} | " + " | ".join(cells) + " |")
+    lines += [
+        "",
+        "| scene | by | trained: success (progress) | earlier trial | present trial: searches; script | processor s |",
+        "|---|---|---|---|---|---|",
+        *(_line(before[name], now[name], *trained[name]) for name in names),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def sent_back(row: Row) -> bool:
+    """Whether a trial sends a scene back, by the task's decisive stage as it is today."""
+    if row.kind == "earlier":
+        return row.sent_back
+    limit = load_task(row.task).decisive_stage()[0] - 1e-6
+    won = row.details["succeeded"]
+    searches = [
+        progress >= limit or success
+        for progress, success in zip(row.details["searches"], won[: len(row.details["searches"])], strict=True)
+    ]
+    script = any(progress >= limit for progress in row.details["script"]) or any(won[len(searches) :])
+    return not (script or 2 * sum(searches) > len(searches))
+
+
+def ranking(trials: Sequence[float], trained: Sequence[float]) -> float:
+    """Return Spearman's rank correlation, ties shared; nan where one of them is all the same.
+
+    Source: Spearman 1904, "The proof and measurement of association between two things".
+    """
+    if len(set(trials)) < 2 or len(set(trained)) < 2:
+        return float("nan")
+    return float(np.corrcoef(_ranks(trials), _ranks(trained))[0, 1])
+
+
+def _ranks(values: Sequence[float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    array = np.asarray(values)
+    return np.array([(array < value).sum() + (array == value).sum() / 2 for value in array], dtype=np.float64)
+
+
+def _share(
+    half: Sequence[str], trials: Mapping[str, Row], trained: Mapping[str, tuple[float, float]], won: bool
+) -> str:
+    """Return how many of the scenes that succeed, or fail, when trained are sent back."""
+    of = [name for name in half if (trained[name][0] >= WON) == won]
+    if not of:
+        return "none"
+    rate = Rate(sum(sent_back(trials[name]) for name in of), len(of))
+    return f"{rate.share:.0%} of {len(of)} ({rate.interval.low:.0%} to {rate.interval.high:.0%})"
+
+
+def _rank(half: Sequence[str], trials: Mapping[str, Row], trained: Mapping[str, tuple[float, float]]) -> str:
+    found = ranking([trials[name].progress for name in half], [trained[name][0] for name in half])
+    return "not known" if np.isnan(found) else f"{found:.2f} ({len(half)})"
+
+
+_HALVES: dict[str, Half | None] = {"decide": "decide", "aside": "aside", "all": None}
+_FIGURES = {
+    "sent back of those that fail when trained (wanted: 80 % or more)": lambda *about: _share(*about, won=False),
+    "sent back of those that succeed (wanted: 10 % or less)": lambda *about: _share(*about, won=True),
+    "rank correlation of progress with trained success (scenes)": _rank,
+}
+
+
+def _line(before: Row, now: Row, success: float, progress: float) -> str:
+    searches = ", ".join(f"{value:.2f}" for value in now.details["searches"])
+    script = "; " + ", ".join(f"{value:.2f}" for value in now.details["script"]) if now.details["script"] else ""
+    verdicts = ["sent back" if sent_back(row) else "passed" for row in (before, now)]
+    return (
+        f"| {now.scene}{'*' * (now.half == 'decide')} | {now.author} | {success:.0%} ({progress:.2f}) | "
+        f"{verdicts[0]}, {before.progress:.2f} | {verdicts[1]}, {searches}{script} | {before.processor_s:.0f}, "
+        f"{now.processor_s:.0f} |"
+    )
+
+
+if __name__ == "__main__":
+    main()
