@@ -1,18 +1,13 @@
-"""Tasks out of sample can be won by cable-driven continuum robots, and are news to the built-in rules."""
+"""Tasks out of sample are news to the built-in rules; that they can be won is shown in test_wins.py."""
 
 import dataclasses
 import re
 
 import pytest
-from hand_made import SCRIPTS
 
-from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.rollout import rollout
 from aidsr.tasks import RULES_FROZEN_AT, TASKS, TASKS_IN_SAMPLE, TASKS_OUT_OF_SAMPLE, load_task
 from aidsr.teams.rules import job_kinds
-from aidsr.validation import validate
 
-EPISODES = 3
 FUNCTION_WORDS = frozenset(
     """a an and are around as at below beside between by down for from in into is it its of off on one onto out over
     than the then there through to towards up with""".split()  # noqa: SIM905
@@ -70,20 +65,3 @@ def test_no_word_of_the_objective_is_in_the_rules_tables(name, level):
 @pytest.mark.parametrize("name", TASKS_IN_SAMPLE)
 def test_words_of_tasks_in_sample_are_in_the_rules_tables(name):
     assert shared(load_task(name).objective)
-
-
-@pytest.mark.parametrize("name", TASKS_OUT_OF_SAMPLE)
-def test_a_hand_made_robot_is_sound_and_driven_by_cables(name):
-    robot = SCRIPTS[name].robot()
-    report = validate(robot.mjcf)
-    assert report.stable, report.account()
-    assert robot.mjcf.count("<general ") == robot.mjcf.count(" tendon=") - robot.mjcf.count("<tendonpos ") > 0
-
-
-@pytest.mark.parametrize("name", TASKS_OUT_OF_SAMPLE)
-def test_a_hand_made_robot_wins(name):
-    task = load_task(name)
-    script = SCRIPTS[name](task)
-    variations = [task.variation("held_out", index) for index in range(EPISODES)]
-    outcomes = rollout(Episodes(script.scene.model, task, script.scene.actions, variations), script)
-    assert outcomes.success.sum() >= 2, outcomes.best_progress

@@ -1,147 +1,14 @@
-"""Hand-made cable-driven continuum robots and scripted policies that win tasks with them: proof that these can be won.
-
-Limbs are chains of short capsules between bending joints. Every actuator of a robot is a cable that pulls: its action
-is -1 where it is slack and 1 at full tension.
-"""
+"""Robots that win the tasks out of sample."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
-
 import numpy as np
+from benchmarks.tasks.wins.limbs import ROUND_DEG, Cable, Limb, robot
+from benchmarks.tasks.wins.script import Commands, Script
 
-from aidsr.core.artifacts import Placement, Robot
-from aidsr.learn.episodes.scene import TaskScene
-from aidsr.sim.assembly import assemble
+from aidsr.core.artifacts import Robot
 from aidsr.tasks import Task
-
-ROUND_DEG = (0, 90, 180, 270)
-BOTH_WAYS = ("1 0 0", "0 1 0")
-
-
-@dataclass(frozen=True)
-class Cable:
-    """One cable along a limb: its angle about the limb's axis and distance from it, its last segment, its tension."""
-
-    name: str
-    angle_deg: float
-    last: int
-    tension_n: float
-    radius_m: float
-
-    @property
-    def xy(self) -> str:
-        angle = np.deg2rad(self.angle_deg)
-        return f"{self.radius_m * np.cos(angle):.6g} {self.radius_m * np.sin(angle):.6g}"
-
-
-@dataclass(frozen=True)
-class Limb:
-    """A chain of equal segments along +z of where it is placed, with cables."""
-
-    name: str
-    length_m: float
-    segments: int
-    cables: tuple[Cable, ...]
-    radius_m: float
-    stiffness: float
-    """Of each joint [N m/rad]."""
-    damping: float
-    tip: str
-    """MJCF of what its end carries."""
-    place: str
-    axes: tuple[str, ...] = BOTH_WAYS
-    density: float = 500.0
-
-    def mjcf(self) -> str:
-        step = self.length_m / self.segments
-        text = f'<body name="{self.name}_end" pos="0 0 {step:.6g}">{self.tip}</body>'
-        for i in reversed(range(1, self.segments + 1)):
-            joints = "".join(
-                f'<joint name="{self.name}_{i}_{k}" axis="{axis}" stiffness="{self.stiffness}" '
-                f'damping="{self.damping}" range="-75 75" solreflimit="0.004 1"/>'
-                for k, axis in enumerate(self.axes)
-            )
-            holes = "".join(self._hole(cable, i, step / 2) for cable in self.cables if cable.last >= i)
-            geom = (
-                f'<geom type="capsule" size="{self.radius_m}" fromto="0 0 0 0 0 {step:.6g}" density="{self.density}"/>'
-            )
-            at = f' pos="0 0 {step:.6g}"' if i > 1 else ""
-            text = f'<body name="{self.name}_{i}"{at}>{joints}{geom}{holes}{text}</body>'
-        holes = "".join(self._hole(cable, 0, -0.004) for cable in self.cables)
-        return f'<body name="{self.name}_root" {self.place}>{holes}{text}</body>'
-
-    def _hole(self, cable: Cable, segment: int, along_m: float) -> str:
-        return f'<site name="{self.name}_{cable.name}_{segment}" pos="{cable.xy} {along_m:.6g}"/>'
-
-    def tendons(self) -> str:
-        paths = {
-            cable.name: "".join(f'<site site="{self.name}_{cable.name}_{i}"/>' for i in range(cable.last + 1))
-            for cable in self.cables
-        }
-        return "".join(f'<spatial name="{self.name}_{name}">{path}</spatial>' for name, path in paths.items())
-
-    def sensors(self) -> str:
-        return "".join(f'<tendonpos tendon="{self.name}_{cable.name}"/>' for cable in self.cables)
-
-    def actuators(self) -> str:
-        return "".join(
-            f'<general name="{self.name}_{cable.name}" tendon="{self.name}_{cable.name}" '
-            f'ctrlrange="0 {cable.tension_n}" gainprm="-1"/>'
-            for cable in self.cables
-        )
-
-
-def robot(base: str, limbs: Sequence[Limb], functional_part: str) -> Robot:
-    """Return a robot of a base, as MJCF of its geoms and sites, and the limbs on it."""
-    mjcf = f"""<mujoco model="hand_made">
-  <worldbody><body name="base">{base}{"".join(limb.mjcf() for limb in limbs)}</body></worldbody>
-  <tendon>{"".join(limb.tendons() for limb in limbs)}</tendon>
-  <actuator>{"".join(limb.actuators() for limb in limbs)}</actuator>
-  <sensor>{"".join(limb.sensors() for limb in limbs)}</sensor>
-</mujoco>"""
-    return Robot(mjcf=mjcf, functional_part=functional_part)
-
-
-class Script:
-    """A robot, and what it does: called once each control step with the task's features, (n, k).
-
-    Args:
-        task: The task.
-    """
-
-    up_m: ClassVar = 0.0
-    """Over the mount, where a free robot is placed."""
-
-    def __init__(self, task: Task) -> None:
-        base = "free" if task.base == "free" else "fixed"
-        placement = Placement(mount="mount", base=base, position_m=(0.0, 0.0, self.up_m))
-        mjcf = assemble(self.robot(), task.environment, placement, task.sensors).mjcf
-        self.scene = TaskScene.of(mjcf, task, grouping="off")
-        self.names = [group.name.removeprefix("robot/") for group in self.scene.actions.groups]
-        self.width = sum(feature.size for feature in task.features)
-        self.dt_s = task.control_dt_s
-        self.steps = 0
-
-    @staticmethod
-    def robot() -> Robot:
-        """Return the robot."""
-        raise NotImplementedError
-
-    def act(self, observation):
-        """Return the next actions, (n, n_actions)."""
-        commands = self.commands(np.asarray(observation)[:, -self.width :].astype(float), self.steps * self.dt_s)
-        self.steps += 1
-        action = -np.ones((len(observation), len(self.names)))
-        for name, value in commands.items():
-            action[:, self.names.index(name)] = value
-        return np.clip(action, -1.0, 1.0)
-
-    def commands(self, seen, time_s: float) -> dict:
-        """Return actions by the actuators' names; a cable that is not named is slack."""
-        raise NotImplementedError
+from aidsr.tasks.readings import FloatArray
 
 
 class AroundCorners(Script):
@@ -151,6 +18,7 @@ class AroundCorners(Script):
 
     @staticmethod
     def robot() -> Robot:
+        """Return the robot."""
         one = AroundCorners
         near = tuple(Cable(f"near_{a}", a, one.NEAR, one.NEAR_N, 0.012) for a in ROUND_DEG)
         far = tuple(Cable(f"far_{a + 45}", a + 45, one.FAR, one.FAR_N, 0.012) for a in ROUND_DEG)
@@ -162,7 +30,8 @@ class AroundCorners(Script):
         super().__init__(task)
         self.near = self.far = self.entered_m = np.zeros(1)
 
-    def commands(self, seen, time_s):
+    def commands(self, seen: FloatArray, time_s: float) -> Commands:
+        """Return actions by the actuators' names; a cable that is not named is slack."""
         tip_m, forward, feed_m = seen[:, :3], seen[:, 6:8], seen[:, 8]
         if not time_s:
             self.near, self.far, self.entered_m = np.zeros((len(seen), 2)), np.zeros((len(seen), 2)), feed_m
@@ -203,6 +72,7 @@ class BallFromBowl(Script):
 
     @staticmethod
     def robot() -> Robot:
+        """Return the robot."""
         fingers = []
         for angle_deg in (0, 120, 240):
             x, y = (0.042 * f(np.deg2rad(angle_deg)) for f in (np.cos, np.sin))
@@ -214,7 +84,8 @@ class BallFromBowl(Script):
         palm = '<geom type="cylinder" size="0.05 0.006" mass="0.08"/><site name="palm" pos="0 0 0.12"/>'
         return robot(palm, fingers, "palm")
 
-    def commands(self, seen, time_s):
+    def commands(self, seen: FloatArray, time_s: float) -> Commands:
+        """Return actions by the actuators' names; a cable that is not named is slack."""
         lift = (
             np.clip((-0.134 - seen[:, 9]) / 0.02, -1.0, 1.0)
             if time_s < 3.2
@@ -231,6 +102,7 @@ class Incline(Script):
 
     @staticmethod
     def robot() -> Robot:
+        """Return the robot."""
         flippers = []
         for side, left in (("left", 1), ("right", -1)):
             up, down = ("up", "down") if left > 0 else ("down", "up")
@@ -245,7 +117,8 @@ class Incline(Script):
         )
         return robot(torso, flippers, "torso")
 
-    def commands(self, seen, time_s):
+    def commands(self, seen: FloatArray, time_s: float) -> Commands:
+        """Return actions by the actuators' names; a cable that is not named is slack."""
         phase = 2 * np.pi * 0.7 * time_s
         aside_m = seen[:, 1]
         commands = {}
@@ -265,6 +138,7 @@ class CrankTurning(Script):
 
     @staticmethod
     def robot() -> Robot:
+        """Return the robot."""
         cables = tuple(Cable(f"pull_{angle}", angle, 6, 25.0, 0.012) for angle in ROUND_DEG)
         tip = '<geom type="capsule" size="0.010" fromto="0 0 0 0 0 0.012" density="600"/>'
         tip += '<site name="tip" pos="0 0 0.015"/>'
@@ -275,7 +149,9 @@ class CrankTurning(Script):
         super().__init__(task)
         self.leaning = np.zeros((1, 2))
 
-    def commands(self, seen, time_s):
+    def commands(self, seen: FloatArray, time_s: float) -> Commands:
+        """Return actions by the actuators' names; a cable that is not named is slack."""
+        del time_s
         angle, direction = np.arctan2(seen[:, 4], seen[:, 3]), seen[:, 6]
         tip_m = _on_circle(0.06, angle) - seen[:, 1:3]
         radius_m, at = np.linalg.norm(tip_m, axis=1), np.arctan2(-tip_m[:, 0], tip_m[:, 1])
@@ -295,11 +171,3 @@ class CrankTurning(Script):
 def _on_circle(radius_m: float, angle):
     """Return places around the axle, sideways and up, (n, 2) [m]; at angle 0 on top."""
     return radius_m * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
-
-
-SCRIPTS: dict[str, type[Script]] = {
-    "reaching/around_corners": AroundCorners,
-    "grasping/ball_from_bowl": BallFromBowl,
-    "locomotion/incline": Incline,
-    "manipulation/crank_turning": CrankTurning,
-}

@@ -1,0 +1,82 @@
+"""A robot with a scripted policy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aidsr.core.artifacts import Placement, Robot
+from aidsr.learn.episodes.scene import TaskScene
+from aidsr.sim.assembly import assemble
+from aidsr.tasks import Task
+from aidsr.tasks.readings import FloatArray
+
+Commands = Mapping[str, FloatArray | float]
+
+
+class Script:
+    """A robot, and what it does, a policy that acts on what is observed.
+
+    Every actuator of the robot is a cable that pulls: its action is -1 where it is slack and 1 at full tension.
+    Episodes that are played again start with the same observations: from there the script starts again as well.
+
+    Args:
+        task: The task.
+    """
+
+    up_m: ClassVar = 0.0
+    """Over the mount, where a free robot is placed."""
+
+    def __init__(self, task: Task) -> None:
+        base = "free" if task.base == "free" else "fixed"
+        placement = Placement(mount="mount", base=base, position_m=(0.0, 0.0, self.up_m))
+        mjcf = assemble(self.robot(), task.environment, placement, task.sensors).mjcf
+        self.scene = TaskScene.of(mjcf, task, grouping="off")
+        self.names = [group.name.removeprefix("robot/") for group in self.scene.actions.groups]
+        self.width = sum(feature.size for feature in task.features)
+        self.first: NDArray[np.floating] | None = None
+        self.at_first = False
+        self.dt_s = task.control_dt_s
+        self.steps = 0
+
+    @staticmethod
+    def robot() -> Robot:
+        """Return the robot."""
+        raise NotImplementedError
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """Return the next actions, (n, n_observations) -> (n, n_actions)."""
+        if self.first is None:
+            self.first = observation.copy()
+        at_first = np.array_equal(observation, self.first)
+        if at_first and not self.at_first:
+            self.steps = 0
+            self.begin(len(observation))
+        self.at_first = at_first
+        seen = np.asarray(observation, dtype=np.float64)
+        action = self.actions(seen, seen[:, -self.width :], self.steps * self.dt_s)
+        self.steps += 1
+        return np.clip(action, -1.0, 1.0)
+
+    def begin(self, n: int) -> None:
+        """Forget what was remembered of earlier episodes; n begin."""
+
+    def actions(self, observation: FloatArray, seen: FloatArray, time_s: float) -> FloatArray:
+        """Return actions, (n, n_actions); those of `commands` unless a script has its own.
+
+        Args:
+            observation: All that is observed, (n, n_observations).
+            seen: The task's features, (n, k).
+            time_s: Since the episodes began.
+        """
+        action = -np.ones((len(observation), len(self.names)))
+        for name, value in self.commands(seen, time_s).items():
+            action[:, self.names.index(name)] = value
+        return action
+
+    def commands(self, seen: FloatArray, time_s: float) -> Commands:
+        """Return actions by the actuators' names; a cable that is not named is slack."""
+        raise NotImplementedError
