@@ -19,6 +19,7 @@ from benchmarks.tasks.wins.scripts import SCRIPTS
 
 from aidsr.core.provenance import commit
 from aidsr.learn.rl.evaluation import body_checks, rollout_with_stats
+from aidsr.learn.rl.plausibility import FEWEST_SUCCESSES
 from aidsr.tasks import BENCHMARK_VERSION, load_task
 from aidsr.validation import validate
 
@@ -31,7 +32,8 @@ By cable-driven soft bodies with a script, in held-out episodes. Made by `python
 robots and scripts stand in `benchmarks/tasks/wins`. *Progress* is the mean of each episode's best. *Sound* and *in
 scope* are what `aidsr validate` says of the robot. The three checks are those of the verdict: successes vanish with
 slack cables, vanish with a locked body, and stay without other
-actuators (works alone).
+actuators (works alone);
+empty where fewer than four episodes were won, too few to say.
 
 | task | level | wins | progress | sound | in scope | needs cables | needs soft body | works alone | version | commit |
 |---|---|---|---|---|---|---|---|---|---|---|
@@ -64,7 +66,7 @@ def page(rows: list[dict[str, Any]]) -> str:
     said = {True: "yes", False: "**no**"}
     lines = []
     for row in rows:
-        passed = [said[row["checks"][name]] if row["wins"] else "" for name in CHECKS]
+        passed = [said[row["checks"][name]] if row["wins"] >= FEWEST_SUCCESSES else "" for name in CHECKS]
         cells = [row["task"], row["level"], f"{row['wins']} of {row['episodes']}", f"{row['progress']:.2f}"]
         cells += [said[row["sound"]], said[row["in_scope"]], *passed, str(row["version"]), row["commit"][:9]]
         lines.append(f"| {' | '.join(cells)} |")
