@@ -96,7 +96,7 @@ class Scripted:
     def _robot(self, concept: Concept, feedback: Feedback | None) -> Robot:
         word = self._next("coder", concept, feedback, "robots")
         count = sum(role == "coder" for role, name, _ in self.asked if name.rstrip("'") == concept.name.rstrip("'"))
-        return Robot(mjcf=f"<robot faults='{word}' number='{count}'/>", functional_part="tip")
+        return Robot(mjcf=f"<mujoco><robot faults='{word}' number='{count}'/></mujoco>", functional_part="tip")
 
     def _placed(self, concept: Concept, feedback: Feedback | None) -> Placement:
         return Placement(mount=self._next("integrator", concept, feedback, "placements"), base="fixed")
