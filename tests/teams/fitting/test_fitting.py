@@ -124,8 +124,7 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
     assert not critique.passed
     assert critique.summary == (
-        "No built-in body came near: the best motion of this one reaches progress 0.20 of 1 without learning (begun), "
-        "not touching it lightly."
+        "No built-in body came near: the best motion of this one reaches progress 0.20 of 1 without learning (begun)."
     )
     fits["progress"] = 0.6
     assert FittingJudge(goal).judge(brief, concept, robot, scene, report).passed
