@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from math import inf
 from pathlib import Path
 from statistics import fmean, median_high
 
-from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Row, recipe_now, rows_of
+from benchmarks.learning.compare import EPISODES, RESULTS, WAYS, Point, Row, recipe_now, rows_of
 from benchmarks.learning.probes import PROBES, VARIATIONS, Probe, probes_of
 from benchmarks.learning.suite import Half
 
@@ -31,9 +32,9 @@ def main() -> None:
     page.with_name("results-curves.svg").write_text(curves(rows), encoding="utf-8")
 
 
-def reached_s(row: Row) -> float | None:
-    """Return the processor seconds until half of the episodes were won for the first time; None for never."""
-    return next((point.processor_s for point in row.curve if point.success >= _WON), None)
+def reached(row: Row) -> Point | None:
+    """Return the first point of a curve at which half of the episodes are won; None for never."""
+    return next((point for point in row.curve if point.success >= _WON), None)
 
 
 def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
@@ -50,7 +51,8 @@ def page_of(rows: Sequence[Row], probes: Mapping[str, Probe]) -> str:
         "`benchmarks.learning.report`. `sb3` is PPO with the defaults of Stable-Baselines3. Budget "
         + ", ".join(sorted({f"{row.steps:,}" for row in rows}))
         + f" control steps a training, one thread; success in {EPISODES} development episodes that training never "
-        "samples, without noise. Processor seconds, evaluations left out. A point of the curve counts an episode "
+        "samples, without noise. Processor seconds, evaluations left out; a busy machine adds to them, not to "
+        "steps. A point of the curve counts an episode "
         "without progress for 8 s as lost; the last one does not. † An earlier recipe of the protocol; `compare` makes "
         f"these rows again. Probe: of {VARIATIONS} variations, those that one open-loop motion wins, and those that "
         "some motion wins.",
@@ -99,18 +101,18 @@ def _end(row: Row) -> str:
 
 
 def _time(row: Row) -> str:
-    found = reached_s(row)
-    return "never" if found is None else f"{found:.0f} s"
+    found = reached(row)
+    return "never" if found is None else f"{found.processor_s:.0f} s, {found.steps:,} steps"
 
 
 def _summary(rows: Sequence[Row]) -> str:
     if not rows:
         return "no trainings."
     won = [row for row in rows if row.curve[-1].success >= _WON]
-    never = max(row.curve[-1].processor_s for row in rows) + 1.0
-    times = [reached_s(row) or never for row in rows]
-    middle = median_high(times)
-    told = f"{middle:.0f} s" if middle < never else "never"
+    found = [reached(row) for row in rows]
+    seconds = median_high(point.processor_s if point else inf for point in found)
+    steps = median_high(point.steps if point else inf for point in found)
+    told = "never" if seconds == inf else f"{seconds:.0f} s, {steps:,.0f} steps"
     categories = sorted({row.category for row in rows})
     shares = [
         f"{category} {sum(row.category == category for row in won)} of {sum(row.category == category for row in rows)}"
@@ -118,7 +120,7 @@ def _summary(rows: Sequence[Row]) -> str:
     ]
     return (
         f"{len(won)} of {len(rows)} scenes end at 50 % or more ({', '.join(shares)}); mean success "
-        f"{fmean(row.curve[-1].success for row in rows):.0%}; median of the processor time to 50 %: {told}."
+        f"{fmean(row.curve[-1].success for row in rows):.0%}; median to 50 %: {told}."
     )
 
 

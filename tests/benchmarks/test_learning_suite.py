@@ -6,7 +6,7 @@ pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
 from benchmarks.learning.compare import Point, Row, learn, recipe_now
 from benchmarks.learning.probes import Probe
-from benchmarks.learning.report import curves, page_of, reached_s
+from benchmarks.learning.report import curves, page_of, reached
 from benchmarks.learning.suite import suite
 
 SCENES = suite()
@@ -65,10 +65,12 @@ def test_the_page_counts_what_ends_at_half_of_the_episodes_and_when_that_was_rea
     ]
     won = {"one_motion": 1, "progress": 1.0, "steps": 1, "benchmark_version": 4, "commit": ""}
     probes = {name: Probe(scene=name, some_motion=3, **won) for name in ("one", "two", "alone")}
-    assert [reached_s(each) for each in rows[:4]] == [None, 20.0, 30.0, 10.0]
+    found = [reached(each) for each in rows[:4]]
+    assert [point and point.processor_s for point in found] == [None, 20.0, 30.0, 10.0]
     page = page_of(rows, probes)
     named = "| one | built-in rules | grasping/simple_grasping | 1, 3 | 0 |"
     assert f"{named} - | - | 45% (0.45) after 30 s | never | 40% (0.40)" in page
+    assert "median to 50 %: 20 s, 200 steps." in page
     assert "sb3: 0 of 1 scenes" in page
     assert "3 of 4 variations or more, 1 of 2 trainings of `best` end at 50 % or more; not one." in page
     assert "paper: 1 of 2 scenes end at 50 % or more (grasping 1 of 2)" in page
