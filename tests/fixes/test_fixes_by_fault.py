@@ -16,6 +16,8 @@ from aidsr.tasks import load_task
 from aidsr.teams.rules.families.arm import ARM
 from aidsr.teams.rules.job import read_job
 from aidsr.validation import validate
+from aidsr.validation.registry import require_rule
+from aidsr.validation.rules_page import EXAMPLE_ARM
 
 
 @cache
@@ -273,3 +275,12 @@ def test_every_fix_has_a_name_of_its_own_and_says_what_it_does() -> None:
     assert len(names) == len(set(names))
     assert all(each.doc.endswith((".", ":")) for each in FIXES), [each.name for each in FIXES if not each.doc]
     assert all(each.safe or each.cures for each in FIXES)
+
+
+@pytest.mark.parametrize("code", ["zero_gear", "antagonist_lock"])
+def test_what_acts_again_does_not_push(code: str) -> None:
+    rule = require_rule(code)
+    assert rule.example is not None
+    text = rule.example.fails(EXAMPLE_ARM)
+    fixed_text = fix(text, validate(text).errors).mjcf
+    assert {fault.code for fault in validate(fixed_text).errors} == set()

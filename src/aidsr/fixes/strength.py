@@ -72,19 +72,31 @@ def restore_gear(root: Element, _: Request) -> Iterator[str]:
         for name in ("gear", "gainprm", "kp"):
             values = get_numbers(actuator, name)
             if values and not any(values):
-                set_numbers(actuator, name, sign if name == "gainprm" else 1.0, *values[1:])
+                acts = _pulling_gear(root, actuator) if name == "gear" else sign if name == "gainprm" else 1.0
+                set_numbers(actuator, name, acts, *values[1:])
                 changed += 1
     if changed:
         yield f"gave a gear or gain that acts in {changed} places"
 
 
+def _pulling_gear(root: Element, actuator: Element) -> float:
+    """The gear with which a motor on a tendon pulls: a positive force lengthens it."""
+    low_high = effective_numbers(root, actuator, "ctrlrange")
+    pushes = actuator.tag == "motor" and actuator.get("tendon") and len(low_high) == 2 and sum(low_high) > 0
+    return -1.0 if pushes else 1.0
+
+
 def let_go(root: Element, _: Request) -> Iterator[str]:
-    """Open the ranges of tendon servos upwards, so that one can let go while its antagonist pulls."""
+    """Open the ranges of tendon servos upwards, so that one can let go while its antagonist pulls, and none pushes."""
     changed = 0
     for servo in _on_tendons(root, "position"):
         low_high = effective_numbers(root, servo, "ctrlrange")
         if len(low_high) == 2 and low_high[0] >= 0:
             set_numbers(servo, "ctrlrange", low_high[0], _LET_GO * low_high[1])
+            force, gain = effective_numbers(root, servo, "forcerange"), effective_numbers(root, servo, "kp")
+            pull = abs(min(force)) if len(force) == 2 else max(gain, default=1.0) * low_high[1]
+            if gain_sign(root, servo) > 0 and pull and (len(force) != 2 or max(force) > 0):
+                set_numbers(servo, "forcerange", -pull, 0.0)
             changed += 1
     if changed:
         yield f"opened the ranges of {changed} servos, so that they can let go"
