@@ -67,6 +67,22 @@ def test_a_third_search_decides_where_two_disagree(monkeypatch: pytest.MonkeyPat
     assert report.spread == (0.1, 0.9)
 
 
+def test_a_script_is_tried_where_the_searches_fell_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = {0: 0.9, 1: 0.1, 2: 0.2}
+    real = trial._attempt
+
+    def told(task, report):
+        progress = found[report.seed]
+        return real(task, report).model_copy(update={"decisive": progress > 0.5, "succeeded": False})
+
+    monkeypatch.setattr(trial, "_attempt", told)
+    report = try_scene(travelling(3.0))
+    assert [(one.how, one.seed) for one in report.attempts][:3] == [("search", seed) for seed in (0, 1, 2)]
+    script = report.attempts[3]
+    assert script.variation in (1, 2), "in variation 0 it is reached without a script"
+    assert not report.critique.passed
+
+
 def test_measured_again_takes_seeds_and_variations_of_its_own() -> None:
     report = try_scene(travelling(3.0), first_seed=3, attribute=False)
     assert [(one.how, one.seed, one.variation) for one in report.attempts] == [

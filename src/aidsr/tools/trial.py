@@ -1,7 +1,7 @@
 """Try a scene on its task without learning: does any blind motion bring it to the decisive stage, and if not, why.
 
 1. Searches for a motion, each with a seed and a variation of its own.
-2. Where most of them do not reach the task's decisive stage: a search for a script, from the best motion.
+2. Where most of them do not reach the task's decisive stage: a search for a script, from the best motion that does not.
 3. Where that does not either: the best attempt is played again and recorded, and the failure attributed to a role. The
    placement is only blamed where other placements come farther than seeds differ.
 """
@@ -121,7 +121,8 @@ def try_scene(
     enough = 2 * sum(attempt.decisive for attempt in attempts) > len(attempts)
     found: FoundScript | None = None
     if attribute and not enough:
-        found, attempt = _script(scene, max(reports, key=lambda report: report.progress))
+        short = [report for report, attempt in zip(reports, attempts, strict=True) if not attempt.decisive]
+        found, attempt = _script(scene, max(short, key=lambda report: report.progress))
         attempts.append(attempt)
         enough = attempt.decisive
     start = _start_progress(scene)
@@ -180,7 +181,7 @@ def _is_decisive(task: Task, progress: float, *, succeeded: bool) -> bool:
 
 
 def _script(scene: TaskScene, best: ProbeReport) -> tuple[FoundScript, Attempt]:
-    """Return the best script that was searched from the best motion."""
+    """Return the best script that was searched from a motion, in its variation."""
     from aidsr.tools.script_search import search_script
 
     variation = best.best.episode.variation
@@ -291,7 +292,7 @@ def _summary(task: Task, attempts: list[Attempt], start: float) -> str:
     text = f'Tried on its task without learning, {reached} of {len(searches)} searches reach "{words}" (progress '
     text += f"{limit:.2f}): they come to {told}"
     for attempt in attempts[len(searches) :]:
-        text += f", and a script that was searched from the best of them to {attempt.progress:.2f}"
+        text += f", and a script that was searched from the best that does not to {attempt.progress:.2f}"
     best = max(attempts, key=lambda attempt: attempt.progress)
     return f"{text}. The best: {best.reached}. It starts at progress {start:.2f}."
 
