@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from aidsr.validation.curves import (
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.rules.topology import string_ends
 from aidsr.validation.signals import Signal
 
 DROP_SHARE = 0.3
@@ -29,7 +31,13 @@ DROP_SHARE = 0.3
 stands may topple. Our choice."""
 _LANDED_SPEED = 0.3
 """Speed of the root / sqrt(g L) below which a fall has ended. Our choice."""
-_WITH_GRAVITY, _WEIGHTLESS = 0, 1
+_SINKING_STEPS = 30
+"""Each is a hundredth of L: thinner than what robots and grounds are made of. Our choice."""
+_UPHOLDING = 0.3
+"""Cosine between gravity and a contact's normal from where the contact carries: a wall beside a robot does not. Our
+choice."""
+_WITH_GRAVITY = 0
+_TRAVELLING = (int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _OF_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 
 
@@ -52,7 +60,7 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
         if path[-1] > DROP_SHARE * robot.length_m:
             speed = float(evidence.settle.speed_m_s[_WITH_GRAVITY, -1, root])
             landed = speed < _LANDED_SPEED * math.sqrt(STANDARD_GRAVITY_M_S2 * robot.length_m)
-            if landed and _clearance_m(robot, root) < DROP_SHARE * robot.length_m:
+            if landed and _clearance_m(robot, root, down) < DROP_SHARE * robot.length_m:
                 continue  # it stood on the ground or just above it and toppled, as a limp animal does
             first = int(np.argmax(path > DROP_SHARE * robot.length_m))
             found = _Drop(robot.body(root), float(path[-1]) / robot.length_m, (first + 1) * evidence.settle.frame_s)
@@ -62,30 +70,48 @@ def _find_drops(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def _held_roots(robot: RobotUnderTest) -> Iterator[int]:
-    """Roots that something else than the ground holds: motors of their own joints, or a string to another root."""
-    model = robot.model
-    for actuator in robot.structure.actuators:
-        if int(model.actuator_trntype[actuator]) == _OF_JOINT:
-            yield int(model.jnt_bodyid[int(model.actuator_trnid[actuator, 0])])
-    for tendon in robot.structure.tendons:
-        if not tendon.actuators and tendon.spans > 1:
-            yield from tendon.bodies
+    """Roots that something else than the ground holds: motors of their own joints, or a string elsewhere.
 
-
-def _clearance_m(robot: RobotUnderTest, root: int) -> float:
-    """Smallest distance in the drawn pose between what hangs from a root and what is around the robot [m].
-
-    Up to `DROP_SHARE` L; that where nothing is near.
+    A motor that turns a root does not hold what a slide or free joint lets go.
     """
-    model, reach_m = robot.model, DROP_SHARE * robot.length_m
-    ours = [geom for geom in robot.structure.geoms if int(model.body_rootid[model.geom_bodyid[geom]]) == root]
-    around = sorted(set(range(model.ngeom)) - set(robot.structure.geoms))
-    distances = (
-        float(mujoco.mj_geomDistance(model, robot.driven.start, one, other, reach_m, None))
-        for one in ours
-        for other in around
-    )
-    return min(distances, default=reach_m)
+    model = robot.model
+    driven = {
+        int(model.actuator_trnid[actuator, 0])
+        for actuator in robot.structure.actuators
+        if int(model.actuator_trntype[actuator]) == _OF_JOINT
+    }
+    for root in robot.structure.roots:
+        first, count = int(model.body_jntadr[root]), int(model.body_jntnum[root])
+        joints = set(range(first, first + count))
+        loose = {joint for joint in joints - driven if int(model.jnt_type[joint]) in _TRAVELLING}
+        if joints & driven and not loose:
+            yield root
+    for ends in string_ends(robot):
+        if len(ends) > 1:
+            yield from ends
+
+
+def _clearance_m(robot: RobotUnderTest, root: int, down: Array) -> float:
+    """How far what hangs from a root can sink from the drawn pose before it touches what is around the robot [m].
+
+    Up to `DROP_SHARE` L; that where nothing is below. What stands beside it carries nothing, nor what touches nothing.
+    """
+    model, most_m, data = robot.model, DROP_SHARE * robot.length_m, copy.copy(robot.driven.start)
+    below = [body for body in range(model.nbody) if int(model.body_rootid[body]) == root]
+    hanging = {geom for geom in robot.structure.geoms if int(model.geom_bodyid[geom]) in below}
+    around = set(range(model.ngeom)) - set(robot.structure.geoms)
+    step_m = most_m / _SINKING_STEPS
+    for k in range(_SINKING_STEPS):
+        mujoco.mj_collision(model, data)
+        for contact in data.contact:
+            one, other = int(contact.geom1), int(contact.geom2)
+            apart = (one in hanging and other in around) or (other in hanging and one in around)
+            if apart and contact.dist <= 0 and abs(float(contact.frame[:3] @ down)) > _UPHOLDING:
+                return k * step_m
+        for places in (data.xpos, data.xipos):
+            places[below] += step_m * down
+        data.geom_xpos[sorted(hanging)] += step_m * down
+    return most_m
 
 
 @dataclass(frozen=True)
@@ -156,8 +182,8 @@ BASE_NOT_ATTACHED = Rule(
     stage=Stage.PASSIVE,
     finds="The root of the robot drops before it lands.",
     why="It has a free or slide joint and starts above the ground, so it does not stand where it was put.",
-    limit=f"fall of a root with joints of its own / the robot's length: at most {DROP_SHARE:g}; one that starts nearer "
-    "than that to the ground may topple",
+    limit=f"fall of a root with joints of its own / the robot's length: at most {DROP_SHARE:g}; one that touches what "
+    "is below it before it sinks that far may topple",
     check=_find_drops,
     unit="of the robot's length",
     cure=_CURE_FALL,

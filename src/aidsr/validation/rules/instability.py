@@ -9,9 +9,9 @@ from aidsr.sim.divergence import DivergenceSign
 from aidsr.sim.rollout import TOO_LITTLE_MEMORY, Recording
 from aidsr.validation.curves import SETTLING, make_signal
 from aidsr.validation.divergence_causes import find_cause
-from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 from aidsr.validation.stiffness import explain_divergence
 from aidsr.validation.thresholds import BODY_SPEED_M_S, JOINT_SPEED_RAD_S
@@ -61,8 +61,8 @@ def _phases(robot: RobotUnderTest) -> Iterator[tuple[str, Recording, int]]:
     settle, battery = robot.driven.settle, robot.driven.battery
     if robot.diverged(settle)[0]:
         yield "settling", settle, 0
-    if battery is not None and not is_explained("chatter", robot.found):  # commands of a range that nobody wrote
-        for row in sorted(set(range(len(robot.driven.tests))).difference(robot.sound_tests)):
+    if battery is not None:
+        for row in sorted(set(known_tests(robot)).difference(robot.sound_tests)):
             yield robot.describe_test(row), battery, row
 
 

@@ -15,6 +15,7 @@ from aidsr.validation.points import last_quarter
 from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import CHATTER_ERROR_G
 
@@ -31,6 +32,11 @@ _NO_LENGTH = 0.01
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
+def _tests(robot: RobotUnderTest) -> list[int]:
+    """Tests that do not diverge and whose commands are known."""
+    return sorted(set(robot.sound_tests).intersection(known_tests(robot)))
+
+
 def _find_chatter(robot: RobotUnderTest) -> Iterator[Fault]:
     """Find robots that do not stand still under constant commands, after settling.
 
@@ -41,7 +47,7 @@ def _find_chatter(robot: RobotUnderTest) -> Iterator[Fault]:
     rows = [("settling", rms, 0) for rms in robot.shaking_g(settle)[:1] if not robot.diverged(settle)[0]]
     if battery is not None:
         shaking_g = robot.shaking_g(battery)
-        rows += [("", shaking_g[row], row) for row in robot.sound_tests if robot.driven.tests[row].kind != "sweep"]
+        rows += [("", shaking_g[row], row) for row in _tests(robot) if robot.driven.tests[row].kind != "sweep"]
     for phase, rms, row in rows:
         if rms.size and rms.max() > worst:
             worst, where = float(rms.max()), int(np.argmax(rms))
@@ -78,7 +84,7 @@ def _chatter_signal(robot: RobotUnderTest, fault: Fault) -> Signal | None:
     if evidence.battery is not None:
         rows += [
             (robot.describe_test(row), evidence.battery, row)
-            for row in robot.sound_tests
+            for row in _tests(robot)
             if evidence.tests[row].kind != "sweep"
         ]
     test, recording, row = max(
@@ -152,10 +158,10 @@ def _angles_rad(robot: RobotUnderTest, joint: int) -> Iterator[NDArray[np.float6
     if battery is None:
         return
     angles = battery.fields["qpos"][:, :, int(robot.model.jnt_qposadr[joint])]
-    held = [row for row in robot.sound_tests if tests[row].kind != "sweep"]
+    held = [row for row in _tests(robot) if tests[row].kind != "sweep"]
     shaking = [row for row in held if robot.shakes(row)]
     if not shaking:
-        yield angles[list(robot.sound_tests)]
+        yield angles[_tests(robot)]
         return
     # what shakes when held shakes in the sweep too
     yield last_quarter(angles[shaking], axis=1).mean(axis=1)

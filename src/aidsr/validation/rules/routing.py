@@ -368,7 +368,7 @@ PULLEY_LEFT = Rule(
     why="The same pull then bends the joint to the other side, from one moment to the next.",
     limit="moment arm about a joint to the other side in any of a straight and six bent poses / its largest: at most "
     f"{TURNED_SHARE:g}; cables with a wrapping geom, joints about which they have a quarter of their largest moment "
-    "arm",
+    f"arm; a warning for at most {100 * FEW_CABLES:g} % of the cables",
     check=_find_left_pulleys,
     unit="of the largest moment arm",
     cure="Give the wrapping geom a sidesite on the side where the cable shall run.",

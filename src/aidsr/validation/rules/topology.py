@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import mujoco
+import numpy as np
 
 from aidsr.core.artifacts import Fault
 from aidsr.sim.structure import Chain, joined_bodies
@@ -69,6 +70,17 @@ def _inert_roots(robot: RobotUnderTest) -> Iterator[int]:
         yield from (root for root in structure.roots if root not in alive)
 
 
+def string_ends(robot: RobotUnderTest) -> Iterator[list[int]]:
+    """Roots, or the world, that each string runs between: a tendon without a motor, with a limit or a stiffness.
+
+    A cable along a limb of which a part was lost does not hold it, and a tendon that is only read holds nothing.
+    """
+    model = robot.model
+    for tendon in robot.structure.tendons:
+        if not tendon.actuators and (model.tendon_limited[tendon.id] or np.any(model.tendon_stiffness[tendon.id])):
+            yield list(dict.fromkeys(_root_of(robot, body) for body in tendon.bodies))
+
+
 def _links(robot: RobotUnderTest) -> Iterator[tuple[int, int]]:
     """Pairs of roots that are joined: by an equality constraint, or standing side by side on the same ground."""
     roots = robot.structure.roots
@@ -76,10 +88,7 @@ def _links(robot: RobotUnderTest) -> Iterator[tuple[int, int]]:
         ends = [_root_of(robot, body) for body in bodies]
         if len(ends) == 2 and all(end in roots for end in ends):
             yield ends[0], ends[1]
-    for tendon in robot.structure.tendons:
-        if tendon.actuators:
-            continue  # a cable along a limb of which a part was lost does not hold it; a string does
-        ends = list(dict.fromkeys(_root_of(robot, body) for body in tendon.bodies))
+    for ends in string_ends(robot):
         yield from ((one, other) for one, other in pairwise(ends) if one in roots and other in roots)
     fixed = [root for root in roots if root not in robot.structure.free_roots]
     for k, one in enumerate(fixed):

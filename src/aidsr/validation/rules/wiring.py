@@ -156,7 +156,8 @@ TENDON_NO_MOMENT = Rule(
     stage=Stage.WIRING,
     finds="A driven tendon has no lever about any joint that it passes.",
     why="A cable through the joint axes, or along them, turns nothing however hard it is pulled.",
-    limit=f"moment arm / distance from the joint, at the best joint: at least {MOMENT_SHARE:g}",
+    limit=f"moment arm / distance from the joint, at the best joint: at least {MOMENT_SHARE:g}; a warning for at most "
+    f"{100 * FEW_CABLES:g} % of the cables",
     check=_find_tendon_no_moment,
     unit="of its distance from the joints",
     cure="Offset its sites from the backbone, at right angles to the joint axes it shall turn.",
