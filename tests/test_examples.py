@@ -1,5 +1,6 @@
 """The examples: each is an environment with a goal that can be met in it, and some are templates."""
 
+import shlex
 import subprocess
 import sys
 
@@ -38,6 +39,13 @@ def call(*words):
     with pytest.raises(SystemExit) as ended:
         main([str(word) for word in words])
     return ended.value.code
+
+
+def test_new_prints_commands_that_can_be_pasted(tmp_path, capsys):
+    place = tmp_path / "my [job]"
+    assert call("new", place) == 0
+    (check,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("  aidsr check"))
+    assert shlex.split(check)[2:] == [str(place / "environment.xml"), str(place / "goal.toml")]
 
 
 @pytest.mark.parametrize("like", ["reach", "grasp", "carry", "turn", "crawl"])

@@ -20,6 +20,8 @@ def new(name: Path, /, *, like: Like = "reach") -> int:
     like
         The kind of job that is nearest to yours.
     """
+    import shlex
+
     from rich.markup import escape
 
     from aidsr.apps.cli.terminal import make_console
@@ -41,12 +43,10 @@ def new(name: Path, /, *, like: Like = "reach") -> int:
     print_ = make_console(soft_wrap=True).print
     print_(f"{example.title}: [bold]{escape(str(name))}[/] has environment.xml, goal.toml and check.py.")
     print_("Change them, and look at what you have after each change:", style="dim")
-    print_(f"  aidsr check {escape(str(name))}/environment.xml {escape(str(name))}/goal.toml")
+    environment, goal = (shlex.quote(str(name / file)) for file in ("environment.xml", "goal.toml"))
+    print_(escape(f"  aidsr check {environment} {goal}"))
     print_("Then design for it:", style="dim")
-    print_(
-        f'  aidsr design "{example.objective}" --environment {escape(str(name))}/environment.xml '
-        f"--goal {escape(str(name))}/goal.toml"
-    )
+    print_(escape(f"  aidsr design {shlex.quote(example.objective)} --environment {environment} --goal {goal}"))
     return 0
 
 
