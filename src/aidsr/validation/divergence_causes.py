@@ -108,7 +108,7 @@ def _of_strength(robot: RobotUnderTest) -> Iterator[Trial]:
     force_n = max((max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in drives), default=0.0)
     reason_n = max(_LOUD_N, _LOUD_WEIGHTS * weight_n)
     stiff = bool(robot.model.nv) and integration_numbers(robot.model)[0] > 2
-    for share in (0.2, 0.04, reason_n / max(force_n, 25 * reason_n)):
+    for share in (0.2, 0.04, *((reason_n / force_n,) if force_n > 25 * reason_n else ())):
 
         def weaker(changed: mujoco.MjModel, factor: float = share) -> None:
             changed.actuator_gainprm[:] *= factor
