@@ -40,6 +40,12 @@ def test_another_actuator_without_a_range_does_not_hide_chatter() -> None:
     assert {"chatter", "ctrlrange_missing"} <= errors(euler, stiff, UNRANGED)
 
 
+def test_another_actuator_without_a_range_does_not_hide_overrun_limits() -> None:
+    unheld = ('range="-45 45"', 'range="-6 6"'), (' solreflimit="0.004 1"', "")
+    strong = (FRONT, FRONT.replace("0 20", "0 80"))
+    assert {"limit_overrun", "ctrlrange_missing"} <= errors(*unheld, strong, UNRANGED)
+
+
 @pytest.mark.parametrize(
     "beside",
     [
