@@ -274,6 +274,14 @@ def test_stages_count_in_their_order_and_are_held_in_between():
     assert task.stage_reached(0.5) == "stage 1 of 2 over, not yet stage 2 of 2 over"
 
 
+def test_a_stage_is_held_for_longer_than_most_goals_last_where_the_whole_does():
+    goal = parse_goal("time_limit_s = 30\n" + STAGES.replace("hold_s = 0.12", "hold_s = 12"))
+    assert goal.stages[0].hold_s == 12
+    assert type(goal).model_validate(goal.model_dump()) == goal
+    with pytest.raises(UserError, match=r"hold_s \(12 s\) must be shorter than time_limit_s \(11 s\)"):
+        parse_goal("time_limit_s = 11\n" + STAGES.replace("hold_s = 0.12", "hold_s = 12"))
+
+
 def test_a_stage_that_is_late_loses_the_episode():
     task = made(STAGES)
     state = reset(task, staged(0, 0.5))
@@ -378,6 +386,14 @@ def test_a_policy_drives_the_mount_and_the_brief_says_so():
     assert TaskScene.of(scene, task).actions.groups[-1].actuators == ("drive_x",)
 
 
+SLOW_TRAVEL = """[[stages]]
+kind = "travel"
+distance_m = 1
+[[limits]]
+kind = "speed"
+of = "robot"
+at_most_m_s = 0.05
+"""
 LIFT_THE_LEVER = 'kind = "lift"\ntarget = "lever"'
 PULL = 'kind = "travel"\ntarget = "drawer"\ndistance_m = {}\ndirection = [0, -1, 0]'
 CANNOT = {
@@ -415,6 +431,12 @@ CANNOT = {
     'kind = "stages"\n[[stages]]\nkind = "reach"\ntarget = "hook"': "stages: tuple should have at least 2 items",
     STAGES.replace('"reach"', '"reaching"'): "stages 2 has an unknown kind 'reaching' (did you mean \"reach\"?)",
     STAGES.replace("by_deg", "by_degs"): 'unknown key "stages.1.by_degs" (did you mean "by_deg"?)',
+    STAGES + "hold_s = 0.2": "the last stage is held as long as the whole; write its hold_s before [[stages]]",
+    LIMITED + "by_s = 3": "by_s belongs to a stage; the whole ends after time_limit_s",
+    TURN + "\nwithin_deg = 90": "within_deg (90 deg) must be less than by_deg (90 deg)",
+    FOLLOW.replace('"b"', '"a"'): 'the sites "a" and "a" of the path are at the same point; leave one out',
+    FOLLOW.replace("0.01", "0.0009"): "a path of 0.2 m that is followed within 0.0009 m is too long",
+    STAGES.replace("by_s = 4", "") + SLOW_TRAVEL: "1 m at no more than 0.05 m/s take 20 s",
     STAGES + "base = 'fixed'": "base belongs to the whole goal, not to a stage; write it before [[stages]]",
     STAGES + "by_s = 3": "by_s must rise from stage to stage",
     STAGES.replace("45", "120"): 'the joint "stem" cannot be turned by 120 deg',
@@ -445,6 +467,21 @@ def test_a_goal_that_cannot_be_met_is_refused_with_the_reason(text, sentence):
         made(text)
     assert sentence in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_region_that_goes_with_a_body_is_about_its_origin_from_the_start_on():
+    bin_with_a_far_center = '<body name="crate" pos="0 -0.1 0.01"><geom size="0.01" pos="0.5 0 0"/></body>'
+    mjcf = ROOM.replace('<body name="ghost"', bin_with_a_far_center + '<body name="ghost"')
+    with pytest.raises(UserError, match="met before anything moves"):
+        made(BRING.format(1).replace('at = "bin"', 'at = "crate"'), mjcf)
+
+
+def test_as_many_stages_as_anyone_writes_have_a_progress():
+    task = made('kind = "stages"\n' + 70 * '[[stages]]\nkind = "reach"\ntarget = "hook"\n')
+    seen = read(**{f"goal{number}_offset": (0, 0, 0) for number in range(1, 71)})
+    progress, met = played(task, 69 * [seen])
+    assert met
+    assert progress[:2] == pytest.approx([2 / 70, 3 / 70])
 
 
 def test_what_joints_allow_is_not_refused():

@@ -51,10 +51,8 @@ class Bring(Goal):
         self.region.check(around, "bring")
         found = self.model_copy(update={"targets": targets})
         centers_m = around.mechanism.centers_m
-        at = self.region.at
-        middle = self.region.center_m or around.sites.get(at) or centers_m[at]
         points = np.array([centers_m[name] for name in targets])[None]
-        inside = self.region.outside_m(points, np.array(middle)[None]) <= 0.0
+        inside = self.region.outside_m(points, np.array(self.region.start_m(around))[None]) <= 0.0
         if inside.sum() >= found.needed:
             there = ", ".join(name for name, is_in in zip(targets, inside[0], strict=True) if is_in)
             raise UserError(f"the goal is met before anything moves: {there} begin in {self.region.words}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -67,15 +68,18 @@ class Follow(Goal):
         for name in self.sites:
             if name not in around.sites:
                 raise unknown("site", name, "a path leads through sites of the environment", around.sites)
-        if self.sites:
-            path_m = tuple(around.sites[name] for name in self.sites)
-            return type(self).model_validate(self.model_dump() | {"path_m": path_m, "sites": ()})
-        if self._lengths_m.sum() / self._step_m > _MOST_POINTS:
+        for one, other in pairwise(self.sites):
+            if around.sites[one] == around.sites[other]:
+                raise UserError(f'the sites "{one}" and "{other}" of the path are at the same point; leave one out')
+        path_m = tuple(around.sites[name] for name in self.sites) or self.path_m
+        found = self.model_copy(update={"path_m": path_m, "sites": ()})
+        length_m = found._lengths_m.sum()
+        if length_m / self._step_m > _MOST_POINTS:
             raise UserError(
-                f"a path of {self._lengths_m.sum():.3g} m that is followed within {self.within_m:g} m is too long; "
+                f"a path of {length_m:.3g} m that is followed within {self.within_m:g} m is too long; "
                 "allow more beside it, or make it shorter"
             )
-        return self
+        return found
 
     @property
     def moves_bodies(self) -> bool:
@@ -86,8 +90,8 @@ class Follow(Goal):
         return bool(self.target)
 
     @property
-    def longest_way(self) -> tuple[str, float]:
-        return self.target or "functional_part", float(self._lengths_m.sum())
+    def ways(self) -> tuple[tuple[str, float], ...]:
+        return ((self.target or "functional_part", float(self._lengths_m.sum())),)
 
     @property
     def _lengths_m(self) -> FloatArray:

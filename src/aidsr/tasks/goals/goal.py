@@ -142,9 +142,9 @@ class Goal(Artifact):
         return False
 
     @property
-    def longest_way(self) -> tuple[str, float] | None:
-        """What is to go how far [m]: "functional_part", "robot" or a body; None where no length is wanted."""
-        return None
+    def ways(self) -> tuple[tuple[str, float], ...]:
+        """What is to go how far [m]: "functional_part", "robot" or a body; none where no length is wanted."""
+        return ()
 
     # --- in an episode ---
 
@@ -212,15 +212,13 @@ def check_speed(goal: Goal) -> None:
     Raises:
         UserError: It does.
     """
-    if goal.longest_way is None:
-        return
-    what, length_m = goal.longest_way
     for limit in goal.limits:
-        if limit.kind == "speed" and limit.of == what and length_m > limit.at_most_m_s * goal.time_limit_s:
-            raise UserError(
-                f"{length_m:g} m at no more than {limit.at_most_m_s:g} m/s take {length_m / limit.at_most_m_s:.3g} s, "
-                f"and time_limit_s is {goal.time_limit_s:g} s; allow more time or more speed"
-            )
+        for what, far_m in goal.ways:
+            if limit.kind == "speed" and limit.of == what and far_m > limit.at_most_m_s * goal.time_limit_s:
+                raise UserError(
+                    f"{far_m:g} m at no more than {limit.at_most_m_s:g} m/s take {far_m / limit.at_most_m_s:.3g} s, "
+                    f"and time_limit_s is {goal.time_limit_s:g} s; allow more time or more speed"
+                )
 
 
 def unit(direction: tuple[float, ...]) -> FloatArray:

@@ -123,7 +123,7 @@ class SpeedLimit(Limit):
 
     def violation(self, seen: Seen) -> FloatArray:
         """See `Limit`."""
-        return excess(seen.fastest_m_s("velocity"), self.at_most_m_s)
+        return excess(seen.mean_speed_m_s("velocity"), self.at_most_m_s)
 
     @property
     def sentence(self) -> str:

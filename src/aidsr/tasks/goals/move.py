@@ -40,8 +40,8 @@ class _MoveBody(Goal):
         return True
 
     @property
-    def longest_way(self) -> tuple[str, float]:
-        return self.target, self.way[0]
+    def ways(self) -> tuple[tuple[str, float], ...]:
+        return ((self.target, self.way[0]),)
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         return (
@@ -161,8 +161,8 @@ class RobotTravel(Travel):
         return True
 
     @property
-    def longest_way(self) -> tuple[str, float]:
-        return "robot", self.distance_m
+    def ways(self) -> tuple[tuple[str, float], ...]:
+        return (("robot", self.distance_m),)
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         del tag

@@ -69,6 +69,8 @@ def parse_goal(text: str, name: str = "the goal") -> AnyGoal:
     except ValueError as error:
         raise UserError(f"cannot read {name} as TOML: {error}") from None
     _check_kind(values, KINDS, name)
+    if "by_s" in values:
+        raise UserError(f"{name}: by_s belongs to a stage; the whole ends after time_limit_s")
     for key, kinds in (("stages", {word: KINDS[word] for word in KINDS if word != "stages"}), ("limits", _LIMITS)):
         parts = values.get(key)
         for number, part in enumerate(parts if isinstance(parts, list) else [], start=1):

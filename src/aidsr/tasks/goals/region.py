@@ -19,7 +19,7 @@ class Region(Artifact):
     """A box or a ball, and where its middle is."""
 
     at: str = ""
-    """Site or body that its middle goes with; empty where `center_m` says where it is."""
+    """Site, or body by its origin, that its middle goes with; empty where `center_m` says where it is."""
     center_m: tuple[Finite, ...] | None = None
     """Its middle in world coordinates [m]."""
     size_m: tuple[Positive, ...] | None = None
@@ -52,6 +52,10 @@ class Region(Artifact):
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         """Return what measures where its middle is."""
         return (TaskSensor(name=f"{tag}_region", quantity="target_position", target=self.at),) if self.at else ()
+
+    def start_m(self, around: Surroundings) -> tuple[float, ...]:
+        """Return where its middle is at the start, (3,) [m]: of a body its origin, as the sensor measures it."""
+        return self.center_m or around.sites.get(self.at) or around.body(self.at, "region").position_m
 
     def middle_m(self, seen: Seen) -> FloatArray:
         """Return where its middle is, (n, 3) [m]."""

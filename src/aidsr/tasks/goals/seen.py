@@ -47,6 +47,6 @@ class Seen:
         """Return `Readings.peak_force_n`, (n,) [N]."""
         return self.readings.peak_force_n(self.name(sensor))
 
-    def fastest_m_s(self, sensor: str) -> FloatArray:
-        """Return the largest speed since the last control step, of means over it, (n,) [m/s]."""
+    def mean_speed_m_s(self, sensor: str) -> FloatArray:
+        """Return the magnitude of the mean velocity since the last control step, (n,) [m/s]."""
         return np.asarray(np.linalg.norm(self.readings.samples(self.name(sensor)).mean(axis=1), axis=-1))

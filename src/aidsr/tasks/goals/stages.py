@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.bring import Bring
@@ -39,20 +39,22 @@ class Stages(Goal):
 
     @field_validator("stages", mode="before")
     @classmethod
-    def _of_a_stage(cls, value: Any) -> Any:
-        """What is said of one stage belongs to it; it need not be held unless it says so."""
+    def _of_a_stage(cls, value: Any, info: ValidationInfo) -> Any:
+        """What is said of one stage belongs to it; it need not be held unless it says so, and has the whole's time."""
         if not isinstance(value, list | tuple):
             return value
+        time = {"time_limit_s": info.data["time_limit_s"]} if "time_limit_s" in info.data else {}
         stages = []
         for stage in value:
             if not isinstance(stage, dict):
                 stages.append(stage)
                 continue
-            if misplaced := [key for key in _OF_THE_WHOLE if key in stage and not _is_default(key, stage[key])]:
+            own = {key: given for key, given in stage.items() if key not in time or given != time[key]}
+            if misplaced := [key for key in _OF_THE_WHOLE if key in own and not _is_default(key, own[key])]:
                 raise ValueError(
                     f"{misplaced[0]} belongs to the whole goal, not to a stage; write it before [[stages]]"
                 )
-            stages.append({"hold_s": 0.0, **stage})
+            stages.append({"hold_s": 0.0, **stage, **time})
         return tuple(stages)
 
     @model_validator(mode="after")
@@ -60,6 +62,9 @@ class Stages(Goal):
         times = [stage.by_s for stage in self.stages if stage.by_s is not None]
         if times != sorted(times):
             raise ValueError("by_s must rise from stage to stage")
+        last = self.stages[-1]
+        if last.hold_s and "hold_s" in last.model_fields_set:
+            raise ValueError("the last stage is held as long as the whole; write its hold_s before [[stages]]")
         return self
 
     def resolved(self, around: Surroundings) -> Self:
@@ -100,6 +105,10 @@ class Stages(Goal):
     @property
     def robot_travels(self) -> bool:
         return any(stage.robot_travels for stage in self.stages)
+
+    @property
+    def ways(self) -> tuple[tuple[str, float], ...]:
+        return tuple(way for stage in self.stages for way in stage.ways)
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         found = (sensor for i, stage in enumerate(self.stages) for sensor in stage.sensors(_tag(tag, i)))
@@ -145,7 +154,7 @@ class Stages(Goal):
 
     def _of_present(self, seen: Seen, state: TaskState) -> FloatArray:
         each = [stage.progress(own, _own(state, index)) for index, stage, own in self._parts(seen)]
-        return np.asarray(np.choose(state["stage"].astype(int), each))
+        return np.asarray(np.stack(each)[state["stage"].astype(int), np.arange(seen.n)])
 
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
         *_, (last, stage, own) = self._parts(seen)

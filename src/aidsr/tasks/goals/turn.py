@@ -6,7 +6,7 @@ import math
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
@@ -47,6 +47,15 @@ class Turn(Goal):
         if not value:
             raise ValueError("by_deg must not be 0; use a positive or a negative angle")
         return value
+
+    @model_validator(mode="after")
+    def _not_met_yet(self) -> Self:
+        if self.within_deg is not None and self.within_deg >= abs(self.by_deg):
+            raise ValueError(
+                f"within_deg ({self.within_deg:g} deg) must be less than by_deg ({abs(self.by_deg):g} deg): else the "
+                "goal is met before anything moves"
+            )
+        return self
 
     def resolved(self, around: Surroundings) -> Self:
         joint = around.joint(self.joint)
