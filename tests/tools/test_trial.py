@@ -9,7 +9,7 @@ from aidsr.core.artifacts import Attempt, CritiqueIssue, Placement, Robot, Scene
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.motion import GroupMotion, Motion
 from aidsr.tasks import goal_task, load_task, parse_goal
-from aidsr.tools import trial
+from aidsr.tools import playing, trial
 from aidsr.tools.script import parse_script
 from aidsr.tools.script_search import WAYPOINTS, Scripts, search_script
 from aidsr.tools.trial import try_scene, try_task
@@ -73,14 +73,23 @@ def test_a_script_is_tried_where_the_searches_fell_short(monkeypatch: pytest.Mon
 
     def told(task, report):
         progress = found[report.seed]
-        return real(task, report).model_copy(update={"decisive": progress > 0.5, "succeeded": False})
+        return real(task, report).model_copy(update={"progress": progress, "decisive": progress > 0.5})
+
+    played, record = [], playing.record
+
+    def recorded(scene, policy, *, variation):
+        played.append(variation)
+        return record(scene, policy, variation=variation)
 
     monkeypatch.setattr(trial, "_attempt", told)
+    monkeypatch.setattr(playing, "record", recorded)
     report = try_scene(travelling(3.0))
     assert [(one.how, one.seed) for one in report.attempts][:3] == [("search", seed) for seed in (0, 1, 2)]
     script = report.attempts[3]
     assert script.variation in (1, 2), "in variation 0 it is reached without a script"
     assert not report.critique.passed
+    assert played == [script.variation], "nobody is blamed for the attempt that reached it"
+    assert "The best of those that fell short, as a script:" in report.account
 
 
 def test_measured_again_takes_seeds_and_variations_of_its_own() -> None:
@@ -130,7 +139,7 @@ def test_a_placement_is_blamed_where_others_come_farther_than_seeds_differ(
     issue, lines = trial._placement_or_body(ISSUE, attempts, others)
     assert issue.blame == blame
     assert words in issue.suggestion
-    assert lines == ([] if others is None else lines)
+    assert len(lines) == (0 if others is None else 1)
     assert all("seeds differ by 0.20" in line for line in lines)
 
 

@@ -13,7 +13,7 @@ from aidsr.loop.routing import Change
 from aidsr.runs import DesignFolder, EventLog
 
 _MEASURED_AGAIN = 3
-"""Scenes that fell short, the best of which are measured again. Our choice."""
+"""How many of the scenes that fell short, the best of them, are measured again. Our choice."""
 
 
 @dataclass(frozen=True)

@@ -136,10 +136,6 @@ class FoundScript:
     episode: EpisodeResult
     tried: int
 
-    def policy(self, scene: TaskScene) -> ScriptPolicy:
-        """Return what plays it."""
-        return script_policy(scene, self.script)
-
 
 def script_policy(scene: TaskScene, script: str) -> ScriptPolicy:
     """Return what plays a script in a scene."""

@@ -2,12 +2,13 @@
 
 1. Searches for a motion, each with a seed and a variation of its own.
 2. Where most of them do not reach the task's decisive stage: a search for a script, from the best motion that does not.
-3. Where that does not either: the best attempt is played again and recorded, and the failure attributed to a role. The
-   placement is only blamed where other placements come farther than seeds differ.
+3. Where that does not either: the best attempt that fell short is played again and recorded, and its failure attributed
+   to a role. The placement is only blamed where other placements come farther than seeds differ.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,6 @@ from aidsr.tasks import Level, Task, load_task
 if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
     from aidsr.learn.openloop.report import ProbeReport
-    from aidsr.tools.script_search import FoundScript
 
 SEEDS = 3
 """Searches, at most: the third decides where two disagree. Our choice."""
@@ -110,6 +110,8 @@ def try_scene(
     scene: TaskScene, *, first_seed: int = 0, attribute: bool = True, others: _Others | None = None
 ) -> TaskReport:
     """Do the work of `try_task` in this process, with a scene that is loaded."""
+    from aidsr.tools.script import script_of
+
     reports: list[ProbeReport] = []
     for seed in range(first_seed, first_seed + SEEDS):
         reports.append(_search(scene, seed))
@@ -119,10 +121,12 @@ def try_scene(
     attempts = [_attempt(scene.task, report) for report in reports]
     progress = sum(attempt.progress for attempt in attempts) / len(attempts)
     enough = 2 * sum(attempt.decisive for attempt in attempts) > len(attempts)
-    found: FoundScript | None = None
+    fell_short = ""
     if attribute and not enough:
         short = [report for report, attempt in zip(reports, attempts, strict=True) if not attempt.decisive]
-        found, attempt = _script(scene, max(short, key=lambda report: report.progress))
+        best = max(short, key=lambda report: report.progress)
+        script, attempt = _script(scene, best)
+        fell_short = script if attempt.progress > best.progress else script_of(best.best.motion)
         attempts.append(attempt)
         enough = attempt.decisive
     start = _start_progress(scene)
@@ -137,7 +141,7 @@ def try_scene(
             start_progress=start,
             account="\n".join(_lines(attempts)),
         )
-    return _attributed(scene, reports, found, attempts, progress, start, others)
+    return _attributed(scene, fell_short, attempts, progress, start, others)
 
 
 def _steps(task: Task) -> int:
@@ -180,7 +184,7 @@ def _is_decisive(task: Task, progress: float, *, succeeded: bool) -> bool:
     return succeeded or progress >= task.decisive_stage()[0] - 1e-6
 
 
-def _script(scene: TaskScene, best: ProbeReport) -> tuple[FoundScript, Attempt]:
+def _script(scene: TaskScene, best: ProbeReport) -> tuple[str, Attempt]:
     """Return the best script that was searched from a motion, in its variation."""
     from aidsr.tools.script_search import search_script
 
@@ -194,7 +198,7 @@ def _script(scene: TaskScene, best: ProbeReport) -> tuple[FoundScript, Attempt]:
         longest_s=LONGEST_S,
     )
     succeeded, progress = found.episode.ended == "succeeded", found.episode.best_progress
-    return found, Attempt(
+    return found.script, Attempt(
         how="script",
         seed=best.seed,
         variation=variation,
@@ -215,34 +219,40 @@ def _start_progress(scene: TaskScene) -> float:
 
 def _attributed(
     scene: TaskScene,
-    reports: list[ProbeReport],
-    found: FoundScript | None,
+    script: str,
     attempts: list[Attempt],
     progress: float,
     start: float,
     others: _Others | None,
 ) -> TaskReport:
-    """Return the report of a scene that no motion and no script gets to the decisive stage."""
+    """Return the report of a scene that neither most motions nor a script get to the decisive stage.
+
+    Args:
+        scene: The scene.
+        script: What came farthest of all that fell short, in the variation of the last attempt.
+        attempts: All of them, the search among scripts last.
+        progress: Mean over the searches.
+        start: Progress before anything moves.
+        others: Makes other placements.
+    """
     from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
     from aidsr.learn.openloop.trace import trace
     from aidsr.tools.playing import record
-    from aidsr.tools.script import script_of
     from aidsr.tools.script_search import script_policy
 
-    assert found is not None, "a script is tried before anything is blamed"
-    best = max(attempts, key=lambda attempt: attempt.progress)
-    motion = max(reports, key=lambda report: report.progress).best.motion
-    script = found.script if best.how == "script" else script_of(motion)
-    variation = scene.task.variation("development", best.variation)
-    seen = trace(scene, variation, script_policy(scene, script), targets_of(scene.task))
+    tried = attempts[-1].variation
+    seen = trace(
+        scene, scene.task.variation("development", tried), script_policy(scene, script), targets_of(scene.task)
+    )
     phase, issue = attribute_failure(scene.task, seen)
     lines = _lines(attempts)
     if issue.blame == "integrator":
         issue, compared = _placement_or_body(issue, attempts, others)
         lines += compared
     summary = _summary(scene.task, attempts, start)
-    again = record(scene, script_policy(scene, script), variation=best.variation)
-    account = [*lines, "The best of them, as a script:", script, "What happened:", again.text()]
+    again = record(scene, script_policy(scene, script), variation=tried)
+    them = "those that fell short" if any(attempt.decisive for attempt in attempts) else "them"
+    account = [*lines, f"The best of {them}, as a script:", script, "What happened:", again.text()]
     return TaskReport(
         phase=phase,
         progress=progress,
@@ -263,12 +273,10 @@ def _placement_or_body(
     searches = [attempt.progress for attempt in attempts if attempt.how == "search"]
     spread = max(searches) - min(searches)
     compared: list[tuple[float, str]] = []
-    for words, placement in others.placements() if others else []:
-        try:
-            progress = _search(others.scene(placement), attempts[0].seed).progress  # type: ignore[union-attr]
-        except (MjcfError, IsolationError):
-            continue  # it does not fit there
-        compared.append((progress, words))
+    if others is not None:
+        for words, placement in others.placements():
+            with suppress(MjcfError, IsolationError):  # it does not fit there
+                compared.append((_search(others.scene(placement), attempts[0].seed).progress, words))
     told = ", ".join(f"{progress:.2f} {words}" for progress, words in compared)
     here = f"{attempts[0].progress:.2f} as it is placed, and seeds differ by {spread:.2f}"
     lines = [f"Other placements, by the same search of seed {attempts[0].seed}: {told}; {here}."] * bool(compared)
