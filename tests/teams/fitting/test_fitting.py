@@ -10,7 +10,7 @@ from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import TASKS, goal_task, parse_goal
 from aidsr.teams import rules
-from aidsr.teams.fitting import trial
+from aidsr.teams.fitting import check, trial, views
 from aidsr.teams.fitting.team import FittingDesigner, FittingJudge, fitting_team
 from aidsr.teams.fitting.views import View, as_placed, as_the_rules_read, as_viewed, candidates, place_of_work, turns_of
 from aidsr.teams.rules.families import load_families
@@ -75,6 +75,14 @@ def test_a_placement_in_a_turned_mount_is_one_in_the_environment_and_back():
     assert back.rotation_deg == pytest.approx(seen.rotation_deg, abs=1e-2)
 
 
+@pytest.mark.parametrize("about_y_deg", [-90.0, -89.0, 90.0])
+def test_a_quarter_turn_about_y_is_kept(about_y_deg):
+    wanted = views._matrix((30.0, about_y_deg, 40.0))
+    aside = views._matrix((11.0, 22.0, 33.0))
+    rounded = aside @ (aside.T @ wanted)
+    assert views._matrix(views._angles_deg(rounded)) == pytest.approx(wanted, abs=1e-4)
+
+
 def test_a_concept_keeps_its_view():
     brief, goal = job_of("bell")
     designer = FittingDesigner(goal, 0)
@@ -130,6 +138,20 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     assert FittingJudge(goal).judge(brief, concept, robot, scene, report).passed
 
 
+def test_a_body_that_overlaps_its_surroundings_is_no_reference(tmp_path, monkeypatch):
+    from aidsr.teams.fitting import team as module
+
+    monkeypatch.setattr(module, "overlaps", lambda _scene: True)
+    monkeypatch.setattr(check, "_BODIES", 1)
+    example = examples()["bell"]
+    for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
+        (tmp_path / name).write_text(text)
+    found = check.check_goal(tmp_path / "bell.xml", tmp_path / "bell.toml")
+    assert (found.reference, found.blind, found.probe, found.scene) == ("", None, None, example.environment)
+    (concept,) = FittingDesigner(parse_goal(example.goal), 0).propose(job_of("bell")[0], 1)
+    assert "no body could be placed" in concept.rationale
+
+
 def test_a_run_with_a_goal_is_designed_by_measuring(tmp_path):
     example = examples()["bell"]
     for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
@@ -154,11 +176,9 @@ def test_a_robot_that_is_brought_is_turned_beside_the_work_and_scaled_to_the_way
     from aidsr.teams.fitting import team as module
 
     brief, goal = job_of("valve")
-    mine = f"""<mujoco><worldbody><body name="arm"><joint axis="1 1 1" stiffness="1" damping="0.1"/>
+    mine = f"""<mujoco><worldbody><body name="arm"><joint name="bend" axis="1 1 1" stiffness="1" damping="0.1"/>
       <geom type="capsule" size="0.005" fromto="0 0 0 {pose}"/><site name="tip" pos="{pose}"/></body></worldbody>
-      <actuator><motor name="m" joint="bend" ctrlrange="-1 1"/></actuator></mujoco>""".replace(
-        "<joint axis", '<joint name="bend" axis'
-    )
+      <actuator><motor name="m" joint="bend" ctrlrange="-1 1"/></actuator></mujoco>"""
     brief = brief.model_copy(update={"starting_robot": mine})
     tried = []
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief
-from aidsr.core.errors import MjcfError
 from aidsr.learn.episodes.actions import ActionMap
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import rollout
@@ -116,12 +115,7 @@ def check_goal(
     mounts = tuple(_mounts(brief, task))
     listen("choosing a reference body")
     tried = FittingDesigner(asked, seed).tried(brief, bodies=_BODIES, turns=1)
-    best = max(tried, key=lambda each: each.fit.value)
-    robot = FittingCoder(asked).write(brief, best.concept)
-    placement = FittingIntegrator(asked).place(brief, best.concept, robot)
-    try:
-        scene = assemble(robot, mjcf, placement, task.sensors).mjcf
-    except MjcfError:
+    if not tried:
         return GoalCheck(
             judging=brief.judging,
             mounts=mounts,
@@ -132,6 +126,10 @@ def check_goal(
             picture=picture(mjcf),
             strip=None,
         )
+    best = max(tried, key=lambda each: each.fit.value)
+    robot = FittingCoder(asked).write(brief, best.concept)
+    placement = FittingIntegrator(asked).place(brief, best.concept, robot)
+    scene = assemble(robot, mjcf, placement, task.sensors).mjcf
     listen("doing nothing, then anything")
     blind = play_blind(scene, task, robot.actuator_groups, EPISODES, seed)
     listen("trying motions")

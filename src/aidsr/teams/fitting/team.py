@@ -76,7 +76,7 @@ class FittingDesigner:
         """Return the `count` concepts that came farthest, of different families as far as those came near."""
         if brief.starting_robot:
             return self._own_robot(brief, count)
-        found = self.tried(brief)
+        found = self.tried(brief) or [self._untried(brief)]
         best = sorted(found, key=lambda each: -each.fit.value)
         near, _ = task_of(self.goal, brief).decisive_stage()
         firsts = {each.concept.family: each for each in reversed(best) if each.fit.progress >= near or each is best[0]}
@@ -85,7 +85,7 @@ class FittingDesigner:
         return tuple(self._with_reason(chosen[index % len(chosen)], best) for index in range(count))
 
     def tried(self, brief: Brief, *, bodies: int = _BODIES, turns: int = _TURNS) -> list[Fitted]:
-        """Return every body that was tried, with how far it came.
+        """Return every body that was tried, with how far it came; none where each overlaps something.
 
         Args:
             brief: The job.
@@ -93,7 +93,7 @@ class FittingDesigner:
             turns: In how many placements each, of those in which it overlaps nothing.
         """
         task = task_of(self.goal, brief)
-        rng = np.random.default_rng([self.seed, zlib.crc32(brief.environment.encode())])
+        rng = self._rng(brief)
         found: list[Fitted] = []
         for number, (view, name, variant) in enumerate(candidates(brief, task.goal, self.families)):
             if number == bodies:
@@ -106,11 +106,17 @@ class FittingDesigner:
                     placed += 1
                 if placed == turns or (result is not None and result.fit.success):
                     break
-        if not found:
-            view, name, variant = next(candidates(brief, task.goal, self.families))
-            concept = self._concept(brief, task.goal, view, name, variant, rng)
-            found.append(Fitted(concept, Fit(progress=0.0, success=False, reached="no body could be placed")))
         return found
+
+    def _untried(self, brief: Brief) -> Fitted:
+        """Return the first body, where none could be placed; the validator says what it overlaps."""
+        goal = task_of(self.goal, brief).goal
+        view, name, variant = next(candidates(brief, goal, self.families))
+        concept = self._concept(brief, goal, view, name, variant, self._rng(brief))
+        return Fitted(concept, Fit(progress=0.0, success=False, reached="no body could be placed"))
+
+    def _rng(self, brief: Brief) -> np.random.Generator:
+        return np.random.default_rng([self.seed, zlib.crc32(brief.environment.encode())])
 
     def _own_robot(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return versions of the robot that its user brought, placed and scaled where it comes farthest."""

@@ -45,6 +45,7 @@ _LONGER = 1.05
 """Length of a robot that is brought, after scaling, as a share of the way to the place of work. Our choice: as arms of
 the rules have it."""
 _ALONG_Z = 4
+"""Index in `_TO_Z` of a robot that needs no rotation."""
 _TO_Z: tuple[Vec3, ...] = (
     (0.0, 90.0, 0.0),
     (0.0, -90.0, 0.0),
@@ -54,6 +55,8 @@ _TO_Z: tuple[Vec3, ...] = (
     (180.0, 0.0, 0.0),
 )
 """Rotations that bring -x, +x, -y, +y, +z and -z of a robot to the mount's z axis, as in a `Placement`."""
+_FLAT = 1e-9
+"""Cosine of an angle that is a quarter turn. Our choice: well above rounding, far below what a placement keeps."""
 _POINT_M = 0.01
 """Half size of a point to be reached. Our choice: a finger's tip."""
 
@@ -69,7 +72,7 @@ class View:
     """None: along the mount's axis. Else along the way to the place of work, turned by so much about it."""
     scale: float = 1.0
     """Of a robot that its user brought."""
-    axis: int = 4
+    axis: int = _ALONG_Z
     """Which way that robot extends in its own frame: 0 to 5 for -x, +x, -y, +y, +z, -z."""
 
     @property
@@ -89,7 +92,7 @@ class View:
             int(found.get(f"{_PREFIX}mount", -1.0)),
             found.get(f"{_PREFIX}turn_deg"),
             found.get(f"{_PREFIX}scale", 1.0),
-            int(found.get(f"{_PREFIX}axis", 4.0)),
+            int(found.get(f"{_PREFIX}axis", _ALONG_Z)),
         )
 
 
@@ -333,8 +336,12 @@ def _matrix(angles_deg: tuple[float, float, float]) -> Matrix:
 
 def _angles_deg(turn: Matrix) -> Vec3:
     """Return the rotation of a `Placement` that a matrix is."""
-    b = math.asin(float(np.clip(turn[0, 2], -1.0, 1.0)))
-    a = math.atan2(-float(turn[1, 2]), float(turn[2, 2]))
-    c = math.atan2(-float(turn[0, 1]), float(turn[0, 0]))
+    flat = math.hypot(turn[0, 0], turn[0, 1])
+    b = math.atan2(float(turn[0, 2]), flat)
+    if flat < _FLAT:  # a quarter turn about y: turns about x and z are one, and nothing but rounding tells them apart
+        a, c = 0.0, math.atan2(float(turn[1, 0]), float(turn[1, 1]))
+    else:
+        a = math.atan2(-float(turn[1, 2]), float(turn[2, 2]))
+        c = math.atan2(-float(turn[0, 1]), float(turn[0, 0]))
     x, y, z = (round(math.degrees(angle), 3) + 0.0 for angle in (a, b, c))
     return x, y, z
