@@ -88,9 +88,7 @@ def make_plan(
         )
     chosen = task_names() if list(tasks) == ["all"] else tuple(load_task(name).name for name in tasks)
     said = read_feedback(feedback, chosen) if feedback else {}
-    arms = make_arms(
-        models, ways, concepts=concepts, feedback=said, baselines=baselines, search_robots=search_robots
-    )  # fmt: skip
+    arms = make_arms(models, ways, concepts=concepts, feedback=said, baselines=baselines, search_robots=search_robots)
     try:
         return StudyPlan(
             tasks=chosen,

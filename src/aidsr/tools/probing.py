@@ -17,6 +17,8 @@ _LONGEST_S = 15.0
 """How long motions of the search are played. Our choice: a crawler shows after 15 s whether it goes straight."""
 _CANDIDATES = 320
 _MOST_SEEDS = 8
+MEAN_PROGRESS = "progress, mean of the seeds"
+"""The figure of a probe by which scenes are compared."""
 
 
 @isolated(limits=_LIMITS)
@@ -78,7 +80,7 @@ def probe_motions(
     )
     again = record(loaded, policy, variation=best.episode.variation)
     figures = (
-        Figure(name="progress, mean of the seeds", value=float(progress.mean())),
+        Figure(name=MEAN_PROGRESS, value=float(progress.mean())),
         Figure(name="least", value=float(progress.min())),
         Figure(name="most", value=float(progress.max())),
         Figure(name="variations solved", value=float(np.mean([report.success_share for report in reports]))),

@@ -16,6 +16,7 @@ from aidsr.teams.measuring.own_tools import chosen
 from aidsr.teams.measuring.records import ToolRecord
 from aidsr.teams.measuring.toolbox import Toolbox, ToolBudget
 from aidsr.tools import Workspace
+from aidsr.tools.probing import MEAN_PROGRESS
 
 FAMILIES = [{"name": name, "idea": "It pulls."} for name in ("arm", "claw", "worm", "ring")]
 
@@ -160,7 +161,7 @@ def measured(name: str, scene: str, text: str = "", seeds: list[int] | None = No
 
 def far(scene: str, progress: float, seeds: list[int]) -> ToolRecord:
     found = measured("probe", scene, seeds=seeds)
-    return found.model_copy(update={"figures": {"progress, mean of the seeds": progress}})
+    return found.model_copy(update={"figures": {MEAN_PROGRESS: progress}})
 
 
 def test_the_result_is_what_came_farthest_over_several_seeds(tmp_path: Path) -> None:
@@ -173,6 +174,12 @@ def test_the_result_is_what_came_farthest_over_several_seeds(tmp_path: Path) -> 
     )
     assert box.exploration.best_again() == ("scene_2", pytest.approx(0.7))
     assert call(box, "finish", scene="scene_2", summary="A cart.").outcome == "done"
+
+
+def test_each_seed_counts_the_same(tmp_path: Path) -> None:
+    box = with_scene(tmp_path)
+    box._records += [far("scene_1", 0.9, [0]), far("scene_1", 0.5, [1, 2, 3])]
+    assert box.exploration.progress_again("scene_1") == pytest.approx(0.6)
 
 
 def test_one_seed_puts_no_scene_first_and_an_unstable_one_is_no_result(tmp_path: Path) -> None:

@@ -13,9 +13,11 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 
 from aidsr.core.errors import UserError
+from aidsr.core.formatting import excerpt
 from aidsr.teams.measuring.own_tools import proposed_families
 from aidsr.teams.measuring.records import ToolRecord
 from aidsr.tools import TOOLS, Result, Tool, Workspace
+from aidsr.tools.probing import MEAN_PROGRESS
 
 _MEASURES = ("measure", "play", "probe", "train", "sweep")
 HOPELESS = 3
@@ -31,7 +33,9 @@ def _validate(workspace: Workspace, *, family: str, **arguments: Any) -> Result:
     """Validate a robot of a family that was proposed."""
     known = proposed_families(workspace)
     if family.strip().lower() not in known:
-        raise UserError(f'no family "{family}" was proposed; families: {", ".join(known)}; propose again to add one')
+        raise UserError(
+            f'no family "{excerpt(family)}" was proposed; families: {", ".join(known)}; propose again to add one'
+        )
     return TOOLS["validate"].function(workspace, **arguments)
 
 
@@ -94,10 +98,11 @@ class Exploration:
 
     def progress_again(self, scene: str) -> float | None:
         """Return the mean progress of a scene over the seeds of its probes; None where there were fewer than two."""
-        probes = [record for record in self.done if record.name == "probe" and record.values.get("scene") == scene]
-        seeds = {seed for record in probes for seed in seeds_of(record)}
-        found = [record.figures["progress, mean of the seeds"] for record in probes if record.figures]
-        return fmean(found) if len(seeds) > 1 and found else None
+        about = [record for record in self.done if record.name == "probe" and record.values.get("scene") == scene]
+        probes = [record for record in about if MEAN_PROGRESS in record.figures]
+        if len({seed for record in probes for seed in seeds_of(record)}) < 2:
+            return None
+        return fmean([record.figures[MEAN_PROGRESS] for record in probes], [len(seeds_of(record)) for record in probes])
 
     def best_again(self) -> tuple[str, float] | None:
         """Return the stable scene that came farthest over several seeds, and how far; None where there is none."""
