@@ -12,7 +12,7 @@ from tests.tools.test_statics import limb
 from aidsr.core.artifacts import Brief
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.sim.environment_summary import summarize_environment
-from aidsr.tools import TOOLS, Job, Workspace, tools_table
+from aidsr.tools import OWNER_TOOLS, TOOLS, Job, Workspace, tools_table
 
 ENVIRONMENT = """
 <mujoco>
@@ -47,7 +47,7 @@ def with_cart(folder: Path, distance_m: float = 9.0) -> Workspace:
 
 
 def test_every_tool_says_what_it_does_and_describes_its_arguments() -> None:
-    for tool in TOOLS.values():
+    for tool in (*TOOLS.values(), *OWNER_TOOLS.values()):
         assert tool.description.endswith(".")
         for schema in (tool.schema, *tool.schema.get("$defs", {}).values()):
             for name, field in schema["properties"].items():
@@ -57,9 +57,10 @@ def test_every_tool_says_what_it_does_and_describes_its_arguments() -> None:
 
 def test_the_docs_have_the_table_of_tools() -> None:
     page = Path(__file__).parents[2] / "docs" / "tools.md"
-    assert tools_table() in page.read_text(), (
-        "paste the output of: python -c 'import aidsr.tools as t; print(t.tools_table())'"
-    )
+    for name, tools in (("TOOLS", TOOLS), ("OWNER_TOOLS", OWNER_TOOLS)):
+        assert tools_table(tools) in page.read_text(), (
+            f"paste the output of: python -c 'import aidsr.tools as t; print(t.tools_table(t.{name}))'"
+        )
 
 
 def test_a_robot_is_kept_edited_and_fixed_under_new_names(tmp_path: Path) -> None:
@@ -129,7 +130,10 @@ def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
 
 def test_a_probe_tells_seeds_and_the_script_that_got_farthest(tmp_path: Path) -> None:
     work = with_cart(tmp_path, 0.4)
-    told = call(work, "probe", scene="scene_1", seeds=[0, 3], steps=20_000)
+    found = TOOLS["probe"].call(work, {"scene": "scene_1", "seeds": [0, 3], "steps": 20_000})
+    told = found.text
+    (strip,) = found.pictures
+    assert strip.startswith(b"\x89PNG")
     assert "seed 0: progress 1.00" in told
     assert "seed 3: progress 1.00" in told
     script = re.search(r"as a script:\n(drive: .*)\n", told)
@@ -205,5 +209,9 @@ def test_a_damaged_scene_is_said(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_short_training_is_told(tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="needs the extra rl")
-    told = call(with_cart(tmp_path, 0.4), "train", scene="scene_1", steps=4000)
+    work = with_cart(tmp_path, 0.4)
+    told = call(work, "train", scene="scene_1", steps=4000)
     assert told.startswith("after 4,000 steps: success in ")
+    assert " of 20 development variations" in told
+    score = OWNER_TOOLS["evaluate"].call(work, {"scene": "scene_1", "episodes": 20}).text
+    assert " of 20 held-out variations" in score

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from aidsr.core.artifacts import ActuatorGroup, Placement, Robot, Scene, ValidationReport
+from aidsr.core.artifacts import ActuatorGroup, Brief, Placement, Robot, Scene, ValidationReport
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
@@ -55,12 +55,13 @@ def validate(
         "auto"
     ),
     realizable: Annotated[bool, Field(description="Also reject what could not be built.")] = False,
+    task: TaskName = "",
 ) -> Result:
     """Keep a robot under a name, drive every actuator, and say what is wrong with its physics and scope."""
     if "<" not in mjcf:  # elsewhere such a string is a path; a client must not make the server read files
         raise UserError(f"not an MJCF document: {mjcf[:80]!r}; give the text of one, not its path")
     robot = Robot(mjcf=mjcf, functional_part=functional_part, actuator_groups=actuator_groups)
-    return _kept(workspace, robot, (), mount, realizable)
+    return _kept(workspace, robot, (), task=task, mount=mount, realizable=realizable)
 
 
 def edit(
@@ -90,18 +91,21 @@ def edit(
         raise UserError(str(error)) from None
     groups = before.actuator_groups if actuator_groups is None else actuator_groups
     changed = Robot(mjcf=mjcf, functional_part=functional_part or before.functional_part, actuator_groups=groups)
-    return _kept(workspace, changed, (f"changed from {robot}",))
+    return _kept(workspace, changed, (f"changed from {robot}",), task=workspace.task_of_robot(robot))
 
 
 def fix(workspace: Workspace, robot: RobotName) -> Result:
     """Let code cure what it can of a robot's faults, keep the result under a new name, and validate it."""
     before = workspace.robot(robot)
-    faults = validate_mjcf(before.mjcf, mount=_mount(workspace), environment=_environment(workspace)).faults
+    task = workspace.task_of_robot(robot)
+    brief = workspace.brief(task)
+    faults = validate_mjcf(before.mjcf, mount=_mount(brief), environment=brief.environment if brief else "").faults
     kept = {before.functional_part, *(name for group in before.actuator_groups for name in group.actuators)} - {""}
     fixed = fix_mjcf(before.mjcf, faults, kept_names=kept)
     if not fixed.total:
         return Result(text=f"nothing of {robot} can be fixed by code: {', '.join(fixed.unfixed) or 'it has no fault'}")
-    return _kept(workspace, before.model_copy(update={"mjcf": fixed.mjcf}), (f"fixed from {robot}", *fixed.notes))
+    cured = before.model_copy(update={"mjcf": fixed.mjcf})
+    return _kept(workspace, cured, (f"fixed from {robot}", *fixed.notes), task=task)
 
 
 def assemble(
@@ -194,17 +198,24 @@ def read(
 
 
 def _kept(
-    workspace: Workspace, robot: Robot, notes: tuple[str, ...], mount: Mount = "auto", realizable: bool = False
+    workspace: Workspace,
+    robot: Robot,
+    notes: tuple[str, ...],
+    *,
+    task: str,
+    mount: Mount = "auto",
+    realizable: bool = False,
 ) -> Result:
     """Keep a robot and return the verdict on it."""
+    brief = workspace.brief(task)
     report = validate_mjcf(
         robot.mjcf,
-        mount=_mount(workspace, mount),
-        needs_contact=bool(workspace.job and workspace.job.brief.needs_contact),
-        environment=_environment(workspace),
+        mount=_mount(brief, mount),
+        needs_contact=bool(brief and brief.needs_contact),
+        environment=brief.environment if brief else "",
         realizable=realizable,
     )
-    name = workspace.add_robot(robot)
+    name = workspace.add_robot(robot, task)
     measured = report.measurements
     lines = ["; ".join([f"{name}: {_verdict(report)}", *notes]), *_faults(report)]
     if "characteristic_length_m" in measured:
@@ -228,9 +239,5 @@ def _faults(report: ValidationReport) -> list[str]:
     return [report.account()] if report.faults else []
 
 
-def _mount(workspace: Workspace, mount: Mount = "auto") -> Mount:
-    return MOUNTS[workspace.job.brief.base] if mount == "auto" and workspace.job else mount
-
-
-def _environment(workspace: Workspace) -> str:
-    return workspace.job.brief.environment if workspace.job else ""
+def _mount(brief: Brief | None, mount: Mount = "auto") -> Mount:
+    return MOUNTS[brief.base] if mount == "auto" and brief else mount

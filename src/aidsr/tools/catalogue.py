@@ -1,8 +1,8 @@
-"""All tools by name, in the order in which a designer meets them."""
+"""All tools by name, in the order in which a designer meets them, and those that only an owner of the job has."""
 
 from __future__ import annotations
 
-from aidsr.tools import building, measuring
+from aidsr.tools import building, jobs, measuring
 from aidsr.tools.tool import Tool
 
 TOOLS: dict[str, Tool] = {
@@ -25,11 +25,19 @@ TOOLS: dict[str, Tool] = {
     )
 }
 
+OWNER_TOOLS: dict[str, Tool] = {
+    tool.name: tool
+    for tool in (
+        Tool.of(function) for function in (jobs.list_tasks, jobs.read_task, jobs.make_task, measuring.evaluate)
+    )
+}
+"""Of whoever says what the job is and keeps the score; a team inside a run has none of them."""
 
-def tools_table() -> str:
-    """Return the tools as a Markdown table, for the docs: name, arguments, what it does."""
+
+def tools_table(tools: dict[str, Tool] = TOOLS) -> str:
+    """Return tools as a Markdown table, for the docs: name, arguments, what it does."""
     rows = ["| tool | takes | does |", "|---|---|---|"]
-    for tool in TOOLS.values():
+    for tool in tools.values():
         takes = ", ".join(f"`{name}`" for name in tool.arguments.model_fields)
         rows.append(f"| `{tool.name}` | {takes} | {tool.description.rstrip('.')} |")
     return "\n".join(rows) + "\n"

@@ -1,8 +1,9 @@
-"""The tools that measure robots and scenes: play, probe, measure, sweep, train."""
+"""The tools that measure robots and scenes: play, probe, measure, sweep, train, evaluate."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Literal
 from xml.sax.saxutils import quoteattr
 
@@ -11,8 +12,10 @@ from pydantic import Field
 from aidsr.core.artifacts import Artifact, Vec3
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
-from aidsr.learn.rl.short_training import train_briefly
+from aidsr.core.numbered import numbered_in
+from aidsr.learn.openloop.film import film
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
+from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.tools.building import SceneName, Subject, place
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
@@ -32,6 +35,11 @@ Pairs = Annotated[
 ]
 Seed = Annotated[int, Field(ge=0)]
 _MOST_VALUES = 12
+_MOST_EPISODES = 1000
+_MOMENTS = 5
+"""Of a motion, in a picture."""
+_TRAININGS = "training"
+"""Folder of the trainings of a scene, in its folder."""
 _MOST_STEPS = 50_000_000
 """Of one search. Our choice: it takes an hour for a small body."""
 _LARGEST_FORCE_N = 1e4
@@ -83,7 +91,11 @@ def probe(
     subject = workspace.subject(scene)
     measured = probe_motions(subject, seeds=seeds, variations=variations, steps=steps, seconds=seconds)
     figures = {figure.name: figure.value for figure in measured.figures}
-    return Result(text=shortened(measured.text, workspace), figures=figures)
+    strip: tuple[bytes, ...] = ()
+    if workspace.draws:
+        played = film(subject.mjcf, subject.measure(), measured.best, groups=subject.groups)
+        strip = (played.strip(_MOMENTS),)
+    return Result(text=shortened(measured.text, workspace), pictures=strip, figures=figures)
 
 
 def measure(
@@ -150,18 +162,62 @@ def train(
 ) -> Result:
     """Train a policy by reinforcement learning and evaluate it on development variations; takes many minutes."""
     require_extra("rl", "training")
+    from aidsr.learn.rl.evaluation import LEAST_EPISODES
+    from aidsr.learn.rl.isolated_learning import train_in_child
+    from aidsr.learn.rl.recipe import PROTOCOLS
+
     subject = workspace.subject(scene)
     subject.require_job()
-    found = train_briefly(
-        subject.mjcf, steps=steps, groups=subject.groups, task=subject.task, level=subject.level, goal=subject.goal
+    home = workspace.folder_of(scene) / _TRAININGS
+    home.mkdir(exist_ok=True)
+    folder = train_in_child(
+        subject.mjcf,
+        subject.measure(),
+        subject.level,
+        subject.groups,
+        "auto",
+        home=home,
+        number="",
+        steps=steps,
+        seed=0,
+        recipe=PROTOCOLS["best"],
+        minutes=None,
+        threads=1,
+        tensorboard=False,
+        again=False,
+        listen=lambda _point: None,
     )
+    return _judged(folder, LEAST_EPISODES, "development", f"after {steps:,} steps: ")
+
+
+def evaluate(
+    workspace: Workspace,
+    scene: SceneName,
+    episodes: Annotated[int, Field(ge=1, le=_MOST_EPISODES, description="Held-out variations, 20 or more.")] = 100,
+) -> Result:
+    """Score the last trained policy of a scene on held-out variations, by which nothing is to be designed."""
+    require_extra("rl", "evaluating a policy")
+    finished = [
+        path for path in numbered_in(workspace.folder_of(scene) / _TRAININGS) if (path / "training.json").is_file()
+    ]
+    if not finished:
+        raise UserError(f"{scene} has no trained policy; train it first")
+    return _judged(finished[-1], episodes, "held_out", "")
+
+
+def _judged(folder: Path, episodes: int, split: Split, head: str) -> Result:
+    """Return how a trained policy does on as many variations of a split."""
+    from aidsr.learn.rl.isolated_learning import run_evaluation
+
+    found = run_evaluation(folder, episodes, None, split, 1, False, False, lambda _point: None)
     rate = found.success_rate
     progress = sum(one.best_progress for one in found.episodes) / len(found.episodes)
     ends = {end: sum(one.ended == end for one in found.episodes) for end in ("failed", "out_of_time", "diverged")}
     low, high = rate.interval.low, rate.interval.high
     lines = [
-        f"after {steps:,} steps: success in {rate.share:.0%} of {len(found.episodes)} development variations (Wilson "
-        f"{low:.0%} to {high:.0%}), best progress {progress:.2f} on average, {'' if found.valid else 'not '}valid",
+        f"{head}success in {rate.share:.0%} of {len(found.episodes)} {split.replace('held_out', 'held-out')} "
+        f"variations (Wilson {low:.0%} to {high:.0%}), best progress {progress:.2f} on average, "
+        f"{'' if found.valid else 'not '}valid",
         ", ".join(f"{count} {end.replace('_', ' ')}" for end, count in ends.items()),
         *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
     ]

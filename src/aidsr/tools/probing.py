@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from aidsr.learn.openloop.report import ProbedVariation
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.tools.measured import Figure, Measured
@@ -21,6 +22,13 @@ MEAN_PROGRESS = "progress, mean of the seeds"
 """The figure of a probe by which scenes are compared."""
 
 
+class Probed(Measured):
+    """What a probe found."""
+
+    best: ProbedVariation
+    """The motion that got farthest, and the variation in which it did."""
+
+
 @isolated(limits=_LIMITS)
 def probe_motions(
     scene: MeasuredScene,
@@ -29,7 +37,7 @@ def probe_motions(
     variations: int = 1,
     steps: int = 0,
     seconds: float = 0.0,
-) -> Measured:
+) -> Probed:
     """Search open-loop motions with several seeds, and play the best one again with figures.
 
     Ramps, sinusoids of one frequency, both, and gaits from rest with a frequency for each group; groups may stay at
@@ -91,4 +99,4 @@ def probe_motions(
         for report in reports
     ]
     lines += [f"the best motion ({best.family}), as a script:", script, "played to its end:", again.text()]
-    return Measured(figures=figures, lines=tuple(lines))
+    return Probed(figures=figures, lines=tuple(lines), best=best)

@@ -11,6 +11,7 @@ from aidsr.tasks import Level
 
 if TYPE_CHECKING:
     from aidsr.learn.episodes.scene import TaskScene
+    from aidsr.tasks import Task
 
 
 class MeasuredScene(Artifact):
@@ -38,6 +39,18 @@ class MeasuredScene(Artifact):
         if not self.task and self.goal is None:
             raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
 
+    def measure(self) -> Task:
+        """Return what measures success in it.
+
+        Raises:
+            UserError: There is neither task nor goal, or no such task.
+        """
+        from aidsr.tasks import goal_task, load_task, read_goal
+
+        self.require_job()
+        goal = self.goal and goal_task(read_goal(self.goal), self.mjcf)
+        return goal or load_task(self.task, self.level)
+
     def load(self) -> TaskScene:
         """Return the scene, ready to be stepped; only in a limited process.
 
@@ -46,8 +59,5 @@ class MeasuredScene(Artifact):
             MjcfError: The scene cannot be loaded.
         """
         from aidsr.learn.episodes.scene import TaskScene
-        from aidsr.tasks import goal_task, load_task, read_goal
 
-        self.require_job()
-        goal = self.goal and goal_task(read_goal(self.goal), self.mjcf)
-        return TaskScene.of(self.mjcf, goal or load_task(self.task, self.level), groups=self.groups)
+        return TaskScene.of(self.mjcf, self.measure(), groups=self.groups)

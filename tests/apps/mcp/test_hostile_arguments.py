@@ -21,6 +21,7 @@ PATIENCE_S = 120.0
 """Only what hangs takes so long."""
 NINES = "9" * 5000
 PLACED = '{"robot": "robot_1", "task": "button_pushing", "placement": {"mount": "mount", "base": "fixed", %s}}'
+REACH = 'kind = "reach"\ntarget = "bell"'
 GAITS = '{"what": "gaits", "subject": "scene_1", "how": {%s}}'
 
 
@@ -125,6 +126,36 @@ HOSTILE: dict[str, tuple[str, str, str]] = {
     ),
     "a script of one long word": ("play", json.dumps({"scene": "scene_1", "script": "x" * 9000}), "has no group"),
     "a script with infinity": ("play", '{"scene": "scene_1", "script": "*: t=0 1e999"}', "not finite or too large"),
+    "a path for an environment": (
+        "make_task",
+        '{"objective": "x", "environment": "/etc/passwd", "goal": "kind = \\"reach\\""}',
+        "not an MJCF document: '/etc/passwd'",
+    ),
+    "an environment with entities": (
+        "make_task",
+        json.dumps({"objective": "x", "environment": "<!DOCTYPE x [<!ENTITY a 'b'>]><mujoco/>", "goal": REACH}),
+        "cannot load the environment of the goal",
+    ),
+    "an unknown kind of goal": (
+        "make_task",
+        '{"objective": "x", "environment": "<mujoco/>", "goal": "kind = \\"raech\\""}',
+        'the goal has an unknown kind \'raech\' (did you mean "reach"?)',
+    ),
+    "no TOML": ("make_task", '{"objective": "x", "environment": "<mujoco/>", "goal": "]"}', "cannot read the goal as"),
+    "a goal of 20,000 characters": (
+        "make_task",
+        json.dumps({"objective": "x", "environment": "<mujoco/>", "goal": "#" * 20_000}),
+        "goal has 20,000 characters",
+    ),
+    "a target that is not there": (
+        "make_task",
+        json.dumps({"objective": "x", "environment": "<mujoco/>", "goal": REACH}),
+        '"bell"',
+    ),
+    "an own task that is not there": ("read_task", '{"task": "task_9"}', 'no task "task_9"; tasks: none yet'),
+    "an own task that climbs": ("assemble", PLACED.replace("button_pushing", "task_1/..") % '"reason": ""', "no task"),
+    "a score of what was not trained": ("evaluate", '{"scene": "scene_1"}', "scene_1 has no trained policy; train it"),
+    "a score in no episode": ("evaluate", '{"scene": "scene_1", "episodes": 0}', "episodes should be greater than"),
     "a training of a robot alone": ("train", '{"scene": "robot_1", "steps": 2000}', "nothing measures success here"),
 }  # fmt: skip
 

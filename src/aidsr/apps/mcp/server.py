@@ -1,4 +1,4 @@
-"""The MCP server: the tools of `aidsr.tools`, and what an agent reads first. All arguments are untrusted."""
+"""The MCP server: the tools of `aidsr.tools`. All arguments are untrusted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import base64
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import anyio
 from mcp.server.mcpserver import MCPServer
@@ -14,95 +14,33 @@ from mcp.server.mcpserver.exceptions import UnexpectedToolError
 from mcp.server.mcpserver.tools import Tool as McpTool
 from mcp.server.mcpserver.utilities.func_metadata import ArgModelBase, FuncMetadata
 from mcp.types import CallToolResult, ImageContent, TextContent
-from pydantic import Field, TypeAdapter
 
 from aidsr import __version__
-from aidsr.core.artifacts import Artifact, EnvironmentSummary
+from aidsr.apps.mcp.resources import add_resources
 from aidsr.core.errors import AidsrError
 from aidsr.core.storage_errors import storage_problem
-from aidsr.tasks import Level, load_task, task_names
-from aidsr.teams.llm.prompts import render
-from aidsr.tools import TOOLS, Result, Tool, Workspace
+from aidsr.tools import OWNER_TOOLS, TOOLS, Tool, Workspace
 
 _INSTRUCTIONS = """\
-Design tendon-driven continuum robots with measured physics. A usual order: list_tasks, read_task, then write MJCF as
-the resource aidsr://mjcf-guide says; validate it until it is stable; assemble places it in the task's environment and
-validates it there; look shows it. Then measure: gaits, probe, play a script, sweep a number, edit, and measure again;
-train what does its job under a script. Fix the causes of faults, not their symptoms: each says what was measured, the
-limit, and the usual cure."""
+Design tendon-driven continuum robots with measured physics. A usual order: list_tasks, read_task, or make_task for an
+environment and a goal of your own; then write MJCF as the resource aidsr://mjcf-guide says; validate it until it is
+stable; assemble places it in the task's environment and validates it there; look shows it. Then measure: gaits, probe,
+play a script, sweep a number, edit, and measure again; train what does its job under a script, and evaluate it at the
+end. Fix the causes of faults, not their symptoms: each says what was measured, the limit, and the usual cure. The
+resource aidsr://docs lists the pages of the manual, aidsr://runs the runs of aidsr design."""
 
 
-class TaskLine(Artifact):
-    """One task of the list."""
-
-    name: str
-    objective: str
-
-
-class TaskDescription(Artifact):
-    """What a designer needs to know about a task."""
-
-    name: str
-    objective: str
-    base: str
-    """"fixed" to a mount, "moving" with one, "free", or "any"."""
-    needs_contact: bool
-    time_limit_s: float
-    hold_s: float
-    stages: tuple[str, ...]
-    """What is reached on the way to success, in order."""
-    judging: dict[str, str]
-    """What differs between episodes, what success is, and what counts against it."""
-    environment: EnvironmentSummary
-    environment_mjcf: str
-
-
-def list_tasks(_workspace: Workspace) -> Result:
-    """List the benchmark tasks with their objectives."""
-    lines = [TaskLine(name=name, objective=load_task(name).objective) for name in task_names()]
-    return Result(text=TypeAdapter(list[TaskLine]).dump_json(lines, indent=2).decode())
-
-
-def read_task(
-    _workspace: Workspace,
-    task: Annotated[str, Field(max_length=500, description="Name of a task as list_tasks returns it.")],
-    level: Annotated[Level, Field(description="How hard the task is.")] = "standard",
-) -> Result:
-    """Return what a designer needs to know about a task: objective, environment, stages to success."""
-    found = load_task(task, level)
-    brief = found.brief()
-    description = TaskDescription(
-        name=found.name,
-        objective=brief.objective,
-        base=brief.base,
-        needs_contact=brief.needs_contact,
-        time_limit_s=found.time_limit_s,
-        hold_s=found.hold_s,
-        stages=tuple(words for _, words in found.stages),
-        judging=brief.judging,
-        environment=brief.summary,
-        environment_mjcf=brief.environment,
-    )
-    return Result(text=description.model_dump_json(indent=2))
-
-
-def build_server(folder: Path) -> MCPServer:
+def build_server(folder: Path, runs: Path) -> MCPServer:
     """Return the server.
 
     Args:
-        folder: Folder of the robots and scenes.
+        folder: Folder of the robots, scenes and own tasks.
+        runs: Folder of the runs that may be read.
     """
     workspace = Workspace(folder)
-    tools: list[McpTool] = [
-        _Offered.of(tool, workspace) for tool in (Tool.of(list_tasks), Tool.of(read_task), *TOOLS.values())
-    ]
+    tools: list[McpTool] = [_Offered.of(tool, workspace) for tool in (*OWNER_TOOLS.values(), *TOOLS.values())]
     server = MCPServer("aidsr", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING", tools=tools)
-
-    @server.resource("aidsr://mjcf-guide", mime_type="text/markdown")
-    def mjcf_guide() -> str:
-        """How to write a tendon-driven robot in MJCF, with one complete limb."""
-        return render("mjcf_guide")
-
+    add_resources(server, runs)
     return server
 
 

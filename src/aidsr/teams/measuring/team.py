@@ -134,7 +134,7 @@ class _Roles:
         return Critique(passed=True, summary=f"Passed by its designer, who measured it. {robot.notes}".strip())
 
     def _workspace(self, brief: Brief) -> Workspace:
-        return Workspace(self.folder / _WORK, Job(brief, self.level, self.goal))
+        return Workspace(self.folder / _WORK, Job(brief, self.level, self.goal), draws=False)
 
     def _designed(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: Feedback | None) -> Robot:
         workspace = self._workspace(brief)

@@ -1,0 +1,106 @@
+"""What an agent may read: the guide of our own Coder, the pages of the manual, and runs with their designs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mcp.server.mcpserver import MCPServer
+from mcp.server.mcpserver.exceptions import ResourceError, ResourceNotFoundError
+
+import aidsr
+from aidsr.core.errors import AidsrError
+from aidsr.core.formatting import excerpt
+from aidsr.core.numbered import is_number
+from aidsr.core.storage_errors import storage_problem
+from aidsr.core.suggestions import closest_name
+from aidsr.runs.library import Library
+from aidsr.runs.status import read_status
+from aidsr.teams.llm.prompts import render
+
+_DOCS = Path(aidsr.__file__).parents[2] / "docs"
+"""The pages are beside the sources; a package without those has none."""
+_NO_DOCS = "the manual is not installed here; its pages are in the folder docs of the sources"
+_MOST_RUNS = 100
+"""In the list. Our choice: the newest are looked for."""
+
+
+def add_resources(server: MCPServer, runs: Path) -> None:
+    """Let a server offer what may be read.
+
+    Args:
+        server: The server.
+        runs: Folder of the runs.
+    """
+    library = Library(runs)
+
+    @server.resource("aidsr://mjcf-guide", mime_type="text/markdown")
+    def mjcf_guide() -> str:
+        """How to write a tendon-driven robot in MJCF, with one complete limb."""
+        return render("mjcf_guide")
+
+    @server.resource("aidsr://docs", mime_type="text/markdown")
+    def docs() -> str:
+        """The pages of the manual: address and title of each."""
+        return "\n".join(f"- aidsr://docs/{name}: {_title(page)}" for name, page in _pages().items()) or _NO_DOCS
+
+    @server.resource("aidsr://docs/{page}", mime_type="text/markdown")
+    def docs_page(page: str) -> str:
+        """One page of the manual, such as aidsr://docs/goals."""
+        pages = _pages()
+        if not pages:
+            raise ResourceNotFoundError(_NO_DOCS)
+        if page not in pages:
+            near = closest_name(page, list(pages))
+            raise ResourceNotFoundError(
+                f'no page "{excerpt(page)}"' + (f' (did you mean "{near}"?)' if near else "") + "; aidsr://docs has all"
+            )
+        return pages[page].read_text(encoding="utf-8")
+
+    @server.resource("aidsr://runs", mime_type="text/markdown")
+    def all_runs() -> str:
+        """The runs of `aidsr design`, the newest first."""
+        with _sentences():
+            found = library.runs()
+            more = [f"- and {len(found) - _MOST_RUNS} older ones"] if len(found) > _MOST_RUNS else []
+            lines = [f"- aidsr://runs/{run.path.name}" for run in found[:_MOST_RUNS]]
+        return "\n".join([*lines, *more]) or "none yet"
+
+    @server.resource("aidsr://runs/{run}", mime_type="application/json")
+    def one_run(run: str) -> str:
+        """The status of a run: each design with its outcome, faults, time and cost."""
+        with _sentences():
+            return read_status(library.run(run)).model_dump_json(indent=2)
+
+    @server.resource("aidsr://runs/{run}/designs/{number}", mime_type="application/xml")
+    def one_design(run: str, number: str) -> str:
+        """The scene of an approved design of a run, as MJCF."""
+        with _sentences():
+            folders = [design for design in library.run(run).designs if is_number(number)]
+            scene = next((design.final_scene.path for design in folders if design.number == int(number)), None)
+            if scene is None or not scene.is_file():
+                raise ResourceNotFoundError(
+                    f"{run} has no approved design {excerpt(number)}; aidsr://runs/{run} tells of its designs"
+                )
+            return scene.read_text(encoding="utf-8")
+
+
+def _pages() -> dict[str, Path]:
+    """Return the pages of the manual by name."""
+    return {page.stem: page for page in sorted(_DOCS.glob("*.md"))}
+
+
+def _title(page: Path) -> str:
+    return page.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
+
+
+@contextmanager
+def _sentences() -> Iterator[None]:
+    """Say what is wrong with a run in a sentence."""
+    try:
+        yield
+    except AidsrError as error:
+        raise ResourceError(str(error)) from None
+    except OSError as error:
+        raise ResourceError(storage_problem(error) or "a file of the run cannot be read") from None
