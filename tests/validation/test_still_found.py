@@ -3,6 +3,7 @@
 import pytest
 
 from aidsr.validation import validate
+from aidsr.validation.registry import require_rule
 from aidsr.validation.rules_page import EXAMPLE_ARM
 
 FLOOR = ("<worldbody>", '<worldbody><geom name="floor" type="plane" size="1 1 0.1" pos="0 0 -0.4"/>')
@@ -73,6 +74,13 @@ def test_what_starts_just_above_its_ground_may_topple(ground: str) -> None:
     high = (on_its_tip[0], on_its_tip[1].replace("0.16", "0.26"))
     assert "base_not_attached" not in errors(world, on_its_tip)
     assert "base_not_attached" in errors(world, high)
+
+
+def test_a_robot_that_holds_itself_does_not_pass_by_toppling() -> None:
+    rule = require_rule("self_collision_lock")
+    world = ("<worldbody>", '<worldbody><geom type="plane" size="1 1 0.1"/>')
+    on_its_tip = ('<body name="base">', '<body name="base" pos="0 0 0.17" euler="155 0 0"><freejoint/>')
+    assert "self_collision_lock" in errors(*rule.example.changes, world, on_its_tip)
 
 
 def test_a_spring_within_the_robot_does_not_hold_it() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -13,6 +15,7 @@ from aidsr.sim.structure import joined_bodies
 from aidsr.validation.consequences import NO_MOTION
 from aidsr.validation.counterfactuals import without_self_contact
 from aidsr.validation.curves import OF_LENGTH, battery_of, find_drives, make_signal, moved_over_length
+from aidsr.validation.protocol import gather_evidence
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -39,14 +42,9 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
     """
     if is_explained("self_collision_lock", robot.found):
         return
-    weak = list(_touching_itself(robot, _hindered(robot)))
-    if not weak:
-        return
-    tests = robot.single_tests(weak)
-    freed = robot.effects_if("without self-contact", without_self_contact(robot.structure), tests)
-    locked = improved_drives(robot, weak, freed, 1 / LOCK_SHARE)
+    locked, freed = _locked_drives(robot)
     if locked:
-        fallen = _has_fallen(robot)
+        fallen = _has_fallen(robot) and not _is_locked_as_drawn(robot)
         yield effect_fault(
             robot,
             SELF_COLLISION_LOCK,
@@ -60,6 +58,25 @@ def _find_self_collision_lock(robot: RobotUnderTest) -> Iterator[Fault]:
             whole=not fallen,
             limit=LOCK_SHARE * largest_effect_if(robot, locked, freed),
         )
+
+
+def _locked_drives(robot: RobotUnderTest) -> tuple[list[int], dict[int, float]]:
+    """Actuators that the robot's own contacts hold, and effects without these contacts."""
+    weak = list(_touching_itself(robot, _hindered(robot)))
+    if not weak:
+        return [], {}
+    tests = robot.single_tests(weak)
+    freed = robot.effects_if("without self-contact", without_self_contact(robot.structure), tests)
+    return improved_drives(robot, weak, freed, 1 / LOCK_SHARE), freed
+
+
+def _is_locked_as_drawn(robot: RobotUnderTest) -> bool:
+    """Whether its own contacts hold a robot in the pose that was drawn, too: all tests again without gravity."""
+    floating = copy.copy(robot.model)
+    floating.opt.gravity[:] = 0
+    evidence = gather_evidence(floating, robot.structure)
+    again = replace(robot, model=floating, evidence=evidence, found=[], causes={})
+    return evidence.battery is None or bool(_locked_drives(again)[0])
 
 
 def _has_fallen(robot: RobotUnderTest) -> bool:
@@ -119,7 +136,8 @@ SELF_COLLISION_LOCK = Rule(
     "where an "
     "equality constraint closes a ring, only come to a stop.",
     limit="effect / effect without contacts between the robot's parts, for actuators that make parts touch: at least "
-    f"{LOCK_SHARE:g}; a warning for a robot that has toppled and lies on its own parts",
+    f"{LOCK_SHARE:g}; a warning for a robot that has toppled on its own parts and is free of them "
+    "without gravity",
     check=_find_self_collision_lock,
     unit=OF_LENGTH,
     cure="Leave gaps between segments, or exclude contacts between neighbours with <contact><exclude>.",
