@@ -33,6 +33,7 @@ EMPTY = {
     "compare": ["compare", "{study}", "{study}"],
     "submit": ["submit", "{study}"],
     "leaderboard": ["leaderboard", "{empty.json}"],
+    "check": ["check", "{empty.xml}", "{empty.toml}"],
 }
 UNWRITABLE = {
     "design": ["design", "--task", "button_pushing", "--runs", "{file}"],
@@ -45,6 +46,7 @@ UNWRITABLE = {
               "--out", "{file}/a.json"],
     "train": ["train", "{scene.xml}", "--task", "button_pushing", "--steps", "64", "--out", "{file}/a"],
     "export": ["export", "{arm.xml}", "--out", "{file}/a"],
+    "new": ["new", "{file}/a"],
     "web": ["web", "--runs", "{file}", "--no-browser", "--port", "39417"],
     "benchmark": ["benchmark", "{file}/a", "--tasks", "gap", "--designs", "1", "--concepts", "1"],
 }  # fmt: skip
