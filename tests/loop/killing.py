@@ -82,7 +82,11 @@ class AskingTeam(Scripted):
 
     def write(self, brief, concept):
         self._ask("coder", f"write {concept.name}")
-        return super().write(brief, concept).model_copy(update={"mjcf": f"<robot faults='chatter' {concept.name}/>"})
+        return (
+            super()
+            .write(brief, concept)
+            .model_copy(update={"mjcf": f"<mujoco><robot faults='chatter' {concept.name}/></mujoco>"})
+        )
 
     def repair(self, brief, concept, robot, feedback):
         # the same question twice, as a role that re-asks word for word does

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -55,8 +56,9 @@ def of_spec(change: SpecChange) -> TextChange:
     def changed(mjcf: str, rng: np.random.Generator, size: float) -> tuple[str, str]:
         spec = mujoco.MjSpec.from_string(mjcf)
         words = change(spec, rng, size)
-        # MjSpec writes documents only of what it has compiled
-        spec.compile()
-        return spec.to_xml(), words
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what MuJoCo warns of is the fault
+            spec.compile()  # MjSpec writes documents only of what it has compiled
+            return spec.to_xml(), words
 
     return changed
