@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from browser import Server, browsing, choose, open_tab
 from playwright.sync_api import Page, expect
 
@@ -10,6 +11,7 @@ from aidsr.runs import Library
 WORDS = "Make it a little longer."
 
 
+@pytest.mark.slow  # minutes, where a processor draws in three dimensions
 def test_from_words_to_parts(runs: Path, server: Server) -> None:
     with browsing(webgl=True, viewport={"width": 1280, "height": 800}) as visitor:
         page = visitor.new_page()
