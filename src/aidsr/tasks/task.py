@@ -279,6 +279,10 @@ class Task(ABC):
         named = [stage for stage in self.stages if stage[1] == self.decisive]
         return named[0] if named else self.stages[-2 if len(self.stages) > 2 else -1]
 
+    def is_decisive(self, progress: float) -> bool:
+        """Return whether a body that comes so far has done what the job is about."""
+        return progress >= self.decisive_stage()[0] - _ROUNDING
+
 
 def find_fault(task: type[Task]) -> str:
     """Return what is wrong with a task class, empty if nothing: members, environment or required names missing."""

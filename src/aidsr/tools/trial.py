@@ -181,7 +181,7 @@ def _attempt(task: Task, report: ProbeReport) -> Attempt:
 
 
 def _is_decisive(task: Task, progress: float, *, succeeded: bool) -> bool:
-    return succeeded or progress >= task.decisive_stage()[0] - 1e-6
+    return succeeded or task.is_decisive(progress)
 
 
 def _script(scene: TaskScene, best: ProbeReport) -> tuple[str, Attempt]:

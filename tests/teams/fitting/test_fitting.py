@@ -148,6 +148,9 @@ def test_a_body_that_overlaps_its_surroundings_is_no_reference(tmp_path, monkeyp
         (tmp_path / name).write_text(text)
     found = check.check_goal(tmp_path / "bell.xml", tmp_path / "bell.toml")
     assert (found.reference, found.blind, found.probe, found.scene) == ("", None, None, example.environment)
+    assert found.problems == (
+        "No built-in body could be placed: each overlaps something at the start; make room at the mount.",
+    )
     (concept,) = FittingDesigner(parse_goal(example.goal), 0).propose(job_of("bell")[0], 1)
     assert "no body could be placed" in concept.rationale
 

@@ -25,7 +25,7 @@ def check(
 
     Draws it, says what is judged, where robots may stand and how far the work is, and tries it with a built-in body:
     doing nothing, doing anything, and with open-loop motions. Exit code 0 means that it measures something, 1 that a
-    body wins by doing nothing or anything, 2 a mistake in a file.
+    body wins by doing nothing or anything or that none could be placed to try it, 2 a mistake in a file.
 
         aidsr check environment.xml goal.toml
 
@@ -91,8 +91,6 @@ def _print(found: GoalCheck, picture: Path, strip: Path) -> None:
             f"[bold]A built-in body[/], {escape(found.reference)}, comes to progress {found.probe.progress:.2f} with "
             f"open-loop motions: {escape(found.probe.reached)}"
         )
-    else:
-        say("[bold]A built-in body[/] could not be placed in it: each overlaps something at the start")
     for problem in found.problems:
         say(f"[red]{escape(problem)}[/]")
     drawn = f"{picture}" + (f", its best motion in {strip}" if found.strip else "")

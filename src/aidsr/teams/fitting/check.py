@@ -75,6 +75,10 @@ class GoalCheck(Artifact):
     def problems(self) -> tuple[str, ...]:
         """What makes the goal no measure of a design, in sentences."""
         found = []
+        if not self.reference:
+            found.append(
+                "No built-in body could be placed: each overlaps something at the start; make room at the mount."
+            )
         if self.blind and self.blind.idle:
             found.append(
                 f"A body that does nothing wins {self.blind.idle} of {self.blind.episodes} episodes: ask for more."

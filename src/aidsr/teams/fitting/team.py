@@ -78,8 +78,12 @@ class FittingDesigner:
             return self._own_robot(brief, count)
         found = self.tried(brief) or [self._untried(brief)]
         best = sorted(found, key=lambda each: -each.fit.value)
-        near, _ = task_of(self.goal, brief).decisive_stage()
-        firsts = {each.concept.family: each for each in reversed(best) if each.fit.progress >= near or each is best[0]}
+        task = task_of(self.goal, brief)
+        firsts = {
+            each.concept.family: each
+            for each in reversed(best)
+            if task.is_decisive(each.fit.progress) or each is best[0]
+        }
         chosen = sorted(firsts.values(), key=lambda each: -each.fit.value)
         chosen += [each for each in best if each not in chosen]
         return tuple(self._with_reason(chosen[index % len(chosen)], best) for index in range(count))
@@ -232,16 +236,15 @@ class FittingJudge:
         issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset"))
         if issues:
             return critique.model_copy(update={"issues": issues})
-        decisive, _ = task.decisive_stage()
         try:
             found = fit(scene.mjcf, task, robot.actuator_groups, CANDIDATES, 1, MAX_STEPS)
-            if found.progress < decisive:  # another search may find what the one that chose it did not
+            if not task.is_decisive(found.progress):  # another search may find what the one that chose it did not
                 longer = fit(scene.mjcf, task, robot.actuator_groups, _JUDGED_CANDIDATES, 1, _JUDGED_STEPS)
                 found = max(found, longer, key=lambda each: each.value)
         except IsolationError as error:
             return Critique(passed=True, summary=f"It could not be tried with its goal: {error}.")
         came = f"progress {found.progress:.2f} of 1 without learning ({found.reached})"
-        if found.success or found.progress >= decisive:
+        if found.success or task.is_decisive(found.progress):
             return Critique(passed=True, summary=f"The built-in rules find it sound, and it comes to {came}.")
         return Critique(
             passed=False,
