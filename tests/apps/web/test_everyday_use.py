@@ -164,9 +164,11 @@ def test_home_of_many_runs_sends_small_pictures(runs: Path, server: Server) -> N
     gradient = np.add.outer(np.arange(480) // 2, np.arange(640) // 3)[..., None] % 256
     speckle = np.random.default_rng(0).integers(0, 9, (480, 640, 3))
     Image.fromarray(np.clip(gradient + speckle, 0, 255).astype(np.uint8)).save(picture, "PNG")
+    oldest = ""
     for number in range(56):
         run = made_run(runs, designs=1, started=f"2026-01-31T10:{number:02d}:00+00:00")
         replace_file(run.design(1).iteration(2).preview.path, picture.getvalue())
+        oldest = oldest or run.path.name
     sizes: list[int] = []
 
     def weigh(answer: Response) -> None:
@@ -178,6 +180,15 @@ def test_home_of_many_runs_sends_small_pictures(runs: Path, server: Server) -> N
         page.on("response", weigh)
         page.goto(server.address(), wait_until="networkidle")
         assert len(sizes) < 40, "pictures out of sight wait"
+        rows = page.locator("table.runs tbody tr")
+        expect(rows).to_have_count(40)
+        page.get_by_label("Search runs").fill(oldest)
+        expect(rows).to_have_count(1)
+        page.get_by_label("Search runs").fill("")
+        page.get_by_text("The newest 40 of 56 runs").wait_for()
+        page.get_by_role("button", name="Show more").click()
+        expect(rows).to_have_count(56)
+        expect(page.get_by_role("button", name="Show more")).to_be_hidden()
         page.evaluate("""() => Promise.all([...document.querySelectorAll("img.thumb")].map((one) => {
             one.loading = "eager";
             return one.decode();

@@ -46,7 +46,7 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
                 ui.label(title)
         if site is not None:
             ui.link("Designs", "/designs").classes("hide-narrow")
-            live(site.work.tasks, _at_work, every_s=2.0)
+            live(site.work.tasks, _at_work, every_s=2.0, first=site.work.latest)
         _theme_button(dark)
         new = ui.button("New run", icon="add", color=None, on_click=lambda: ui.navigate.to("/new"))
         new.props("unelevated").classes("primary").tooltip("key n")

@@ -17,10 +17,13 @@ from aidsr.apps.web.welcome import welcome
 from aidsr.apps.web.widgets import badge, box, button, image, notice, text, thumbnail_address
 from aidsr.core.errors import AidsrError, UserError
 from aidsr.core.formatting import format_cost
+from aidsr.runs import Run
 
 _COLUMNS = ("picture", "run", "model", "state", "designs", "stable", "valid", "successful", "cost", "started", "delete")
 _UNNAMED = frozenset({"picture", "delete"})
 """Columns whose heading is for screen readers alone."""
+_AT_FIRST = 40
+"""Rows before a person asks for more. Our choice: two screens; a browser takes a second for two hundred."""
 _NUMBERS = frozenset({"designs", "stable", "valid", "successful", "cost"})
 
 
@@ -36,8 +39,17 @@ class _Row:
 @dataclass(frozen=True)
 class _Shown:
     rows: tuple[_Row, ...]
+    matching: int
     of: int
     search: str
+
+
+@dataclass
+class _Wanted:
+    """What a person wants to see."""
+
+    words: str | None
+    most: int = _AT_FIRST
 
 
 def add_home(site: Site) -> None:
@@ -45,22 +57,22 @@ def add_home(site: Site) -> None:
 
     @ui.page("/")
     def home(search: str = "") -> None:
-        searched, kept = {"words": search}, app.storage.user
+        wanted, kept = _Wanted(search), app.storage.user
         with frame("", site=site):
             with box("row apart"):
                 text("Runs", tag="h1")
                 field = ui.input(placeholder="Search: task, words, model, state").props("outlined dense clearable")
-                field.bind_value(searched, "words")
+                field.bind_value(wanted, "words")
                 field.props.update({"data-search": "yes", "aria-label": "Search runs", "style": "width: 320px"})
                 with field.add_slot("append"):
                     text("/", tag="kbd")
             live(lambda: str(kept.get("trashed") or ""), partial(_undo, site))
-            look = _runs(site, searched)
+            look = _runs(site, wanted)
             field.on_value_change(look)
             studies_panel(site)
 
 
-def _runs(site: Site, searched: dict[str, str]) -> Callable[[], Coroutine[Any, Any, None]]:
+def _runs(site: Site, wanted: _Wanted) -> Callable[[], Coroutine[Any, Any, None]]:
     """Show the runs that match, and return what looks at once for those that match by now."""
     with box("live") as without:
         pass
@@ -70,6 +82,9 @@ def _runs(site: Site, searched: dict[str, str]) -> Callable[[], Coroutine[Any, A
                 text(column, "unseen" if column in _UNNAMED else "num" if column in _NUMBERS else "", "th")
         with box(tag="tbody"):
             rows = Rows(partial(_cells, site))
+    with box("row") as rest:
+        said = ui.label().classes("small soft")
+        more = button("Show more", lambda: None, "quiet", "expand_more")
 
     def show(found: _Shown | AidsrError) -> None:
         without.clear()
@@ -84,20 +99,35 @@ def _runs(site: Site, searched: dict[str, str]) -> Callable[[], Coroutine[Any, A
                 with box("sheet empty"):
                     text(f"None of {found.of} runs matches “{found.search}”.", "soft")
         rows.update((row.name, row) for row in there)
+        if isinstance(found, _Shown):
+            said.text = f"The newest {len(there)} of {found.matching} runs"
+            rest.set_visibility(len(there) < found.matching)
 
-    return watch(lambda: _read(site, searched["words"] or ""), show)
+    look = watch(lambda: _read(site, wanted), show)
+
+    async def show_more() -> None:
+        wanted.most += 4 * _AT_FIRST
+        await look()
+
+    more.on_click(show_more)
+    return look
 
 
-def _read(site: Site, search: str) -> _Shown:
-    rows = []
-    for one in site.library.runs():
-        try:
-            rows.append(_Row(one.name, site.view(one)))
-        except UserError as error:
-            rows.append(_Row(one.name, None, str(error)))
-    words = search.lower().split()
-    matching = tuple(row for row in rows if all(word in _searched(row) for word in words))
-    return _Shown(matching, len(rows), search)
+def _read(site: Site, wanted: _Wanted) -> _Shown:
+    """Return the newest runs that match; what is not shown is read only to be searched."""
+    runs, words = site.library.runs(), (wanted.words or "").lower().split()
+    if not words:
+        return _Shown(tuple(_row(site, run) for run in runs[: wanted.most]), len(runs), len(runs), "")
+    rows = (_row(site, run) for run in runs)
+    matching = [row for row in rows if all(word in _searched(row) for word in words)]
+    return _Shown(tuple(matching[: wanted.most]), len(matching), len(runs), wanted.words or "")
+
+
+def _row(site: Site, run: Run) -> _Row:
+    try:
+        return _Row(run.name, site.view(run))
+    except UserError as error:
+        return _Row(run.name, None, str(error))
 
 
 def _searched(row: _Row) -> str:

@@ -16,7 +16,11 @@ _REFRESHERS: WeakKeyDictionary[Client, list[Callable[[], Coroutine[Any, Any, Non
 
 
 def watch(
-    read: Callable[[], Facts], show: Callable[[Facts | AidsrError], None], *, every_s: float = 1.0
+    read: Callable[[], Facts],
+    show: Callable[[Facts | AidsrError], None],
+    *,
+    every_s: float = 1.0,
+    first: Callable[[], Facts] | None = None,
 ) -> Callable[[], Coroutine[Any, Any, None]]:
     """Show what was read, and show it again whenever it changes.
 
@@ -24,6 +28,7 @@ def watch(
         read: Returns values that can be compared; runs in a thread, so that a slow disk does not block the server.
         show: Is given them, or the error raised while reading.
         every_s: Interval between reads [s].
+        first: Returns at once what the page begins with, for `every_s`, where `read` may take long; None for `read`.
 
     Returns:
         A function that refreshes at once, for after an action.
@@ -45,7 +50,7 @@ def watch(
             known[:] = [facts]
             show(facts)
 
-    known.append(read_facts())
+    known.append(read_facts() if first is None else first())
     show(known[0])
     timer = ui.timer(every_s, refresh, immediate=False)
     _REFRESHERS.setdefault(ui.context.client, []).append(refresh)
@@ -53,7 +58,11 @@ def watch(
 
 
 def live(
-    read: Callable[[], Facts], draw: Callable[[Facts], None], *, every_s: float = 1.0
+    read: Callable[[], Facts],
+    draw: Callable[[Facts], None],
+    *,
+    every_s: float = 1.0,
+    first: Callable[[], Facts] | None = None,
 ) -> Callable[[], Coroutine[Any, Any, None]]:
     """Draw what was read, and redraw it whenever it changes; see `watch`.
 
@@ -64,6 +73,7 @@ def live(
         draw: Makes elements of what was read; what a person opens or types must be remembered elsewhere. An error that
             it raises is shown as a sentence, like one raised while reading.
         every_s: See `watch`.
+        first: See `watch`.
     """
     place = ui.element("div").classes("live")
 
@@ -79,7 +89,7 @@ def live(
                 with ui.element("div").classes("notice bad").props('role="alert"'):
                     ui.label(str(error))
 
-    return watch(read, show, every_s=every_s)
+    return watch(read, show, every_s=every_s, first=first)
 
 
 class Rows(Generic[Facts]):

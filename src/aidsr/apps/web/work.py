@@ -50,6 +50,10 @@ class Work:
         self._known: tuple[Task, ...] = ()
         self._read_s = -float("inf")
 
+    def latest(self) -> tuple[Task, ...]:
+        """Return what `tasks` returned last, at once; nothing before it was first called."""
+        return self._known
+
     def tasks(self) -> tuple[Task, ...]:
         """Return what waits for a person, then what is at work, the newest run first."""
         with self._lock:
