@@ -1,8 +1,8 @@
 """How long the home page of many runs takes until it can be used, in Chromium on this machine.
 
 Makes one run of three designs with the built-in rules, copies it, starts `aidsr web`, and opens the page three times.
-The first time the server reads all runs. Told are the time until the first byte, and from it until the page can be used:
-runs stand in the table, the server listens to it, and the browser answers a timer within 50 ms.
+The first time the server reads all runs. Told are the time until the first byte, and from it until the page can be
+used: runs stand in the table, the server listens to it, and the browser answers a timer within 50 ms.
 
     python -m benchmarks.web.home --runs 200
 """

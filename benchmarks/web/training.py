@@ -1,8 +1,8 @@
 """How much slower the page of a run opens while one of its designs is trained, in Chromium on this machine.
 
-Makes a run with the built-in rules, starts `aidsr web` and a training of a design as the app starts it, on all processors,
-and opens the page of the run in turns with the training at work and halted, so that other work on the machine counts for
-both. Told is the time from the first byte until the page can be used, as by `benchmarks.web.home`.
+Makes a run with the built-in rules, starts `aidsr web` and a training of a design as the app starts it, on all
+processors, and opens the page of the run in turns with the training at work and halted, so that other work on the
+machine counts for both. Told is the time from the first byte until the page can be used, as by `benchmarks.web.home`.
 
     python -m benchmarks.web.training --visits 8
 """
