@@ -63,7 +63,7 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str)
             open_tab(page, tab)
             page.wait_for_timeout(300)
             found[tab] = findings(page)
-        for tab in ("Concept", "MJCF", "Log", "Training"):
+        for tab in ("Concept", "MJCF", "Log", "Probe", "Training"):
             page.goto(server.address(f"{made}/2"))
             open_tab(page, tab)
             page.wait_for_timeout(300)

@@ -39,6 +39,20 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         expect(rows_shown).to_have_count(1)
 
 
+def test_a_probe_at_work_is_listed_and_leads_to_its_tab(runs: Path, server: Server) -> None:
+    run, site = made_run(runs, designs=1), Site.at(runs)
+    log = site.processes.folder / f"{site.probe_name(run, 1)}.log"
+    log.parent.mkdir(parents=True)
+    with browsing() as visitor, EventLog(log):
+        log.with_suffix(".json").write_text('{"pid": 0}')
+        page = visitor.new_page()
+        page.goto(server.address("/work"))
+        expect(page.locator("table.work tbody tr")).to_contain_text("motions are tried")
+        page.get_by_role("link", name="design 1: Arm 1").click()
+        expect(page.get_by_role("tab", name="Probe")).to_have_attribute("aria-selected", "true")
+        page.get_by_text("Motions are tried; this takes").wait_for()
+
+
 def test_designs_of_all_runs_are_filtered_sorted_and_compared(runs: Path, server: Server) -> None:
     first = made_run(runs, name="Arm", designs=2)
     made_run(runs, name="Worm", task="locomotion/tunnel", designs=1, started="2026-02-01T10:00:00+00:00")

@@ -8,6 +8,7 @@ from made import made_run, made_training
 from playwright.sync_api import Page, expect
 from robots import arm
 
+import aidsr
 from aidsr.apps.web.recorded_episodes import kept_recording
 from aidsr.apps.web.site import Site
 from aidsr.runs.files import replace_file
@@ -45,6 +46,29 @@ def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, s
         expect(page.locator(".v3d-key", has_text="all contacts")).to_contain_text("2 N")
         page.get_by_label("3-D view of").press(".")
         expect(page.locator(".v3d-clock")).to_contain_text("0.31 s")
+
+
+def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, server: Server) -> None:
+    run = aidsr.design(task="button_pushing", seed=1, concepts=1, runs=runs)
+    design = run.design(1)
+    report = aidsr.probe(design.path, candidates=16, variations=2, threads=1)
+    replace_file(design.path / "probe.json", report.model_dump_json().encode())
+    best = max((0, 1), key=lambda index: report.variations[index].episode.best_progress)
+    probed = report.variations[best].episode
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.name}/1?tab=probe"))
+        page.get_by_text("squares of").wait_for()
+        expect(page.get_by_role("button", name="Probe again")).to_be_visible()
+        page.get_by_role("button", name=f"Replay motion of variation {probed.variation}").click()
+        expect(page.locator(".v3d-clock b")).to_have_text(f"Episode: {probed.variation} of the probe")
+        expect(page.locator(".v3d-track-name b").first).to_be_visible()
+        assert [name for name in tracks(page) if name in ("cable tension", "progress", "command")] == [
+            "cable tension",
+            "progress",
+            "command",
+        ]
+        page.get_by_role("button", name=f"most progress, {probed.best_progress:.2f}").click()
 
 
 def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(runs: Path, server: Server) -> None:

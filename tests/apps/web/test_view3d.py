@@ -122,6 +122,7 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
         ctrl=np.zeros((rows, model.nu)),
         tension_n=tension,
         progress=np.linspace(0, 1, rows),
+        holds=np.arange(rows) >= 30,
         contacts=[[20, 0, 0, 0.1, 0, 0, 2.0], [21, 0, 0, 0.1, 0, 0, 1.0]],
         frame_s=0.01,
         mjcf="",
@@ -145,10 +146,12 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
         ("hardest pull, 7 N", 0.1),
         ("first contact", 0.2),
         ("hardest contact, 2 N", 0.2),
+        ("goal first holds", 0.3),
         ("most progress, 1.00", 0.39),
         ("out of time", 0.39),
     ]
-    assert tracks["touching"] == [[0.2, 0.22]]
+    spans = {phase["name"]: phase["spans"] for phase in tracks["phases"]}
+    assert spans == {"touching": [[0.2, 0.22]], "goal holds": [[0.3, 0.4]]}
     assert state["known"]
     assert state["speed"] == pytest.approx(0.1), "0.4 s are slowed down to 4 s"
     np.testing.assert_allclose(moment.contacts, [[0, 0, 0.1, 0, 0, 2.0]], atol=1e-6)

@@ -1,5 +1,6 @@
 """The probe finds what an open loop can do, says so, and what it says can be played again."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.openloop import ProbeReport
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.probe_scene import fitness_of
+from aidsr.learn.openloop.recorded_motion import run_record_motion
 from scenes import QuickPushing, small_learning, small_scene
 
 QUICK = {"candidates": 64, "variations": 2, "threads": 1}
@@ -52,6 +54,22 @@ def test_a_body_that_can_do_it_succeeds_without_learning(report):
     assert report.reached == "held success"
     assert report.task == "reaching/button_pushing"
     assert {one.episode.ended for one in report.variations} == {"succeeded"}
+
+
+def test_a_motion_of_a_probe_is_recorded_as_it_went(report):
+    probed = report.variations[1]
+    content = run_record_motion(small_scene(), QuickPushing(), probed)
+    with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+        assert (int(stored["variation"]), str(stored["ended"])) == (probed.episode.variation, "succeeded")
+        rows = len(stored["qpos"])
+        assert (rows - 1) * float(stored["frame_s"]) == pytest.approx(probed.episode.time_s)
+        assert stored["holds"][-1]
+        assert not stored["holds"][0]
+        assert len(stored["tension_n"]) == len(stored["progress"]) == rows
+    renamed = tuple(group.model_copy(update={"group": f"other {group.group}"}) for group in probed.motion.groups)
+    other = probed.model_copy(update={"motion": probed.motion.model_copy(update={"groups": renamed})})
+    with pytest.raises(UserError, match="of another robot"):
+        run_record_motion(small_scene(), QuickPushing(), other)
 
 
 def test_a_body_that_cannot_says_how_far_it_came():

@@ -12,8 +12,9 @@ from test_training import trained
 
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.recording import STATE, Recorder
 from aidsr.learn.episodes.rollout import rollout
-from aidsr.learn.rl.recording import _STATE, Recorder, record_episode
+from aidsr.learn.rl.recording import record_episode
 from aidsr.sim.contact_forces import ContactForces
 from scenes import Always, small_learning
 
@@ -21,7 +22,7 @@ from scenes import Always, small_learning
 def test_a_recording_has_what_happened_in_each_part_of_a_step() -> None:
     scene = small_learning()
     variation = scene.task.variation("held_out", 0)
-    episodes = Episodes(scene.model, scene.task, scene.actions, [variation], threads=1, record=_STATE)
+    episodes = Episodes(scene.model, scene.task, scene.actions, [variation], threads=1, record=STATE)
     recorder = Recorder(episodes)
     outcomes = rollout(episodes, Always(1.0, -1.0), recorder.update)
     arrays = recorder.arrays()

@@ -12,6 +12,7 @@ from aidsr.apps.web.conversation import conversation
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import live
 from aidsr.apps.web.mjcf_panel import mjcf_panel
+from aidsr.apps.web.probe_panel import probe_panel
 from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
 from aidsr.apps.web.review_panel import Draft, part_names, review_panel
 from aidsr.apps.web.run_page import concept_in_words, not_found
@@ -42,7 +43,14 @@ from aidsr.runs.compare import Comparison, attempted, compare
 from aidsr.runs.event_text import DOING
 from aidsr.runs.status import newest
 
-_TABS = {"found": "Findings", "concept": "Concept", "mjcf": "MJCF", "log": "Log", "training": "Training"}
+_TABS = {
+    "found": "Findings",
+    "concept": "Concept",
+    "mjcf": "MJCF",
+    "log": "Log",
+    "probe": "Probe",
+    "training": "Training",
+}
 
 
 @dataclass(frozen=True)
@@ -244,6 +252,8 @@ def _tabs(page: _Page, wanted: str) -> None:
             live(page.number, partial(mjcf_panel, page.run, page.folder))
         with ui.tab_panel("log"):
             conversation(page.run, page.folder.number)
+        with ui.tab_panel("probe"):
+            probe_panel(page.site, page.run, page.folder, page.stage)
         with ui.tab_panel("training"):
             training_panel(page.site, page.run, page.folder, page.stage)
 

@@ -1,4 +1,4 @@
-"""Recorded episodes of trained policies, and the view they are played in."""
+"""Recorded episodes of trained policies and of probes, and the view they are played in."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import hashlib
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode, SceneView
 from aidsr.core.errors import UserError
-from aidsr.runs import DesignFolder
-from aidsr.runs.files import replace_file
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.files import JsonFile, replace_file
 from aidsr.runs.trainings import Training, trainings_of
+from aidsr.tasks import task_names
+
+if TYPE_CHECKING:
+    from aidsr.tasks import Level
 
 
 @dataclass(frozen=True)
@@ -78,7 +83,43 @@ def kept_recording(site: Site, training: Training, variation: int) -> Path:
     policy = training.path / "policy.zip"
     if not policy.exists():
         raise UserError("the policy of this training is not there, so its episodes cannot be played again")
-    taken = f"{policy.resolve()} {policy.stat().st_mtime_ns} {variation}"
+    return _kept(site, policy, variation)
+
+
+def record_probed(site: Site, run: Run, design: DesignFolder, index: int) -> Episode:
+    """Return the best motion of a probe for one of its variations, over time as `record`; may take seconds.
+
+    Args:
+        site: The site.
+        run: The run of the design.
+        design: The design that was probed.
+        index: Of the variation in the report.
+
+    Raises:
+        UserError: The report is of another robot, or cannot be read.
+        IsolationError: It takes too long.
+    """
+    from aidsr.api import find_scene
+    from aidsr.learn.episodes.scene import read_mjcf_text
+    from aidsr.learn.openloop import ProbeReport
+    from aidsr.learn.openloop.recorded_motion import record_motion
+
+    file = JsonFile(design.path / "probe.json", ProbeReport)
+    report = file.read()
+    if report is None or not 0 <= index < len(report.variations):
+        raise UserError("this probe is not there any more; reload the page")
+    probed, kept = report.variations[index], _kept(site, file.path, index)
+    if not kept.exists():
+        named = report.task if report.task in task_names() and report.task != run.asked().task else ""
+        found = find_scene(design, named, level=cast("Level", report.level) if named else None)
+        scene = read_mjcf_text(found.scene)
+        replace_file(kept, record_motion(scene, found.task, probed, level=found.level, groups=tuple(found.groups)))
+    return Episode.read(kept, f"{probed.episode.variation} of the probe")
+
+
+def _kept(site: Site, made_by: Path, index: int) -> Path:
+    """Return where an episode is kept that a file makes, another place for each state of that file."""
+    taken = f"{made_by.resolve()} {made_by.stat().st_mtime_ns} {index}"
     return site.own / "episodes" / f"{hashlib.sha256(taken.encode()).hexdigest()[:24]}.npz"
 
 

@@ -36,6 +36,7 @@ from aidsr.runs import Run
 from aidsr.runs.event_text import DOING
 
 _TABS = {"watch": "Designs", "compare": "Side by side", "log": "Log"}
+_DOES = {"training": "is being trained", "export": "is being exported as parts", "probe": "is being probed"}
 
 
 def add_run_page(site: Site) -> None:
@@ -162,8 +163,7 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
         _larger_budget(site, run)
     for job, concept in noted.at_work:
         with box("notice", role="status"), box("row apart"):
-            doing = "is being trained" if job.kind == "training" else "is being exported as parts"
-            text(f"Design {job.number}, {concept}, {doing}.")
+            text(f"Design {job.number}, {concept}, {_DOES[job.kind]}.")
             button("Watch", partial(ui.navigate.to, job_address(run.name, job)), "quiet")
     for number, concept in noted.waiting:
         with box("notice wait", role="status"), box("row apart"):
@@ -173,7 +173,7 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
 
 def job_address(run: str, job: Job) -> str:
     """Return the address of the page on which a job is watched."""
-    return f"/run/{run}/{job.number}" + ("/export" if job.kind == "export" else "?tab=training")
+    return f"/run/{run}/{job.number}" + ("/export" if job.kind == "export" else f"?tab={job.kind}")
 
 
 def _larger_budget(site: Site, run: Run) -> None:

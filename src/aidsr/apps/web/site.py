@@ -52,7 +52,7 @@ class Job:
 
     number: int
     """Of the design."""
-    kind: Literal["training", "export"]
+    kind: Literal["training", "export", "probe"]
     process: str
     """Its name among the processes."""
 
@@ -68,7 +68,7 @@ class RunView:
     since: str
     """When something last happened to the run itself, ISO 8601; empty before the first event."""
     jobs: tuple[Job, ...] = ()
-    """Trainings and exports at work."""
+    """Trainings, exports and probes at work."""
     prompts: int = 0
     """How many questions wait for a person's reply."""
 
@@ -159,11 +159,14 @@ class Site:
         return RunView(name, status, designs, shown, _changed(run.events), jobs, prompts)
 
     def _jobs(self, run: Run, number: int) -> Iterator[Job]:
-        training, export = self.training_name(run, number), self.export_name(run, number)
-        if self.processes.is_alive(training):
-            yield Job(number, "training", training)
-        if self.processes.is_alive(export):
-            yield Job(number, "export", export)
+        kinds: tuple[tuple[Literal["training", "export", "probe"], str], ...] = (
+            ("training", self.training_name(run, number)),
+            ("export", self.export_name(run, number)),
+            ("probe", self.probe_name(run, number)),
+        )
+        for kind, process in kinds:
+            if self.processes.is_alive(process):
+                yield Job(number, kind, process)
 
     def is_at_work(self, run: Run) -> bool:
         """Whether a process is at work on a run, started here or in a terminal."""
@@ -218,6 +221,10 @@ class Site:
     def export_name(self, run: Run, number: int) -> str:
         """Return the name of the process that exports a design."""
         return f"{run.name}.design{number}.export"
+
+    def probe_name(self, run: Run, number: int) -> str:
+        """Return the name of the process that probes a design."""
+        return f"{run.name}.design{number}.probe"
 
 
 _TITLE_CHARACTERS = 80

@@ -138,12 +138,11 @@ def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, tr
 
 
 def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
-    measured = bool(run.asked().task) or run.goal.path.exists()
     choices: dict[str, Any] = app.storage.user.setdefault("training", dict(_DEFAULTS))
 
     def start() -> None:
         steps, seeds = _whole(choices["steps"], "steps"), _whole(choices["seeds"], "policies")
-        task = [] if measured else ["--task", _named(choices["task"])]
+        task = measure_arguments(run, choices)
         films = [] if choices.get("films", True) else ["--no-videos"]
         site.processes.start(
             name, ["train", str(design.path), "--steps", str(steps), "--seeds", str(seeds), *task, *films]
@@ -162,9 +161,7 @@ def _start(site: Site, run: Run, design: DesignFolder, name: str) -> None:
             steps.props("outlined dense").bind_value(choices, "steps")
             seeds = ui.number("Policies, one after the other", min=1, max=100, precision=0, format="%d")
             seeds.props("outlined dense").bind_value(choices, "seeds")
-            if not measured:
-                task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
-                task.bind_value(choices, "task")
+            measure_field(run, choices)
         ui.switch("Film the best and the median held-out episode").bind_value(choices, "films")
         with box("row"):
             button("Start training", as_action(start), "primary", "play_arrow")
@@ -345,7 +342,25 @@ def _whole(value: object, what: str) -> int:
     return int(value)
 
 
-def _named(task: object) -> str:
-    if not task:
+def measure_field(run: Run, choices: dict[str, Any]) -> None:
+    """Ask for the task that measures success, where the run has neither a task nor a goal."""
+    if not _is_measured(run):
+        task = ui.select(list(task_names()), label="Task to measure it by").props("outlined dense")
+        task.bind_value(choices, "task")
+
+
+def measure_arguments(run: Run, choices: dict[str, Any]) -> list[str]:
+    """Return what tells a command the task that was chosen, nothing where the run has its own measure of success.
+
+    Raises:
+        UserError: None was chosen.
+    """
+    if _is_measured(run):
+        return []
+    if not choices["task"]:
         raise UserError("an objective in words has no measure of success; choose a task to measure it by")
-    return str(task)
+    return ["--task", str(choices["task"])]
+
+
+def _is_measured(run: Run) -> bool:
+    return bool(run.asked().task) or run.goal.path.exists()

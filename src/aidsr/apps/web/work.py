@@ -22,7 +22,7 @@ _KEPT_S = 1.5
 class Task:
     """One thing at work, or waiting for a person."""
 
-    kind: Literal["decision", "reply", "designs", "training", "export", "study"]
+    kind: Literal["decision", "reply", "designs", "training", "export", "probe", "study"]
     title: str
     address: str
     doing: str
@@ -99,7 +99,9 @@ class Work:
             return Task(
                 "export", title, f"/run/{name}/{job.number}/export", "parts are made", since, process=job.process
             )
-        address = f"/run/{name}/{job.number}?tab=training"
+        address = f"/run/{name}/{job.number}?tab={job.kind}"
+        if job.kind == "probe":
+            return Task("probe", title, address, "motions are tried", since, process=job.process)
         learning = [
             one for one in trainings_of(self._site.run(name).design(job.number)) if not one.result.path.exists()
         ]

@@ -125,6 +125,11 @@ class Episodes:
         """How far each task is done at this moment, (n,)."""
         return self._state.progress
 
+    @property
+    def holds(self) -> BoolArray:
+        """Where the goal holds at this moment, (n,), however long; success asks that it does for `hold_s`."""
+        return np.asarray(self._state.held_s > 0.0)
+
     def _bind_outputs(self) -> None:
         """Name the derived fields that are read, so that MuJoCo copies them out."""
         fields = ["sensordata", "ten_length", "ten_velocity", "actuator_force", "cvel", "xipos", "subtree_com"]

@@ -33,6 +33,7 @@ class Motion:
         ctrl: (n_frames, nu) where it is known.
         contacts: Of the robot with anything else, (n, 7): frame, point [m], force on the robot [N]; where known.
         progress: On the task, (n_frames,), where it is known.
+        holds: Above 0 where the goal holds, (n_frames,), where it is known.
         ended: How it ended, in a word; empty where that is not known.
     """
 
@@ -42,6 +43,7 @@ class Motion:
     ctrl: Array | None = None
     contacts: Array | None = None
     progress: Array | None = None
+    holds: Array | None = None
     ended: str = ""
 
     @property
@@ -74,7 +76,8 @@ class Motion:
             raise ValueError(f"expected positions of shape (n, {model.nq}) and their distance in s, found {qpos.shape}")
         broken = np.flatnonzero(~np.isfinite(qpos).all(axis=1))
         frames = int(broken[0]) if broken.size else len(qpos)
-        wanted = {"tension_n": (len(qpos), model.ntendon), "ctrl": (len(qpos), model.nu), "progress": (len(qpos),)}
+        wanted: dict[str, tuple[int, ...]] = {"tension_n": (len(qpos), model.ntendon), "ctrl": (len(qpos), model.nu)}
+        wanted |= {"progress": (len(qpos),), "holds": (len(qpos),)}
         rest: dict[str, Array] = {}
         for name, shape in wanted.items():
             if name in arrays:

@@ -41,7 +41,7 @@ _LINGER_S = 5.0
 _FROM_BROWSER = frozenset(
     {"play", "pause", "reset", "seek", "speed", "ctrl", "live", "test", "episode", "look_back", "drag", "let_go"}
 )
-_OPTIONAL = ("tension_n", "ctrl", "contacts", "progress")
+_OPTIONAL = ("tension_n", "ctrl", "contacts", "progress", "holds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Episode:
     Attributes:
         name: For the person who chooses among them.
         frame_s: Time between two rows [s].
-        arrays: `qpos`, (n_frames, nq), and what else is known; see `aidsr.learn.rl.recording.record_episode`.
+        arrays: `qpos`, (n_frames, nq), and what else is known; see `aidsr.learn.episodes.recording.record_rollout`.
         mjcf: The scene with what the episode's variation moved or resized; empty where nothing visible differs.
         ended: How it ended, in a word; empty where that is not known.
     """

@@ -40,7 +40,10 @@ def tracks_of(motion: Motion, facts: dict[str, Any]) -> dict[str, Any]:
         "times": _rounded(shown * motion.frame_s),
         "tracks": [track for track in tracks if track["lines"]],
         "events": sorted(_events(motion, contact_n), key=lambda event: event["time_s"]),
-        "touching": _touching(motion, contact_n),
+        "phases": [
+            {"name": "touching", "spans": _spans(motion, contact_n)},
+            {"name": "goal holds", "spans": _spans(motion, motion.holds)},
+        ],
     }
 
 
@@ -76,6 +79,8 @@ def _events(motion: Motion, contact_n: Array | None) -> Iterator[dict[str, Any]]
         yield _event(motion, int(hardest.argmax()), f"hardest pull, {hardest.max():.2g} N")
     if motion.progress is not None and motion.progress.max(initial=0.0) > 0:
         yield _event(motion, int(motion.progress.argmax()), f"most progress, {motion.progress.max():.2f}")
+    if motion.holds is not None and motion.holds.max(initial=0.0) > 0:
+        yield _event(motion, int(np.flatnonzero(motion.holds)[0]), "goal first holds")
     if motion.ended:
         yield _event(motion, len(motion.qpos) - 1, motion.ended.replace("_", " "))
 
@@ -84,11 +89,11 @@ def _event(motion: Motion, frame: int, label: str) -> dict[str, Any]:
     return {"time_s": round(frame * motion.frame_s, 4), "label": label}
 
 
-def _touching(motion: Motion, contact_n: Array | None) -> list[list[float]]:
-    """Return when the robot touches something, as beginnings and ends [s]."""
-    if contact_n is None:
+def _spans(motion: Motion, values: Array | None) -> list[list[float]]:
+    """Return when values are above zero, as beginnings and ends [s]."""
+    if values is None:
         return []
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], contact_n > 0, [0]]).astype(int)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], values > 0, [0]]).astype(int)))
     return [_rounded(pair * motion.frame_s) for pair in edges.reshape(-1, 2)]
 
 

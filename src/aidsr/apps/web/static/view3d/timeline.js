@@ -1,4 +1,4 @@
-// Tracks over time below a view: a cursor to drag, values under the pointer, events to jump to, and when the robot touches something.
+// Tracks over time below a view: a cursor to drag, values under the pointer, events to jump to, and phases: when the robot touches something, when the goal holds.
 const COLOURS = ["#1c87a6", "#d9822b", "#7a5cc2", "#2f9e5f", "#c9423a", "#8a7a00", "#c2569b", "#4c6ef5"];
 const WIDTH = 1000;
 const HEIGHT = 46;
@@ -7,14 +7,16 @@ export const Timeline = {
   template: `
 <div class="v3d-timeline" ref="root" @pointermove="hover" @pointerleave="at = null" @pointerdown="grab" @pointerup="held = false">
   <div class="v3d-events"><button v-for="event in tracks.events" :key="event.label" type="button" @pointerdown.stop
-    @click="$emit('seek', event.time_s)">{{ event.label }} <span>{{ event.time_s.toFixed(2) }} s</span></button></div>
+    @click="$emit('seek', event.time_s)">{{ event.label }} <span>{{ event.time_s.toFixed(2) }} s</span></button>
+    <span v-for="phase in phases" :key="phase.name" class="v3d-phase"><i :class="'v3d-' + phase.kind"></i>{{ phase.name }} {{ phase.share }}</span></div>
   <div v-for="track in drawn" :key="track.name" class="v3d-track">
     <div class="v3d-track-name"><b>{{ track.name }}</b><span>{{ track.range }}</span>
       <template v-if="track.lines.length < 9"><span v-for="line in track.lines" :key="line.name" class="v3d-key">
         <i :style="{background: line.colour}"></i>{{ line.short }}<em>{{ line.value }}</em></span></template>
       <span v-else>{{ track.most }}</span></div>
     <svg :viewBox="'0 0 ' + width + ' ' + height" preserveAspectRatio="none" role="img" :aria-label="track.name + ' over time'">
-      <rect v-for="span in touching" :x="span.x" y="0" :width="span.width" :height="height" class="v3d-touching" />
+      <template v-for="phase in phases" :key="phase.name"><rect v-for="span in phase.spans" :key="span.x" :x="span.x" y="0"
+        :width="span.width" :height="height" :class="'v3d-' + phase.kind" /></template>
       <polyline v-for="line in track.lines" :key="line.name" :points="line.points" :stroke="line.colour" fill="none"
         stroke-width="1.6" vector-effect="non-scaling-stroke" />
       <line v-for="event in marks" :x1="event" :x2="event" y1="0" :y2="height" class="v3d-mark" vector-effect="non-scaling-stroke" />
@@ -26,8 +28,16 @@ export const Timeline = {
   emits: ["seek"],
   data: () => ({ at: null, held: false, width: WIDTH, height: HEIGHT }),
   computed: {
-    touching() {
-      return this.tracks.touching.map(([from, to]) => ({ x: this.x(from), width: Math.max(this.x(to) - this.x(from), 2) }));
+    /** When the robot touches something and when the goal holds: a name, how long in all, and spans to shade. */
+    phases() {
+      return this.tracks.phases
+        .filter((phase) => phase.spans.length)
+        .map(({ name, spans }) => ({
+          name,
+          kind: name.replace(" ", "-"),
+          share: `${spans.reduce((sum, [from, to]) => sum + to - from, 0).toFixed(2)} s`,
+          spans: spans.map(([from, to]) => ({ x: this.x(from), width: Math.max(this.x(to) - this.x(from), 2) })),
+        }));
     },
     marks() {
       return this.tracks.events.map((event) => this.x(event.time_s));

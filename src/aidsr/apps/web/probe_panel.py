@@ -1,0 +1,137 @@
+"""Probe a design, and watch the motions that were found: how far it gets on its task without learning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from nicegui import app
+
+from aidsr.apps.web.live import as_action, live, show_error, working
+from aidsr.apps.web.recorded_episodes import Stage, record_probed
+from aidsr.apps.web.site import Site
+from aidsr.apps.web.training_panel import measure_arguments, measure_field
+from aidsr.apps.web.view3d import Episode
+from aidsr.apps.web.widgets import box, button, fact, file_address, image, text
+from aidsr.core.errors import UserError
+from aidsr.runs import DesignFolder, Run
+from aidsr.runs.files import JsonFile
+
+if TYPE_CHECKING:
+    from aidsr.learn.openloop import ProbeReport
+
+
+@dataclass(frozen=True)
+class _State:
+    approved: bool
+    alive: bool
+    written: int
+    """When the report was written [ns], 0 while there is none."""
+    output_tail: str
+    """Of a probe that ended without a report."""
+
+
+def probe_panel(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
+    """Show the probe of an approved design, and what starts one.
+
+    Args:
+        site: The site.
+        run: The run of the design.
+        design: The design.
+        stage: Where its motions are played.
+    """
+    with box("stack wide"):
+        live(partial(_state, site, run, design), partial(_draw, site, run, design))
+        live(lambda: _state(site, run, design).written, lambda _written: _report(site, run, design, stage))
+
+
+def _state(site: Site, run: Run, design: DesignFolder) -> _State:
+    name, file = site.probe_name(run, design.number), design.path / "probe.json"
+    written = file.stat().st_mtime_ns if file.exists() else 0
+    alive = site.processes.is_alive(name)
+    failed = not alive and written < 1e9 * site.processes.started_s(name)
+    return _State(design.final_scene.path.exists(), alive, written, site.processes.output_tail(name) if failed else "")
+
+
+def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
+    if not state.approved:
+        text("A design can be probed once it is approved.", "soft")
+        return
+    name = site.probe_name(run, design.number)
+    choices: dict[str, Any] = app.storage.user.setdefault("probe", {"task": ""})
+
+    def start() -> None:
+        site.processes.start(name, ["probe", str(design.path), *measure_arguments(run, choices)])
+
+    if state.alive:
+        with box("notice", role="status"), box("row apart"):
+            text("Motions are tried; this takes seconds to minutes.")
+            button("Stop", as_action(lambda: site.processes.stop(name)), "danger", "stop")
+        return
+    with box("sheet stack"):
+        text("Probe this design", tag="h2")
+        text("Some hundred open-loop motions show in seconds how far the body gets without learning.", "soft", "p")
+        measure_field(run, choices)
+        with box("row"):
+            again = "Probe again" if state.written else "Start the probe"
+            button(again, as_action(start), "quiet" if state.written else "primary", "play_arrow")
+    if state.output_tail:
+        text("Output of the last probe:", "label")
+        text(state.output_tail, "text last", "pre")
+
+
+def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
+    from aidsr.learn.openloop import ProbeReport
+
+    report = JsonFile(design.path / "probe.json", ProbeReport).read()
+    if report is None:
+        return
+    with box("sheet stack", "article"):
+        text("How far it gets without learning", tag="h2")
+        count = len(report.variations)
+        with box("facts"):
+            fact("variations solved", f"{round(report.success_share * count)} of {count}")
+            fact("by one motion", f"{round(report.same_motion_share * count)} of {count}")
+            fact("best progress, mean", f"{report.progress:.2f}")
+            fact("motions tried", str(report.motions))
+        text(f"Farthest stage reached: {report.reached}. {report.why_ended.capitalize()}.", "", "p")
+        if (design.path / "probe.png").exists():
+            picture = file_address(run.name, f"designs/{design.number}/probe.png", version=str(_version(design)))
+            image(picture, "moments of the best motion", "wide")
+        _variations(site, run, design, stage, report)
+
+
+def _version(design: DesignFolder) -> int:
+    return (design.path / "probe.png").stat().st_mtime_ns
+
+
+def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report: ProbeReport) -> None:
+    with box("scroll"), box("list plain", "table"):
+        with box(tag="thead"), box(tag="tr"):
+            for title in ("variation", "ended", "best", "time", "best motion", "replay"):
+                text(title, {"best": "num", "time": "num", "replay": "unseen"}.get(title, ""), "th")
+        with box(tag="tbody"):
+            for index, one in enumerate(report.variations):
+                episode = one.episode
+                with box(tag="tr"):
+                    text(str(episode.variation), "", "td")
+                    text(episode.ended.replace("_", " "), "good" if episode.ended == "succeeded" else "", "td")
+                    text(f"{episode.best_progress:.2f}", "num", "td")
+                    text(f"{episode.time_s:.2f} s", "num", "td")
+                    text(one.motion.summary, "small soft", "td")
+                    with box(tag="td"):
+                        _replay(site, run, design, stage, index, episode.variation)
+
+
+def _replay(site: Site, run: Run, design: DesignFolder, stage: Stage, index: int, variation: int) -> None:
+    def then(episode: Episode) -> None:
+        try:
+            stage.play(episode)
+        except UserError as error:
+            show_error(error)
+
+    def play() -> None:
+        working(pressed, partial(record_probed, site, run, design, index), then)
+
+    pressed = button("", play, "bare", "play_arrow", f"Replay motion of variation {variation}")
