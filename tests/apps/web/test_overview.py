@@ -1,5 +1,6 @@
 """All runs at once, in a real browser: what is at work, all designs in a table, and some of them side by side."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from robots import arm
 
 from aidsr.apps.web.site import Site
 from aidsr.runs import EventLog
+from aidsr.runs.events import StepStarted
 from aidsr.runs.files import replace_file
 
 
@@ -37,6 +39,24 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         replace_file(run.design(1).outcome.path, b'{"outcome": "quit", "reason": "given up", "iteration": 2}')
         expect(page).to_have_title("At work · AID-SR")
         expect(rows_shown).to_have_count(1)
+
+
+def test_a_run_at_work_says_how_long_it_takes_as_those_before(runs: Path, server: Server) -> None:
+    before, run = made_run(runs, designs=2), made_run(runs, designs=2, started="2026-02-01T10:00:00+00:00")
+    begun, ended = "2026-01-31T10:00:00+00:00", "2026-01-31T10:10:00+00:00"
+    for number in (1, 2):
+        lines = before.design(number).events.read_text().splitlines()
+        events = [json.loads(line) | {"time": ended if index else begun} for index, line in enumerate(lines)]
+        before.design(number).events.write_text("".join(f"{json.dumps(event)}\n" for event in events))
+    (run.design(1).path / "outcome.json").unlink()
+    with browsing() as visitor, EventLog(run.events), EventLog(run.design(1).events) as log:
+        log.write(StepStarted(step="robot", iteration=2))
+        page = visitor.new_page()
+        page.goto(server.address("/work"))
+        row = page.locator("table.work tbody tr")
+        expect(row).to_contain_text("1 of 2 designs done; the Coder writes the robot")
+        expect(row).to_contain_text("about 9 min")
+        expect(row.get_by_role("progressbar", name="50% done")).to_be_visible()
 
 
 def test_a_probe_at_work_is_listed_and_leads_to_its_tab(runs: Path, server: Server) -> None:

@@ -93,6 +93,13 @@ class Processes:
             return ""
         return output[-_LAST_WORDS:].strip()
 
+    def command(self, name: str) -> tuple[str, ...]:
+        """Return the command with which the process of that name was last started; empty when it never was."""
+        try:
+            return tuple(json.loads(self._note(name).read_text(encoding="utf-8")).get("command", ()))
+        except FileNotFoundError:
+            return ()
+
     def pid(self, name: str) -> int:
         """Return the number that the process of that name last had; it may have ended."""
         return int(json.loads(self._note(name).read_text(encoding="utf-8"))["pid"])

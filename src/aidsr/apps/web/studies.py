@@ -174,6 +174,11 @@ class Studies:
         self._processes.start(self.process(key), command)
         self._read_s = -float("inf")
 
+    def jobs(self, key: str) -> int:
+        """Return with how many jobs at a time the process that works on a study was started; 1 where that is unknown."""
+        command = self._processes.command(self.process(key))
+        return int(command[command.index("--jobs") + 1]) if "--jobs" in command else 1
+
     def stop(self, key: str) -> None:
         """Ask the process that works on a study to end; what is done is kept.
 

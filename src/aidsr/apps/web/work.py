@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from datetime import UTC, datetime
 from typing import Literal
 
 from aidsr.apps.web.site import Job, RunView, Site
+from aidsr.apps.web.time_left import left_s, usual_s
 from aidsr.core.errors import UserError
 from aidsr.runs.event_text import DOING
 from aidsr.runs.trainings import read_curve, trainings_of
@@ -31,7 +33,7 @@ class Task:
     share: float | None = None
     """How much of it is done, None where that is not known."""
     left_s: float | None = None
-    """How long it will take at its present speed, None where that is not known [s]."""
+    """How long it will take at its present speed, or as designs before it took; None where that is not known [s]."""
     process: str = ""
     """By which it can be stopped; empty where it cannot be, from here."""
 
@@ -58,17 +60,22 @@ class Work:
         """Return what waits for a person, then what is at work, the newest run first."""
         with self._lock:
             if time.monotonic() - self._read_s > _KEPT_S:
-                found = [task for run in self._site.library.runs() for task in self._of(run.name)]
+                views = tuple(self._views())
+                usual, now = usual_s(views), datetime.now(UTC)
+                found = [task for view in views for task in self._of(view, left_s(view, usual, now))]
                 found += self._studies()
                 self._known = tuple(sorted(found, key=lambda task: not task.waits))
                 self._read_s = time.monotonic()
             return self._known
 
-    def _of(self, name: str) -> Iterator[Task]:
-        try:
-            view = self._site.view(self._site.run(name))
-        except UserError:
-            return
+    def _views(self) -> Iterator[RunView]:
+        for run in self._site.library.runs():
+            with contextlib.suppress(UserError):  # home says what is wrong with it
+                yield self._site.view(run)
+
+    def _of(self, view: RunView, left_s: float | None) -> Iterator[Task]:
+        """Yield the tasks of a run, which takes so much longer [s]."""
+        name = view.name
         home = f"/run/{name}"
         for design in view.designs:
             if design.status.state == "waiting":
@@ -78,7 +85,8 @@ class Work:
             count = "a question waits" if view.prompts == 1 else f"{view.prompts} questions wait"
             yield Task("reply", view.title, home, f"{count} for a reply", view.since, process=name)
         elif view.shown == "running":
-            yield Task("designs", view.title, home, _doing(view), view.status.record.started, process=name)
+            since = view.status.record.started
+            yield Task("designs", view.title, home, _doing(view), since, _share(view), left_s, name)
         for job in view.jobs:
             yield self._job(name, view, job)
 
@@ -89,7 +97,9 @@ class Work:
                 began = datetime.fromtimestamp(self._site.processes.started_s(process), UTC)
                 doing = f"{view.runs_done} of {view.runs} runs done, {view.jobs_left} jobs left"
                 since = began.isoformat(timespec="seconds")
-                yield Task("study", f"study {view.name}", f"/study/{view.key}", doing, since, process=process)
+                left_s = 3600 * view.core_hours_left / self._site.studies.jobs(view.key)
+                done, address = view.runs_done / view.runs, f"/study/{view.key}"
+                yield Task("study", f"study {view.name}", address, doing, since, done, left_s or None, process)
 
     def _job(self, name: str, view: RunView, job: Job) -> Task:
         title = f"{view.title}, design {job.number}: {view.design(job.number).status.concept}"
@@ -114,6 +124,13 @@ class Work:
         doing = f"{done:,} of {steps:,} steps".replace(",", " ")
         left_s = (steps - done) / speed if speed > 0 else None
         return Task("training", title, address, doing, since, done / steps, left_s, job.process)
+
+
+def _share(view: RunView) -> float | None:
+    """Return the share of the designs that is finished, None before there are any."""
+    return (
+        sum(design.status.outcome is not None for design in view.designs) / len(view.designs) if view.designs else None
+    )
 
 
 def _doing(view: RunView) -> str:
