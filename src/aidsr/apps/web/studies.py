@@ -175,7 +175,7 @@ class Studies:
         self._read_s = -float("inf")
 
     def jobs(self, key: str) -> int:
-        """Return with how many jobs at a time the process that works on a study was started; 1 where that is unknown."""
+        """Return with how many jobs at a time the process at work on a study was started; 1 where that is unknown."""
         command = self._processes.command(self.process(key))
         return int(command[command.index("--jobs") + 1]) if "--jobs" in command else 1
 
