@@ -179,6 +179,7 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
         episodes=[Episode.read(motion.path, motion.name) for motion in motions],
         on_pick=Draft(page.run, iteration).pin,
         before=_before(page, number, whole=scene is not None),
+        goal=(page.run.goal.read() or b"").decode(),
     )
 
 

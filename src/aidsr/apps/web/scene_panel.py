@@ -21,6 +21,7 @@ def show_scene(
     on_pick: Callable[[str], None] = lambda _name: None,
     together: bool = False,
     before: str = "",
+    goal: str = "",
 ) -> SceneView | None:
     """Show a robot or a scene, and return the view, None where there is nothing to see yet.
 
@@ -35,6 +36,7 @@ def show_scene(
         on_pick: Called with the name of the body or tendon clicked; empty when the selection is cleared.
         together: Whether its camera turns with those of the other views of the page.
         before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
+        goal: TOML of the goal whose target is shown as a ghost; empty for none.
     """
     if not mjcf:
         with box("sheet flush"):
@@ -56,4 +58,5 @@ def show_scene(
             on_pick=picked,
             together=together,
             before=before,
+            goal=goal,
         )

@@ -1,7 +1,7 @@
 """A design in 3-D: simulated live or played back on the server, drawn by three.js in the browser.
 
     player      the process that compiles and steps a model, started by the server
-    display_model, parts, tendons, controls, names    what it sends about a model
+    display_model, parts, tendons, controls, names, target    what it sends about a model
     playback, motions, frames                         what it sends about each moment
     stream      a player as the server has it, only while a browser watches
     endpoint    the WebSocket between server and browsers

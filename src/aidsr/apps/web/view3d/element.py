@@ -47,6 +47,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         controls: Whether there are sliders and transport; without, it is only looked at.
         together: Whether its camera turns with those of the other views of the page.
         before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
+        goal: TOML of the goal whose target is shown as a ghost; empty for none.
         on_pick: Called with what a person clicks.
     """
 
@@ -64,11 +65,18 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         controls: bool = True,
         together: bool = False,
         before: str = "",
+        goal: str = "",
         on_pick: Callable[[Pick], None] | None = None,
     ) -> None:
         super().__init__()
         model = Model(
-            mjcf, mount=mount, environment=environment, groups=tuple(groups), episodes=tuple(episodes), before=before
+            mjcf,
+            mount=mount,
+            environment=environment,
+            groups=tuple(groups),
+            episodes=tuple(episodes),
+            before=before,
+            goal=goal,
         )
         self.stream = SceneStream(model)
         _views().add(self.stream)

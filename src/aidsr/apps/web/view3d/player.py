@@ -25,7 +25,7 @@ from aidsr.apps.web.view3d.motions import Motion, Tests
 from aidsr.apps.web.view3d.playback import SPEED_BOUNDS, Playback
 from aidsr.apps.web.view3d.tracks import tracks_of
 from aidsr.core.artifacts import ActuatorGroup
-from aidsr.core.errors import MjcfError
+from aidsr.core.errors import MjcfError, UserError
 from aidsr.sandbox.limits import renew_cpu_limit
 from aidsr.sandbox.pipes import connect_to_parent, write_bytes
 
@@ -57,6 +57,7 @@ class Player:
         self._choice: dict[str, Any] = {"mode": "live"}
         self._sent_state: dict[str, Any] = {}
         self._tracked: Motion | None = None
+        self._goal = ""
         self._changed = False
         self._last = time.monotonic()
 
@@ -78,7 +79,7 @@ class Player:
             self._send_trouble(f"This model cannot be shown: {error}")
         except MemoryError:
             self._send_trouble("This model needs more memory than a view may use.")
-        except (ValueError, TypeError, KeyError, LookupError) as error:
+        except (UserError, ValueError, TypeError, KeyError, LookupError) as error:
             self._send_trouble(f"The view could not do that: {error}")
 
     def tick(self) -> None:
@@ -114,8 +115,13 @@ class Player:
     def _load(self, command: dict[str, Any]) -> None:
         groups = [ActuatorGroup.model_validate(group) for group in command["groups"]]
         self._base = DisplayModel.of(
-            command["mjcf"], mount=command["mount"], environment=command["environment"], groups=groups
+            command["mjcf"],
+            mount=command["mount"],
+            environment=command["environment"],
+            groups=groups,
+            goal=command["goal"],
         )
+        self._goal = command["goal"]
         if command["before"]:
             with contextlib.suppress(MjcfError):  # an earlier state may be the one that could not be loaded
                 before = DisplayModel.of(
@@ -190,7 +196,7 @@ class Player:
         """Play an episode back; the server sends its arrays along, as 32-bit floats in base64 with their shapes."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
-        shown = DisplayModel.of(command["mjcf"]) if command["mjcf"] else self._base
+        shown = DisplayModel.of(command["mjcf"], goal=self._goal) if command["mjcf"] else self._base
         arrays = {
             name: np.frombuffer(base64.b64decode(one["data"]), "<f4").astype(float).reshape(one["shape"])
             for name, one in command["arrays"].items()

@@ -95,6 +95,7 @@ class Model:
         groups: Actuators that act together, as the robot's author defines them.
         episodes: Recorded motions that can be played.
         before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
+        goal: TOML of the goal whose target is shown as a ghost; empty for none.
     """
 
     mjcf: str | Path
@@ -103,6 +104,7 @@ class Model:
     groups: Sequence[ActuatorGroup] = ()
     episodes: Sequence[Episode] = ()
     before: str = ""
+    goal: str = ""
 
     @property
     def command(self) -> dict[str, Any]:
@@ -118,6 +120,7 @@ class Model:
             "mount": self.mount,
             "environment": self.environment,
             "before": self.before,
+            "goal": self.goal,
             "groups": [group.model_dump() for group in self.groups],
         }
 

@@ -1,14 +1,19 @@
-// A robot that can be seen through: as it stood at another moment, or as another iteration has it.
+// What can be seen through: a robot as it stood at another moment or as another iteration has it, and the target of a goal.
 import { Color, Group, Mesh, MeshStandardMaterial } from "./three/three.js";
 import { Shapes } from "./shapes.js";
 
 const OPACITY = 0.28;
+const ROBOT = "#8a6fd1";
+export const TARGET = "#2f9e5f";
 
 export class Ghost {
-  /** @param {Mesh[]} meshes  whose shapes and present places it takes */
-  constructor(meshes) {
+  /**
+   * @param {Mesh[]} meshes  whose shapes and present places it takes
+   * @param {string} colour
+   */
+  constructor(meshes, colour = ROBOT) {
     this.group = new Group();
-    this.material = new MeshStandardMaterial({ color: new Color("#8a6fd1"), transparent: true, opacity: OPACITY, depthWrite: false });
+    this.material = new MeshStandardMaterial({ color: new Color(colour), transparent: true, opacity: OPACITY, depthWrite: false });
     for (const mesh of meshes) {
       const copy = new Mesh(mesh.geometry, this.material);
       copy.matrixAutoUpdate = false;
@@ -17,10 +22,10 @@ export class Ghost {
     }
   }
 
-  /** Return the ghost of another model's robot in its initial state; `facts` are {parts, surfaces, length_m}. */
-  static of(facts) {
+  /** Return the ghost of shapes as they are listed, such as another robot's; `facts` are {parts, surfaces, length_m}. */
+  static of(facts, colour = ROBOT) {
     const shapes = new Shapes(facts);
-    const ghost = new Ghost(shapes.meshes.filter((mesh) => mesh));
+    const ghost = new Ghost(shapes.meshes.filter((mesh) => mesh), colour);
     ghost.shapes = shapes;
     return ghost;
   }

@@ -42,6 +42,8 @@ export default {
         :aria-pressed="String(measuring)" aria-label="Measure between two points"><q-tooltip>Measure between two points (M)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="control_camera" :color="ghost ? 'primary' : undefined" @click="toggleGhost"
         :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
+      <q-btn v-if="facts.target" flat round dense size="sm" icon="flag" :color="target ? 'primary' : undefined" @click="toggle('target')"
+        :aria-pressed="String(target)" aria-label="Show the target of the goal"><q-tooltip>Show the target of the goal (T)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
         <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="fullscreen" @click="fullScreen" aria-label="Full screen">
@@ -105,11 +107,12 @@ export default {
       measuring: false,
       distance: null,
       ghost: false,
+      target: true,
       following: false,
       xray: false,
       byTension: true,
       speeds: SPEEDS,
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, arrows turn, plus and minus zoom, F frames, X sees through, P saves a picture.",
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target of the goal, arrows turn, plus and minus zoom, F frames, X sees through, P saves a picture.",
     };
   },
 
@@ -186,6 +189,9 @@ export default {
     xray(on) {
       this.viewer.setXray(on);
     },
+    target(on) {
+      this.viewer.setTarget(on);
+    },
     byTension() {
       this.viewer.setByTension(this.byTension && this.state.known);
     },
@@ -257,6 +263,7 @@ export default {
         this.viewer.show(value);
         this.following = value.is_free;
         this.viewer.setXray(this.xray);
+        this.viewer.setTarget(this.target);
         this.viewer.setByTension(this.byTension && this.state.known);
         this.ghost = this.measuring = false;
         this.light();
@@ -389,6 +396,7 @@ export default {
         x: () => this.facts.is_scene && this.toggle("xray"),
         m: () => this.measure(),
         g: () => this.toggleGhost(),
+        t: () => this.facts.target && this.toggle("target"),
         ",": () => this.step(-1),
         ".": () => this.step(1),
         p: () => this.download(),

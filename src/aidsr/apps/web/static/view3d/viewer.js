@@ -14,7 +14,7 @@ import {
   Vector3,
   WebGLRenderer,
 } from "./three/three.js";
-import { Ghost } from "./ghost.js";
+import { Ghost, TARGET } from "./ghost.js";
 import { Hands } from "./hands.js";
 import { Floor } from "./floor.js";
 import { CHOSEN, ERROR, THEMES, WARNING } from "./looks.js";
@@ -94,6 +94,8 @@ export class Viewer {
     this.scene.add(this.shapes.group, this.tendons.group, this.floor.mesh, this.forces.group);
     this.hands.show(facts.length_m);
     this.setGhost(null);
+    this.target = facts.target ? Ghost.of(facts.target, TARGET) : null;
+    if (this.target) this.scene.add(this.target.group);
     this.controls.minDistance = 0.15 * facts.length_m;
     this.controls.maxDistance = 12 * facts.length_m;
     this.centre = null;
@@ -190,6 +192,12 @@ export class Viewer {
     this.centre = on ? this.robotCentre() : null;
   }
 
+  /** Show where the goal wants things to be, or not. */
+  setTarget(on) {
+    if (this.target) this.target.group.visible = on;
+    this.dirty = true;
+  }
+
   setXray(on) {
     this.shapes?.xray(on);
     this.dirty = true;
@@ -256,7 +264,7 @@ export class Viewer {
   clear() {
     if (this.facts) this.setGhost(null);
     this.hands.clear();
-    for (const made of [this.shapes, this.tendons, this.floor, this.forces]) {
+    for (const made of [this.shapes, this.tendons, this.floor, this.forces, this.target]) {
       if (made) this.scene.remove(made.group ?? made.mesh);
       made?.dispose();
     }
