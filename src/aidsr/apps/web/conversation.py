@@ -10,6 +10,7 @@ from pathlib import Path
 from nicegui import run as background
 from nicegui import ui
 
+from aidsr.apps.web.call_chart import ChartedCall, call_chart_svg
 from aidsr.apps.web.widgets import box, text
 from aidsr.core.calls import CallRecord
 from aidsr.core.errors import UserError
@@ -91,6 +92,7 @@ def conversation(run: Run, design: int | None = None) -> None:
     trouble.set_visibility(False)
     wanted = ui.input(placeholder="Search: prompts, replies, events").props("outlined dense clearable debounce=300")
     wanted.props.update({"aria-label": "Search the log", "style": "max-width: 420px"})
+    chart = ui.html("", sanitize=False).classes("full")
     with box("log") as lines:
         pass
     shown: list[tuple[Entry, ui.element]] = []
@@ -103,6 +105,9 @@ def conversation(run: Run, design: int | None = None) -> None:
             line.move(target_index=0)
             line.set_visibility(entry.has(words))
             shown.append((entry, line))
+        if any(entry.call for entry in entries):
+            calls = [ChartedCall(one.call, one.line, f"#c{line.id}") for one, line in shown if one.call]
+            chart.content = call_chart_svg(calls)
 
     def search() -> None:
         words = _words(wanted.value)
