@@ -35,9 +35,7 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.callbacks import CurvePoint
-from aidsr.learn.rl.feedback_motion import FeedbackMotions
-from aidsr.learn.rl.motion_policy_search import IdlePolicy
-from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread, read_base_motion
+from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.recipe import PROTOCOLS, Recipe
 from aidsr.learn.rl.training import DEVELOPMENT, train
 from aidsr.learn.rl.vector_env import BatchedVecEnv
@@ -196,7 +194,7 @@ class _Watch:
 
     def __init__(self, scene: TaskScene, recipe: Recipe, folder: Path, steps: int) -> None:
         self.folder, self._curve = folder, _Curve()
-        self._scene, self._recipe = scene, recipe
+        self._scene, self._recipe = scene.with_hold(recipe.hold_steps), recipe
         self._every, self._next, self._steps = steps // _EVALUATIONS, 0, 0
 
     def listen(self, point: CurvePoint) -> None:
@@ -214,15 +212,11 @@ class _Watch:
     @torch.random.fork_rng()  # loading a network draws numbers that training would draw
     def _evaluate(self, stalled_s: float) -> None:
         with self._curve.stopped():
-            scene, k = self._scene, self._scene.actions.size
-            base = read_base_motion(self.folder, k)
-            if base is not None:
-                scene = scene.with_base(FeedbackMotions.of(base))
             kept = [folder for folder in (self.folder, self.folder / "checkpoint") if (folder / "policy.zip").exists()]
-            if not kept and base is None:
+            if not kept:
                 return  # nothing is known yet
-            policy = TrainedPolicy.load(kept[0], self._recipe, k) if kept else IdlePolicy(k)
-        self._curve.add(self._steps, scene, policy, self._recipe.smoothing, stalled_s)
+            policy = TrainedPolicy.load(kept[0], self._recipe, self._scene.actions.size)
+        self._curve.add(self._steps, self._scene, policy, self._recipe.smoothing, stalled_s)
 
 
 def _learn_with_defaults(scene: TaskScene, seed: int, steps: int) -> list[Point]:

@@ -42,6 +42,19 @@ def test_threads_change_nothing():
     assert all(np.array_equal(a.observation, b.observation) for a, b in zip(one, three, strict=True))
 
 
+def test_an_action_is_held_from_the_beginning_of_each_episode():
+    scene = small_learning().with_hold(3)
+    variations = [scene.task.variation("development", index) for index in range(2)]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
+    done = []
+    for step in range(8):
+        if step == 4:
+            episodes.reset(np.array([1]), [variations[1]])
+        episodes.step(np.full((2, 2), step / 10.0))
+        done.append(episodes.observation[:, 14].round(3).tolist())
+    assert np.allclose(np.transpose(done), [[0, 0, 0, 0.3, 0.3, 0.3, 0.6, 0.6], [0, 0, 0, 0.3, 0.4, 0.4, 0.4, 0.7]])
+
+
 def test_what_is_observed():
     """Joints 4 + 4, tendons 2 + 2, forces 2, last action 2, features 9."""
     episodes = begun(2)

@@ -21,8 +21,8 @@ from scenes import Breaking, QuickPushing, builtin_scene, small_learning, small_
 BUTTON = "aidsr/ButtonPushing-v0"
 
 
-def vector_env(n=4, task=None, of=Episodes, **options) -> BatchedVecEnv:
-    scene = small_learning(task)
+def vector_env(n=4, task=None, of=Episodes, hold_steps=1, **options) -> BatchedVecEnv:
+    scene = small_learning(task).with_hold(hold_steps)
     rng = np.random.default_rng(0)
 
     def following():
@@ -67,6 +67,30 @@ def test_the_last_sight_is_that_of_the_last_step():
     assert np.abs(now - before).max() > 0.01, "the arm still moves"
     assert dones.all()
     assert np.allclose([info["terminal_observation"][:4] for info in infos], now, atol=1e-6)
+
+
+def test_a_held_action_is_one_step_with_all_its_rewards():
+    held, each = vector_env(3, hold_steps=4), vector_env(3)
+    held.reset(), each.reset()
+    action, ended = np.tile([1.0, -1.0], (3, 1)), np.zeros(3, dtype=bool)
+    returns = np.zeros(3)
+    while not ended.any():
+        seen, rewards, ended, infos = held.step(action)
+        parts = []
+        for _ in range(4):
+            parts.append(each.step(action))
+            if parts[-1][2].any():
+                break
+        assert ended.tolist() == parts[-1][2].tolist()
+        assert np.allclose(rewards, np.sum([part[1] for part in parts], axis=0), atol=1e-6)
+        returns += rewards
+    assert ended.all()
+    assert len(parts) < 4, "they end while an action is held"
+    assert np.allclose(seen, parts[-1][0], atol=1e-6)
+    for index, (mine, other) in enumerate(zip(infos, parts[-1][3], strict=True)):
+        assert mine["episode"]["r"] == pytest.approx(returns[index])
+        assert mine["episode"]["l"] == other["episode"]["l"]
+        assert np.allclose(mine["terminal_observation"], other["terminal_observation"])
 
 
 def test_success_in_the_last_moment_is_no_truncation():

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
@@ -26,14 +25,6 @@ GroupsFrom = Literal["design", "symmetry", "none"]
 _ACTUATOR = mujoco.mjtObj.mjOBJ_ACTUATOR
 
 
-class BaseMotion(Protocol):
-    """What a robot does before its policy adds to it."""
-
-    def act(self, observation: NDArray[np.floating], time_s: FloatArray) -> FloatArray:
-        """Return actions for observations and times since the episodes began, (n, o) and (n,) -> (n, k), -1 to 1."""
-        ...
-
-
 @dataclass(frozen=True)
 class ActionMap:
     """What each number of an action drives; k numbers, m actuators."""
@@ -49,8 +40,8 @@ class ActionMap:
     """Control at an action of -1, (m,)."""
     high: FloatArray
     """Control at an action of 1, (m,)."""
-    base: BaseMotion | None = None
-    """What a policy's actions are added to, where they are corrections of a motion."""
+    hold_steps: int = 1
+    """Control steps for which an action is held before the next one counts."""
 
     @property
     def size(self) -> int:
@@ -63,11 +54,6 @@ class ActionMap:
         mine = np.clip(-(self.high + self.low) / (self.high - self.low), -1.0, 1.0)
         follows = np.array(self.follows)
         return np.array([mine[follows == k].mean() for k in range(self.size)])
-
-    def total(self, action: FloatArray, observation: NDArray[np.floating], time_s: FloatArray) -> FloatArray:
-        """Return a policy's actions and the base motion together, (n, k), -1 to 1."""
-        based = action if self.base is None else action + self.base.act(observation, time_s)
-        return np.clip(based, -1.0, 1.0)
 
     def ctrl(self, action: FloatArray) -> FloatArray:
         """Return the controls of the driven actuators, (n, k) -> (n, m)."""

@@ -108,6 +108,8 @@ class Episodes:
         self._reader = Reader.of(task, self.model)
         self._body = Proprioception.of(self.model, self.structure)
         self._last_action = np.tile(actions.rest, (self.n, 1))
+        self._held = self._last_action.copy()
+        self._age_steps = np.zeros(self.n, dtype=np.int64)
         self._models = PerturbedModels(self.batch, self.structure)
         self._delay = DelayLine(actions.rest, self.n, task.control_dt_s)
         self._friction: CableFriction | None = None
@@ -167,17 +169,20 @@ class Episodes:
         self.running[ids] = True
         self.time_limit_s[ids] = self.task.time_limit_s
         self._last_action[ids] = self.actions.rest
+        self._age_steps[ids] = 0
         self._sensordata[ids] = self.batch.bind("sensordata")[ids]
 
     def step(self, action: NDArray[np.floating]) -> StepResult:
         """Advance every running episode by one control step.
 
         Args:
-            action: The policy's, (n, n_actions), -1 to 1.
+            action: The policy's, (n, n_actions), -1 to 1. While an earlier one is held it counts for nothing.
         """
         asked: FloatArray = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
-        requested = self.actions.total(asked, self.observation, self.batch.bind("time").copy())
+        is_due = self._age_steps % self.actions.hold_steps == 0
+        self._held = requested = np.where(is_due[:, None], asked, self._held)
         running = self.running.copy()
+        self._age_steps += running
         applied = self.smoothing * self._last_action + (1.0 - self.smoothing) * requested
         self._last_action = np.where(running[:, None], applied, self._last_action)
         samples, diverged = self._simulate(running)

@@ -15,7 +15,7 @@ from lxml import etree
 
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.learn.episodes.actions import ActionMap, BaseMotion, Grouping, GroupsFrom, map_actions, recorded_actions
+from aidsr.learn.episodes.actions import ActionMap, Grouping, GroupsFrom, map_actions, recorded_actions
 from aidsr.mjcf.compile import compile_mjcf
 from aidsr.mjcf.read import open_mjcf, parse_document
 from aidsr.sim.assembly import add_sensors
@@ -77,9 +77,9 @@ class TaskScene:
         """
         return replace(self, actions=recorded_actions(self.model, groups, groups_from))
 
-    def with_base(self, base: BaseMotion | None) -> Self:
-        """Return the scene with actions that are added to a base motion."""
-        return replace(self, actions=replace(self.actions, base=base))
+    def with_hold(self, hold_steps: int) -> Self:
+        """Return the scene with actions that are held for some control steps."""
+        return replace(self, actions=replace(self.actions, hold_steps=hold_steps))
 
     @property
     def fingerprint(self) -> str:

@@ -13,16 +13,20 @@ import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
 from aidsr.learn.rl.curve_point import CurvePoint
+from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_folder import TrainingFolder
 
-_RECENT = 100
-"""Episodes over which success is averaged. Our choice: its standard error is then at most 0.05."""
+_RECENT, _RECENT_NOISELESS = 100, 20
+"""Episodes over which success is averaged. Our choice: its standard error is then at most 0.05. Of those without noise
+there are fewer, and a policy that learns quickly is soon another one."""
 _POINTS = 100
 """Points of a curve."""
 _CHECKPOINTS = 20
 """Over the whole budget."""
 _SEEMS_SATURATED = 0.9
-"""Share of recent episodes that must succeed, noise included, before a test without noise is worth its time."""
+"""Share of recent episodes that must succeed before a test is worth its time."""
+_NOISELESS_TESTS = 20
+"""Over the whole budget, where they are paid from it."""
 
 
 @dataclass
@@ -38,11 +42,22 @@ class History:
     recent: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
     """Success, progress and return of the last episodes."""
 
-    def count(self, info: dict[str, Any]) -> None:
-        """Count an episode that has ended."""
+    @classmethod
+    def of(cls, recipe: Recipe) -> History:
+        """Return that of a training that has not begun."""
+        return cls(recent=deque(maxlen=_RECENT if recipe.algorithm == "ppo" else _RECENT_NOISELESS))
+
+    def count(self, info: dict[str, Any], *, tells: bool = True) -> None:
+        """Count an episode that has ended.
+
+        Args:
+            info: Of its last step.
+            tells: Whether it tells how far the policy has come.
+        """
         self.episodes += 1
         self.diverged += info["diverged"]
-        self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
+        if tells:
+            self.recent.append((float(info["is_success"]), info["progress"], info["episode"]["r"]))
 
     @property
     def success_share(self) -> float:
@@ -61,9 +76,11 @@ class History:
         return asdict(self) | {"recent": list(self.recent)}
 
     @classmethod
-    def from_json(cls, plain: dict[str, Any]) -> History:
+    def from_json(cls, plain: dict[str, Any], recipe: Recipe) -> History:
         """Return what `to_json` made."""
-        return cls(**plain | {"recent": deque(map(tuple, plain["recent"]), maxlen=_RECENT)})
+        recent = cls.of(recipe).recent
+        recent.extend(map(tuple, plain["recent"]))
+        return cls(**plain | {"recent": recent})
 
 
 def append_to_curve(folder: TrainingFolder, point: CurvePoint) -> None:
@@ -80,6 +97,7 @@ class TrainingCallback(BaseCallback):
 
     Args:
         history: To be continued.
+        recipe: How is trained.
         steps: The budget.
         folder: Where the curve goes.
         checkpoint: Saves a checkpoint.
@@ -92,6 +110,7 @@ class TrainingCallback(BaseCallback):
     def __init__(
         self,
         history: History,
+        recipe: Recipe,
         steps: int,
         folder: TrainingFolder,
         *,
@@ -103,13 +122,21 @@ class TrainingCallback(BaseCallback):
     ) -> None:
         super().__init__()
         self.history, self.is_saturated, self.is_late = history, False, False
-        self._most_s = most_s
+        self._most_s, self._hold_steps = most_s, recipe.hold_steps
+        is_ppo = recipe.algorithm == "ppo"
+        self._telling = recipe.simulations if is_ppo else recipe.noiseless_simulations
+        self._test_every = steps // (_POINTS if is_ppo else _NOISELESS_TESTS)
         self._budget, self._folder, self._listen = steps, folder, listen
         self._checkpoint, self._saturated, self._begin = checkpoint, saturated, begin
         self._next_point = self._next_test = history.steps
         self._next_checkpoint = history.steps + steps // _CHECKPOINTS
         self._clock = 0.0
         self._last_point = (history.steps, history.wall_s)
+
+    @property
+    def _steps(self) -> int:
+        """Control steps, of which Stable-Baselines3 counts those with a new action."""
+        return self.num_timesteps * self._hold_steps
 
     def _on_training_start(self) -> None:
         self._begin()
@@ -118,9 +145,9 @@ class TrainingCallback(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         """Test and save the policy here, after an update: before one it is not what training continues with."""
-        if self.num_timesteps == self.history.steps:
+        if self._steps == self.history.steps:
             return  # no update yet
-        self._count(self.num_timesteps)
+        self._count(self._steps)
         self.is_late = self.history.wall_s >= self._most_s
         if self.history.steps >= self._next_point:
             self._next_point = self.history.steps + self._budget // _POINTS
@@ -128,22 +155,23 @@ class TrainingCallback(BaseCallback):
         if self.history.steps >= self._next_checkpoint:
             self._next_checkpoint = self.history.steps + self._budget // _CHECKPOINTS
             self._checkpoint()
-        full = len(self.history.recent) == _RECENT and self.history.success_share >= _SEEMS_SATURATED
+        recent = self.history.recent
+        full = len(recent) == recent.maxlen and self.history.success_share >= _SEEMS_SATURATED
         if full and self.history.steps >= self._next_test:
-            self._next_test = self.history.steps + self._budget // _POINTS
+            self._next_test = self.history.steps + self._test_every
             self.is_saturated = self._saturated()
 
     def _on_step(self) -> bool:
         if self.is_saturated or self.is_late:
-            return False  # PPO can stop only after a step, from which nothing is learned; so it does not count
-        for info in self.locals["infos"]:
+            return False  # learning can stop only after a step, from which nothing is learned; so it does not count
+        for index, info in enumerate(self.locals["infos"]):
             if "episode" in info:
-                self.history.count(info)
+                self.history.count(info, tells=index < self._telling)
         return True
 
     def _on_training_end(self) -> None:
         stopped = self.is_saturated or self.is_late
-        self._count(self.history.steps if stopped else self.num_timesteps)
+        self._count(self.history.steps if stopped else self._steps)
         if self._last_point[0] != self.history.steps:
             self._write_point()
 

@@ -19,12 +19,11 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from aidsr.core.errors import UserError
-from aidsr.learn.rl.feedback_motion import BASE_MOTION, FeedbackMotion
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.tasks.readings import FloatArray
 
 if TYPE_CHECKING:
-    from stable_baselines3.common.policies import ActorCriticPolicy
+    from stable_baselines3.common.policies import BasePolicy
     from stable_baselines3.common.vec_env import VecNormalize
 
 _MAX_BYTES = 64 * 2**20
@@ -105,28 +104,10 @@ def _text_within_limit(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
-def read_base_motion(folder: Path, n_actions: int) -> FeedbackMotion | None:
-    """Return what the actions of the policy in a folder are added to, None where that is nothing.
-
-    Raises:
-        UserError: It cannot be read, or is one of another robot.
-    """
-    path = folder / BASE_MOTION
-    if not path.exists():
-        return None
-    try:
-        base = FeedbackMotion.model_validate_json(_text_within_limit(path))
-    except ValueError as error:
-        reason = str(error).strip().partition("\n")[0]
-        raise UserError(f"{path} holds no motion ({reason}); train the policy again") from None
-    if len(base.motion.groups) != n_actions:
-        raise UserError(f"{path} moves {len(base.motion.groups)} groups of actuators, not {n_actions}")
-    return base
-
-
 def network_options(recipe: Recipe) -> dict[str, Any]:
     """Return what makes the network of a recipe, in the words of Stable-Baselines3."""
-    return {"net_arch": list(recipe.hidden_sizes), "log_std_init": float(np.log(recipe.action_noise_std))}
+    noise = {"log_std_init": float(np.log(recipe.action_noise_std))} if recipe.algorithm == "ppo" else {}
+    return {"net_arch": list(recipe.hidden_sizes)} | noise
 
 
 @contextlib.contextmanager
@@ -146,10 +127,8 @@ def one_torch_thread() -> Iterator[None]:
 class TrainedPolicy:
     """Acts without noise."""
 
-    network: ActorCriticPolicy
+    network: BasePolicy
     normalisation: Normalisation
-    base: FeedbackMotion | None = None
-    """What its actions are added to; the scene it acts in has to have it, see `TaskScene.with_base`."""
 
     def act(self, observation: NDArray[np.floating]) -> FloatArray:
         """See `Policy`."""
@@ -160,8 +139,6 @@ class TrainedPolicy:
     def fingerprint(self) -> str:
         """SHA-256 of weights, normalisation and base motion: the same policy has the same in any file."""
         digest = hashlib.sha256(self.normalisation.to_json().encode())
-        if self.base is not None:
-            digest.update(self.base.model_dump_json().encode())
         for name, weights in sorted(self.network.state_dict().items()):
             digest.update(name.encode() + weights.numpy(force=True).tobytes())
         return digest.hexdigest()
@@ -173,7 +150,7 @@ class TrainedPolicy:
         Only numbers are read from its policy.zip, never the Python objects that such a file may hold beside them.
 
         Args:
-            folder: Holds policy.zip and normalisation.json, and base_motion.json where its actions are added to one.
+            folder: Holds policy.zip and normalisation.json.
             recipe: What it was trained with.
             n_actions: Numbers in an action.
 
@@ -182,10 +159,10 @@ class TrainedPolicy:
         """
         import torch
         from stable_baselines3.common.policies import ActorCriticPolicy
+        from stable_baselines3.sac.policies import SACPolicy
 
         try:
             normalisation = Normalisation.from_json(_text_within_limit(folder / "normalisation.json"))
-            base = read_base_motion(folder, n_actions)
             with zipfile.ZipFile(folder / "policy.zip") as archive:
                 if archive.getinfo("policy.pth").file_size > _MAX_BYTES:
                     raise UserError(f"the policy in {folder} has more than {_MAX_BYTES // 2**20} MiB; train it again")
@@ -201,11 +178,12 @@ class TrainedPolicy:
             raise UserError(f"the policy in {folder} cannot be read ({reason}); train it again") from None
         seen = spaces.Box(-np.inf, np.inf, normalisation.mean.shape, np.float32)
         done = spaces.Box(-1.0, 1.0, (n_actions,), np.float32)
-        network = ActorCriticPolicy(seen, done, lambda _: recipe.learning_rate, **network_options(recipe))
+        kind = ActorCriticPolicy if recipe.algorithm == "ppo" else SACPolicy
+        network = kind(seen, done, lambda _: recipe.learning_rate, **network_options(recipe))
         try:
             network.load_state_dict(weights)
         except (RuntimeError, TypeError, AttributeError):
             raise UserError(
                 f"the policy in {folder} was trained for a robot with other actuators, or with another recipe"
             ) from None
-        return cls(network, normalisation, base)
+        return cls(network, normalisation)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
@@ -15,12 +15,14 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Recipe(Artifact):
-    """Proximal policy optimization (Schulman et al. 2017) as Stable-Baselines3 has it, on batched simulations.
+    """PPO (Schulman et al. 2017) or SAC (Haarnoja et al. 2018) of Stable-Baselines3 on batched simulations.
 
-    Source: our choice, measured on an arm and a crawler (docs/learning.md): many simulations with short rollouts and a
-    high learning rate learn several times faster from the same physics than the usual long rollouts.
+    The defaults are those of PPO. Source: our choice, measured on an arm and a crawler (docs/learning.md): many
+    simulations with short rollouts and a high learning rate learn several times faster from the same physics than the
+    usual long rollouts.
     """
 
+    algorithm: Literal["ppo", "sac"] = "ppo"
     simulations: Annotated[int, Field(ge=1)] = 64
     """Side by side."""
     rollout_steps: Annotated[int, Field(ge=1)] = 8
@@ -37,8 +39,6 @@ class Recipe(Artifact):
     clip_range: Annotated[float, Field(gt=0)] = 0.2
     action_noise_std: Annotated[float, Field(gt=0)] = 0.6
     """Standard deviation of actions at the start; learned from there."""
-    correction_noise_std: Annotated[float, Field(gt=0)] = 0.3
-    """The same where the policy corrects a motion that wins already."""
     settling_noise_std: Annotated[float, Field(gt=0)] = 3.0
     """Largest standard deviation that is left to actions when settling begins. Our choice, see docs/learning.md."""
     final_noise_std: Annotated[float, Field(gt=0)] = 0.2
@@ -60,12 +60,41 @@ class Recipe(Artifact):
     randomize: bool = False
     """Whether each training episode differs from the model as a real robot may, see `perturbation.randomized`. Ours;
     the paper trains in the model."""
-    search_share: Share = 0.0
-    """Part of the budget that a search for a motion with feedback may take, see `aidsr.learn.rl.motion_policy_search`;
-    the policy then learns corrections of that motion, if it ever wins. 0: it learns everything, as in the paper."""
     from_probe: bool = False
     """Whether the policy first learns to do what the probe's best motion does, where that succeeds. Ours; the paper
     starts from a policy that knows nothing."""
+    hold_steps: Annotated[int, Field(ge=1)] = 1
+    """Control steps for which an action is held, in training and afterwards. Soft bodies filter out what changes
+    faster, and a policy has fewer decisions to learn; `gamma` is then the discount of one held action."""
+    updates: Annotated[int, Field(ge=1)] = 8
+    """SAC only, as all below: updates after each step of all simulations."""
+    target_rate: Annotated[float, Field(gt=0, le=1)] = 0.01
+    """Share by which the target of the value moves with each update."""
+    entropy_weight: Annotated[float, Field(gt=0)] = 0.05
+    """Weight of the policy's entropy at the start; learned from there."""
+    random_steps: Annotated[int, Field(ge=1)] = 4_500
+    """Control steps of random actions before anything is learned, an eighth of the budget at most."""
+    noiseless_simulations: Annotated[int, Field(ge=1)] = 8
+    """Simulations in which the policy acts without noise. Their episodes tell how far it has come, and it learns from
+    them as from the others."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_before(cls, plain: Any) -> Any:
+        """Read a recipe of before, when PPO could correct a motion found by a search, if nothing was searched."""
+        if isinstance(plain, dict) and plain.get("search_share") == 0.0:
+            return {
+                name: value for name, value in plain.items() if name not in ("search_share", "correction_noise_std")
+            }
+        return plain
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.algorithm == "sac" and self.noiseless_simulations >= self.simulations:
+            raise ValueError("no simulation is left to explore in; let fewer be without noise")
+        if self.algorithm == "sac" and self.from_probe:
+            raise ValueError("a policy of SAC imitates no probe; use PPO")
+        return self
 
     def learning_rate_when(self, left: float) -> float:
         """Return the learning rate when a share of the budget is left; a last rollout goes beyond it, to below 0."""
@@ -75,7 +104,19 @@ class Recipe(Artifact):
 Protocol = Literal["paper", "best"]
 """Names of the two ways to train: `paper` is what results are compared by, `best` what reaches success soonest."""
 
-PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType({"paper": Recipe(), "best": Recipe(search_share=0.7)})
+PROTOCOLS: Mapping[Protocol, Recipe] = MappingProxyType(
+    {
+        "paper": Recipe(),
+        "best": Recipe(
+            algorithm="sac",
+            simulations=32,
+            hold_steps=3,
+            batch_size=256,
+            hidden_sizes=(128, 128),
+            final_learning_rate=1e-3,
+        ),
+    }
+)
 
 
 def recipe_of(
@@ -89,6 +130,6 @@ def recipe_of(
     if protocol not in PROTOCOLS:
         raise UserError(f'no protocol "{protocol}"; use {" or ".join(PROTOCOLS)}')
     if from_probe and protocol != "paper":
-        raise UserError(f'from_probe is for protocol "paper" alone: "{protocol}" searches motions itself')
+        raise UserError('from_probe is for protocol "paper" alone, whose policy it begins')
     options = {"from_probe": from_probe, "smoothing": smoothing, "randomize": randomize}
     return PROTOCOLS[protocol].model_copy(update=options)

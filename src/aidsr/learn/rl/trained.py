@@ -12,7 +12,6 @@ from aidsr.core.errors import UserError
 from aidsr.core.plain_tree import require_plain_tree
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
 from aidsr.learn.rl.evaluation import VERDICT_EPISODES, EvaluationPoint, EvaluationRollout, evaluate
-from aidsr.learn.rl.feedback_motion import FeedbackMotions
 from aidsr.learn.rl.policy import TrainedPolicy, one_torch_thread
 from aidsr.learn.rl.robustness import perturbed_episodes
 from aidsr.learn.rl.training_folder import TrainingConfig, TrainingFolder, TrainingResult
@@ -60,9 +59,7 @@ class FinishedTraining:
         ).with_actions(config.groups, config.groups_from)
         _check_scene(folder, config, scene)
         policy = TrainedPolicy.load(folder, config.recipe, scene.actions.size)
-        if policy.base is not None:
-            scene = scene.with_base(FeedbackMotions.of(policy.base))
-        return cls(home, config, result, scene, policy)
+        return cls(home, config, result, scene.with_hold(config.recipe.hold_steps), policy)
 
     def scene_at(self, level: Level) -> TaskScene:
         """Return the scene with its environment as at another level of the task.
@@ -74,7 +71,7 @@ class FinishedTraining:
             raise UserError(f"a goal of your own has no level {level}; evaluate it without a level")
         task = load_task(self.config.task, level)
         scene = TaskScene.of(edit_environment(self.scene.mjcf, task.edits), task, grouping="off")
-        return scene.with_actions(self.config.groups, self.config.groups_from).with_base(self.scene.actions.base)
+        return scene.with_actions(self.config.groups, self.config.groups_from).with_hold(self.config.recipe.hold_steps)
 
 
 def _check_version(folder: Path, config: TrainingConfig) -> None:

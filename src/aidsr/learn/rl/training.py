@@ -1,4 +1,4 @@
-"""Training of one policy: PPO on batched simulations, kept in a folder, resumed where it stopped."""
+"""Training of one policy on batched simulations, kept in a folder, resumed where it stopped."""
 
 from __future__ import annotations
 
@@ -18,9 +18,7 @@ from aidsr.learn.episodes.perturbation import randomized
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.rl.behavior_cloning import clone_probe_motion
-from aidsr.learn.rl.feedback_motion import BASE_MOTION, FeedbackMotion, FeedbackMotions
-from aidsr.learn.rl.motion_policy_search import IdlePolicy, SearchState, least_steps, search_motion_policy
-from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread, read_base_motion
+from aidsr.learn.rl.policy import Normalisation, TrainedPolicy, network_options, one_torch_thread
 from aidsr.learn.rl.recipe import Recipe
 from aidsr.learn.rl.training_folder import FolderInUseError, TrainingConfig, TrainingFolder, TrainingResult
 from aidsr.sim.structure import read_structure
@@ -32,6 +30,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecNormalize
 
     from aidsr.learn.rl.curve_point import CurvePoint
+    from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
 BUDGET_STEPS = 300_000
 """Control steps, the same for every design and task. Source: docs/tasks.md, budget v1."""
@@ -42,9 +41,6 @@ on are never sampled."""
 
 _SATURATION_EPISODES = 20
 """Development episodes that say whether training is saturated."""
-
-_COMPARED_EPISODES = 40
-"""Development episodes that say whether a policy wins more than the motion it began with. Our choice."""
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
 
@@ -179,34 +175,34 @@ class _Training:
         from stable_baselines3.common.vec_env import VecNormalize
 
         from aidsr.learn.rl.callbacks import History
+        from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
         from aidsr.learn.rl.vector_env import BatchedVecEnv
 
-        self.scene, self.home, self.config, self.threads, self.listen = scene, home, config, threads, listen
+        self.scene, self.home = scene.with_hold(config.recipe.hold_steps), home
+        self.config, self.threads, self.listen = config, threads, listen
         self.most_s = np.inf if config.minutes is None else 60.0 * config.minutes
         saved = home / "checkpoint"
         resumed = home.recover_folder("checkpoint")
-        self.history = History.from_json(home.read_json("checkpoint/history.json")) if resumed else History()
+        recipe = config.recipe
+        self.history = (
+            History.from_json(home.read_json("checkpoint/history.json"), recipe) if resumed else History.of(recipe)
+        )
         # a resumed training must not sample the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
-        recipe = config.recipe
         self._structure = read_structure(scene.model)
-        if recipe.search_share:
-            base = read_base_motion(home.path, scene.actions.size) if resumed else self._search()
-            self.scene = scene if base is None else scene.with_base(FeedbackMotions.of(base))
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
-        self.normalised: VecNormalize = VecNormalize(self.env, gamma=recipe.gamma)
+        self.normalised: VecNormalize = VecNormalize(
+            self.env, gamma=recipe.gamma, norm_reward=recipe.algorithm == "ppo"
+        )
         self.model = self._make_model(str(home / "tensorboard") if tensorboard else None)
         if resumed:
             self.history.resumed += 1
             Normalisation.from_json((saved / "normalisation.json").read_text("utf-8")).restore(self.normalised)
             self.model.set_parameters(str(saved / "policy.zip"), device="cpu")
-            self.model.num_timesteps = self.history.steps
-        elif self.history.steps:  # of a search
-            self.model.num_timesteps = self.history.steps
-            if self.scene.actions.base is not None:
-                self._correct_nothing()
-            self._checkpoint()
+            self.model.num_timesteps = self.history.steps // recipe.hold_steps
+            if isinstance(self.model, SoftActorCritic):
+                self.model.load_memory(saved / "memory")
         elif recipe.from_probe:
             self._imitate_probe()
 
@@ -220,10 +216,14 @@ class _Training:
         scene, smoothing = self.scene, self.config.recipe.smoothing
         return Episodes(scene.model, scene.task, scene.actions, variations, threads=self.threads, smoothing=smoothing)
 
-    def _make_model(self, tensorboard: str | None) -> PPO:
+    def _make_model(self, tensorboard: str | None) -> PPO | SoftActorCritic:
         from stable_baselines3 import PPO
 
-        recipe = self.config.recipe
+        from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
+
+        recipe, seed = self.config.recipe, int(self.rng.integers(2**31))
+        if recipe.algorithm == "sac":
+            return SoftActorCritic.of(recipe, self.normalised, self.config.steps, seed, tensorboard)
         return PPO(
             "MlpPolicy",
             self.normalised,
@@ -237,12 +237,15 @@ class _Training:
             ent_coef=recipe.entropy_bonus,
             policy_kwargs=dict(network_options(recipe)),
             tensorboard_log=tensorboard,
-            seed=int(self.rng.integers(2**31)),
+            seed=seed,
             device="cpu",
         )
 
     def _imitate_probe(self) -> None:
         """Clone the best motion of a probe, as part of the budget."""
+        from stable_baselines3 import PPO
+
+        assert isinstance(self.model, PPO)  # the recipe refuses another
         began, seed = time.perf_counter(), int(self.rng.integers(2**31))
         asked = {"steps": self.config.steps, "seed": seed, "threads": self.threads}
         report, steps = clone_probe_motion(self.scene, self.model, self.normalised, **asked)
@@ -251,76 +254,6 @@ class _Training:
         self.model.num_timesteps = steps
         self.home.log_event("probed", steps=steps, ended=report.best.episode.ended, motion=report.best.motion.summary)
 
-    def _search(self) -> FeedbackMotion | None:
-        """Search for a motion with feedback, as part of the budget, and keep the best so far in the folder.
-
-        Returns:
-            The best; None where it hardly wins, or where the budget is too small for a search.
-        """
-        from aidsr.learn.rl.callbacks import append_to_curve
-        from aidsr.learn.rl.curve_point import CurvePoint
-
-        recipe, history, began = self.config.recipe, self.history, time.perf_counter()
-        steps = round(recipe.search_share * self.config.steps)
-        if steps < least_steps(self.scene):
-            return None
-        (self.home / "curve.csv").unlink(missing_ok=True)  # a search that was killed begins again
-
-        def listen(state: SearchState) -> bool:
-            speed = (state.steps - history.steps) / max(time.perf_counter() - began - history.wall_s, 1e-9)
-            history.steps, history.wall_s = state.steps, time.perf_counter() - began
-            history.episodes, history.diverged = state.episodes, state.diverged
-            self.home.write(BASE_MOTION, state.motion.model_dump_json(indent=2) + "\n")
-            point = CurvePoint(
-                steps=state.steps,
-                wall_s=round(history.wall_s, 2),
-                episodes=state.episodes,
-                success_share=round(state.success, 4),
-                progress=round(state.progress, 4),
-                reward=round(state.reward, 4),
-                diverged=state.diverged,
-                steps_per_s=round(speed, 1),
-            )
-            append_to_curve(self.home, point)
-            self.listen(point)
-            return history.wall_s < self.most_s
-
-        found = search_motion_policy(
-            self.scene,
-            self._sample_variation,
-            steps=steps,
-            saturation=recipe.saturation,
-            rng=self.rng,
-            threads=self.threads,
-            smoothing=recipe.smoothing,
-            listen=listen,
-        )
-        self.home.log_event("searched", steps=found.steps, success_share=found.success, progress=found.progress)
-        if not found.is_worth_correcting:
-            (self.home / BASE_MOTION).unlink()
-            return None
-        return found.motion
-
-    def _correct_nothing(self) -> None:
-        """Let the policy leave its base motion as it is, but for some noise while it learns."""
-        import torch
-
-        with torch.no_grad():
-            self.model.policy.log_std.fill_(float(np.log(self.config.recipe.correction_noise_std)))
-            for weights in self.model.policy.action_net.parameters():
-                weights.zero_()
-
-    def _keep_the_better(self) -> None:
-        """Drop what the policy learned where its base motion alone wins more of the same development episodes."""
-        variations = [self._sample_variation() for _ in range(_COMPARED_EPISODES)]
-        policy = TrainedPolicy(self.model.policy, Normalisation.of(self.normalised))
-        self.model.policy.set_training_mode(False)
-        idle = IdlePolicy(self.scene.actions.size)
-        learned, alone = (int(rollout(self._episodes(variations), one).success.sum()) for one in (policy, idle))
-        self.home.log_event("compared", episodes=_COMPARED_EPISODES, policy=learned, base_motion=alone)
-        if learned < alone:
-            self._correct_nothing()
-
     def run(self) -> TrainingResult:
         """Train to the end of the budget or until the policy is saturated."""
         from aidsr.learn.rl.callbacks import TrainingCallback
@@ -328,6 +261,7 @@ class _Training:
 
         callback = TrainingCallback(
             self.history,
+            self.config.recipe,
             self.config.steps,
             self.home,
             checkpoint=self._checkpoint,
@@ -336,19 +270,16 @@ class _Training:
             begin=lambda: self.env.desynchronize(self.rng),
             most_s=self.most_s,
         )
-        if self.scene.actions.base is not None and self._saturated():
-            return self._finish("saturated")
-        left = self.config.steps - self.history.steps
+        left = (self.config.steps - self.history.steps) // self.config.recipe.hold_steps
+        exploration = [Exploration(self.config.recipe)] if self.config.recipe.algorithm == "ppo" else []
         try:
             if left > 0 and self.history.wall_s < self.most_s:
-                self.model.learn(left, callback=[Exploration(self.config.recipe), callback], reset_num_timesteps=False)
+                self.model.learn(left, callback=[*exploration, callback], reset_num_timesteps=False)
         except KeyboardInterrupt:
             self._checkpoint()
             raise
         if callback.is_saturated:
             return self._finish("saturated")
-        if self.scene.actions.base is not None and left > 0:
-            self._keep_the_better()
         return self._finish("time" if self.history.wall_s >= self.most_s else "budget")
 
     def _saturated(self) -> bool:
@@ -357,9 +288,12 @@ class _Training:
         self.model.policy.set_training_mode(False)
         course = rollout(self._episodes([self._sample_variation() for _ in range(_SATURATION_EPISODES)]), policy)
         share = float(course.success.mean())
+        if self.config.recipe.algorithm == "sac":  # pays for it from the budget; that of the paper is left as it was
+            action_s = self.scene.task.control_dt_s * self.config.recipe.hold_steps
+            self.model.num_timesteps += round(float(course.time_s.sum()) / action_s)
         self.home.log_event("tested", steps=self.history.steps, success_share=share)
         is_saturated = share >= self.config.recipe.saturation
-        # the one step that PPO still takes must not change what was tested
+        # the one step that is still taken must not change what was tested
         self.normalised.training = not is_saturated
         return is_saturated
 
@@ -370,10 +304,14 @@ class _Training:
         self.home.log_event("checkpoint", steps=self.history.steps)
 
     def _save(self, folder: Path) -> None:
+        from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
+
         saved = TrainingFolder(folder)
         saved.write("normalisation.json", Normalisation.of(self.normalised).to_json())
         saved.write_json("history.json", self.history.to_json())
         self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
+        if isinstance(self.model, SoftActorCritic):
+            self.model.save_memory(folder / "memory")
 
     def _finish(self, stopped: Literal["budget", "saturated", "time"]) -> TrainingResult:
         history = self.history

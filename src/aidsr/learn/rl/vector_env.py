@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.rl.spaces import action_space, observation_space
 from aidsr.tasks import Variation
-from aidsr.tasks.readings import FloatArray
+from aidsr.tasks.readings import BoolArray, FloatArray
 
 _GAIN = 0.01
 """Smaller gains of progress do not count."""
@@ -23,7 +23,8 @@ class BatchedVecEnv(VecEnv):
 
     The infos of an episode's last step carry what Stable-Baselines3 and its Monitor write there:
     "terminal_observation", "TimeLimit.truncated", "is_success" and "episode" (return "r", steps "l"); and "progress"
-    and "diverged".
+    and "diverged". Where an action is held for several control steps, see `ActionMap.hold_steps`, these are one step
+    here.
 
     Args:
         episodes: The simulations.
@@ -64,25 +65,30 @@ class BatchedVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Advance all episodes by one control step and reset those that ended."""
-        result = self.episodes.step(self._actions)
-        self._return += result.reward
-        self._length += 1
+        """Advance all episodes by as many control steps as an action is held, and reset those that ended."""
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        ended = np.flatnonzero(result.done)
+        reward, done = np.zeros(self.num_envs), np.zeros(self.num_envs, dtype=np.bool_)
+        for _ in range(self.episodes.actions.hold_steps):
+            running = self.episodes.running
+            result = self.episodes.step(self._actions)
+            reward += result.reward
+            self._length += running
+            done |= result.done
+            for index in np.flatnonzero(result.done).tolist():
+                self._return[index] += reward[index]
+                infos[index] = self._terminal_info(result, index)
+            self._truncate_stalled(result, running)
+        self._return += np.where(done, 0.0, reward)
         observation = result.observation
-        for index in ended.tolist():
-            infos[index] = self._terminal_info(result, index)
-        self._truncate_stalled(result)
-        if ended.size:
-            observation = self._reset(ended)
-        return observation, result.reward.astype(np.float32), result.done, infos
+        if done.any():
+            observation = self._reset(np.flatnonzero(done))
+        return observation, reward.astype(np.float32), done, infos
 
-    def _truncate_stalled(self, result: StepResult) -> None:
-        gained = result.progress >= self._best_progress + _GAIN
+    def _truncate_stalled(self, result: StepResult, running: BoolArray) -> None:
+        gained = running & (result.progress >= self._best_progress + _GAIN)
         self._best_progress = np.where(gained, result.progress, self._best_progress)
         self._last_gain_s = np.where(gained, result.time_s, self._last_gain_s)
-        self.episodes.time_limit_s[result.time_s - self._last_gain_s >= self._patience_s] = 0.0
+        self.episodes.time_limit_s[running & (result.time_s - self._last_gain_s >= self._patience_s)] = 0.0
 
     def _reset(self, ids: np.ndarray) -> np.ndarray:
         self._return[ids], self._length[ids] = 0.0, 0

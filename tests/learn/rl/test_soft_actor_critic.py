@@ -1,0 +1,241 @@
+"""Soft actor-critic: what the protocol `best` learns with, how it goes on after a kill, and what it costs."""
+
+import json
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+
+from aidsr.core.errors import UserError
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.rl.policy import TrainedPolicy
+from aidsr.learn.rl.recipe import PROTOCOLS, Recipe, recipe_of
+from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
+from aidsr.learn.rl.trained import FinishedTraining, evaluate_training
+from aidsr.learn.rl.training import train
+from aidsr.learn.rl.training_folder import TrainingFolder
+from aidsr.tasks import Feature, Variation
+from scenes import QuickPushing, small_learning
+
+SMALL = Recipe(
+    algorithm="sac",
+    simulations=8,
+    hold_steps=3,
+    batch_size=32,
+    hidden_sizes=(16, 16),
+    updates=2,
+    noiseless_simulations=2,
+)
+STEPS = 1_200
+
+
+@dataclass(frozen=True)
+class TwoSided(QuickPushing):
+    """Won by bending to the side that the task names, lost by bending to the other."""
+
+    features: ClassVar = (Feature("side", "", (-1, 1), "(state)"),)
+
+    def sample_variation(self, rng):
+        return Variation(parameters={"side": (rng.choice([-1.0, 1.0]),)})
+
+    def reset_state(self, readings):
+        return {}
+
+    def update_state(self, readings, state):
+        return state
+
+    def _bent(self, readings):
+        return readings["tip_position"][:, 0] * readings.parameters["side"][:, 0]
+
+    def observe(self, readings, state):
+        return readings.parameters["side"]
+
+    def progress(self, readings, state):
+        return np.clip(self._bent(readings) / 0.05, 0.0, 1.0)
+
+    def is_success(self, readings, state):
+        return self._bent(readings) > 0.05
+
+    def is_failure(self, readings, state):
+        return self._bent(readings) < -0.05
+
+
+@dataclass(frozen=True)
+class NeverWon(TwoSided):
+    """Nothing succeeds."""
+
+    def is_success(self, readings, state):
+        return np.zeros(readings.n, dtype=bool)
+
+
+@dataclass(frozen=True)
+class WonTogether(TwoSided):
+    """Won by being there, but only where as many simulations run side by side as in training."""
+
+    def is_success(self, readings, state):
+        return np.full(readings.n, readings.n == SMALL.simulations)
+
+    def is_failure(self, readings, state):
+        return np.zeros(readings.n, dtype=bool)
+
+
+def trained(folder, task=TwoSided, *, steps=STEPS, recipe=SMALL, threads=1, **options):
+    return train(small_learning(task()), folder, steps=steps, recipe=recipe, threads=threads, **options)
+
+
+def events(folder) -> list[dict]:
+    return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+
+
+def policy_of(folder) -> TrainedPolicy:
+    return TrainedPolicy.load(folder, SMALL, 2)
+
+
+def at(steps, ending):
+    """Return a listener that ends a training with the first point of its curve from so many steps on."""
+
+    def listen(point):
+        if point.steps >= steps:
+            raise ending
+
+    return listen
+
+
+def test_it_learns_what_no_single_motion_can_do(tmp_path):
+    recipe = SMALL.model_copy(update={"simulations": 16, "batch_size": 128, "hidden_sizes": (64, 64), "updates": 16})
+    result = trained(tmp_path, steps=10_000, recipe=recipe)
+    assert result.success_share >= 0.9
+    policy = TrainedPolicy.load(tmp_path, recipe, 2)
+    scene = small_learning(TwoSided()).with_hold(recipe.hold_steps)
+    variations = [scene.task.variation("held_out", index) for index in range(20)]
+    episodes = Episodes(scene.model, scene.task, scene.actions, variations, threads=1)
+    assert rollout(episodes, policy).success.mean() >= 0.9
+
+
+def test_the_same_seed_gives_the_same_policy_whatever_the_threads(tmp_path):
+    for name, options in {"one": {}, "three": {"threads": 3}, "other": {"seed": 1}}.items():
+        result = trained(tmp_path / name, **options)
+        assert STEPS <= result.steps < STEPS + 2 * 3 * SMALL.simulations
+    one, three, other = (policy_of(tmp_path / name).fingerprint for name in ("one", "three", "other"))
+    assert one == three != other
+
+
+def test_a_resumed_training_goes_on_with_all_it_has_seen(tmp_path, monkeypatch):
+    """Its networks, the weight of its entropy, and the transitions it learns from."""
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, listen=at(STEPS // 2, KeyboardInterrupt))
+    saved = tmp_path / "checkpoint" / "memory"
+    before = {path.stem: np.load(path, allow_pickle=False) for path in saved.iterdir()}
+    networks = TrainedPolicy.load(tmp_path / "checkpoint", SMALL, 2).fingerprint
+    assert before["position"] == len(before["rewards"]) >= STEPS // 2 // 3 // SMALL.simulations
+    assert before["log_entropy_weight"] != np.log(np.float32(SMALL.entropy_weight))
+    models = []
+    with monkeypatch.context() as still:
+        still.setattr(SoftActorCritic, "learn", lambda model, *_, **__: models.append(model))
+        still.setattr(TrainingFolder, "remove_folder", lambda *_: None)
+        assert trained(tmp_path).resumed == 1
+    after = {path.stem: np.load(path, allow_pickle=False) for path in saved.iterdir()}
+    assert before.keys() == after.keys()
+    assert all(np.array_equal(before[name], after[name]) for name in before)
+    assert policy_of(tmp_path).fingerprint == networks
+
+
+def test_a_killed_training_comes_to_its_end(tmp_path):
+    for ending_at in (STEPS // 3, STEPS // 2):
+        with pytest.raises(KeyboardInterrupt):
+            trained(tmp_path, listen=at(ending_at, KeyboardInterrupt))
+    heard = []
+    result = trained(tmp_path, listen=heard.append)
+    assert (result.resumed, result.stopped) == (2, "budget")
+    assert heard[0].steps > STEPS // 2
+    assert not (tmp_path / "checkpoint").exists()
+
+
+def test_memory_that_is_full_begins_again_with_its_oldest(tmp_path, monkeypatch):
+    monkeypatch.setattr("aidsr.learn.rl.soft_actor_critic._MOST_TRANSITIONS", 10 * SMALL.simulations)
+    with pytest.raises(KeyboardInterrupt):
+        trained(tmp_path, listen=at(STEPS // 2, KeyboardInterrupt))
+    saved = tmp_path / "checkpoint" / "memory"
+    position = int(np.load(saved / "position.npy"))
+    assert len(np.load(saved / "rewards.npy")) == 10 != position
+    assert trained(tmp_path).stopped == "budget"
+
+
+def test_the_first_simulations_act_without_noise(tmp_path, monkeypatch):
+    """Once the random actions are over, and only they tell how far the policy has come."""
+    acted, sample = [], SoftActorCritic._sample_action
+
+    def noted(model, learning_starts, *rest):
+        action, stored = sample(model, learning_starts, *rest)
+        assert np.array_equal(action, stored)
+        best, _ = model.predict(model._last_obs, deterministic=True)
+        acted.append((model.num_timesteps >= learning_starts, np.isclose(action, best, atol=1e-5).all(axis=1)))
+        return action, stored
+
+    monkeypatch.setattr(SoftActorCritic, "_sample_action", noted)
+    trained(tmp_path)
+    begun = np.array([same for learned, same in acted if not learned])
+    then = np.array([same for learned, same in acted if learned])
+    assert not begun.any()
+    assert then[:, : SMALL.noiseless_simulations].all()
+    assert not then[:, SMALL.noiseless_simulations :].all(axis=0).any()
+
+
+def test_a_test_for_saturation_is_paid_from_the_budget(tmp_path):
+    result = trained(tmp_path, WonTogether, steps=6_000)
+    tests = [event for event in events(tmp_path) if event["kind"] == "tested"]
+    assert {event["success_share"] for event in tests} == {0.0}
+    assert 1 < len(tests) <= 21
+    assert (result.stopped, result.success_share) == ("budget", 1.0)
+    # each step of the eight simulations ends an episode; a test plays twenty of 24 steps
+    played = result.episodes * SMALL.hold_steps
+    assert result.steps - played > 0.8 * len(tests) * 20 * 24
+
+
+def test_a_saturated_training_ends_before_its_budget(tmp_path):
+    @dataclass(frozen=True)
+    class Given(TwoSided):
+        def is_success(self, readings, state):
+            return readings.time_s > 0.0
+
+    result = trained(tmp_path, Given, steps=20_000)
+    assert (result.stopped, result.success_share >= 0.9) == ("saturated", True)
+    assert result.steps < 5_000
+
+
+def test_wall_time_ends_a_training(tmp_path):
+    result = trained(tmp_path, NeverWon, steps=20_000, minutes=0.0001)
+    assert result.stopped == "time"
+    assert 0 < result.steps < 2_000
+
+
+def test_a_policy_is_judged_with_actions_held_as_it_learned_them(tmp_path):
+    train(small_learning("button_pushing"), tmp_path, steps=300, recipe=SMALL, threads=1)
+    found = FinishedTraining.load(tmp_path)
+    assert found.scene.actions.hold_steps == found.scene_at("hard").actions.hold_steps == 3
+    assert len(evaluate_training(tmp_path, episodes=20, threads=1, videos=False).episodes) == 20
+
+
+def test_a_protocol_is_a_recipe_and_options_are_added_to_it():
+    assert recipe_of("paper") == PROTOCOLS["paper"] == Recipe()
+    assert recipe_of("best", smoothing=0.7) == PROTOCOLS["best"].model_copy(update={"smoothing": 0.7})
+    with pytest.raises(UserError, match="from_probe is for protocol"):
+        recipe_of("best", from_probe=True)
+    with pytest.raises(UserError, match='no protocol "fast"'):
+        recipe_of("fast")
+
+
+def test_a_recipe_of_before_is_read_where_no_motion_was_searched():
+    plain = json.loads(Recipe().model_dump_json()) | {"search_share": 0.0, "correction_noise_std": 0.3}
+    assert Recipe.model_validate(plain) == Recipe()
+    with pytest.raises(ValueError, match="search_share"):
+        Recipe.model_validate(plain | {"search_share": 0.7})
+
+
+def test_a_recipe_that_explores_nowhere_is_refused():
+    with pytest.raises(ValueError, match="no simulation is left to explore in"):
+        Recipe(algorithm="sac", simulations=8)
