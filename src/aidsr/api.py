@@ -166,8 +166,7 @@ def train(
         task: Task to learn; a design knows its own.
         level: Level of the task.
         goal: File of a goal, instead of a task, for an environment of your own.
-        protocol: "best" searches a motion with feedback first and lets a policy correct it; "paper" is PPO from
-            nothing, for comparison.
+        protocol: "best" is soft actor-critic on held actions; "paper" is PPO, for comparison.
         steps: Budget of control steps; training ends earlier when success is saturated.
         minutes: Budget of wall time as well.
         seed: Of the network, of exploration and of the variations drawn.

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from aidsr.core.errors import UserError
 
 EXTRAS: dict[str, tuple[str, ...]] = {
-    "rl": ("cma", "gymnasium", "stable_baselines3", "torch"),
+    "rl": ("gymnasium", "stable_baselines3", "torch"),
     "web": ("nicegui",),
     "ray": ("ray",),
     "mcp": ("mcp",),

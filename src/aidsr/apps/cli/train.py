@@ -55,8 +55,7 @@ def train(
     goal
         Goal in a file, instead of a task, for an environment of your own.
     protocol
-        "best" searches a motion with feedback first and lets a policy correct it; "paper" is PPO from nothing, for
-        comparison.
+        "best" is soft actor-critic on held actions; "paper" is PPO, for comparison.
     steps
         Budget of control steps for each seed; training ends earlier when success is saturated.
     minutes

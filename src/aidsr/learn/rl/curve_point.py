@@ -15,8 +15,8 @@ class CurvePoint:
     """Ended so far. The first ones of all simulations are cut short at different times, see `BatchedVecEnv`, so that
     success is reported too low rather than too high before the task's time limit has passed once."""
     success_share: float
-    """Of the last 100 episodes, with noise; nan before the first. Lost episodes end last, at the time limit, and so are
-    missing at first."""
+    """Of the last 100 episodes, with noise, or of SAC's last 20 without; nan before the first. Lost episodes end last,
+    at the time limit, and so are missing at first."""
     progress: float
     """Mean at their ends."""
     reward: float

@@ -32,7 +32,7 @@ def curve_picture(curve: Path) -> bytes:
         left, right = figure.subplots(1, 2)
         for name, label in (("success_share", "success"), ("progress", "progress at the end")):
             left.plot(steps, column.get(name, steps), label=label)
-        left.set(xlabel="control steps", ylabel="last 100 episodes", ylim=(-0.02, 1.02))
+        left.set(xlabel="control steps", ylabel="last episodes", ylim=(-0.02, 1.02))
         left.legend()
         right.plot(steps, column.get("reward", steps))
         right.set(xlabel="control steps", ylabel="return")

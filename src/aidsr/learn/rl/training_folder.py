@@ -61,7 +61,7 @@ class TrainingResult(Artifact):
     diverged_episodes: int
     """Episodes in which the simulation diverged."""
     success_share: float | None
-    """Of the last 100 episodes, with the noise of learning; None without any."""
+    """Of the last 100 episodes, with the noise of learning, or of SAC's last 20 without it; None without any."""
     stopped: Literal["budget", "saturated", "time"]
     resumed: int = 0
     """How often it resumed from a checkpoint, with other episodes than it would have sampled in one process."""
