@@ -43,9 +43,9 @@ def probe(
     goal: str | Path = "",
     groups: Sequence[ActuatorGroup] | None = None,
     grouping: Grouping = "auto",
-    candidates: int = 128,
+    candidates: int | None = None,
     variations: int = 2,
-    max_steps: int = 300_000,
+    max_steps: int | None = None,
     seed: int = 0,
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
@@ -64,9 +64,9 @@ def probe(
         groups: Actuators that act together; those of the design unless given.
         grouping: "auto" lets actuators act together as the groups say or as symmetric limbs do; "off" moves each by
             itself.
-        candidates: Motions tried for each variation, in whole generations of 16.
+        candidates: Motions tried for each variation, in whole generations of 16; 128 unless given, with a goal 256.
         variations: How many development variations of the task; each is searched for itself.
-        max_steps: Physics steps of all simulations together.
+        max_steps: Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
         seed: The same seed tries the same motions.
         threads: Native threads for physics; 0 takes all processors. Results do not depend on it.
         listen: Called with how far it has come, after each generation of motions.
@@ -77,7 +77,8 @@ def probe(
         MjcfError: The scene cannot be loaded.
     """
     for name, number in (("candidates", candidates), ("variations", variations), ("max_steps", max_steps)):
-        check_whole_number(name, number, least=1)
+        if number is not None:
+            check_whole_number(name, number, least=1)
     _check_seed_and_threads(seed, threads)
     from aidsr.sandbox.pool import warm_up
 

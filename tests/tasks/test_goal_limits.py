@@ -23,7 +23,8 @@ def forces(*newtons: float) -> Readings:
 
 
 def moved(*way_m: float) -> Readings:
-    return read(goal_offset=np.zeros(3), goal_position=way_m, com_position=way_m, com_velocity=np.zeros(3))
+    still = {"com_position": way_m, "com_velocity": np.zeros(3)}
+    return read(goal_offset=np.zeros(3), goal_gap=[0.0], goal_position=way_m, **still)
 
 
 REACH = 'kind = "reach"\ntarget = "hook"\nwithin_m = 0.05'

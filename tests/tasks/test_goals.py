@@ -154,7 +154,7 @@ def test_a_scene_made_for_no_goal_is_measured_for_it(tmp_path):
     from aidsr.sim.assembly import add_sensors
 
     twice = add_sensors(add_sensors(without, task.sensors), task.sensors)
-    assert [twice.count(f'name="{name}"') for name in sensors] == [1, 1]
+    assert [twice.count(f'name="{name}"') for name in sensors] == [1, 1, 1]
 
 
 MISTAKES = {

@@ -69,7 +69,7 @@ def test_a_robot_is_designed_in_a_session(tmp_path: Path) -> None:
         return tools, names, task, guide, alone, made, played, drawn
 
     tools, names, task, guide, alone, made, played, drawn = session(tmp_path, talk)
-    assert set(tools) == {*OWNER_TOOLS, *TOOLS}
+    assert set(tools) == {*OWNER_TOOLS, "check", *TOOLS}
     assert tools["sweep"].description == TOOLS["sweep"].description
     assert set(tools["sweep"].input_schema["properties"]) == set(TOOLS["sweep"].arguments.model_fields)
     assert [each["name"] for each in names] == list(task_names())

@@ -43,7 +43,7 @@ def test_the_rules_are_told_what_the_goal_says(name):
         assert job.target is not None
         assert job.target.body == "workpiece"
         assert job.mount is not None
-        assert (job.base == "moving") == (name == "lamp")
+        assert (job.base == "moving") == (name in ("lamp", "cup"))
 
 
 def test_a_robot_that_has_to_travel_is_free():
@@ -110,11 +110,11 @@ def test_what_overlaps_its_surroundings_is_seen():
 
 def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch):
     brief, goal = job_of("bell")
-    fits = {"progress": 0.2, "success": False, "reached": "begun"}
+    fits = {"progress": 0.2, "success": False, "reached": "begun", "why": "it is too short"}
     from aidsr.teams.fitting import team as module
 
-    monkeypatch.setattr(module, "fit", lambda *_: trial.Fit(**fits))
-    monkeypatch.setattr(module, "_BODIES", 2)
+    monkeypatch.setattr(module, "fit", lambda *_, **__: trial.Fit(**fits))
+    monkeypatch.setattr(module, "ROUNDS", (trial.Round(2, 16, 1), trial.Round(1, 16, 1)))
     team = fitting_team(goal, 0)
     (concept,) = team.designer.propose(brief, 1)
     assert "tried" in concept.rationale
@@ -131,22 +131,47 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     report = validate(scene.mjcf, needs_contact=True)
     critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
     assert not critique.passed
-    assert critique.summary == (
-        "No built-in body came near: the best motion of this one reaches progress 0.20 of 1 without learning (begun)."
-    )
-    fits["progress"] = 0.6
+    assert critique.summary == ("No motion of this body wins without learning: begun, progress 0.20; it is too short.")
+    fits["progress"] = 0.9
+    assert not FittingJudge(goal).judge(brief, concept, robot, scene, report).passed, "near is not done"
+    fits["success"] = True
     assert FittingJudge(goal).judge(brief, concept, robot, scene, report).passed
+
+
+def test_what_stands_before_the_place_of_work_is_seen():
+    brief, goal = job_of("valve")
+    mount, place = brief.summary.mounts[0].position_m, place_of_work(brief, goal)
+    assert trial.is_in_the_way(brief.environment, mount, place, ("valve",))
+    aside = (mount[0], mount[1] + 0.1, mount[2])
+    assert not trial.is_in_the_way(brief.environment, aside, place, ("valve",)), "beside the pipe"
+    brief, goal = job_of("knob")
+    mount, place = brief.summary.mounts[0].position_m, place_of_work(brief, goal)
+    assert not trial.is_in_the_way(brief.environment, mount, place, ("knob",))
+    assert trial.is_in_the_way(brief.environment, mount, (0.28, 0.0, 0.3), ())
+
+
+def test_a_body_that_has_to_get_round_something_is_longer():
+    brief, goal = job_of("valve")
+    designer = FittingDesigner(goal, 0)
+    assert designer._blocked(brief, goal) == {0}
+    knob, turn = job_of("knob")
+    assert FittingDesigner(turn, 0)._blocked(knob, turn) == set()
+    straight, about = (
+        designer._concept(brief, goal, view, "arm", "two sections", np.random.default_rng(0)).parameters["length_m"]
+        for view in (View("reach", 0, 0.0), views.round_about(View("reach", 0, 0.0)))
+    )
+    assert about == pytest.approx(1.25 * straight, rel=0.01)
 
 
 def test_a_body_that_overlaps_its_surroundings_is_no_reference(tmp_path, monkeypatch):
     from aidsr.teams.fitting import team as module
 
     monkeypatch.setattr(module, "overlaps", lambda _scene: True)
-    monkeypatch.setattr(check, "_BODIES", 1)
     example = examples()["bell"]
     for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
         (tmp_path / name).write_text(text)
     found = check.check_goal(tmp_path / "bell.xml", tmp_path / "bell.toml")
+    assert any("No built-in body could be placed" in line for line in found.lines)
     assert (found.reference, found.blind, found.probe, found.scene) == ("", None, None, example.environment)
     assert found.problems == (
         "No built-in body could be placed: each overlaps something at the start; make room at the mount.",

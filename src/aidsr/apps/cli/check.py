@@ -59,39 +59,28 @@ def check(
             raise UserError(f"the environment {environment} cannot be loaded: {error}") from None
     strip = picture.with_name(f"{picture.stem}_motion.png")
     replace_file(picture, found.picture)
+    drawn = [picture]
     if found.strip:
         replace_file(strip, found.strip)
+        drawn.append(strip)
+    else:
+        strip.unlink(missing_ok=True)  # of an earlier check: it would show what is no longer so
     if json:
         write_document(found.model_dump_json(indent=2, exclude={"picture", "strip", "scene"}) + "\n")
     else:
-        _print(found, picture, strip)
+        _print(found, drawn)
     return 1 if found.problems else 0
 
 
-def _print(found: GoalCheck, picture: Path, strip: Path) -> None:
+def _print(found: GoalCheck, drawn: list[Path]) -> None:
     from rich.markup import escape
 
     from aidsr.apps.cli.terminal import make_console
 
     say = make_console(soft_wrap=True).print
-    for title, words in found.judging.items():
+    for line in found.lines[: len(found.lines) - len(found.problems)]:
+        title, _, words = line.partition(": ")
         say(f"[bold]{escape(title)}[/]: {escape(words)}")
-    for mount in found.mounts:
-        say(f"[bold]Mount[/]: {escape(mount)}")
-    if not found.mounts:
-        say('[bold]Mount[/]: none; a robot stands at the origin, "world"')
-    if found.blind:
-        blind = found.blind
-        say(
-            f"[bold]Doing nothing[/] wins {blind.idle} of {blind.episodes} episodes, progress at most "
-            f"{blind.idle_progress:.2f}; [bold]doing anything[/] wins {blind.noise}, at most {blind.noise_progress:.2f}"
-        )
-    if found.probe:
-        say(
-            f"[bold]A built-in body[/], {escape(found.reference)}, comes to progress {found.probe.progress:.2f} with "
-            f"open-loop motions: {escape(found.probe.reached)}"
-        )
     for problem in found.problems:
         say(f"[red]{escape(problem)}[/]")
-    drawn = f"{picture}" + (f", its best motion in {strip}" if found.strip else "")
-    say(f"Drawn in {escape(drawn)}", style="dim")
+    say(f"Drawn in {escape(', its best motion in '.join(str(file) for file in drawn))}", style="dim")

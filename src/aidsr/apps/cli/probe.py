@@ -26,9 +26,9 @@ def probe(
     task: str | None = None,
     level: Literal["standard", "hard"] | None = None,
     goal: Path | None = None,
-    candidates: Annotated[int, Parameter(validator=Number(gte=16))] = 128,
+    candidates: Annotated[int | None, Parameter(validator=Number(gte=16))] = None,
     variations: Annotated[int, Parameter(validator=Number(gte=1, lte=100))] = 2,
-    max_steps: Annotated[int, Parameter(validator=Number(gte=1))] = 300_000,
+    max_steps: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     grouping: Literal["auto", "off"] = "auto",
     threads: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
@@ -57,11 +57,12 @@ def probe(
     goal
         Goal in a file, instead of a task, for an environment of your own.
     candidates
-        Motions tried for each variation, in whole generations of 16: of 100 only 96 are tried.
+        Motions tried for each variation, in whole generations of 16: of 100 only 96 are tried; 128 unless given, with
+        a goal 256.
     variations
         How many variations of the task; each is searched for itself.
     max_steps
-        Physics steps of all simulations together; the default takes seconds to a minute.
+        Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000: seconds to a minute.
     seed
         The same seed tries the same motions.
     grouping

@@ -19,15 +19,16 @@ from aidsr import __version__
 from aidsr.apps.mcp.resources import add_resources
 from aidsr.core.errors import AidsrError
 from aidsr.core.storage_errors import storage_problem
+from aidsr.teams.fitting.tool import CHECK
 from aidsr.tools import OWNER_TOOLS, TOOLS, Tool, Workspace
 
 _INSTRUCTIONS = """\
 Design tendon-driven continuum robots with measured physics. A usual order: list_tasks, read_task, or make_task for an
-environment and a goal of your own; then write MJCF as the resource aidsr://mjcf-guide says; validate it until it is
-stable; assemble places it in the task's environment and validates it there; look shows it. Then measure: gaits, probe,
-play a script, sweep a number, edit, and measure again; train what does its job under a script, and evaluate it at the
-end. Fix the causes of faults, not their symptoms: each says what was measured, the limit, and the usual cure. The
-resource aidsr://docs lists the pages of the manual, aidsr://runs the runs of aidsr design."""
+environment and a goal of your own, which check tries; then write MJCF as the resource aidsr://mjcf-guide says; validate
+it until it is stable; assemble places it in the task's environment and validates it there; look shows it. Then measure:
+gaits, probe, play a script, sweep a number, edit, and measure again; train what does its job under a script, and
+evaluate it at the end. Fix the causes of faults, not their symptoms: each says what was measured, the limit, and the
+usual cure. The resource aidsr://docs lists the pages of the manual, aidsr://runs the runs of aidsr design."""
 
 
 def build_server(folder: Path, runs: Path) -> MCPServer:
@@ -38,7 +39,8 @@ def build_server(folder: Path, runs: Path) -> MCPServer:
         runs: Folder of the runs that may be read.
     """
     workspace = Workspace(folder)
-    tools: list[McpTool] = [_Offered.of(tool, workspace) for tool in (*OWNER_TOOLS.values(), *TOOLS.values())]
+    offered = (*OWNER_TOOLS.values(), CHECK, *TOOLS.values())
+    tools: list[McpTool] = [_Offered.of(tool, workspace) for tool in offered]
     server = MCPServer("aidsr", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING", tools=tools)
     add_resources(server, runs)
     return server

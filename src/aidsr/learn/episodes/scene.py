@@ -22,7 +22,7 @@ from aidsr.sim.assembly import add_sensors
 from aidsr.sim.same_environment import find_environment_change
 from aidsr.sim.task_sensors import check_task_sensors
 from aidsr.tasks import Level, Task, load_task
-from aidsr.tasks.readings import FloatArray
+from aidsr.tasks.readings import FloatArray, Reader
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +67,7 @@ class TaskScene:
         model = compile_mjcf(mjcf)
         check_task_sensors(model, task.sensors)
         _check_environment(model, task)
+        _check_outline(model, task)
         return cls(mjcf, task, model, map_actions(model, task, groups, grouping))
 
     def with_actions(self, groups: Sequence[ActuatorGroup], groups_from: GroupsFrom) -> Self:
@@ -85,6 +86,19 @@ class TaskScene:
     def fingerprint(self) -> str:
         """SHA-256 of the scene's text: identifies the scene that a policy was trained on."""
         return hashlib.sha256(self.mjcf.encode()).hexdigest()
+
+
+def _check_outline(model: mujoco.MjModel, task: Task) -> None:
+    """Refuse a robot without a surface where the task measures by it.
+
+    Raises:
+        UserError: It has none.
+    """
+    if task.needs_outline and not Reader.of(task, model).geoms:
+        raise UserError(
+            f"the robot has no solid shape, and {task.name} measures where its surface is; give it geoms whose contype "
+            "or conaffinity is not 0"
+        )
 
 
 def read_mjcf_text(scene: str | Path) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.learn.episodes.actions import Grouping
 from aidsr.learn.episodes.scene import TaskScene, read_mjcf_text
-from aidsr.learn.openloop.probe_scene import CANDIDATES, MAX_STEPS, VARIATIONS, ProbePoint, probe_scene
+from aidsr.learn.openloop.probe_scene import VARIATIONS, ProbePoint, probe_scene
 from aidsr.learn.openloop.report import ProbeReport
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
@@ -27,9 +27,9 @@ def probe(
     level: Level = "standard",
     groups: Sequence[ActuatorGroup] = (),
     grouping: Grouping = "auto",
-    candidates: int = CANDIDATES,
+    candidates: int | None = None,
     variations: int = VARIATIONS,
-    max_steps: int = MAX_STEPS,
+    max_steps: int | None = None,
     seed: int = 0,
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
@@ -44,9 +44,9 @@ def probe(
         level: Level of a task given by name.
         groups: Actuators that act together, as the robot's author declares.
         grouping: "auto" lets actuators act together; "off" gives each a motion of its own.
-        candidates: Motions tried for each variation, in whole generations of 16.
+        candidates: Motions tried for each variation, in whole generations of 16; 128 unless given, with a goal 256.
         variations: How many development variations.
-        max_steps: Physics steps of all simulations together.
+        max_steps: Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
         listen: Called after each generation.
@@ -67,9 +67,9 @@ def run_probe(
     level: Level,
     groups: tuple[ActuatorGroup, ...],
     grouping: Grouping,
-    candidates: int,
+    candidates: int | None,
     variations: int,
-    max_steps: int,
+    max_steps: int | None,
     seed: int,
     threads: int,
     listen: Callable[[ProbePoint], None],

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
 from aidsr.learn.openloop.motion import Motions
 from aidsr.tasks.readings import FloatArray
 
-MotionKind = Literal["pull", "swing", "both", "gait"]
+MotionKind = Literal["pull", "swing", "both", "gait", "hold"]
 """Ramps from one value to another; sinusoids about a value; sinusoids on ramps; from rest, sinusoids of some groups
-with a frequency for each, while the others stay at rest."""
+with a frequency for each, while the others stay at rest; ramps from rest to a value that is kept."""
 
 MOTION_KINDS: tuple[MotionKind, ...] = ("pull", "swing", "both")
 """Those of `aidsr probe`, by which bodies of the benchmark are compared."""
-ALL_KINDS: tuple[MotionKind, ...] = get_args(MotionKind)
+ALL_KINDS: tuple[MotionKind, ...] = (*MOTION_KINDS, "gait")
+WORKING_KINDS: tuple[MotionKind, ...] = ("hold", "pull", "both")
+"""Those tried with a goal of one's own. Our choice: most are met by going somewhere and staying there."""
+TRAVELLING_KINDS: tuple[MotionKind, ...] = ("swing", "both", "gait")
+"""And where the robot itself has to get somewhere."""
 
 _ELITE = 0.25
 """Elite fraction: share of the motions of a kind from which the next generation is sampled.
@@ -58,6 +62,11 @@ class MotionSpace:
             return self._gaits(count, rng)
         first, change, sine, cosine = np.zeros((4, count, k))
         first += self.rest
+        if kind == "hold":
+            ends = np.where(rng.random((count, k)) < _AT_REST, self.rest, rng.uniform(-1.0, 1.0, (count, k)))
+            times = [np.zeros(count), np.full(count, np.log(_FIRST_RAMP_S))]
+            times += [_log_uniform(rng, (0.3, 0.2 * self.longest_s), count)]
+            return np.concatenate([first, ends - first, sine, cosine, np.stack(times, axis=1)], axis=1)
         if kind in ("swing", "both"):
             amplitude, phase = rng.uniform(0.2, 2.0, (count, k)), rng.uniform(0.0, 2 * np.pi, (count, k))
             sine, cosine = amplitude * np.cos(phase), amplitude * np.sin(phase)

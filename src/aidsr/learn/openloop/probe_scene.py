@@ -14,10 +14,17 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.early_stop import EarlyStop
+from aidsr.learn.openloop.holding import Holding
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
-from aidsr.learn.openloop.motion_search import MOTION_KINDS, MotionKind, MotionSpace
+from aidsr.learn.openloop.motion_search import (
+    MOTION_KINDS,
+    TRAVELLING_KINDS,
+    WORKING_KINDS,
+    MotionKind,
+    MotionSpace,
+)
 from aidsr.learn.openloop.report import EndedBy, ProbedVariation, ProbeReport
-from aidsr.tasks import BENCHMARK_VERSION, Variation
+from aidsr.tasks import BENCHMARK_VERSION, GoalTask, Task, Variation
 from aidsr.tasks.readings import FloatArray
 
 GENERATION = 16
@@ -31,6 +38,8 @@ LONGEST_SEARCH_S = 8.0
 its speed long before its time is over."""
 MAX_STEPS = 300_000
 """Physics steps of a whole probe. Our choice: seconds of one core for a body of a single limb, see docs/learning.md."""
+_GOAL_CANDIDATES, _GOAL_STEPS = 16 * GENERATION, 1_000_000
+"""The same with a goal of one's own. Our choice: half a minute to a minute of one core."""
 _FEWEST = 4
 """A generation that the budget cuts down to fewer motions is not played. Our choice: fewer say nothing of a kind."""
 
@@ -53,12 +62,12 @@ class ProbePoint:
 def probe_scene(
     scene: TaskScene,
     *,
-    candidates: int = CANDIDATES,
+    candidates: int | None = None,
     variations: int = VARIATIONS,
     first: int = 0,
-    max_steps: int = MAX_STEPS,
+    max_steps: int | None = None,
     longest_s: float = LONGEST_SEARCH_S,
-    kinds: Sequence[MotionKind] = MOTION_KINDS,
+    kinds: Sequence[MotionKind] = (),
     seed: int = 0,
     threads: int = 0,
     listen: Callable[[ProbePoint], None] = lambda _point: None,
@@ -69,13 +78,14 @@ def probe_scene(
 
     Args:
         scene: The body in the environment of its task.
-        candidates: Motions tried for each variation, in whole generations of 16.
+        candidates: Motions tried for each variation, in whole generations of 16; as `budget_for` says unless given.
         variations: How many development variations; each is searched for itself.
         first: Index of the first of them.
-        max_steps: Physics steps of all simulations together, after which the search ends. What it found is then still
-            played to the end, for which a part is set aside; a first few motions are played however little is left.
+        max_steps: Physics steps of all simulations together, after which the search ends; likewise. What
+            it found is then still played to the end, for which a part is set aside; a first few motions are played
+            however little is left.
         longest_s: Motions of the search are played no longer than this [s].
-        kinds: Kinds of motions that are tried.
+        kinds: Kinds of motions that are tried; by the task unless given.
         seed: Of the search.
         threads: Native threads; 0 takes all processors.
         listen: Called after each generation.
@@ -83,6 +93,9 @@ def probe_scene(
     Raises:
         UserError: A number is out of range.
     """
+    usual_candidates, usual_steps = budget_for(scene.task)
+    candidates = usual_candidates if candidates is None else candidates
+    max_steps = usual_steps if max_steps is None else max_steps
     if candidates < GENERATION or variations < 1 or max_steps < 1:
         raise UserError(
             f"probe too small: {candidates} candidates, {variations} variations, {max_steps} physics steps; use at "
@@ -94,7 +107,7 @@ def probe_scene(
         _Search(index, scene.task.variation("development", index)) for index in range(first, first + variations)
     ]
     rng = np.random.default_rng(seed)
-    ended_by = _search(player, searches, tuple(kinds), candidates, max_steps, rng, listen)
+    ended_by = _search(player, searches, tuple(kinds) or kinds_for(scene.task), candidates, max_steps, rng, listen)
     found, same_motion_share = _play_finals(player, searches)
     best = max(found, key=lambda one: (one.episode.ended == "succeeded", one.episode.best_progress))
     return ProbeReport(
@@ -117,6 +130,18 @@ def probe_scene(
     )
 
 
+def budget_for(task: Task) -> tuple[int, int]:
+    """Return how many motions are tried with a task for each variation, and physics steps for all of them."""
+    return (_GOAL_CANDIDATES, _GOAL_STEPS) if isinstance(task, GoalTask) else (CANDIDATES, MAX_STEPS)
+
+
+def kinds_for(task: Task) -> tuple[MotionKind, ...]:
+    """Return the kinds of motions that are tried with a task."""
+    if not isinstance(task, GoalTask):
+        return MOTION_KINDS
+    return TRAVELLING_KINDS if task.goal.robot_travels else WORKING_KINDS
+
+
 @dataclass
 class _Search:
     """The motions tried for one variation, and their fitness, by kind."""
@@ -128,12 +153,11 @@ class _Search:
     fitness: dict[MotionKind, FloatArray] = field(default_factory=dict)
     solved: bool = False
 
-    def add(self, kind: MotionKind, rows: FloatArray, outcomes: EpisodeOutcomes) -> None:
-        """Add motions of a kind and their outcomes."""
-        fitness = fitness_of(outcomes)
+    def add(self, kind: MotionKind, rows: FloatArray, fitness: FloatArray, *, solved: bool) -> None:
+        """Add motions of a kind and their fitness."""
         self.rows[kind] = np.concatenate([self.rows[kind], rows]) if kind in self.rows else rows
         self.fitness[kind] = np.concatenate([self.fitness[kind], fitness]) if kind in self.fitness else fitness
-        self.solved = self.solved or bool(outcomes.success.any())
+        self.solved = self.solved or solved
 
     @property
     def best_kind(self) -> MotionKind:
@@ -163,12 +187,23 @@ class _Player:
         """Return the physics steps of an episode."""
         return round(time_s / self.step_s)
 
-    def search(self, motions: Motions, variations: Sequence[Variation]) -> EpisodeOutcomes:
-        """Play equally many motions in each variation, one after the other, until they stall or solve it."""
+    def search(self, motions: Motions, variations: Sequence[Variation]) -> tuple[EpisodeOutcomes, FloatArray]:
+        """Play equally many motions in each variation until they stall or solve it; return their fitness as well."""
         owners = np.repeat(np.arange(len(variations)), len(motions.first) // len(variations))
         episodes = self._episodes([variations[owner] for owner in owners.tolist()])
         episodes.time_limit_s[:] = self.searched_s
-        return self._play(episodes, motions, EarlyStop(episodes, motions, owners))
+        stop, task = EarlyStop(episodes, motions, owners), self.scene.task
+        if not isinstance(task, GoalTask):
+            outcomes = self._play(episodes, motions, stop)
+            return outcomes, fitness_of(outcomes)
+        holding = Holding(task, episodes.n)
+
+        def both(result: StepResult) -> None:
+            stop(result)
+            holding(result)
+
+        outcomes = self._play(episodes, motions, both)
+        return outcomes, holding.fitness(outcomes)
 
     def play(self, motions: Motions, variations: Sequence[Variation]) -> EpisodeOutcomes:
         """Play motions from beginning to end, as many as there are variations."""
@@ -218,9 +253,10 @@ def _search(
                 known = search.rows[kind], search.fitness[kind]
                 tried.append((kind, player.space.refine(*known, count, rng)))
         motions = Motions.joined([player.space.motions(rows) for _, rows in tried])
-        outcomes = player.search(motions, [search.variation for search in unsolved])
+        outcomes, fitness = player.search(motions, [search.variation for search in unsolved])
         for index, (search, (kind, own_rows)) in enumerate(zip(unsolved, tried, strict=True)):
-            search.add(kind, own_rows, outcomes.rows(slice(index * count, (index + 1) * count)))
+            own = slice(index * count, (index + 1) * count)
+            search.add(kind, own_rows, fitness[own], solved=bool(outcomes.success[own].any()))
         best = [max(fitness.max() for fitness in search.fitness.values()) for search in searches]
         player.motions += count
         solved = sum(search.solved for search in searches)

@@ -25,7 +25,7 @@ from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import BoolArray, FloatArray
 from aidsr.tasks.task import Feature, TaskState
 
-GOAL_VERSION = 2
+GOAL_VERSION = 3
 """Of what goals measure. It changes where a policy trained before would be judged by something else than it learned."""
 
 NEAR_M, MARGIN_M = 0.03, 0.2

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import field_validator
 
 from aidsr.sim.task_sensors import TaskSensor
-from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, NEAR_M, Goal, Wording, length_m, offset_sensor, unit
+from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor, unit
 from aidsr.tasks.goals.numbers import Positive, a_direction
 from aidsr.tasks.goals.seen import Seen
 from aidsr.tasks.goals.surroundings import Surroundings
@@ -46,6 +46,7 @@ class _MoveBody(Goal):
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         return (
             offset_sensor(tag, self.target, of_body=True),
+            TaskSensor(name=f"{tag}_gap", quantity="distance", target=self.target),
             TaskSensor(name=f"{tag}_position", quantity="target_center_of_mass", target=self.target),
         )
 
@@ -53,6 +54,7 @@ class _MoveBody(Goal):
     def features(self) -> tuple[Feature, ...]:
         return (
             Feature("functional part in the body's frame", "m", (-2, 2), "goal_offset", size=3),
+            Feature("gap between the two", "m", (0, 1), "goal_gap"),
             Feature("its centre of mass, from the start on", "m", (-2, 2), "goal_position", size=3),
         )
 
@@ -60,11 +62,11 @@ class _MoveBody(Goal):
         return {"start": seen["position"]}
 
     def observe(self, seen: Seen, state: TaskState) -> FloatArray:
-        return np.concatenate([seen["offset"], seen["position"] - state["start"]], axis=1)
+        return np.concatenate([seen["offset"], seen["gap"], seen["position"] - state["start"]], axis=1)
 
     def progress(self, seen: Seen, state: TaskState) -> FloatArray:
         moved = share(self._way_m(seen, state), self.way[0])
-        near = closeness(length_m(seen["offset"]), within=NEAR_M, margin=MARGIN_M)
+        near = closeness(seen.scalar("gap"), margin=MARGIN_M)  # of surfaces: a body's origin may be deep inside of it
         # a body that moves has been reached, whichever part of the robot moves it
         return COMING * np.maximum(near, moved) + DOING * moved
 

@@ -27,6 +27,7 @@ from aidsr.tasks import GoalTask, goal_task, read_goal
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.travelling_task import TravellingTask
 from aidsr.teams.fitting.team import FittingCoder, FittingDesigner, FittingIntegrator
+from aidsr.teams.fitting.trial import Round
 from aidsr.teams.fitting.views import place_of_work
 
 EPISODES = 5
@@ -34,8 +35,8 @@ EPISODES = 5
 _NOISE_S = 0.4
 """How long a random action lasts. Our choice: long enough for a soft body to follow."""
 _LIMITS = Limits(wall_s=1200.0, cpu_s=600.0)
-_BODIES = 4
-"""Bodies among which the reference is chosen. Our choice: one of each family that suits held jobs, and one more."""
+ROUNDS = (Round(6, 16, 120_000), Round(2, 64, 400_000))
+"""In which the reference is chosen. Our choice: a quarter of what a design takes."""
 
 
 class Blind(Artifact):
@@ -72,6 +73,26 @@ class GoalCheck(Artifact):
     """PNG of the probe's best motion."""
 
     @property
+    def lines(self) -> tuple[str, ...]:
+        """All of it in words, what is wrong last."""
+        said = [f"{title}: {words}" for title, words in self.judging.items()]
+        said += [f"Mount: {mount}" for mount in self.mounts] or ['Mount: none; a robot stands at the origin, "world"']
+        if blind := self.blind:
+            said.append(
+                f"Doing nothing: wins {blind.idle} of {blind.episodes} episodes, progress at most "
+                f"{blind.idle_progress:.2f}"
+            )
+            said.append(
+                f"Doing anything: wins {blind.noise} of {blind.episodes}, progress at most {blind.noise_progress:.2f}"
+            )
+        if self.probe:
+            said.append(
+                f"A built-in body: {self.reference} comes to progress {self.probe.progress:.2f} with open-loop "
+                f"motions: {self.probe.reached}"
+            )
+        return (*said, *self.problems)
+
+    @property
     def problems(self) -> tuple[str, ...]:
         """What makes the goal no measure of a design, in sentences."""
         found = []
@@ -106,8 +127,12 @@ def check_goal(
         MjcfError: The environment cannot be loaded.
         IsolationError: A trial exceeded its limits.
     """
-    mjcf, asked = open_mjcf(Path(environment)), read_goal(goal)
-    task = goal_task(asked, mjcf)
+    return check_task(goal_task(read_goal(goal), open_mjcf(Path(environment))), seed=seed, listen=listen)
+
+
+def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] = lambda _step: None) -> GoalCheck:
+    """Do the work of `check_goal` with a goal that has been read and looked up in its environment."""
+    asked, mjcf = task.goal, task.environment
     brief = Brief(
         objective=task.objective,
         environment=mjcf,
@@ -118,7 +143,7 @@ def check_goal(
     )
     mounts = tuple(_mounts(brief, task))
     listen("choosing a reference body")
-    tried = FittingDesigner(asked, seed).tried(brief, bodies=_BODIES, turns=1)
+    tried = FittingDesigner(asked, seed).tried(brief, ROUNDS)
     if not tried:
         return GoalCheck(
             judging=brief.judging,

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice, zip_longest
 
 import numpy as np
 
 from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Placement, Robot, Scene, ValidationReport
 from aidsr.core.errors import IsolationError, MjcfError
 from aidsr.core.roles import Feedback, Team
+from aidsr.learn.openloop.probe_scene import VARIATIONS, budget_for
 from aidsr.sim.assembly import assemble
 from aidsr.sim.measure import measure
 from aidsr.tasks.goals import AnyGoal, Goal, GoalTask, goal_task
-from aidsr.teams.fitting.trial import CANDIDATES, MAX_STEPS, Fit, fit, overlaps
+from aidsr.teams.fitting.trial import Fit, Round, fit, is_in_the_way, overlaps
 from aidsr.teams.fitting.views import (
     View,
     as_placed,
     as_the_rules_read,
     as_viewed,
+    aslant_of,
     candidates,
     own_views,
+    place_of_work,
+    round_about,
     turns_of,
     with_view,
     without_view,
@@ -33,12 +38,15 @@ from aidsr.teams.rules.integrator import RuleIntegrator
 from aidsr.teams.rules.job import read_job
 from aidsr.teams.rules.judge import RuleJudge
 
-_BODIES = 10
-"""Bodies that are tried for a run. Our choice: half a minute."""
-_TURNS = 2
-"""Placements of one body that are tried, of those in which it overlaps nothing. Our choice."""
-_JUDGED_CANDIDATES, _JUDGED_STEPS = 96, 200_000
-"""Of the trial that the Judge makes. Our choice: two thirds of what `aidsr probe` takes."""
+ROUNDS = (Round(24, 16, 120_000), Round(5, 64, 400_000), Round(2, 192, 800_000))
+"""In which a body is chosen. Our choice: many bodies in many placements at a glance, few of them thoroughly; a minute
+of one core."""
+_BROUGHT = Round(1, 48, 300_000)
+"""For each placement of a robot that its user brought. Our choice: three seconds."""
+_SIDE_BY_SIDE = 8
+"""Bodies whose placements are tried in turn. Our choice: more than there are families for a kind of job."""
+_ROOM = 2
+"""Fewer free placements of a body than this, and it is tried pointing farther beside. Our choice."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +84,7 @@ class FittingDesigner:
         """Return the `count` concepts that came farthest, of different families as far as those came near."""
         if brief.starting_robot:
             return self._own_robot(brief, count)
-        found = self.tried(brief) or [self._untried(brief)]
+        found = self.tried(brief, enough=count) or [self._untried(brief)]
         best = sorted(found, key=lambda each: -each.fit.value)
         task = task_of(self.goal, brief)
         firsts = {
@@ -88,29 +96,69 @@ class FittingDesigner:
         chosen += [each for each in best if each not in chosen]
         return tuple(self._with_reason(chosen[index % len(chosen)], best) for index in range(count))
 
-    def tried(self, brief: Brief, *, bodies: int = _BODIES, turns: int = _TURNS) -> list[Fitted]:
+    def tried(self, brief: Brief, rounds: Sequence[Round] = ROUNDS, *, enough: int = 1) -> list[Fitted]:
         """Return every body that was tried, with how far it came; none where each overlaps something.
 
         Args:
             brief: The job.
-            bodies: How many are tried at most.
-            turns: In how many placements each, of those in which it overlaps nothing.
+            rounds: The best bodies of one go on to the next.
+            enough: Where so many succeed no more are tried.
         """
         task = task_of(self.goal, brief)
-        rng = self._rng(brief)
+        first, *others = rounds
         found: list[Fitted] = []
-        for number, (view, name, variant) in enumerate(candidates(brief, task.goal, self.families)):
-            if number == bodies:
-                break
-            placed = 0
-            for turned in turns_of(view):
-                result = self._try(brief, task, turned, name, variant, rng)
-                if result is not None:
-                    found.append(result)
-                    placed += 1
-                if placed == turns or (result is not None and result.fit.success):
-                    break
+        for concept in islice(self._free(brief, task), first.bodies):
+            result = self._play(brief, task, concept, first)
+            found += [result] if result else []
+            if sum(each.fit.success for each in found) >= enough:
+                return found
+        for again in others:
+            found.sort(key=lambda each: -each.fit.value)
+            for index, each in enumerate(found[: again.bodies]):
+                if sum(other.fit.success for other in found) >= enough:
+                    return found
+                if not each.fit.success:
+                    found[index] = self._play(brief, task, each.concept, again) or each
         return found
+
+    def _free(self, brief: Brief, task: GoalTask) -> Iterator[Concept]:
+        """Yield concepts in placements in which they overlap nothing: of some bodies one each, then a second each."""
+        rng = self._rng(brief)
+        blocked = self._blocked(brief, task.goal)
+        every = candidates(brief, task.goal, self.families)
+        while some := list(islice(every, _SIDE_BY_SIDE)):
+            placed = [
+                self._placed(brief, task, round_about(view) if view.mount in blocked else view, name, variant, rng)
+                for view, name, variant in some
+            ]
+            for turn in zip_longest(*placed):
+                yield from (concept for concept in turn if concept is not None)
+
+    def _placed(
+        self, brief: Brief, task: GoalTask, view: View, name: str, variant: str, rng: np.random.Generator
+    ) -> Iterator[Concept]:
+        """Yield the concepts of one body in all placements in which it overlaps nothing."""
+        free = 0
+        for turned in (*turns_of(view), *aslant_of(view)):
+            if turned.aslant_deg and free >= _ROOM:
+                return
+            concept = self._concept(brief, task.goal, turned, name, variant, rng)
+            if self._scene(brief, task, concept) is not None:
+                free += 1
+                yield concept
+
+    def _blocked(self, brief: Brief, goal: Goal) -> set[int]:
+        """Return the mounts from which something is in the way to the place of work."""
+        place = place_of_work(brief, goal)
+        if place is None:
+            return set()
+        carriers = {site.body for site in brief.summary.sites if site.name in goal.points} - {"world"}
+        worked_on = tuple(sorted({*goal.bodies, *carriers} - {""}))
+        return {
+            index
+            for index, mount in enumerate(brief.summary.mounts)
+            if is_in_the_way(brief.environment, mount.position_m, place, worked_on)
+        }
 
     def _untried(self, brief: Brief) -> Fitted:
         """Return the first body, where none could be placed; the validator says what it overlaps."""
@@ -132,7 +180,7 @@ class FittingDesigner:
         except (MjcfError, IsolationError):
             return versions  # the validator says what is wrong with it
         views = list(own_views(brief, task.goal, extent.low_m, extent.high_m))
-        tried = [self._play(brief, task, with_view(versions[0], view)) for view in views]
+        tried = [self._play(brief, task, with_view(versions[0], view), _BROUGHT) for view in views]
         found = [each for each in tried if each is not None]
         best = max(found, key=lambda each: each.fit.value, default=None)
         view = View.of(best.concept) if best else views[0]
@@ -146,20 +194,23 @@ class FittingDesigner:
             with_view(each, view).model_copy(update={"rationale": f"{each.rationale} {words}"}) for each in versions
         )
 
-    def _try(
-        self, brief: Brief, task: GoalTask, view: View, name: str, variant: str, rng: np.random.Generator
-    ) -> Fitted | None:
-        return self._play(brief, task, self._concept(brief, task.goal, view, name, variant, rng))
-
-    def _play(self, brief: Brief, task: GoalTask, concept: Concept) -> Fitted | None:
-        """Return how far the body of a concept comes; None where it overlaps something or cannot be tried."""
+    def _scene(self, brief: Brief, task: GoalTask, concept: Concept) -> tuple[str, Robot] | None:
+        """Return the scene of a concept and its robot; None where it overlaps something or cannot be assembled."""
         robot = FittingCoder(self.goal).write(brief, concept)
         placement = FittingIntegrator(self.goal).place(brief, concept, robot)
         try:
             scene = assemble(robot, brief.environment, placement, task.sensors).mjcf
-            if overlaps(scene):
-                return None
-            return Fitted(concept, fit(scene, task, robot.actuator_groups, CANDIDATES, 1, MAX_STEPS))
+            return None if overlaps(scene) else (scene, robot)
+        except (MjcfError, IsolationError):
+            return None
+
+    def _play(self, brief: Brief, task: GoalTask, concept: Concept, how: Round) -> Fitted | None:
+        """Return how far the body of a concept comes; None where it cannot be tried."""
+        if (placed := self._scene(brief, task, concept)) is None:
+            return None
+        scene, robot = placed
+        try:
+            return Fitted(concept, fit(scene, task, robot.actuator_groups, how.candidates, 1, how.max_steps))
         except (MjcfError, IsolationError):
             return None
 
@@ -228,7 +279,7 @@ class FittingJudge:
     goal: AnyGoal
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass for a sound scene whose body comes near, else what is wrong, or that none came near."""
+        """Return a pass for a sound scene in which a blind motion wins, else what is wrong, or why none does."""
         task, view = task_of(self.goal, brief), View.of(concept)
         read = as_the_rules_read(brief, task.goal, view)
         critique = RuleJudge().judge(read, concept, robot, scene, report)
@@ -236,24 +287,27 @@ class FittingJudge:
         issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset"))
         if issues:
             return critique.model_copy(update={"issues": issues})
+        candidates, max_steps = budget_for(task)
         try:
-            found = fit(scene.mjcf, task, robot.actuator_groups, CANDIDATES, 1, MAX_STEPS)
-            if not task.is_decisive(found.progress):  # another search may find what the one that chose it did not
-                longer = fit(scene.mjcf, task, robot.actuator_groups, _JUDGED_CANDIDATES, 1, _JUDGED_STEPS)
-                found = max(found, longer, key=lambda each: each.value)
+            found = fit(scene.mjcf, task, robot.actuator_groups, candidates, VARIATIONS, max_steps, explain=True)
         except IsolationError as error:
             return Critique(passed=True, summary=f"It could not be tried with its goal: {error}.")
         came = f"progress {found.progress:.2f} of 1 without learning ({found.reached})"
-        if found.success or task.is_decisive(found.progress):
-            return Critique(passed=True, summary=f"The built-in rules find it sound, and it comes to {came}.")
+        if found.success:
+            return Critique(
+                passed=True, summary=f"The built-in rules find it sound, and a blind motion of it wins: {came}."
+            )
+        problem = (
+            f"no motion of this body wins without learning: {found.reached}, progress {found.progress:.2f}; {found.why}"
+        )
         return Critique(
             passed=False,
-            summary=f"No built-in body came near: the best motion of this one reaches {came}.",
+            summary=f"{problem[0].upper()}{problem[1:]}.",
             issues=(
                 CritiqueIssue(
                     blame="designer",
                     component="family",
-                    problem=f"no built-in body came near: this one reaches {came}",
+                    problem=problem,
                     suggestion="name a language model, or bring a robot to start from",
                 ),
             ),

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
-from aidsr.core.artifacts import ActuatorGroup, Artifact
+from aidsr.core.artifacts import ActuatorGroup, Artifact, Vec3
 from aidsr.learn.episodes.scene import TaskScene
+from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
+from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.probe_scene import probe_scene
+from aidsr.learn.openloop.report import ProbedVariation
+from aidsr.learn.openloop.trace import trace
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.sim.overlap import overlaps_too_much
@@ -15,11 +21,22 @@ from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import read_structure
 from aidsr.tasks.travelling_task import TravellingTask
 
-CANDIDATES = 48
-MAX_STEPS = 40_000
-"""Motions tried with a body to choose it, and physics steps for them. Our choice: three seconds; this only compares."""
+_CLEAR_M = 0.02
+"""What a limb needs to either side. Our choice: as thick as the thickest of the built-in families, and some room."""
 _LIMITS = Limits(wall_s=600.0, cpu_s=200.0)
 """Our choice: many times what the largest built-in body takes, and room for a busy machine."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round in which bodies are tried; the best go on to the next."""
+
+    bodies: int
+    """How many are tried at most."""
+    candidates: int
+    """Motions tried with each."""
+    max_steps: int
+    """Physics steps for them."""
 
 
 class Fit(Artifact):
@@ -27,15 +44,19 @@ class Fit(Artifact):
 
     progress: float
     """The best of all motions, 0 to 1."""
+    kept: float = 0.0
+    """What that motion has left of it at the end."""
     success: bool
     """Whether some motion succeeds."""
     reached: str
     """The same in words."""
+    why: str = ""
+    """Why none succeeds, where that was asked for."""
 
     @property
     def value(self) -> float:
         """What bodies are compared by."""
-        return self.progress + self.success
+        return (self.progress + self.kept) / 2 + self.success
 
 
 @isolated
@@ -60,6 +81,46 @@ def overlaps(scene: str) -> bool:
     return False
 
 
+@isolated
+def is_in_the_way(environment: str, start_m: Vec3, end_m: Vec3, worked_on: tuple[str, ...]) -> bool:
+    """Whether something stands between two points, or close beside the line between them.
+
+    Args:
+        environment: Its MJCF.
+        start_m: From where, such as a mount [m].
+        end_m: Where to, such as the place of work [m].
+        worked_on: Bodies that do not count, with all that is fixed to them or carried by them.
+
+    Raises:
+        MjcfError: The environment cannot be loaded.
+    """
+    from aidsr.mjcf.compile import compile_mjcf
+
+    model = compile_mjcf(environment)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    tops = {int(model.body_rootid[model.body(name).id]) for name in worked_on} - {0}
+    start, way = np.array(start_m), np.subtract(end_m, start_m)
+    length = float(np.linalg.norm(way))
+    if length == 0.0:
+        return False
+    aside = np.linalg.svd(way[None] / length)[2][1:]
+    for offset in (np.zeros(3), *(sign * _CLEAR_M * axis for axis in aside for sign in (1.0, -1.0))):
+        met = np.array([-1], dtype=np.int32)
+        begun, left = start + offset, length
+        while left > _CLEAR_M:
+            ahead = mujoco.mj_ray(model, data, begun, way / length, None, 1, -1, met)
+            if ahead < 0.0 or ahead > left - _CLEAR_M:
+                break
+            geom = int(met[0])
+            solid = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+            if solid and int(model.body_rootid[model.geom_bodyid[geom]]) not in tops:
+                return True
+            step = ahead + 1e-4
+            begun, left = begun + step * way / length, left - step
+    return False
+
+
 @isolated(limits=_LIMITS)
 def fit(
     scene: str,
@@ -68,6 +129,8 @@ def fit(
     candidates: int,
     variations: int,
     max_steps: int,
+    *,
+    explain: bool = False,
 ) -> Fit:
     """Return how far a body comes, measured in an isolated process.
 
@@ -78,6 +141,7 @@ def fit(
         candidates: Motions tried for each variation.
         variations: How many development variations.
         max_steps: Physics steps of all simulations together.
+        explain: Say why, where no motion succeeds.
 
     Raises:
         MjcfError: The scene cannot be loaded.
@@ -85,8 +149,23 @@ def fit(
     """
     placed = TaskScene.of(scene, task, groups=groups)
     found = probe_scene(placed, candidates=candidates, variations=variations, max_steps=max_steps, threads=1)
+    best = found.best
+    success = best.episode.ended == "succeeded"
     return Fit(
-        progress=found.best.episode.best_progress,
-        success=found.best.episode.ended == "succeeded",
+        progress=best.episode.best_progress,
+        kept=best.episode.progress,
+        success=success,
         reached=found.reached,
+        why=_why(placed, best) if explain and not success else "",
     )
+
+
+def _why(scene: TaskScene, best: ProbedVariation) -> str:
+    """Return what keeps the best motion from success, in a clause."""
+    task = scene.task
+    policy = OpenLoopPolicy(Motions.of([best.motion]), task.control_dt_s)
+    variation = task.variation("development", best.episode.variation)
+    recorded = trace(scene, variation, policy, targets_of(task))
+    if task.is_decisive(best.episode.best_progress) and best.episode.best_progress >= task.stages[-1][0]:
+        return f"it gets there, but does not stay for {task.hold_s:g} s without what counts against it"
+    return attribute_failure(task, recorded)[1].problem

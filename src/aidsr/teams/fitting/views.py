@@ -41,6 +41,11 @@ _ASIDE_DEG = (0.0, 90.0, 180.0, 270.0)
 """Turns about the way to the place of work. Our choice: one suits a body that leans aside, or bends in a plane."""
 _BESIDE_DEG = 25.0
 """How far a body that pulls points beside the place of work. Our choice: as the rules lean an arm that reaches."""
+_ASLANT_DEG = 50.0
+"""The same where most of these begin inside of something. Our choice: twice as far."""
+_ROUND_ABOUT = 1.25
+"""Length of a body that has to get round something, as a share of what the straight way asks for. Our choice: the two
+sides of a triangle whose top is a third of its base high."""
 _LONGER = 1.05
 """Length of a robot that is brought, after scaling, as a share of the way to the place of work. Our choice: as arms of
 the rules have it."""
@@ -70,6 +75,10 @@ class View:
     """Which of the environment's mounts; -1 for the world."""
     turn_deg: float | None = None
     """None: along the mount's axis. Else along the way to the place of work, turned by so much about it."""
+    aslant_deg: float = 0.0
+    """How far beside the place of work it points; 0: as is usual for the kind."""
+    longer: float = 1.0
+    """Length as a share of what the straight way asks for."""
     scale: float = 1.0
     """Of a robot that its user brought."""
     axis: int = _ALONG_Z
@@ -79,7 +88,14 @@ class View:
     def parameters(self) -> dict[str, float]:
         """What a concept keeps of it."""
         turn = {} if self.turn_deg is None else {f"{_PREFIX}turn_deg": self.turn_deg}
-        numbers = {"kind": _KINDS.index(self.kind), "mount": self.mount, "scale": self.scale, "axis": self.axis}
+        numbers = {
+            "kind": _KINDS.index(self.kind),
+            "mount": self.mount,
+            "aslant_deg": self.aslant_deg,
+            "longer": self.longer,
+            "scale": self.scale,
+            "axis": self.axis,
+        }
         return {f"{_PREFIX}{name}": float(number) for name, number in numbers.items()} | turn
 
     @classmethod
@@ -91,6 +107,8 @@ class View:
             kind,
             int(found.get(f"{_PREFIX}mount", -1.0)),
             found.get(f"{_PREFIX}turn_deg"),
+            found.get(f"{_PREFIX}aslant_deg", 0.0),
+            found.get(f"{_PREFIX}longer", 1.0),
             found.get(f"{_PREFIX}scale", 1.0),
             int(found.get(f"{_PREFIX}axis", _ALONG_Z)),
         )
@@ -139,6 +157,16 @@ def turns_of(view: View) -> tuple[View, ...]:
     return (view, *(replace(view, turn_deg=turn) for turn in _ASIDE_DEG))
 
 
+def aslant_of(view: View) -> tuple[View, ...]:
+    """Return views that point farther beside the place of work, for where little room is before it."""
+    return tuple(replace(each, aslant_deg=_ASLANT_DEG) for each in turns_of(view) if each.turn_deg is not None)
+
+
+def round_about(view: View) -> View:
+    """Return a view of a body that is long enough to get round something."""
+    return replace(view, longer=_ROUND_ABOUT)
+
+
 def own_views(brief: Brief, goal: Goal, low_m: Vec3, high_m: Vec3) -> Iterator[View]:
     """Yield views of a robot that its user brought: as it is and scaled to the way, from each mount, along either way.
 
@@ -164,7 +192,7 @@ def own_views(brief: Brief, goal: Goal, low_m: Vec3, high_m: Vec3) -> Iterator[V
 
 def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
     """Return the brief of a view."""
-    place = _place_of_work(brief, goal, handle=view.kind == "pull")
+    place = _farther(_place_of_work(brief, goal, handle=view.kind == "pull"), brief, view)
     mounts: tuple[MountSummary, ...] = ()
     if view.mount >= 0:
         mounts = (_turned(brief.summary.mounts[view.mount], _rotation(brief, goal, view)),)
@@ -227,6 +255,18 @@ def place_of_work(brief: Brief, goal: Goal) -> Vec3 | None:
 def _kept(brief: Brief, names: tuple[str, ...]) -> tuple[str, ...]:
     known = {body.name for body in brief.summary.bodies}
     return tuple(name for name in names if name in known)
+
+
+def _farther(place: BodySummary | None, brief: Brief, view: View) -> BodySummary | None:
+    """Return the place of work as far away as the length that a view asks for."""
+    if place is None or view.mount < 0 or view.longer == 1.0:
+        return place
+    start = np.array(brief.summary.mounts[view.mount].position_m)
+    (geom,) = place.geoms
+    position_m = _vector(start + view.longer * (np.array(geom.position_m) - start))
+    return place.model_copy(
+        update={"position_m": position_m, "geoms": (geom.model_copy(update={"position_m": position_m}),)}
+    )
 
 
 def _worked_on(brief: Brief, goal: Goal) -> set[str]:
@@ -306,7 +346,7 @@ def _rotation(brief: Brief, goal: Goal, view: View) -> Matrix:
     way /= max(float(np.linalg.norm(way)), 1e-9)
     lean = _matrix((math.degrees(math.atan2(-way[1], way[2])), math.degrees(math.asin(np.clip(way[0], -1, 1))), 0.0))
     # the rules lean a body that reaches themselves; one that pulls would grow into what it is to hook
-    tilt_deg = _BESIDE_DEG if view.kind == "pull" else 0.0
+    tilt_deg = view.aslant_deg or (_BESIDE_DEG if view.kind == "pull" else 0.0)
     return np.asarray(lean @ _matrix((0.0, 0.0, view.turn_deg)) @ _matrix((0.0, tilt_deg, 0.0)))
 
 

@@ -1,0 +1,1 @@
+"""What the built-in rules reach with environments and goals of one's own."""

@@ -1,0 +1,192 @@
+"""Jobs of one's own, from goal and geometry to a body that does them: what the built-in rules reach without learning.
+
+    python -m benchmarks.own_jobs.run                  # all jobs missing in results.jsonl, then results.md
+    python -m benchmarks.own_jobs.run valve shelf      # these, again
+    python -m benchmarks.own_jobs.run --page           # results.md alone
+
+Jobs are the examples of the package, and folders NAME in `environments` beside this file, each with environment.xml,
+goal.toml and objective.txt. Each is done as a user does it: `aidsr check`, `aidsr design` with one concept, and
+`aidsr probe` of the design with another seed than the one by which it was chosen. The same command goes on with what is
+left; a job of another commit's text is made again by its name.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import aidsr
+from aidsr.core.artifacts import Artifact
+from aidsr.core.formatting import format_cell
+from aidsr.core.provenance import commit
+from aidsr.examples import examples
+from aidsr.learn.openloop import ProbeReport
+from aidsr.runs.folders import Run
+from aidsr.runs.status import read_status
+from aidsr.studies.study import versions_now
+from aidsr.tasks import GoalTask, goal_task, parse_goal
+from aidsr.teams.fitting.check import EPISODES, Blind, check_goal, play_blind
+
+RESULTS, PAGE, MORE = (Path(__file__).with_name(name) for name in ("results.jsonl", "results.md", "environments"))
+HELD_OUT = ("gate", "shelf", "trace")
+"""Examples on which nothing was tuned; drawn by random.Random(30).sample(names, 3) before anything was changed."""
+SEED = 1
+"""Of the probe that is reported. The design was chosen and judged by seed 0."""
+
+
+class Row(Artifact):
+    """What came of one job."""
+
+    job: str
+    origin: str
+    """"tuned on", "held out", or "given" where it is of somebody else."""
+    goal: str
+    reference: Blind | None
+    """What the reference body of `aidsr check` wins by doing nothing and anything."""
+    design: Blind | None = None
+    """The same of the approved design."""
+    body: str = ""
+    approved: bool
+    sentence: str
+    """Of the Judge."""
+    probe: ProbeReport | None = None
+    """Of the approved design, with a seed by which it was not chosen."""
+    commit: str
+    versions: dict[str, str]
+
+
+def jobs() -> dict[str, tuple[str, str, str, str]]:
+    """Return all jobs by name: origin, objective, environment, goal."""
+    found = {
+        name: ("held out" if name in HELD_OUT else "tuned on", each.objective, each.environment, each.goal)
+        for name, each in examples().items()
+    }
+    for folder in sorted(MORE.glob("*/environment.xml")):
+        texts = [(folder.parent / name).read_text() for name in ("objective.txt", "environment.xml", "goal.toml")]
+        found[folder.parent.name] = ("given", texts[0].strip(), texts[1], texts[2])
+    return found
+
+
+def do(name: str, folder: Path) -> Row:
+    """Do one job in a folder of its own."""
+    origin, objective, environment, goal = jobs()[name]
+    files = folder / "environment.xml", folder / "goal.toml"
+    for file, text in zip(files, (environment, goal), strict=True):
+        file.write_text(text)
+    task = goal_task(parse_goal(goal), environment)
+    run = aidsr.design(
+        objective, environment=files[0], goal=files[1], concepts=1, model="builtin", runs=folder / "runs"
+    )
+    approved = run.design(1).final_scene.read() is not None
+    blind, report = _measured(run, task) if approved else (None, None)
+    return Row(
+        job=name,
+        origin=origin,
+        goal=parse_goal(goal).kind,
+        reference=check_goal(*files).blind,
+        design=blind,
+        body=read_status(run).designs[0].concept,
+        approved=approved,
+        sentence=_sentence(run),
+        probe=report,
+        commit=commit(),
+        versions=versions_now(),
+    )
+
+
+def _measured(run: Run, task: GoalTask) -> tuple[Blind, ProbeReport]:
+    design = run.design(1)
+    report = aidsr.probe(design.path, seed=SEED)
+    concept = next(each.concept.read() for each in reversed(design.iterations) if each.concept.read())
+    groups = concept.actuator_groups if concept else ()
+    scene = (design.final_scene.read() or b"").decode()
+    return play_blind(scene, task, groups, EPISODES, 0), report
+
+
+def _sentence(run: Run) -> str:
+    """Return what the Judge said last, or else how the design ended."""
+    judged = [each.critique.read() for each in run.design(1).iterations if each.critique.read()]
+    if judged and judged[-1]:
+        return judged[-1].summary
+    outcome = run.design(1).outcome.read()
+    return outcome.reason if outcome else ""
+
+
+def read_rows() -> dict[str, Row]:
+    """Return the rows so far by job; the newest of each counts."""
+    lines = RESULTS.read_text().splitlines() if RESULTS.exists() else []
+    rows = [Row.model_validate_json(line) for line in lines if line.strip()]
+    return {row.job: row for row in rows}
+
+
+def page(rows: dict[str, Row]) -> str:
+    """Return the table as Markdown."""
+    made = [rows[name] for name in jobs() if name in rows]
+    solved = [row for row in made if row.probe and row.probe.success_share > 0]
+    versions = sorted({f"{name} {number}" for row in made for name, number in row.versions.items()})
+    lines = [
+        "# Jobs of one's own",
+        "",
+        "`python -m benchmarks.own_jobs.run`: each job checked, designed by the built-in rules with one concept, and",
+        f"the approved design probed with seed {SEED} (it was chosen and judged by seed 0), two variations.",
+        f"Idle and noise: of {EPISODES} episodes, those won by doing nothing and anything, by the reference body of",
+        "`aidsr check` and by the design.",
+        f"Commits {', '.join(sorted({row.commit for row in made}))}; {', '.join(versions)}.",
+        "",
+    ]
+    for origin in dict.fromkeys(row.origin for row in made):
+        mine = [row for row in made if row.origin == origin]
+        lines.append(
+            f"- {origin}: {sum(row.approved for row in mine)} of {len(mine)} approved, "
+            f"{sum(row in solved for row in mine)} of them solved by the probe"
+        )
+    lines += [
+        "",
+        "| job | goal | | idle, noise | of the design | body | approved | probe: progress, won | the Judge |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [_line(row) for row in made]
+    return "\n".join(lines) + "\n"
+
+
+def _line(row: Row) -> str:
+    def won(blind: Blind | None) -> str:
+        return f"{blind.idle}, {blind.noise}" if blind else "–"
+
+    probe = "–"
+    if row.probe:
+        count = len(row.probe.variations)
+        probe = f"{row.probe.progress:.2f}, {round(row.probe.success_share * count)} of {count}"
+    cells = (
+        row.job,
+        row.goal,
+        row.origin,
+        won(row.reference),
+        won(row.design),
+        row.body,
+        "yes" if row.approved else "no",
+        probe,
+        row.sentence,
+    )
+    return f"| {' | '.join(format_cell(cell) for cell in cells)} |"
+
+
+def main() -> None:
+    """Do what is missing, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("jobs", nargs="*", help="to be done again; all that are missing unless named")
+    parser.add_argument("--page", action="store_true", help="write results.md alone")
+    given = parser.parse_args()
+    wanted = [] if given.page else given.jobs or [name for name in jobs() if name not in read_rows()]
+    for name in wanted:
+        with TemporaryDirectory() as folder:
+            row = do(name, Path(folder))
+        with RESULTS.open("a") as file:
+            file.write(row.model_dump_json() + "\n")
+        print(_line(row), flush=True)  # noqa: T201
+    PAGE.write_text(page(read_rows()))
+
+
+if __name__ == "__main__":
+    main()
