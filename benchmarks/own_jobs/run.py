@@ -2,6 +2,7 @@
 
     python -m benchmarks.own_jobs.run                  # all jobs missing in results.jsonl, then results.md
     python -m benchmarks.own_jobs.run valve shelf      # these, again
+    python -m benchmarks.own_jobs.run --only check     # one part of each
     python -m benchmarks.own_jobs.run --page           # results.md alone
 
 Jobs are the examples of the package, and folders NAME in `environments` beside this file, each with environment.xml,
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal, get_args
 
 import aidsr
 from aidsr.core.artifacts import Artifact
@@ -35,21 +37,20 @@ SEED = 1
 """Of the probe that is reported. The design was chosen and judged by seed 0."""
 
 
+Part = Literal["check", "design"]
+
+
 class Row(Artifact):
-    """What came of one job."""
+    """What came of one part of a job."""
 
     job: str
-    origin: str
-    """"tuned on", "held out", or "given" where it is of somebody else."""
-    goal: str
-    reference: Blind | None
-    """What the reference body of `aidsr check` wins by doing nothing and anything."""
-    design: Blind | None = None
-    """The same of the approved design."""
+    part: Part
+    blind: Blind | None = None
+    """What a body wins by doing nothing and anything: that of `aidsr check`, or the approved design."""
     body: str = ""
-    approved: bool
-    sentence: str
-    """Of the Judge."""
+    approved: bool = False
+    sentence: str = ""
+    """Of the Judge, or how the design ended."""
     probe: ProbeReport | None = None
     """Of the approved design, with a seed by which it was not chosen."""
     commit: str
@@ -68,31 +69,22 @@ def jobs() -> dict[str, tuple[str, str, str, str]]:
     return found
 
 
-def do(name: str, folder: Path) -> Row:
-    """Do one job in a folder of its own."""
-    origin, objective, environment, goal = jobs()[name]
+def do(name: str, part: Part, folder: Path) -> Row:
+    """Do one part of a job in a folder of its own."""
+    _, objective, environment, goal = jobs()[name]
     files = folder / "environment.xml", folder / "goal.toml"
     for file, text in zip(files, (environment, goal), strict=True):
         file.write_text(text)
-    task = goal_task(parse_goal(goal), environment)
-    run = aidsr.design(
-        objective, environment=files[0], goal=files[1], concepts=1, model="builtin", runs=folder / "runs"
-    )
+    made = {"job": name, "part": part, "commit": commit(), "versions": versions_now()}
+    if part == "check":
+        checked = check_goal(*files)
+        return Row(**made, blind=checked.blind, body=checked.reference)
+    runs = folder / "runs"
+    run = aidsr.design(objective, environment=files[0], goal=files[1], concepts=1, model="builtin", runs=runs)
     approved = run.design(1).final_scene.read() is not None
-    blind, report = _measured(run, task) if approved else (None, None)
-    return Row(
-        job=name,
-        origin=origin,
-        goal=parse_goal(goal).kind,
-        reference=check_goal(*files).blind,
-        design=blind,
-        body=read_status(run).designs[0].concept,
-        approved=approved,
-        sentence=_sentence(run),
-        probe=report,
-        commit=commit(),
-        versions=versions_now(),
-    )
+    blind, report = _measured(run, goal_task(parse_goal(goal), environment)) if approved else (None, None)
+    body = read_status(run).designs[0].concept
+    return Row(**made, blind=blind, body=body, approved=approved, sentence=_sentence(run), probe=report)
 
 
 def _measured(run: Run, task: GoalTask) -> tuple[Blind, ProbeReport]:
@@ -113,62 +105,55 @@ def _sentence(run: Run) -> str:
     return outcome.reason if outcome else ""
 
 
-def read_rows() -> dict[str, Row]:
-    """Return the rows so far by job; the newest of each counts."""
+def read_rows() -> dict[tuple[str, str], Row]:
+    """Return the rows so far by job and part; the newest of each counts."""
     lines = RESULTS.read_text().splitlines() if RESULTS.exists() else []
     rows = [Row.model_validate_json(line) for line in lines if line.strip()]
-    return {row.job: row for row in rows}
+    return {(row.job, row.part): row for row in rows}
 
 
-def page(rows: dict[str, Row]) -> str:
+def page(rows: dict[tuple[str, str], Row]) -> str:
     """Return the table as Markdown."""
-    made = [rows[name] for name in jobs() if name in rows]
-    solved = [row for row in made if row.probe and row.probe.success_share > 0]
-    versions = sorted({f"{name} {number}" for row in made for name, number in row.versions.items()})
+    all_jobs = jobs()
+    made = {name: rows[name, "design"] for name in all_jobs if (name, "design") in rows}
+    versions = sorted({f"{name} {number}" for row in rows.values() for name, number in row.versions.items()})
     lines = [
         "# Jobs of one's own",
         "",
         "`python -m benchmarks.own_jobs.run`: each job checked, designed by the built-in rules with one concept, and",
         f"the approved design probed with seed {SEED} (it was chosen and judged by seed 0), two variations.",
         f"Idle and noise: of {EPISODES} episodes, those won by doing nothing and anything, by the reference body of",
-        "`aidsr check` and by the design.",
-        f"Commits {', '.join(sorted({row.commit for row in made}))}; {', '.join(versions)}.",
+        "`aidsr check` and by the approved design.",
+        f"Commits {', '.join(sorted({row.commit for row in rows.values()}))}; {', '.join(versions)}.",
         "",
     ]
-    for origin in dict.fromkeys(row.origin for row in made):
-        mine = [row for row in made if row.origin == origin]
+    for origin in dict.fromkeys(all_jobs[name][0] for name in made):
+        mine = [row for name, row in made.items() if all_jobs[name][0] == origin]
+        solved = sum(row.probe is not None and row.probe.success_share > 0 for row in mine)
         lines.append(
-            f"- {origin}: {sum(row.approved for row in mine)} of {len(mine)} approved, "
-            f"{sum(row in solved for row in mine)} of them solved by the probe"
+            f"- {origin}: {sum(row.approved for row in mine)} of {len(mine)} approved, {solved} of them solved by the probe"
         )
     lines += [
         "",
         "| job | goal | | idle, noise | of the design | body | approved | probe: progress, won | the Judge |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    lines += [_line(row) for row in made]
+    lines += [_line(name, all_jobs[name], rows) for name in all_jobs if name in {job for job, _ in rows}]
     return "\n".join(lines) + "\n"
 
 
-def _line(row: Row) -> str:
-    def won(blind: Blind | None) -> str:
-        return f"{blind.idle}, {blind.noise}" if blind else "–"
+def _line(name: str, job: tuple[str, str, str, str], rows: dict[tuple[str, str], Row]) -> str:
+    def won(row: Row | None) -> str:
+        return f"{row.blind.idle}, {row.blind.noise}" if row and row.blind else "–"
 
+    checked, designed = rows.get((name, "check")), rows.get((name, "design"))
     probe = "–"
-    if row.probe:
-        count = len(row.probe.variations)
-        probe = f"{row.probe.progress:.2f}, {round(row.probe.success_share * count)} of {count}"
-    cells = (
-        row.job,
-        row.goal,
-        row.origin,
-        won(row.reference),
-        won(row.design),
-        row.body,
-        "yes" if row.approved else "no",
-        probe,
-        row.sentence,
-    )
+    if designed and designed.probe:
+        count = len(designed.probe.variations)
+        probe = f"{designed.probe.progress:.2f}, {round(designed.probe.success_share * count)} of {count}"
+    approved = "–" if designed is None else "yes" if designed.approved else "no"
+    told = (designed.body, designed.sentence) if designed else ("–", "–")
+    cells = (name, parse_goal(job[3]).kind, job[0], won(checked), won(designed), told[0], approved, probe, told[1])
     return f"| {' | '.join(format_cell(cell) for cell in cells)} |"
 
 
@@ -176,15 +161,17 @@ def main() -> None:
     """Do what is missing, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("jobs", nargs="*", help="to be done again; all that are missing unless named")
+    parser.add_argument("--only", choices=get_args(Part), help="this part of each")
     parser.add_argument("--page", action="store_true", help="write results.md alone")
     given = parser.parse_args()
-    wanted = [] if given.page else given.jobs or [name for name in jobs() if name not in read_rows()]
-    for name in wanted:
+    parts = [(name, part) for name in given.jobs or jobs() for part in get_args(Part) if given.only in (None, part)]
+    wanted = [] if given.page else [part for part in parts if given.jobs or part not in read_rows()]
+    for name, part in wanted:
         with TemporaryDirectory() as folder:
-            row = do(name, Path(folder))
+            row = do(name, part, Path(folder))
         with RESULTS.open("a") as file:
             file.write(row.model_dump_json() + "\n")
-        print(_line(row), flush=True)  # noqa: T201
+        print(_line(name, jobs()[name], read_rows()), flush=True)  # noqa: T201
     PAGE.write_text(page(read_rows()))
 
 
