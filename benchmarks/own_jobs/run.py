@@ -131,7 +131,8 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
         mine = [row for name, row in made.items() if all_jobs[name][0] == origin]
         solved = sum(row.probe is not None and row.probe.success_share > 0 for row in mine)
         lines.append(
-            f"- {origin}: {sum(row.approved for row in mine)} of {len(mine)} approved, {solved} of them solved by the probe"
+            f"- {origin}: {sum(row.approved for row in mine)} of {len(mine)} approved, "
+            f"{solved} of them solved by the probe"
         )
     lines += [
         "",
