@@ -35,8 +35,8 @@ def test_calls_stand_at_their_time_and_long_breaks_are_cut() -> None:
         (float(x), float(width)) for x, width in re.findall(r'class="call" x="([\d.]+)".*? width="([\d.]+)"', drawn)
     ]
     whole_s = 100 + 300 + 600 + 60
-    scale = (960 - 78 - 64) / whole_s
-    wanted = [(78, 100 * scale), (78 + 100 * scale, 300 * scale), (78 + 1000 * scale, 60 * scale)]
+    scale = (640 - 76 - 56) / whole_s
+    wanted = [(76, 100 * scale), (76 + 100 * scale, 300 * scale), (76 + 1000 * scale, 60 * scale)]
     for bar, each in zip(bars, wanted, strict=True):
         assert bar == pytest.approx(each, abs=0.1)
     assert "6 k" in drawn

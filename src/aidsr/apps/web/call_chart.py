@@ -10,7 +10,7 @@ from html import escape
 from aidsr.core.calls import CallRecord
 from aidsr.core.formatting import format_duration
 
-_WIDTH, _LEFT, _RIGHT = 960, 78, 64
+_WIDTH, _LEFT, _RIGHT = 640, 76, 56
 _TOP, _CURVES, _LANE, _AXIS = 20, 84, 20, 22
 _LONGEST_GAP_S = 600.0
 """A longer break, as of a run that was resumed the next day, is cut to this. Our choice."""

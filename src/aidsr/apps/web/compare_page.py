@@ -130,6 +130,7 @@ def _same_episode(compared: list[_Compared], views: list[SceneView | None]) -> N
 
     with box("row"):
         field = ui.number("Held-out variation", min=0, max=99, step=1, precision=0, format="%d").props("outlined dense")
+        field.style("min-width: 170px")
         field.bind_value(chosen, "variation")
         go = button("Play it in all views", play, "primary", "play_arrow")
         if len(ready) < len(compared):

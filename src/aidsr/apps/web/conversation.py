@@ -92,7 +92,7 @@ def conversation(run: Run, design: int | None = None) -> None:
     trouble.set_visibility(False)
     wanted = ui.input(placeholder="Search: prompts, replies, events").props("outlined dense clearable debounce=300")
     wanted.props.update({"aria-label": "Search the log", "style": "max-width: 420px"})
-    chart = ui.html("", sanitize=False).classes("full")
+    chart = ui.html("", sanitize=False).classes("calls full")
     with box("log") as lines:
         pass
     shown: list[tuple[Entry, ui.element]] = []

@@ -166,7 +166,7 @@ def _draw(rows: tuple[DesignRow, ...], wanted: _Wanted, act: Callable[..., None]
                     with box(tag="tr"):
                         _cells(row, wanted, act)
     trained = [row for row in shown if row.success is not None]
-    if trained:
+    if len(trained) > 1 and any(row.tokens for row in trained):
         with box("sheet stack", "section", aria_label="success against tokens"):
             text("Held-out success against tokens", tag="h2")
             points = [(row.tokens, row.success or 0.0, f"{row.concept} ({row.task})") for row in trained]

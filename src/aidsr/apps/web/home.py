@@ -61,6 +61,7 @@ def add_home(site: Site) -> None:
         with frame("", site=site):
             with box("row apart"):
                 text("Runs", tag="h1")
+                ui.link("Designs", "/designs").classes("only-narrow")
                 field = ui.input(placeholder="Search: task, words, model, state").props("outlined dense clearable")
                 field.bind_value(wanted, "words")
                 field.props.update({"data-search": "yes", "aria-label": "Search runs", "style": "width: 320px"})

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import base64
-from typing import Any
 
 from nicegui import run as background
 from nicegui import ui
 
-from aidsr.apps.web.upload import ENVIRONMENT, GOAL, upload
-from aidsr.apps.web.widgets import box, fact, notice, text
+from aidsr.apps.web.goal_form import goal_form
+from aidsr.apps.web.upload import ENVIRONMENT, Form, upload
+from aidsr.apps.web.widgets import box, notice, text
 from aidsr.core.errors import AidsrError
 from aidsr.examples import examples
-
-Form = dict[str, Any]
 
 
 def take_template(form: Form, name: str) -> None:
@@ -50,7 +48,7 @@ def words_form(form: Form) -> None:
         )
         upload(form, ENVIRONMENT)
         _preview(form)
-        _goal(form)
+        goal_form(form)
 
 
 def _preview(form: Form) -> None:
@@ -89,40 +87,3 @@ def _picture(environment: str) -> bytes:
     from aidsr.render.view import View
 
     return picture(environment, width=480, height=320, view=View(authored=True))
-
-
-def _goal(form: Form) -> None:
-    with box("stack tight"):
-        field = ui.textarea("Goal (TOML)").props("outlined autogrow debounce=500").classes("mono")
-        field.bind_value(form, "goal")
-        field.props.update({"maxlength": GOAL.most_bytes, "placeholder": 'kind = "touch"\ntarget = "bell"'})
-        text(
-            "It defines success: kind is reach, lift, travel or touch; then target, hold_s, time_limit_s, base, "
-            "vary_m, and within_m, by_m, distance_m and direction, or force_n and at_most_n. Only training needs it.",
-            "small soft",
-        )
-        with box("live") as said:
-            pass
-
-        async def check() -> None:
-            goal = str(form["goal"] or "")
-            found: Any = ()
-            if goal.strip():
-                try:
-                    found = await background.io_bound(GOAL.look, goal, dict(form))
-                except AidsrError as error:
-                    found = str(error)
-            if said.is_deleted or goal != str(form["goal"] or ""):
-                return
-            said.clear()
-            with said:
-                if isinstance(found, str):
-                    notice(found, "bad")
-                elif found:
-                    with box("facts"):
-                        for name, value in found:
-                            fact(name, value)
-
-        field.on_value_change(check)
-        ui.timer(0.1, check, once=True)
-        upload(form, GOAL)

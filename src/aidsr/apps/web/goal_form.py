@@ -1,0 +1,175 @@
+"""What counts as success, as a goal: begun from a kind with its keys, checked as it is typed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from nicegui import run as background
+from nicegui import ui
+
+from aidsr.apps.web.upload import GOAL, Form, upload
+from aidsr.apps.web.widgets import box, button, fact, notice, text
+from aidsr.core.artifacts import EnvironmentSummary
+from aidsr.core.errors import AidsrError
+
+_FIRST_LINES = {
+    "reach": 'target = "{place}"   # site or body',
+    "pose": 'target = "{place}"   # site or body\n'
+    "direction = [0, 0, -1]   # where the axis of the functional part has to point",
+    "lift": 'target = "{body}"   # body that can move',
+    "travel": 'distance_m = 0.1\n# target = "{body}"   # body that can move; without it the robot itself',
+    "turn": 'joint = "{joint}"   # hinge\nby_deg = 90   # by the right hand about its axis',
+    "touch": 'target = "{body}"   # body',
+    "bring": 'targets = ["{body}"]   # bodies; "pellet_*" is all whose names begin so\n'
+    "region = {{ center_m = [0, 0, 0.1], size_m = [0.1, 0.1, 0.1] }}   # or radius_m; or at = a site or body",
+    "follow": "path_m = [[0, 0, 0.1], [0.1, 0, 0.1]]   # corners; or sites = their names",
+    "stages": '[[stages]]\nkind = "touch"\ntarget = "{body}"\n\n[[stages]]\nkind = "lift"\ntarget = "{body}"',
+}
+"""Of each kind of goal, what it cannot do without, with names of the environment."""
+_LEFT_OUT = frozenset({"kind", "by_s", "mount", "limits", "stages"})
+"""Keys that are tables, or belong to a stage; docs/goals.md has them."""
+
+
+def skeleton(kind: str, environment: EnvironmentSummary | None = None) -> str:
+    """Return a goal of a kind to fill in: what it needs, then every other key with its default, as a comment.
+
+    Args:
+        kind: Word of the kind.
+        environment: Whose names stand in it.
+    """
+    from aidsr.tasks.goals.reading import KINDS
+
+    needed = _FIRST_LINES[kind].format(**_names(environment))
+    given = {line.lstrip("# ").partition(" ")[0] for line in needed.splitlines()}
+    rest = [
+        f"# {name} = {_toml(field.default)}"
+        for name, field in KINDS[kind].model_fields.items()
+        if name not in given | _LEFT_OUT and not field.is_required() and field.default not in (None, "", ())
+    ]
+    first, then = (rest, [needed]) if kind == "stages" else ([needed], rest)
+    return "\n".join([f'kind = "{kind}"', *first, *then]) + "\n"
+
+
+def _names(environment: EnvironmentSummary | None) -> dict[str, str]:
+    """Return a site or body, a body and a hinge of an environment, those that can move first."""
+    bodies = [body for body in environment.bodies if body.name != "world"] if environment else []
+    moving = [body.name for body in bodies if body.movable] + [body.name for body in bodies]
+    hinges = [joint.partition(": ")[0] for body in bodies for joint in body.joints if ": hinge" in joint]
+    sites = [site.name for site in environment.sites if not site.name.startswith("mount")] if environment else []
+    return {
+        "place": next(iter([*sites, *moving]), "…"),
+        "body": next(iter(moving), "…"),
+        "joint": next(iter(hinges), "…"),
+    }
+
+
+def _toml(value: object) -> str:
+    return json.dumps(list(value) if isinstance(value, tuple) else value)
+
+
+def goal_form(form: Form) -> None:
+    """Ask for the goal of an objective in words, and check it while it is typed."""
+    kept = {"before": ""}
+
+    async def begin() -> None:
+        environment = await background.io_bound(_summary, form["environment"])
+        kept["before"] = str(form["goal"] or "")
+        form["goal"] = skeleton(str(kinds.value), environment)
+        back.set_visibility(bool(kept["before"].strip()))
+
+    def take_back() -> None:
+        form["goal"] = kept["before"]
+        back.set_visibility(False)
+
+    with box("stack tight"):
+        with box("row"):
+            kinds = ui.select(list(_FIRST_LINES), label="Kind of goal", value="reach").props("outlined dense")
+            kinds.style("min-width: 160px")
+            button("Write its keys", begin, "quiet", "edit", "Replaces what stands below")
+            back = button("Take that back", take_back, "bare", "undo")
+            back.set_visibility(False)
+        field = ui.textarea("Goal (TOML)").props("outlined autogrow debounce=500").classes("mono")
+        field.bind_value(form, "goal")
+        field.props.update({"maxlength": GOAL.most_bytes, "placeholder": 'kind = "touch"\ntarget = "bell"'})
+        text(
+            "It defines success; only probing and training need it. docs/goals.md explains kinds and keys.",
+            "small soft",
+        )
+        with box("live") as names:
+            pass
+        with box("live") as said:
+            pass
+        _keep_checked(form, field, said)
+        _keep_named(form, names)
+        upload(form, GOAL)
+
+
+def _keep_checked(form: Form, field: ui.textarea, said: ui.element) -> None:
+    """Say below a field what is wrong with the goal in it, or what it asks for, whenever it changes."""
+
+    async def check() -> None:
+        goal = str(form["goal"] or "")
+        found: Any = ()
+        if goal.strip():
+            try:
+                found = await background.io_bound(GOAL.look, goal, dict(form))
+            except AidsrError as error:
+                found = str(error)
+        if said.is_deleted or goal != str(form["goal"] or ""):
+            return
+        said.clear()
+        with said:
+            if isinstance(found, str):
+                notice(found, "bad")
+            elif found:
+                with box("facts"):
+                    for name, value in found:
+                        fact(name, value)
+
+    field.on_value_change(check)
+    ui.timer(0.1, check, once=True)
+
+
+def _keep_named(form: Form, place: ui.element) -> None:
+    """List the names that a goal can use, whenever the environment changes."""
+    shown: dict[str, str] = {"environment": ""}
+
+    async def name() -> None:
+        if form["environment"] == shown["environment"]:
+            return
+        shown["environment"] = form["environment"]
+        found = await background.io_bound(_summary, form["environment"])
+        if place.is_deleted:
+            return
+        place.clear()
+        if found is None:
+            return
+        with place:
+            _chips("sites", [site.name for site in found.sites])
+            _chips("bodies", [body.name for body in found.bodies if body.name != "world"])
+            _chips("joints", [joint for body in found.bodies for joint in body.joints])
+
+    ui.timer(1.0, name)
+
+
+def _chips(what: str, names: Sequence[str]) -> None:
+    named = [name for name in names if name]
+    if named:
+        with box("row small"):
+            text(what, "soft")
+            for name in named[:24]:
+                text(name, "chip")
+            if len(named) > 24:
+                text(f"and {len(named) - 24} more", "soft")
+
+
+def _summary(environment: str) -> EnvironmentSummary | None:
+    """Return what is in an environment, None where there is none or it cannot be used, which its own field says."""
+    from aidsr.sim.environment_summary import summarize_environment
+
+    try:
+        return summarize_environment(environment) if environment else None
+    except AidsrError:
+        return None
