@@ -26,7 +26,9 @@ _CHECKPOINTS = 20
 _SEEMS_SATURATED = 0.9
 """Share of recent episodes that must succeed before a test is worth its time."""
 _NOISELESS_TESTS = 20
-"""Over the whole budget, where they are paid from it."""
+"""Over the whole budget at most, where they are paid from it."""
+_TEST_SPACING = 4
+"""Steps of learning for each step that such a test took, before the next. Our choice: tests take a fifth at most."""
 
 
 @dataclass
@@ -41,6 +43,8 @@ class History:
     """Processes after the first; one that was killed before its first checkpoint left nothing and does not count."""
     recent: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
     """Success, progress and return of the last episodes."""
+    best_share: float = 0.0
+    """Largest success share of so many episodes so far."""
 
     @classmethod
     def of(cls, recipe: Recipe) -> History:
@@ -102,6 +106,7 @@ class TrainingCallback(BaseCallback):
         folder: Where the curve goes.
         checkpoint: Saves a checkpoint.
         saturated: Whether the policy without noise succeeds.
+        improved: Called after an update when the recent episodes without noise went better than any before.
         listen: Called with every point of the curve.
         begin: Called when the first episodes have been reset.
         most_s: Wall time of the whole training, after which it ends [s].
@@ -116,6 +121,7 @@ class TrainingCallback(BaseCallback):
         *,
         checkpoint: Callable[[], None],
         saturated: Callable[[], bool],
+        improved: Callable[[], None],
         listen: Callable[[CurvePoint], None],
         begin: Callable[[], None],
         most_s: float = np.inf,
@@ -128,6 +134,7 @@ class TrainingCallback(BaseCallback):
         self._test_every = steps // (_POINTS if is_ppo else _NOISELESS_TESTS)
         self._budget, self._folder, self._listen = steps, folder, listen
         self._checkpoint, self._saturated, self._begin = checkpoint, saturated, begin
+        self._improved = improved if recipe.algorithm == "sac" else (lambda: None)
         self._next_point = self._next_test = history.steps
         self._next_checkpoint = history.steps + steps // _CHECKPOINTS
         self._clock = 0.0
@@ -149,17 +156,23 @@ class TrainingCallback(BaseCallback):
             return  # no update yet
         self._count(self._steps)
         self.is_late = self.history.wall_s >= self._most_s
+        recent = self.history.recent
+        is_full = len(recent) == recent.maxlen
+        if is_full and self.history.success_share >= max(self.history.best_share, 0.01):
+            self.history.best_share = self.history.success_share
+            self._improved()
         if self.history.steps >= self._next_point:
             self._next_point = self.history.steps + self._budget // _POINTS
             self._write_point()
         if self.history.steps >= self._next_checkpoint:
             self._next_checkpoint = self.history.steps + self._budget // _CHECKPOINTS
             self._checkpoint()
-        recent = self.history.recent
-        full = len(recent) == recent.maxlen and self.history.success_share >= _SEEMS_SATURATED
-        if full and self.history.steps >= self._next_test:
-            self._next_test = self.history.steps + self._test_every
+        seems_saturated = is_full and self.history.success_share >= _SEEMS_SATURATED
+        if seems_saturated and self.history.steps >= self._next_test:
+            before = self.model.num_timesteps
             self.is_saturated = self._saturated()
+            paid = (self.model.num_timesteps - before) * self._hold_steps
+            self._next_test = self.history.steps + paid + max(self._test_every, _TEST_SPACING * paid)
 
     def _on_step(self) -> bool:
         if self.is_saturated or self.is_late:

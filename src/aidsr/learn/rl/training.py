@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecNormalize
 
     from aidsr.learn.rl.curve_point import CurvePoint
+    from aidsr.learn.rl.snapshot import Snapshot
     from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
 
 BUDGET_STEPS = 300_000
@@ -41,6 +42,10 @@ on are never sampled."""
 
 _SATURATION_EPISODES = 20
 """Development episodes that say whether training is saturated."""
+
+_FALL = 0.2
+"""Drop of the success share, from its best to the end of the budget, with which the best policy is kept instead of the
+last. Our choice: twice the standard error of 20 episodes."""
 
 _PACKAGES = ("aidsr", "mujoco", "numpy", "torch", "stable-baselines3", "gymnasium")
 
@@ -175,6 +180,7 @@ class _Training:
         from stable_baselines3.common.vec_env import VecNormalize
 
         from aidsr.learn.rl.callbacks import History
+        from aidsr.learn.rl.snapshot import Snapshot
         from aidsr.learn.rl.soft_actor_critic import SoftActorCritic
         from aidsr.learn.rl.vector_env import BatchedVecEnv
 
@@ -189,6 +195,7 @@ class _Training:
         )
         # a resumed training must not sample the same episodes a second time
         self.rng = np.random.default_rng([config.seed, self.history.steps])
+        self._best: Snapshot | None = None
         self._structure = read_structure(scene.model)
         first = [self._sample_variation() for _ in range(recipe.simulations)]
         self.env = BatchedVecEnv(self._episodes(first), self._sample_variation, patience_s=recipe.patience_s)
@@ -203,6 +210,7 @@ class _Training:
             self.model.num_timesteps = self.history.steps // recipe.hold_steps
             if isinstance(self.model, SoftActorCritic):
                 self.model.load_memory(saved / "memory")
+            self._best = Snapshot.load(saved / "best")
         elif recipe.from_probe:
             self._imitate_probe()
 
@@ -266,6 +274,7 @@ class _Training:
             self.home,
             checkpoint=self._checkpoint,
             saturated=self._saturated,
+            improved=self._keep_best,
             listen=self.listen,
             begin=lambda: self.env.desynchronize(self.rng),
             most_s=self.most_s,
@@ -280,7 +289,15 @@ class _Training:
             raise
         if callback.is_saturated:
             return self._finish("saturated")
+        if self._best is not None and self.history.success_share <= self.history.best_share - _FALL:
+            self.home.log_event("restored", success_share=self.history.success_share, best=self.history.best_share)
+            self._best.restore(self.model.policy, self.normalised)
         return self._finish("time" if self.history.wall_s >= self.most_s else "budget")
+
+    def _keep_best(self) -> None:
+        from aidsr.learn.rl.snapshot import Snapshot
+
+        self._best = Snapshot.of(self.model.policy, self.normalised)
 
     def _saturated(self) -> bool:
         """Whether the policy without noise succeeds at fresh development variations."""
@@ -312,6 +329,8 @@ class _Training:
         self.model.save(folder / "policy.zip", exclude=["ep_info_buffer", "ep_success_buffer"])
         if isinstance(self.model, SoftActorCritic):
             self.model.save_memory(folder / "memory")
+        if self._best is not None:
+            self._best.save(folder / "best")
 
     def _finish(self, stopped: Literal["budget", "saturated", "time"]) -> TrainingResult:
         history = self.history

@@ -1,0 +1,47 @@
+"""A policy as it was at some moment of its training."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import torch
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.vec_env import VecNormalize
+
+from aidsr.learn.rl.policy import Normalisation
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Weights of all networks, and the normalisation that they were used with."""
+
+    weights: Mapping[str, torch.Tensor]
+    normalisation: Normalisation
+
+    @classmethod
+    def of(cls, policy: BasePolicy, env: VecNormalize) -> Self:
+        """Return what a training has now."""
+        weights = {name: value.clone() for name, value in policy.state_dict().items()}
+        return cls(weights, Normalisation.of(env))
+
+    def restore(self, policy: BasePolicy, env: VecNormalize) -> None:
+        """Let a training have it again."""
+        policy.load_state_dict(self.weights)
+        self.normalisation.restore(env)
+
+    def save(self, folder: Path) -> None:
+        """Write it into a folder, which is made."""
+        folder.mkdir()
+        torch.save(dict(self.weights), folder / "weights.pth")
+        (folder / "normalisation.json").write_text(self.normalisation.to_json(), encoding="utf-8")
+
+    @classmethod
+    def load(cls, folder: Path) -> Self | None:
+        """Return what `save` wrote, None where there is nothing. Only numbers are read."""
+        if not folder.exists():
+            return None
+        weights = torch.load(folder / "weights.pth", map_location="cpu", weights_only=True)
+        return cls(weights, Normalisation.from_json((folder / "normalisation.json").read_text(encoding="utf-8")))
