@@ -101,6 +101,7 @@ WORDS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "tendon_pushes": (('ctrlrange="-20 20"', 'ctrlrange="0 20"'),),
     "numerical_instability": (('damping="0"', 'damping="10"'),),
+    "actuator_sign": (('gear="1"', 'gear="-1"'),),
     "zero_gear": (('gear="0"', 'gear="-1"'),),
     "limit_overrun": (('range="-6 6"', 'range="-6 6" solreflimit="0.004 1"'),),
     "passive_collapse": ((' springref="25"', ""),),

@@ -28,8 +28,10 @@ from benchmarks.validator.tables import markdown
 import aidsr
 from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.validation import validate
+from aidsr.validation.registry import require_rule
 
 _HERE = Path(__file__).parent
+ONLY_WARNED = "faults that are only warned of"
 _WARNINGS = ("tendon_skips_segments", "tendon_slack", "thin_wall")
 """Codes whose faults are never more than warnings."""
 
@@ -46,6 +48,13 @@ class Verdict:
         """Whether the fault the robot has was reported, as an error where its rule knows errors."""
         faults = self.report.faults if self.specimen.code in _WARNINGS else self.report.errors
         return self.specimen.code in {fault.code for fault in faults}
+
+    @property
+    def kind(self) -> str:
+        """Of the fault it has, or of the writer of a good robot."""
+        if self.specimen.grade == "good":
+            return self.specimen.style
+        return ONLY_WARNED if self.specimen.code in _WARNINGS else require_rule(self.specimen.code).stage.title
 
     @property
     def others(self) -> list[Fault]:
@@ -194,6 +203,8 @@ def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, Rul
         "good_with_errors": {v.specimen.name: _summary(v.report) for v in blamed},
         "good_with_warnings": {v.specimen.name: _summary(v.report) for v in warned},
         "false_alarm_share": len(blamed) / max(1, len(good)),
+        "kinds": _by_kind([verdict for verdict in verdicts if verdict.specimen.grade == "bad"]),
+        "good_kinds": _by_kind(good),
         "bad": bad,
         "found": found,
         "recall": found / max(1, bad),
@@ -218,6 +229,17 @@ def summarize(corpus: Corpus, verdicts: Sequence[Verdict], scores: dict[str, Rul
         "put_aside": corpus.put_aside,
         "versions": {**verdicts[0].report.versions, "python": platform.python_version()},
     }
+
+
+def _by_kind(verdicts: Sequence[Verdict]) -> dict[str, dict[str, int]]:
+    """Robots of each kind, those with an error, and those in which the fault they have was reported."""
+    kinds: dict[str, dict[str, int]] = {}
+    for verdict in verdicts:
+        kind = kinds.setdefault(verdict.kind, {"robots": 0, "refused": 0, "right_code": 0})
+        kind["robots"] += 1
+        kind["refused"] += bool(verdict.report.errors)
+        kind["right_code"] += verdict.found
+    return kinds
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -47,6 +47,8 @@ def test_recall_precision_and_what_was_said_instead() -> None:
     assert "- chatter: underdamped (1)" in text
     assert "| bad robots found | 1 of 2 (50.0 %) | 9 to 91 % |" in text
     assert "- missed: b: " in text
+    assert "| Simulate: driven | 2 | 2, 100.0 % (34 to 100 %) | 1, 50.0 % (9 to 91 %) |" in text
+    assert "| hinges | 4 | 1, 25.0 % (5 to 70 %) |" in text
 
 
 def test_a_fault_beside_another_counts_as_true_only_if_the_oracle_finds_it() -> None:

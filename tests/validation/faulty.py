@@ -347,6 +347,7 @@ BAD = (
     Bad("limit_overrun", lambda: overrun(3, radius_m=0.025), severity="warning"),
     Bad("limit_overrun", lambda: overrun(9, radius_m=0.011)),
     Bad("zero_gear", _zero_gear),
+    Bad("actuator_sign", partial(example, "actuator_sign")),
     Bad("tendon_one_body", _tendon_on_base),
     Bad("tendon_no_moment", _tendon_on_axis),
     Bad("same_cables", _two_on_one_side),

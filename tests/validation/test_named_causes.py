@@ -5,6 +5,7 @@ from tests.validation.robots import arm
 
 from aidsr.core.artifacts import Fault
 from aidsr.validation import validate
+from aidsr.validation.registry import require_rule
 from aidsr.validation.rules_page import EXAMPLE_ARM
 
 
@@ -72,3 +73,11 @@ def test_a_slow_filter_is_not_called_damping() -> None:
     codes = {fault.code for fault in validate(lazy).faults}
     assert "filter_slow" in codes
     assert "overdamped" not in codes
+
+
+def test_a_slow_robot_with_an_idle_actuator_beside_is_slow_and_not_without_effect() -> None:
+    rule = require_rule("filter_slow")
+    assert rule.example is not None
+    idle = '<motor name="idle" tendon="front" gear="-1" ctrlrange="0 0.001"/>'
+    text = rule.example.fails(EXAMPLE_ARM).replace("  </actuator>", f"    {idle}\n  </actuator>")
+    assert "filter_slow" in {fault.code for fault in validate(text, ignore=["same_cables"]).errors}

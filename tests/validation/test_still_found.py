@@ -126,3 +126,21 @@ def test_a_cable_without_a_lever_is_a_warning_among_twenty_only(good: int, bad: 
     (fault,) = validate(cables(good, bad), select="tendon_no_moment").faults
     assert len(fault.names) == bad
     assert fault.severity == severity
+
+
+@pytest.mark.parametrize(
+    ("code", "changes"),
+    [
+        ("too_stiff", (('stiffness="1" damping="0.05"', 'stiffness="50" damping="2.5"'),)),
+        ("no_effect", (('timestep="0.002"', 'timestep="0.002" viscosity="1e5"'),)),
+        ("tendon_against_limit", require_rule("tendon_against_limit").example.changes),  # type: ignore[union-attr]
+        ("self_collision_lock", require_rule("self_collision_lock").example.changes),  # type: ignore[union-attr]
+        ("antagonist_lock", require_rule("antagonist_lock").example.changes),  # type: ignore[union-attr]
+    ],
+)
+def test_another_actuator_without_a_range_does_not_hide_what_holds_the_robot(
+    code: str, changes: tuple[tuple[str, str], ...]
+) -> None:
+    third = '<motor name="pull_too" tendon="back" gear="-1"/>'
+    found = errors(*changes, ("  </actuator>", f"    {third}\n  </actuator>"))
+    assert {code, "ctrlrange_missing"} <= found

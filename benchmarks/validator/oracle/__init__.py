@@ -3,6 +3,7 @@
 trace       one simulation, step by step, everything written down
 shape       where geoms reach
 loop        the tests of one robot: let it settle, drive it
+signs       in which direction actuators act
 still       what can be measured before anything moves
 passive     what it does when nobody drives it
 driven      what it does when driven

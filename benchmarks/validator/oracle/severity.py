@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from benchmarks.validator.oracle import building, constants, driven, levers, passive, still
+from benchmarks.validator.oracle import building, constants, driven, levers, passive, signs, still
 from benchmarks.validator.oracle.loop import Bench
 
 SEVERITIES: dict[str, Callable[[Bench], float]] = {
@@ -31,6 +31,7 @@ SEVERITIES: dict[str, Callable[[Bench], float]] = {
     "cables_end_early": levers.short_reach,
     "cable_cancels": levers.cancelled,
     "site_misplaced": levers.dip,
+    "actuator_sign": signs.inverted,
     "length_unit": constants.length,
     "mass_unit": constants.heaviness,
     "odd_gravity": constants.gravity,

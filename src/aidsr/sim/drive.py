@@ -29,6 +29,7 @@ class Drive:
         ctrl: Its place in `ctrl`.
         on_tendon: Whether it pulls a tendon.
         low, high: Ends of its control range.
+        ranged: Whether that range is written; else its ends are a guess.
         neutral: Command with the least force where the robot rests.
         pull: The end that pulls a tendon hardest; the high end of any other actuator.
         release: The other end.
@@ -42,6 +43,7 @@ class Drive:
     on_tendon: bool
     low: float
     high: float
+    ranged: bool
     neutral: float
     pull: float
     release: float
@@ -70,6 +72,7 @@ def read_drives(model: mujoco.MjModel, data: mujoco.MjData, structure: Structure
                 on_tendon=on_tendon,
                 low=float(low[at]),
                 high=float(high[at]),
+                ranged=bool(model.actuator_ctrllimited[at]),
                 neutral=float(neutral[at]),
                 pull=float(low[at] if pulls_low else high[at]),
                 release=float(high[at] if pulls_low else low[at]),

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.couplings import onto_leaders, read_couplings
 from aidsr.sim.poses import bent_pose, random_poses
 from aidsr.sim.structure import Chain, Structure, Tendon
 from aidsr.sim.tendon_effects import unit_pull
@@ -33,11 +34,14 @@ class MomentArms:
     Attributes:
         tendons: The cables, spatial and driven; n_tendons.
         arms_m: Moment arms, (n_poses, n_tendons, nv) [m/rad; 1 for a slide]; the first pose is the nearly straight one.
+        led_m: The same about joints that lead or are free, with what they do through those that an equality couples to
+            them, which have none.
         axes: Axis of each rotational degree of freedom in the reference pose, (nv, 3); zero for the others.
     """
 
     tendons: tuple[Tendon, ...]
     arms_m: Array
+    led_m: Array
     axes: Array
 
     def along(self, model: mujoco.MjModel, chain: Chain, tendon: int) -> Array:
@@ -68,8 +72,11 @@ def read_moment_arms(model: mujoco.MjModel, structure: Structure) -> MomentArms:
     poses = [bent_pose(model, structure, _STRAIGHT_RAD)]
     if tendons:
         poses += random_poses(model, structure, _RANDOM_POSES, _RANDOM_RAD)
-    arms = [[unit_pull(model, data, tendon.id) for tendon in tendons] for data in poses]
-    return MomentArms(tendons, np.array(arms).reshape(len(poses), len(tendons), model.nv), _read_axes(model))
+    shape = (len(poses), len(tendons), model.nv)
+    arms = np.array([[unit_pull(model, data, tendon.id) for tendon in tendons] for data in poses]).reshape(shape)
+    couplings = read_couplings(model)
+    led = [onto_leaders(model, couplings, data.qpos, each) for data, each in zip(poses, arms, strict=True)]
+    return MomentArms(tendons, arms, np.array(led).reshape(shape), _read_axes(model))
 
 
 def _read_axes(model: mujoco.MjModel) -> Array:

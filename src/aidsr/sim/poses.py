@@ -1,4 +1,4 @@
-"""Poses other than the drawn one, in which hidden faults show."""
+"""Poses other than the drawn one, in which hidden faults show. Joints that follow another one do so."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from aidsr.sim.couplings import follow, read_couplings
 from aidsr.sim.structure import Structure
 
 _HINGE, _BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
@@ -61,5 +62,6 @@ def _room_rad(model: mujoco.MjModel, joint: int) -> float:
 def _turned(model: mujoco.MjModel, turn: NDArray[np.float64]) -> mujoco.MjData:
     data = mujoco.MjData(model)
     mujoco.mj_integratePos(model, data.qpos, turn, 1.0)
+    follow(model, read_couplings(model), data.qpos)
     mujoco.mj_forward(model, data)
     return data

@@ -38,9 +38,9 @@ def list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
     for index, drive in enumerate(drives):
         ends = [end for end in (drive.low, drive.high) if not math.isclose(end, drive.neutral, abs_tol=1e-12)]
         tests += [BatteryTest("single", index, end) for end in ends]
-        others = [other for other in drives if other is not drive and other.on_tendon]
+        others = [other for other in drives if other is not drive and other.on_tendon and other.ranged]
         # others that go slack by command make the same test as others switched off
-        if drive.on_tendon and not all(other.goes_slack for other in others):
+        if drive.on_tendon and drive.ranged and not all(other.goes_slack for other in others):
             tests.append(BatteryTest("released", index, drive.pull))
     if drives:
         tests += [BatteryTest("all"), BatteryTest("sweep")]
@@ -48,10 +48,13 @@ def list_tests(drives: Sequence[Drive]) -> tuple[BatteryTest, ...]:
 
 
 def slack_in(test: BatteryTest, drives: Sequence[Drive]) -> tuple[int, ...]:
-    """Return the actuators switched off during a test."""
-    if test.kind not in ("reference", "single"):
-        return ()
-    return tuple(drive.actuator for index, drive in enumerate(drives) if drive.on_tendon and index != test.drive)
+    """Return the actuators switched off during a test; one without a range is on in its own tests alone."""
+    alone = test.kind in ("reference", "single")
+    return tuple(
+        drive.actuator
+        for index, drive in enumerate(drives)
+        if drive.on_tendon and index != test.drive and (alone or not drive.ranged)
+    )
 
 
 def commands_at_end(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) -> Array:
@@ -60,6 +63,8 @@ def commands_at_end(test: BatteryTest, neutral: Array, drives: Sequence[Drive]) 
     for index, drive in enumerate(drives):
         if index == test.drive:
             target[drive.ctrl] = test.command
+        elif not drive.ranged:
+            continue
         elif test.kind == "released" and drive.on_tendon:
             target[drive.ctrl] = drive.release
         elif test.kind == "all":
@@ -72,6 +77,6 @@ def random_commands(neutral: Array, drives: Sequence[Drive], frames: int, hold: 
     rng = np.random.default_rng(seed)
     ctrl = np.tile(neutral, (frames, 1))
     for begin in range(0, frames, hold):
-        for drive in drives:
+        for drive in (drive for drive in drives if drive.ranged):
             ctrl[begin : begin + hold, drive.ctrl] = rng.choice((drive.low, drive.high))
     return ctrl

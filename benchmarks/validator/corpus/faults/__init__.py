@@ -9,6 +9,7 @@ holding      obstacles, weakness and stiffness that keep a robot still
 building     cables and motors that do not exist
 routes       cables that pull where they should not
 constants    units, gravity, friction, keyframes, damping and filters out of the ordinary
+signs        actuators that act in the wrong direction
 document     MJCF that does not load
 """
 
@@ -22,9 +23,10 @@ from benchmarks.validator.corpus.faults.injection import Injection, UnsuitableEr
 from benchmarks.validator.corpus.faults.motion import MOTION
 from benchmarks.validator.corpus.faults.parts import PARTS
 from benchmarks.validator.corpus.faults.routes import ROUTES
+from benchmarks.validator.corpus.faults.signs import SIGNS
 from benchmarks.validator.corpus.faults.wiring import WIRING
 
 __all__ = ["DOCUMENT", "INJECTIONS", "Injection", "UnsuitableError"]
 
-INJECTIONS: tuple[Injection, ...] = (*PARTS, *WIRING, *MOTION, *HOLDING, *BUILDING, *ROUTES, *CONSTANTS)
+INJECTIONS: tuple[Injection, ...] = (*PARTS, *WIRING, *MOTION, *HOLDING, *BUILDING, *ROUTES, *CONSTANTS, *SIGNS)
 """Changes of models that load; those of `DOCUMENT` do not."""

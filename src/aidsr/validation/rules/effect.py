@@ -29,6 +29,7 @@ from aidsr.validation.protocol import STANDARD_GRAVITY_M_S2
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
+from aidsr.validation.rules.ranges import known_tests
 from aidsr.validation.signals import Signal
 from aidsr.validation.thresholds import MAX_MASS_RATIO
 
@@ -58,7 +59,8 @@ def _find_no_effect(robot: RobotUnderTest) -> Iterator[Fault]:
     evidence = robot.driven
     if evidence.battery is None or not evidence.drives or is_explained("tendon_against_limit", robot.found):
         return
-    held = [row for row in robot.sound_tests if evidence.tests[row].kind in ("single", "released", "all")]
+    known = set(known_tests(robot)).intersection(robot.sound_tests)
+    held = [row for row in sorted(known) if evidence.tests[row].kind in ("single", "released", "all")]
     whole = max((robot.effect_in(row) for row in held), default=0.0) < MIN_EFFECT
     if whole and _travels(robot, held):
         return
@@ -154,7 +156,8 @@ def _mass_fault(robot: RobotUnderTest, drives: list[int], ratio: float, whole: b
 def _strength_fault(robot: RobotUnderTest, weak: list[int], tests: list[int], whole: bool, least: float) -> Fault:
     """Too weak, too stiff, or without a cause that another trial shows."""
     evidence = robot.driven
-    tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in evidence.drives)
+    ranged = [drive for drive in evidence.drives if drive.ranged]
+    tension_n = max(max(abs(drive.force_low_n), abs(drive.force_high_n)) for drive in ranged)
     weight_n = robot.structure.mass_kg * STANDARD_GRAVITY_M_S2
     if whole and tension_n < WEAK_SHARE * weight_n:
         return ACTUATOR_TOO_WEAK.fault(
@@ -185,9 +188,13 @@ def _strength_fault(robot: RobotUnderTest, weak: list[int], tests: list[int], wh
 
 
 def measured_drives(robot: RobotUnderTest) -> list[int]:
-    """Return the actuators whose own tests do not diverge, so that their effect is known."""
-    sound = set(robot.sound_tests)
-    return [index for index in range(len(robot.driven.drives)) if sound.issuperset(robot.single_tests([index]))]
+    """Return the actuators with a range whose own tests do not diverge, so that their effect is known."""
+    sound, drives = set(robot.sound_tests), robot.driven.drives
+    return [
+        index
+        for index, drive in enumerate(drives)
+        if drive.ranged and sound.issuperset(robot.single_tests([index]))
+    ]
 
 
 def improved_drives(

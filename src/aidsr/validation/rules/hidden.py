@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.couplings import read_couplings
 from aidsr.sim.structure import joined_bodies
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -100,8 +101,9 @@ OVERLAP_HIDDEN = Rule(
 
 
 def _find_wrong_keyframes(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find keyframes that put joints outside their ranges."""
-    model = robot.model
+    """Find keyframes that put joints outside their ranges; a joint that follows another is put right by its equality."""
+    model, following = robot.model, {coupling.joint for coupling in read_couplings(robot.model)}
+    free: set[str] = set()
     outside: dict[str, float] = {}
     for key in range(model.nkey):
         for joint in robot.structure.joints:
@@ -112,10 +114,12 @@ def _find_wrong_keyframes(robot: RobotUnderTest) -> Iterator[Fault]:
             beyond = max(low - value, value - high) / (high - low)
             if beyond > _OUTSIDE_SHARE:
                 outside[robot.joint(joint)] = max(outside.get(robot.joint(joint), 0.0), beyond)
+                free |= {robot.joint(joint)} if joint not in following else set()
     if outside:
         yield KEYFRAME_OUT_OF_RANGE.fault(
             "a keyframe puts these joints outside their ranges",
             names=outside,
+            severity="error" if free else "warning",
             measured=max(outside.values()),
             limit=_OUTSIDE_SHARE,
             likely_cause="qpos is in degrees, or in another order than the joints",
@@ -127,7 +131,8 @@ KEYFRAME_OUT_OF_RANGE = Rule(
     stage=Stage.RANGES,
     finds="A keyframe starts with joints outside their ranges.",
     why="Whoever resets to it lets the limits throw the robot back. Keyframes are always in radians and metres.",
-    limit=f"way beyond the range / the range: at most {_OUTSIDE_SHARE:g}",
+    limit=f"way beyond the range / the range: at most {_OUTSIDE_SHARE:g}; a warning where only joints that an equality "
+    "couples to another are outside",
     check=_find_wrong_keyframes,
     unit="ranges",
     cure="Write qpos in radians, one number for each joint in the order of the document, within the ranges.",

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import Fault
+from aidsr.sim.couplings import read_couplings
 from aidsr.validation.consequences import SHAKING
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
@@ -21,12 +22,15 @@ _SAME_LINE = 1e-3
 
 
 def _find_parallel_hinges(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find neighbouring hinges of a limb that turn about one line."""
+    """Find neighbouring hinges of a limb that turn about one line; one that follows another is no joint of its own."""
     model, data = robot.model, robot.drawn
+    following = {coupling.joint for coupling in read_couplings(model)}
     found: dict[tuple[int, int], float] = {}
     for chain in robot.structure.chains:
         for one, other in pairwise(chain.joints):
             if int(model.jnt_type[one]) != _HINGE or int(model.jnt_type[other]) != _HINGE:
+                continue
+            if following & {one, other}:
                 continue
             axis = data.xaxis[one]
             cosine = abs(float(axis @ data.xaxis[other]))
@@ -49,7 +53,8 @@ HINGES_PARALLEL = Rule(
     finds="Two hinges of one link turn about the same line.",
     why="They act as one hinge of half the stiffness. Usually the second was meant for the other direction, in which "
     "nothing bends now.",
-    limit=f"cosine between the axes of two hinges at one point: at most {SAME_AXIS:g}",
+    limit=f"cosine between the axes of two hinges at one point: at most {SAME_AXIS:g}; hinges that an equality couples "
+    "to another joint are left alone",
     check=_find_parallel_hinges,
     unit="(cosine)",
     cure='Turn the axis of the second hinge by 90 deg, as in axis="1 0 0" and axis="0 1 0", or remove it.',

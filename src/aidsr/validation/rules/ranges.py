@@ -40,13 +40,10 @@ def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
 
 
 def known_tests(robot: RobotUnderTest) -> tuple[int, ...]:
-    """Tests of the battery that command no actuator whose range is missing: of the others nobody wrote the commands."""
-    missing = {name for fault in robot.found if fault.code == CTRLRANGE_MISSING.code for name in fault.names}
-    unknown = {k for k, drive in enumerate(robot.driven.drives) if robot.actuator(drive.actuator) in missing}
+    """Tests of the battery but those of an actuator without a range alone: nobody wrote its commands."""
+    drives = robot.driven.drives
     return tuple(
-        row
-        for row, test in enumerate(robot.driven.tests)
-        if not unknown or test.kind in ("reference", "rest") or (test.kind == "single" and test.drive not in unknown)
+        row for row, test in enumerate(robot.driven.tests) if test.drive < 0 or drives[test.drive].ranged
     )
 
 
@@ -60,7 +57,7 @@ CTRLRANGE_MISSING = Rule(
     unit="actuators",
     cure='Give each actuator ctrlrange="low high" in the unit of its command: N for a motor with gear 1, '
     "m of tendon length for a position servo.",
-    explains=NO_MOTION,
+    explains=("sensor_constant",),
     example=Example(
         (
             (

@@ -46,10 +46,13 @@ def _limbs(robot: RobotUnderTest) -> list[Chain]:
 
 
 def _find_same_cables(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find cables whose moment arms are alike in every pose, as those of two cables on the same side are."""
+    """Find cables whose moment arms are alike in every pose, as those of two cables on the same side are.
+
+    Heads of one muscle run side by side in every body, and are meant to.
+    """
     cables = robot.moment_arms
     n = len(cables.tendons)
-    flat = np.array([cables.arms_m[:, k].ravel() for k in range(n)])
+    flat = np.array([cables.led_m[:, k].ravel() for k in range(n)])
     norms = [float(np.linalg.norm(arms)) for arms in flat]
     alike: list[set[int]] = []
     largest = 0.0
@@ -70,10 +73,16 @@ def _find_same_cables(robot: RobotUnderTest) -> Iterator[Fault]:
             "these cables bend the same joints by the same amounts: "
             + "; ".join(" and ".join(_names(robot, cables, group)) for group in alike),
             names=(name for group in alike for name in _names(robot, cables, group)),
+            severity="warning" if all(_are_muscles(robot, cables, group) for group in alike) else "error",
             measured=largest,
             limit=SAME_CABLE,
             likely_cause="antagonists routed on the same side, or one cable written twice",
         )
+
+
+def _are_muscles(robot: RobotUnderTest, cables: MomentArms, members: set[int]) -> bool:
+    gains, muscle = robot.model.actuator_gaintype, int(mujoco.mjtGain.mjGAIN_MUSCLE)
+    return all(int(gains[actuator]) == muscle for index in members for actuator in cables.tendons[index].actuators)
 
 
 def _names(robot: RobotUnderTest, cables: MomentArms, members: set[int]) -> list[str]:
@@ -86,7 +95,8 @@ SAME_CABLES = Rule(
     finds="Two driven cables have the same moment arms about every joint.",
     why="The second one adds a motor and no motion. Usually it was meant for the other side of the limb.",
     limit="cosine between the moment arms of two cables over a straight and six bent poses, where they differ in size "
-    f"by at most {100 * _ALL_BUT_EQUAL:g} %: below {SAME_CABLE:g}",
+    f"by at most {100 * _ALL_BUT_EQUAL:g} %: below {SAME_CABLE:g}; joints that an equality couples count as one; a "
+    "warning where all of them are muscles, whose heads run side by side",
     check=_find_same_cables,
     unit="(cosine)",
     cure="Move the sites of one of them to the side that no cable runs along, or remove it and its actuator.",
@@ -337,7 +347,7 @@ def _find_left_pulleys(robot: RobotUnderTest) -> Iterator[Fault]:
     for k, tendon in enumerate(cables.tendons):
         if not any(kind in WRAP_SURFACES for kind, _ in tendon_wraps(robot.model, tendon.id)):
             continue
-        arms = cables.arms_m[:, k]
+        arms = cables.led_m[:, k]
         smaller = np.minimum(arms.max(axis=0), -arms.min(axis=0))
         largest = np.abs(arms).max(axis=0)
         passed = np.flatnonzero(largest > max(_LEAST_LEVER * robot.length_m, _PULLEY_SHARE * largest.max(initial=0.0)))

@@ -14,7 +14,13 @@ from aidsr.validation.protocol import Variant
 from aidsr.validation.registry import is_explained
 from aidsr.validation.robot_under_test import RobotUnderTest
 from aidsr.validation.rule import Example, Rule, Stage
-from aidsr.validation.rules.effect import effect_signal, improved_drives, largest_effect_if, measured_drives
+from aidsr.validation.rules.effect import (
+    MIN_EFFECT,
+    effect_signal,
+    improved_drives,
+    largest_effect_if,
+    measured_drives,
+)
 
 STILL_MOVING = 0.2
 """Way in the last quarter of a test / way in the whole test, above which an actuator's effect is still growing. Our
@@ -64,11 +70,12 @@ def _find_slowness(robot: RobotUnderTest) -> Iterator[Fault]:
         return
     # what is slow for one reason is often a little quicker without another
     freed, rule, instead, held = max(found, key=lambda each: each[0])
+    quick = [drive for drive in measured_drives(robot) if drive not in held and robot.effect_of(drive) >= MIN_EFFECT]
     yield rule.fault(
         f"still moving when a test of {format_number(_test_s(robot))} s ends; displacement by these actuators "
         f"({format_number(1000 * freed * robot.length_m)} mm {instead})",
         names=(robot.actuator(robot.driven.drives[index].actuator) for index in held),
-        severity="error" if len(held) == len(measured_drives(robot)) else "warning",
+        severity="warning" if quick else "error",
         measured=robot.largest_effect(held),
         limit=freed / QUICKER,
         whole=robot.length_m,
@@ -94,7 +101,7 @@ def _test_s(robot: RobotUnderTest) -> float:
 
 _LIMIT = (
     f"displacement by an actuator that grows by more than {100 * STILL_MOVING:g} % in the last quarter of its test / "
-    f"the same {{}}: at least 1 / {QUICKER:g}; a warning where other actuators are quick"
+    f"the same {{}}: at least 1 / {QUICKER:g}; a warning where another actuator moves the robot in time"
 )
 _CONSEQUENCES = ("mass_ratio", "actuator_too_weak", "too_stiff", "no_effect", "sensor_constant")
 
