@@ -64,6 +64,8 @@ def test_a_keyframe_of_a_follower_is_only_warned_of() -> None:
 def test_heads_of_one_muscle_are_only_warned_of() -> None:
     text = fails("same_cables")
     assert [fault.severity for fault in faults("same_cables", text)] == ["error"]
-    muscles = text.replace('<motor name="pull', '<muscle name="pull').replace('gear="-1" ctrlrange="0 20"', 'force="20"')
+    muscles = text.replace('<motor name="pull', '<muscle name="pull').replace(
+        'gear="-1" ctrlrange="0 20"', 'force="20"'
+    )
     assert muscles.count("<muscle") == 2
     assert [fault.severity for fault in faults("same_cables", muscles)] == ["warning"]

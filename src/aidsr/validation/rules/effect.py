@@ -191,9 +191,7 @@ def measured_drives(robot: RobotUnderTest) -> list[int]:
     """Return the actuators with a range whose own tests do not diverge, so that their effect is known."""
     sound, drives = set(robot.sound_tests), robot.driven.drives
     return [
-        index
-        for index, drive in enumerate(drives)
-        if drive.ranged and sound.issuperset(robot.single_tests([index]))
+        index for index, drive in enumerate(drives) if drive.ranged and sound.issuperset(robot.single_tests([index]))
     ]
 
 

@@ -42,9 +42,7 @@ def _find_ctrlrange_missing(robot: RobotUnderTest) -> Iterator[Fault]:
 def known_tests(robot: RobotUnderTest) -> tuple[int, ...]:
     """Tests of the battery but those of an actuator without a range alone: nobody wrote its commands."""
     drives = robot.driven.drives
-    return tuple(
-        row for row, test in enumerate(robot.driven.tests) if test.drive < 0 or drives[test.drive].ranged
-    )
+    return tuple(row for row, test in enumerate(robot.driven.tests) if test.drive < 0 or drives[test.drive].ranged)
 
 
 CTRLRANGE_MISSING = Rule(
