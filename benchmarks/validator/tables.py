@@ -66,7 +66,7 @@ def _split(name: str, split: dict[str, Any]) -> str:
 def _kinds(bad: dict[str, dict[str, int]], good: dict[str, dict[str, int]]) -> list[str]:
     """Bad and good robots by kind, with Wilson intervals at 95 %."""
     lines = [
-        "Refused: with any error. Right code: with the fault that was made, among the errors, or among the warnings where "
+        "Refused: with any error. Right code: with the fault that was made, among the errors, or the warnings where "
         "the rule has no errors. Behind each count its share and Wilson's interval at 95 %.",
         "",
         "| bad robots by kind of fault | robots | refused | right code |",

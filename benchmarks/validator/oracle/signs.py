@@ -12,7 +12,7 @@ _BENT_RAD = 0.05
 
 
 def inverted(bench: Bench) -> float:
-    """2 where an actuator on a spatial tendon pushes at every command and another pulls, runs away, or cannot let go."""
+    """2 where one on a cable pushes at every command and another pulls, runs away, or cannot let go; else 0."""
     model = bench.model
     cables = [
         actuator

@@ -101,7 +101,7 @@ OVERLAP_HIDDEN = Rule(
 
 
 def _find_wrong_keyframes(robot: RobotUnderTest) -> Iterator[Fault]:
-    """Find keyframes that put joints outside their ranges; a joint that follows another is put right by its equality."""
+    """Find keyframes that put joints outside their ranges; what follows another is put right by its equality."""
     model, following = robot.model, {coupling.joint for coupling in read_couplings(robot.model)}
     free: set[str] = set()
     outside: dict[str, float] = {}

@@ -84,7 +84,7 @@ def _only_pushes(drive: Drive) -> bool:
 ACTUATOR_SIGN = Rule(
     code="actuator_sign",
     stage=Stage.WIRING,
-    finds="The sign of an actuator is inverted: a servo runs away from its target, or aims at a negative length, or one "
+    finds="The sign of an actuator is inverted: a servo runs away from its target or aims at a negative length, or one "
     "actuator pushes its cable while the others pull theirs.",
     why="A servo with positive feedback tears the robot apart. A cable that pushes bends the limb to the side of its "
     "antagonist, which no built one does, and a policy trained with it fails on the robot.",
