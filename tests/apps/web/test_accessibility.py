@@ -6,6 +6,8 @@ import pytest
 from browser import Server, browsing, open_tab
 from made import made_export, made_run, made_training
 from playwright.sync_api import Page
+from robots import arm
+from test_studies_panel import made_study
 
 from aidsr.core.artifacts import PlausibilityCheck
 
@@ -35,6 +37,7 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str)
         made_training(run.design(2), (True, False), (check,))
         made_export(run.design(2))
         made_run(runs, task="", objective="Turn the knob.")
+        made_study(runs / "first")
         made = f"/run/{run.path.name}"
         compare = f"/compare?design={run.path.name}/1&design={run.path.name}/2"
         for path in (
@@ -46,6 +49,8 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str)
             f"{made}/2/export",
             "/work",
             "/designs",
+            "/studies/new",
+            "/study/first",
             compare,
             "/nowhere",
         ):
@@ -70,3 +75,17 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str)
             found[f"design {tab}"] = findings(page)
     bad = {place: each for place, each in found.items() if each}
     assert not bad, "\n".join(f"{place}: {one}" for place, each in bad.items() for one in each)
+
+
+def test_the_view_and_its_timeline_have_no_serious_findings(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    run.design(1).iteration(2).scene.xml.path.write_text(arm())
+    with browsing(webgl=True) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.get_by_text("squares of").wait_for()
+        page.locator(".v3d-row .q-slider").first.click()
+        page.wait_for_timeout(1500)
+        page.get_by_role("button", name="Look back").click()
+        page.locator(".v3d-track-name b").first.wait_for()
+        assert not findings(page)

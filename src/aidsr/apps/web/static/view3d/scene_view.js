@@ -61,7 +61,7 @@ export default {
     <q-btn flat round dense :icon="state.runs ? 'pause' : 'play_arrow'" @click="playPause"
       :aria-label="state.runs ? 'Pause' : 'Play'"><q-tooltip>{{ state.runs ? 'Pause' : 'Play' }} (space)</q-tooltip></q-btn>
     <q-btn flat round dense icon="replay" @click="send({do: 'reset'})" aria-label="Reset"><q-tooltip>Reset (R)</q-tooltip></q-btn>
-    <q-btn-dropdown flat dense no-caps :label="state.speed + '×'" aria-label="Speed" class="v3d-speed">
+    <q-btn-dropdown flat dense no-caps :label="state.speed + '×'" :aria-label="state.speed + '× real time'" class="v3d-speed">
       <q-list dense><q-item v-for="times in speeds" :key="times" clickable v-close-popup
         @click="send({do: 'speed', times})"><q-item-section>{{ times }}×</q-item-section></q-item></q-list>
     </q-btn-dropdown>
