@@ -16,7 +16,7 @@ from typing import Any
 from benchmarks.attacks.tries import Ended, Outcome, contents, end, run, start, workers_of
 
 _TASK = "button_pushing"
-_TRAIN = ("--task", _TASK, "--steps", "1024", "--threads", "1", "--no-videos")
+_TRAIN = ("--task", _TASK, "--protocol", "paper", "--threads", "1", "--no-videos", "--no-evaluate", "--out", "trained")
 _SLIP = "<!-- a -- b -->"
 
 
@@ -98,7 +98,7 @@ def _scene(home: Path) -> None:
 
 def _trained(home: Path) -> None:
     _scene(home)
-    assert run(home, "train", "scene.xml", *_TRAIN, "--no-evaluate", "--out", "trained").code == 0
+    assert run(home, "train", "scene.xml", "--steps", "1024", *_TRAIN).code == 0
 
 
 def _designed(home: Path) -> None:
@@ -122,7 +122,8 @@ def _same(*words: str) -> Callable[[Path], tuple[str, ...]]:
     return lambda _home: words
 
 
-_LEARN = ("train", "scene.xml", *_TRAIN, "--no-evaluate", "--out", "trained")
+_LEARN = ("train", "scene.xml", "--steps", "16384", *_TRAIN)
+"""Long enough for checkpoints, so that some kills meet a training that can be resumed."""
 _EVALUATE = ("evaluate", "trained/001", "--episodes", "20", "--no-videos", "--threads", "1")
 _PROBE = ("probe", "scene.xml", "--task", _TASK, "--candidates", "16", "--max-steps", "3000", "--out", "probe.json")
 _VALIDATE = ("validate", "arm.xml", "--json")

@@ -484,6 +484,7 @@ def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None
     run = Run(design.path.parent.parent)
     require_plain_tree(design.path)
     require_regular_file(run.record.path)
+    design.require_whole()
     record = run.record.read()
     known_task, known_level = (record.task, record.level) if record and record.task else ("", "")
     if not (task or goal or known_task):

@@ -111,6 +111,7 @@ def _read(subject: Path) -> _Subject:
         return _Subject(subject.stem, open_mjcf(subject), (), "", "auto", None)
     design = DesignFolder(subject.resolve())
     require_plain_tree(design.path)
+    design.require_whole()
     robot = design.final_robot.read()
     if robot is None:
         raise UserError(

@@ -39,12 +39,12 @@ def attempted(design: DesignFolder, number: int) -> Attempted:
     """Return the state of a design at an iteration."""
     own = design.iteration(number)
     until = design.leading_to(number)
-    robot = newest(it.robot.xml.read() for it in until)
+    robot = newest(it.robot.xml.read_text() for it in until)
     critique = own.critique.read()
     return Attempted(
         number=number,
         concept=newest(it.concept.read() for it in until),
-        robot=robot.decode() if robot else "",
+        robot=robot or "",
         placement=newest(it.placement.read() for it in until),
         report=_report(own),
         judged=critique.passed if critique else None,

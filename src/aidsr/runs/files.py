@@ -96,6 +96,18 @@ class BytesFile:
         except FileNotFoundError:
             return None
 
+    def read_text(self) -> str | None:
+        """Return the text, or None while the file is not written.
+
+        Raises:
+            UserError: It is not UTF-8.
+        """
+        content = self.read()
+        try:
+            return None if content is None else content.decode()
+        except UnicodeDecodeError:
+            raise UserError(f"{self.path} is not UTF-8 text; restore or remove it") from None
+
     def write(self, value: bytes) -> None:
         """Write the bytes; see `write_once`."""
         write_once(self.path, value)
@@ -153,16 +165,12 @@ class MjcfFile(Generic[Drawn]):
             UserError: The XML is empty, as after a power cut, or no text; or the JSON beside it does not hold what
                 belongs to it.
         """
-        mjcf = self.xml.read()
+        mjcf = self.xml.read_text()
         if mjcf is None:
             return None
         if not mjcf.strip():
             raise UserError(f"{self.xml.path} is empty; restore or remove it")
-        try:
-            text = mjcf.decode()
-        except UnicodeDecodeError:
-            raise UserError(f"{self.xml.path} is not UTF-8 text; restore or remove it") from None
-        whole = {**(self.json.read() or {}), "mjcf": text}
+        whole = {**(self.json.read() or {}), "mjcf": mjcf}
         return _valid(self.json.path, lambda: self.kind.model_validate(whole))
 
     def write(self, value: Drawn) -> None:

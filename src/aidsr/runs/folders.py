@@ -165,14 +165,18 @@ class DesignFolder:
         """Refuse what is left of an approved scene or robot, as after a copy that was interrupted.
 
         Raises:
-            UserError: The file ends before the document does.
+            UserError: The file ends before the document does, or is no text.
         """
         for file in (self.final_scene, self.final_robot):
             content = file.read()
-            if content is not None and b"</mujoco>" not in content:
-                raise UserError(
-                    f"{file.path} is damaged: its document has no end; restore it, or start the design again"
-                )
+            if content is None:
+                continue
+            try:
+                problem = "" if "</mujoco>" in content.decode() else "its document has no end"
+            except UnicodeDecodeError:
+                problem = "it is not UTF-8 text"
+            if problem:
+                raise UserError(f"{file.path} is damaged: {problem}; restore it, or start the design again")
 
     @property
     def final_robot(self) -> BytesFile:

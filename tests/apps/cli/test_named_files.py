@@ -142,20 +142,30 @@ def test_a_file_of_a_run_that_was_edited_ends_resuming_with_one_sentence(
 
 
 @pytest.mark.parametrize("name", ["final.xml", "final_robot.xml"])
-@pytest.mark.parametrize("left", [0, 100])
-def test_what_is_left_of_an_approved_scene_is_not_shown_as_one(
-    name: str, left: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.parametrize(
+    ("left", "said"),
+    [
+        pytest.param(b"", "its document has no end", id="empty"),
+        pytest.param(small_arm()[:100].encode(), "its document has no end", id="cut off"),
+        pytest.param(small_arm().encode("utf-16"), "it is not UTF-8 text", id="binary"),
+    ],
+)
+@pytest.mark.parametrize("command", ["show", "export", "train", "probe"])
+def test_what_is_left_of_an_approved_scene_is_not_taken_for_one(
+    name: str, left: bytes, said: str, command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
     run = new_run(tmp_path)
     design = run.design(1)
     design.outcome.write(Outcome(outcome="approved", iteration=1, reason=""))
-    (design.path / name).write_text(small_arm())
+    for file in ("final.xml", "final_robot.xml"):
+        (design.path / file).write_text(small_arm())
     assert read_status(run).approved == 1
-    (design.path / name).write_text(small_arm()[:left])
+    (design.path / name).write_bytes(left)
     with pytest.raises(SystemExit) as ended:
-        main(["show", str(run.path)])
+        main([command, str(run.path if command == "show" else design.path)])
     assert ended.value.code == 2
-    assert f"{design.path / name} is damaged: its document has no end" in capsys.readouterr().err
+    assert f"{name} is damaged: {said}" in capsys.readouterr().err
+    assert not (design.path / "export").exists()
 
 
 def test_a_robot_that_is_no_text_is_one_sentence(tmp_path: Path) -> None:

@@ -232,8 +232,8 @@ def _awaited(page: _Page) -> int:
 def _review(page: _Page, number: int) -> None:
     if not number:
         return
-    scene = page.folder.iteration(number).scene.xml.read()
-    review_panel(page.site, page.run, page.folder, number, part_names(scene.decode()) if scene else [])
+    scene = page.folder.iteration(number).scene.xml.read_text()
+    review_panel(page.site, page.run, page.folder, number, part_names(scene) if scene else [])
 
 
 def _tabs(page: _Page, wanted: str) -> None:

@@ -10,6 +10,7 @@ from aidsr.apps.web.mjcf_text import difference, highlighted
 from aidsr.apps.web.widgets import box, button, file_address, text
 from aidsr.core.artifacts import Fault
 from aidsr.runs import DesignFolder, Run
+from aidsr.runs.files import BytesFile
 from aidsr.runs.status import newest
 
 
@@ -86,8 +87,8 @@ def _documents(run: Run, design: DesignFolder, number: int) -> list[_Text]:
             _Text(
                 title,
                 paths[0].relative_to(run.path).as_posix(),
-                paths[0].read_text(encoding="utf-8"),
-                earlier.read_text(encoding="utf-8") if earlier else "",
+                BytesFile(paths[0]).read_text() or "",
+                (BytesFile(earlier).read_text() or "") if earlier else "",
                 validated.faults if validated and title != "As written" else (),
             )
         )
