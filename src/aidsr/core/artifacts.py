@@ -129,6 +129,8 @@ class Brief(Artifact):
     """MJCF of a robot the user brought along to start from, empty otherwise."""
     keep: tuple[Keep, ...] = ()
     """What of the starting robot must stay as it is."""
+    lessons: tuple[str, ...] = ()
+    """What earlier designs measured, a paragraph each, where the run was given a memory."""
 
 
 # --- what the team makes ---------------------------------------------------------------------------------------------

@@ -238,6 +238,19 @@ class RunConfig(Artifact):
         ),
     ] = 60
     """Our choice."""
+    memory: Annotated[
+        str,
+        Field(
+            title="Memory: file of lessons of earlier runs",
+            description="File of what earlier runs measured, made by `aidsr memory add`; the designer is told the "
+            "lessons on the likest jobs. Empty for none.",
+        ),
+    ] = ""
+    """Benchmarks leave it empty unless it is what they measure."""
+    memory_without_task: Annotated[
+        bool, STUDY_ONLY, Field(description="Leave out what the memory holds of the run's own task.")
+    ] = False
+    """For measuring whether lessons carry over to a task that has no part in them."""
     text_tools: Annotated[
         bool,
         Field(

@@ -20,6 +20,7 @@ from aidsr.loop.parts import Parts, Person
 from aidsr.loop.runner import Listen, run_designs
 from aidsr.loop.task_trial import check_trial, measure_again, trial_of
 from aidsr.loop.teams import check_model, model_name, require_object, team_of
+from aidsr.memory import Memory
 from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.origin import require_ours
@@ -232,6 +233,7 @@ def create_run(
     """
     check_model(config, config.budget, model)
     check_trial(config, measured=bool(brief.task or goal))
+    brief = brief.model_copy(update={"lessons": _lessons(config, brief)})
     record = RunRecord(
         objective=brief.objective,
         task=brief.task,
@@ -242,6 +244,20 @@ def create_run(
         versions={"python": platform.python_version(), **{name: _version(name) for name in _VERSIONS_OF}},
     )
     return new_run(Path(runs), record, brief, Path(goal).read_bytes() if goal else b"")
+
+
+def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
+    """Return what the run's memory tells its designer.
+
+    Raises:
+        UserError: There is no such memory, or it is none.
+    """
+    if not config.memory:
+        return ()
+    path = Path(config.memory)
+    if not path.is_file():
+        raise UserError(f"the memory {path} does not exist; make it with aidsr memory add {path} RUN")
+    return Memory(path).tell(brief.objective, brief.base, without=(brief.task,) if config.memory_without_task else ())
 
 
 def parts_of(run: Run, model: Model | None = None) -> Parts:

@@ -20,6 +20,7 @@ from aidsr.apps.cli import (
     fix,
     import_robot,
     mcp,
+    memory,
     new,
     probe,
     resume,
@@ -89,6 +90,7 @@ for command in (
 ):
     app.command(command)
 app.command(import_robot.import_robot, name="import")
+app.command(memory.memory)
 
 
 def main(arguments: list[str] | None = None) -> None:

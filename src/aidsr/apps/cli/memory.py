@@ -1,0 +1,76 @@
+"""`aidsr memory`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cyclopts import App
+
+memory = App(name="memory", help="Keep what runs measured, and look at what a designer would be told.")
+
+
+@memory.command
+def add(file: Path, /, *runs: Path) -> int:
+    """Add what runs measured to a memory; each run needs --task-feedback to have measured anything.
+
+        aidsr memory add lessons.jsonl runs/*
+
+    Parameters
+    ----------
+    file
+        The memory, a file that is made where there is none.
+    runs
+        Folders of runs.
+    """
+    from aidsr.apps.cli.terminal import write
+    from aidsr.core.errors import UserError
+    from aidsr.memory import Memory, lessons_of
+    from aidsr.runs import Run
+
+    if not runs:
+        raise UserError("no run given; name folders of runs, as runs/*")
+    found = {run: lessons_of(Run(run)) for run in runs}
+    new = Memory(file).add(lesson for lessons in found.values() for lesson in lessons)
+    empty = [str(run) for run, lessons in found.items() if not lessons]
+    write(f"{file}: {new} new, {len(Memory(file).lessons())} in all\n")
+    if empty:
+        write(f"nothing was measured, for lack of --task-feedback or of a stable scene, in: {', '.join(empty)}\n")
+    return 0 if len(empty) < len(found) else 1
+
+
+@memory.command
+def show(file: Path, /, *, task: str = "", objective: str = "", without_task: bool = False) -> int:
+    """Print what a designer would be told for a job; all lessons where no job is named.
+
+        aidsr memory show lessons.jsonl --task tunnel
+
+    Parameters
+    ----------
+    file
+        The memory.
+    task
+        A benchmark task.
+    objective
+        A job in words instead.
+    without_task
+        Leave out what it holds of that task itself.
+    """
+    from aidsr.apps.cli.terminal import write
+    from aidsr.core.errors import UserError
+    from aidsr.memory import Memory
+    from aidsr.tasks import load_task
+
+    if task and objective:
+        raise UserError("both a task and an objective given; give only one of them")
+    if not file.is_file():
+        raise UserError(f"the memory {file} does not exist; make it with aidsr memory add {file} RUN")
+    kept = Memory(file)
+    if task or objective:
+        brief = load_task(task).brief() if task else None
+        left_out = (brief.task,) if brief and without_task else ()
+        told = kept.tell(brief.objective if brief else objective, brief.base if brief else "any", without=left_out)
+    else:
+        told = tuple(f"Job: {lesson.job} {lesson.text()}" for lesson in kept.lessons())
+    for text in told:
+        write(f"- {text}\n")
+    return 0 if told else 1

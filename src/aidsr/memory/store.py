@@ -1,0 +1,146 @@
+"""A memory: a file of lessons, and which of them to tell for a job."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from aidsr.core.artifacts import Base
+from aidsr.core.errors import UserError
+from aidsr.core.text_files import read_text_file
+from aidsr.memory.lesson import Lesson
+from aidsr.runs.files import replace_file
+
+TOLD = 8
+"""Lessons that are told for a job. Our choice: below 2,000 tokens."""
+_MAX_BYTES = 32_000_000
+"""Of a file of lessons: tens of thousands."""
+_LARGE_STEP = 0.15
+"""Progress by which a change is instructive. Our choice: above the spread of a trial over seeds."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Lessons in a file, one JSON object a line."""
+
+    path: Path
+
+    def lessons(self) -> tuple[Lesson, ...]:
+        """Return all lessons; none while there is no file.
+
+        Raises:
+            UserError: The file cannot be read, or holds something else.
+        """
+        try:
+            text = read_text_file(self.path, max_bytes=_MAX_BYTES)
+        except FileNotFoundError:
+            return ()
+        except OSError as error:
+            raise UserError(f"the memory {self.path} cannot be read: {error.strerror}") from None
+        return tuple(self._lesson(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip())
+
+    def _lesson(self, number: int, line: str) -> Lesson:
+        try:
+            return Lesson.model_validate_json(line)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"]) or "the whole line"
+            raise UserError(
+                f"{self.path} is not a memory: line {number} is no lesson ({place}: {first['msg']}); name a file that "
+                "`aidsr memory` made"
+            ) from None
+
+    def add(self, lessons: Iterable[Lesson]) -> int:
+        """Keep lessons, and return how many of them are new: the same evidence is kept once, as it was last collected.
+
+        Raises:
+            UserError: The file cannot be read or written.
+        """
+        known = {lesson.evidence: lesson for lesson in self.lessons()}
+        before = len(known)
+        known.update({lesson.evidence: lesson for lesson in lessons})
+        text = "".join(f"{lesson.model_dump_json()}\n" for lesson in known.values())
+        replace_file(self.path, text.encode())
+        return len(known) - before
+
+    def recall(
+        self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()
+    ) -> tuple[Lesson, ...]:
+        """Return the lessons to tell for a job: of the likest jobs first, of each the best and the most instructive.
+
+        Jobs are alike by the words of their objectives (cosine of TF-IDF weights) and by how the robot is held. Of a
+        body that several lessons are about, the one that came farthest is told.
+
+        Args:
+            objective: The job.
+            base: How its robot is held.
+            count: The most to return.
+            without: Names of tasks whose lessons are left out.
+        """
+        jobs: dict[tuple[str, str], list[Lesson]] = {}
+        for lesson in self.lessons():
+            if lesson.task not in without or not lesson.task:
+                jobs.setdefault((lesson.objective, lesson.base), []).append(lesson)
+        likeness = _likeness(objective, [words for words, _ in jobs])
+        near = {job: alike + 0.1 * (job[1] == base) for job, alike in zip(jobs, likeness, strict=True)}
+        told: list[Lesson] = []
+        for job in sorted(jobs, key=lambda each: -near[each]):
+            told += _telling(jobs[job], min(count - len(told), max(count // 2, 1)))
+        return tuple(told[:count])
+
+    def tell(
+        self, objective: str, base: Base = "any", count: int = TOLD, *, without: Collection[str] = ()
+    ) -> tuple[str, ...]:
+        """Return the lessons to tell for a job as text; those on another job begin with that job."""
+        recalled = self.recall(objective, base, count, without=without)
+        return tuple(
+            lesson.text() if lesson.objective == objective else f"Job: {lesson.job} {lesson.text()}"
+            for lesson in recalled
+        )
+
+
+def _telling(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
+    """Return the best lessons on a job, and as many that warn: large steps, then families that came least far."""
+    best = sorted(_one_a_body(lessons), key=lambda each: -each.worth)
+    told = best[: (count + 1) // 2]
+    steps = sorted((each for each in lessons if abs(each.step) >= _LARGE_STEP), key=lambda each: -abs(each.step))
+    families = {each.family.casefold() for each in told}
+    failures = [each for each in reversed(best) if each.family.casefold() not in families]
+    for lesson in (*steps, *failures, *best):
+        if len(told) >= count:
+            break
+        if lesson not in told:
+            told.append(lesson)
+    return told
+
+
+def _one_a_body(lessons: Sequence[Lesson]) -> list[Lesson]:
+    """Return the best lesson of each design."""
+    found: dict[str, Lesson] = {}
+    for lesson in lessons:
+        design = lesson.evidence.rpartition("/")[0]
+        if design not in found or lesson.worth > found[design].worth:
+            found[design] = lesson
+    return list(found.values())
+
+
+def _likeness(text: str, others: Sequence[str]) -> list[float]:
+    """Return how alike a text is to each of others, 0 to 1.
+
+    Source: cosine of TF-IDF weights (Salton and Buckley 1988), with inverse document frequencies over all of them.
+    """
+    counts = [Counter(re.findall(r"[a-z]{3,}", each.casefold())) for each in (text, *others)]
+    frequency = Counter(word for each in counts for word in each)
+    weights = [{word: n * math.log(1 + len(counts) / frequency[word]) for word, n in each.items()} for each in counts]
+    lengths = [math.sqrt(sum(weight**2 for weight in each.values())) for each in weights]
+    own, own_length = weights[0], lengths[0]
+    return [
+        sum(weight * own.get(word, 0.0) for word, weight in each.items()) / max(own_length * length, 1e-12)
+        for each, length in zip(weights[1:], lengths[1:], strict=True)
+    ]
