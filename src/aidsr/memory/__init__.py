@@ -2,6 +2,6 @@
 
 from aidsr.memory.collecting import lessons_of
 from aidsr.memory.lesson import Lesson
-from aidsr.memory.store import Memory
+from aidsr.memory.store import Memory, elites
 
-__all__ = ["Lesson", "Memory", "lessons_of"]
+__all__ = ["Lesson", "Memory", "elites", "lessons_of"]

@@ -74,8 +74,8 @@ class Memory:
     ) -> tuple[Lesson, ...]:
         """Return the lessons to tell for a job: of the likest jobs first, of each the best and the most instructive.
 
-        Jobs are alike by the words of their objectives (cosine of TF-IDF weights) and by how the robot is held. Of a
-        body that several lessons are about, the one that came farthest is told.
+        Jobs are alike by the words of their objectives (cosine of TF-IDF weights) and by how the robot is held. Of
+        bodies of one family with as many actuators the one that came farthest is told.
 
         Args:
             objective: The job.
@@ -105,10 +105,23 @@ class Memory:
         )
 
 
+def elites(lessons: Iterable[Lesson]) -> tuple[Lesson, ...]:
+    """Return the best lesson of each family and number of actuators, the best first.
+
+    Source: MAP-Elites (Mouret and Clune 2015), with these two as the behaviour.
+    """
+    found: dict[tuple[str, int], Lesson] = {}
+    for lesson in lessons:
+        cell = (lesson.family.casefold(), lesson.actuators)
+        if cell not in found or lesson.worth > found[cell].worth:
+            found[cell] = lesson
+    return tuple(sorted(found.values(), key=lambda each: -each.worth))
+
+
 def _telling(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
     """Return the best lessons on a job, and as many that warn: large steps, then families that came least far."""
-    best = sorted(_one_a_body(lessons), key=lambda each: -each.worth)
-    told = best[: (count + 1) // 2]
+    best = elites(lessons)
+    told = list(best[: (count + 1) // 2])
     steps = sorted((each for each in lessons if abs(each.step) >= _LARGE_STEP), key=lambda each: -abs(each.step))
     families = {each.family.casefold() for each in told}
     failures = [each for each in reversed(best) if each.family.casefold() not in families]
@@ -118,16 +131,6 @@ def _telling(lessons: Sequence[Lesson], count: int) -> list[Lesson]:
         if lesson not in told:
             told.append(lesson)
     return told
-
-
-def _one_a_body(lessons: Sequence[Lesson]) -> list[Lesson]:
-    """Return the best lesson of each design."""
-    found: dict[str, Lesson] = {}
-    for lesson in lessons:
-        design = lesson.evidence.rpartition("/")[0]
-        if design not in found or lesson.worth > found[design].worth:
-            found[design] = lesson
-    return list(found.values())
 
 
 def _likeness(text: str, others: Sequence[str]) -> list[float]:

@@ -1,0 +1,96 @@
+"""`aidsr evolve`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from aidsr.apps.cli.options import Options, options_for
+from aidsr.apps.cli.spending import Limits
+from aidsr.core.config import RunConfig, run_settings
+
+_SET_HERE = ("task_feedback", "memory", "human")
+"""Settings that an evolution decides itself."""
+if TYPE_CHECKING:
+    Settings = Options[RunConfig]
+else:
+    Settings = options_for(RunConfig, {name: field for name, field in run_settings().items() if name not in _SET_HERE})
+
+
+def evolve(
+    objective: str | None = None,
+    /,
+    *,
+    task: str | None = None,
+    level: Literal["standard", "hard"] = "standard",
+    environment: Path | None = None,
+    goal: Path | None = None,
+    settings: Settings | None = None,
+    limits: Limits | None = None,
+    generations: Annotated[int, Parameter(validator=Number(gte=1, lte=1000))] = 5,
+    train: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    steps: Annotated[int, Parameter(validator=Number(gte=1))] = 60_000,
+    out: Path = Path("evolution"),
+) -> int:
+    """Design over generations: each is told what the bodies before it measured, the best and the most instructive.
+
+    Every scene is tried on its job without learning. It ends when a body does the job in every search (with --train:
+    when a policy wins half of its development episodes), after the last generation, or when the budget is spent. The
+    same command goes on with one that was stopped; more --generations may be asked for. Exit code 0 means that a body
+    does the job, 1 that none does.
+
+        aidsr evolve --task gap --concepts 2 --generations 3
+
+        aidsr evolve --task tunnel --model openai:gpt-5 --train 1 --max-tokens 500000
+
+    Parameters
+    ----------
+    objective
+        What the robot should do, in plain words; requires --environment and --goal.
+    task
+        A benchmark task instead, see `aidsr tasks`.
+    level
+        Level of the task.
+    environment
+        MJCF of the environment, without a robot.
+    goal
+        File that defines how success is measured in that environment.
+    generations
+        Generations, at most.
+    train
+        Designs of each generation that get a short training, of those that do the job without one.
+    steps
+        Control steps of such a training.
+    out
+        Folder of the evolution: its runs, its archive (a memory for --memory) and report.md.
+    """
+    from aidsr.apps.cli.terminal import write
+    from aidsr.core.errors import UserError
+    from aidsr.evolution import Plan, begin
+    from aidsr.evolution import evolve as work_on
+    from aidsr.teams.providers import absolute_name
+
+    if not task and not goal:
+        raise UserError("an evolution requires a measure of success; name a task, or give a goal file with --goal")
+    config = (settings or Settings()).value(budget=(limits or Limits()).value())
+    config = config.updated({"model": absolute_name(config.model), "task_feedback": True})
+    plan = Plan(
+        objective=objective or "",
+        task=task or "",
+        level=level,
+        generations=generations,
+        config=config,
+        train=train,
+        steps=steps,
+    )
+    evolution = begin(out, plan, environment=environment or "", goal=goal or "")
+    best = work_on(evolution, lambda line: write(f"{line}\n"))
+    if best is None:
+        write(f"Nothing was measured: no scene was stable. Look at {out}/runs\n")
+        return 1
+    write(f"The best: {best.text()}\n")
+    write(f"Report: {out}/report.md; lessons: {out}/archive.jsonl\n")
+    return 0 if plan.done_by(best) else 1
