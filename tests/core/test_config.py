@@ -15,7 +15,8 @@ WRITTEN_BEFORE = """{
   "repairs": true, "early_stop": true, "search_robots": 32, "judge_pictures": false, "task_feedback": false,
   "task_rounds": 2, "task_training": 0, "budget": {"tokens": null, "cost_usd": 1.5, "tokens_per_design": null,
   "cost_per_design_usd": null}, "human": false, "feedback": "",
-  "team": "four_roles", "tool_calls": 80, "tool_minutes": 60, "text_tools": false
+  "team": "four_roles", "tool_calls": 80, "tool_minutes": 60, "text_tools": false,
+  "memory": "", "memory_without_task": false
 }"""
 
 

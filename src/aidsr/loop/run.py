@@ -24,7 +24,8 @@ from aidsr.memory import Memory
 from aidsr.runs import EventLog, Run, RunRecord, new_run, read_status
 from aidsr.runs.files import replace_file
 from aidsr.runs.origin import require_ours
-from aidsr.teams.providers import absolute_name, destination
+from aidsr.teams.providers import absolute_name, connect, destination
+from aidsr.teams.providers.replay import REPLAY, ReplayedModel
 
 if TYPE_CHECKING:
     from aidsr.core.model import Model
@@ -247,17 +248,24 @@ def create_run(
 
 
 def _lessons(config: RunConfig, brief: Brief) -> tuple[str, ...]:
-    """Return what the run's memory tells its designer.
+    """Return what the run's memory tells its designer; a replay is told what the recorded run was.
 
     Raises:
         UserError: There is no such memory, or it is none.
     """
+    if isinstance(recorded := _replayed(config), ReplayedModel):
+        return recorded.run.brief().lessons
     if not config.memory:
         return ()
     path = Path(config.memory)
     if not path.is_file():
         raise UserError(f"the memory {path} does not exist; make it with aidsr memory add {path} RUN")
     return Memory(path).tell(brief.objective, brief.base, without=(brief.task,) if config.memory_without_task else ())
+
+
+def _replayed(config: RunConfig) -> Model | None:
+    """Return the recorded run that a run replays; None for another model."""
+    return connect(config.model) if config.model.startswith(f"{REPLAY.prefix}:") else None
 
 
 def parts_of(run: Run, model: Model | None = None) -> Parts:

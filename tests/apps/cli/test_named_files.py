@@ -34,6 +34,8 @@ EMPTY = {
     "submit": ["submit", "{study}"],
     "leaderboard": ["leaderboard", "{empty.json}"],
     "check": ["check", "{empty.xml}", "{empty.toml}"],
+    "evolve": ["evolve", "press", "--environment", "{empty.xml}", "--goal", "{empty.toml}"],
+    "memory": ["memory", "show", "{run}"],
 }
 UNWRITABLE = {
     "design": ["design", "--task", "button_pushing", "--runs", "{file}"],
@@ -47,6 +49,7 @@ UNWRITABLE = {
     "train": ["train", "{scene.xml}", "--task", "button_pushing", "--steps", "64", "--out", "{file}/a"],
     "export": ["export", "{arm.xml}", "--out", "{file}/a"],
     "new": ["new", "{file}/a"],
+    "evolve": ["evolve", "--task", "gap", "--out", "{file}/a"],
     "web": ["web", "--runs", "{file}", "--no-browser", "--port", "39417"],
     "benchmark": ["benchmark", "{file}/a", "--tasks", "gap", "--designs", "1", "--concepts", "1"],
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Runs in which one file is damaged: every page and `aidsr show` end in a sentence or in what is left, never in a bug."""
+"""Runs in which one file is damaged: pages and `aidsr show` end in a sentence or in what is left, never in a bug."""
 
 import shutil
 from collections.abc import Iterator

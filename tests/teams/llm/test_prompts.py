@@ -78,6 +78,7 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "designer_propose": lambda t: t.designer.propose(BRIEF, 3),
     "designer_propose_one_free_from_own_robot": lambda t: t.designer.propose(FREE, 1),
     "designer_propose_any_base": lambda t: t.designer.propose(ANY, 2),
+    "designer_propose_with_lessons": lambda t: t.designer.propose(TAUGHT, 3),
     "designer_revise": lambda t: t.designer.revise(BRIEF, CONCEPT, ROBOT, "Make it thinner.\n"),
     "designer_revise_limb": lambda t: t.designer.revise(BRIEF, CONCEPT, LIMB, "Make it thinner."),
     "designer_revise_before_robot": lambda t: t.designer.revise(BRIEF, CONCEPT, None, "Make it thinner."),
@@ -97,6 +98,9 @@ JOBS: dict[str, Callable[[Team], object]] = {
     "judge_scene_tried": lambda t: t.judge.judge(BRIEF, CONCEPT, ROBOT, SCENE, TRIED),
     "judge_scene_seen": lambda t: seeing(t.judge).judge(BRIEF, CONCEPT, ROBOT, SCENE, REPORT),
 }
+TAUGHT = BRIEF.model_copy(
+    update={"lessons": ("Curling arm (arm, 3 actuators in 2 groups): … Measured: progress 0.45 …", "Job: Reach. …")}
+)
 TRIED = REPORT.model_copy(
     update={"measurements": {"trial": 'No search reaches "pressed".\n- 40 motions: progress 0.45'}}
 )

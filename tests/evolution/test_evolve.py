@@ -1,0 +1,115 @@
+"""Generations: each is told what was measured before it; stopped ones go on; the few best are trained."""
+
+from pathlib import Path
+
+import pytest
+from test_memory import tried
+
+from aidsr.apps.cli import main
+from aidsr.core.artifacts import EpisodeResult, Evaluation
+from aidsr.core.calls import Usage
+from aidsr.core.config import Budget, RunConfig
+from aidsr.core.errors import UserError
+from aidsr.evolution import Evolution, Plan, begin, evolve
+from aidsr.loop import runner
+from aidsr.runs import Run
+from scripted import Script, Scripted, parts
+
+CONFIG = RunConfig(concepts=1, task_feedback=True)
+
+
+@pytest.fixture
+def designs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
+    """Seed and memory of each generation that worked; a body comes farther by 0.3 with each generation, from 0.3."""
+    worked: list[tuple[int, str]] = []
+
+    def design(run: Run, _parts: object, _follow: object) -> Run:
+        config = run.asked().config
+        if not run.design(1).outcome.read():
+            worked.append((config.seed, Path(config.memory).name))
+            runner.run_designs(run, parts(Scripted([Script()])))
+            progress = min(0.3 * config.seed + 0.3, 0.9)
+            run.design(1).iteration(1).task_report.write(tried(progress, decisive=progress > 0.5))
+        return run
+
+    monkeypatch.setattr("aidsr.evolution.generations.run_designs", design)
+    return worked
+
+
+def begun(folder: Path, **changes: object) -> Evolution:
+    return begin(folder / "evolution", Plan(**{"task": "gap", "generations": 3, "config": CONFIG, **changes}))
+
+
+def test_each_generation_is_told_what_the_ones_before_measured(tmp_path: Path, designs: list[tuple[int, str]]) -> None:
+    evolution, lines = begun(tmp_path), []
+    best = evolve(evolution, lines.append)
+    assert designs == [(0, ""), (1, "archive.jsonl"), (2, "archive.jsonl")]
+    assert best is not None
+    assert best.progress == pytest.approx(0.9)
+    told = [evolution.generation(number).brief().lessons for number in (1, 2, 3)]
+    assert [len(lessons) for lessons in told] == [0, 1, 1]  # all are of one family: the best of it is told
+    assert "progress 0.60" in told[2][0]
+    assert lines[-1] == "generation 3: concept 1 comes to 0.90"
+    page = (evolution.path / "report.md").read_text()
+    assert "| 2 | 1 | 0.60 | 0.60 | - | concept 1 |" in page
+    assert "3 of at most 3 generations" in page
+
+
+def test_one_that_was_stopped_goes_on_and_may_get_more_generations(
+    tmp_path: Path, designs: list[tuple[int, str]]
+) -> None:
+    evolve(begun(tmp_path, generations=1))
+    evolve(begun(tmp_path, generations=2))
+    evolve(begun(tmp_path, generations=2))
+    assert [seed for seed, _ in designs] == [0, 1]
+    with pytest.raises(UserError, match="another plan"):
+        begun(tmp_path, train=1)
+
+
+def test_it_ends_when_a_policy_wins(
+    tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trained = []
+
+    def train(mjcf: str, **asked: object) -> Evaluation:
+        trained.append((mjcf, asked["steps"], asked["task"]))
+        episode = {"variation": 0, "progress": 1.0, "best_progress": 1.0, "reward": 1.0, "time_s": 1.0}
+        episodes = tuple(EpisodeResult(ended=end, **episode) for end in ("succeeded", "out_of_time"))
+        return Evaluation(task="gap", level="standard", benchmark_version=4, episodes=episodes, checks=())
+
+    monkeypatch.setattr("aidsr.learn.rl.short_training.train_briefly", train)
+    evolution = begun(tmp_path, train=1, steps=500)
+    best = evolve(evolution)
+    assert [seed for seed, _ in designs] == [0, 1]  # the first did not come far enough for a training
+    assert [each[1:] for each in trained] == [(500, "gap")]
+    assert best is not None
+    assert (best.policy_success, best.evidence) == (0.5, evolution.archive.lessons()[-1].evidence)
+    assert "| 50% |" in (evolution.path / "report.md").read_text()
+    evolve(evolution)
+    assert len(trained) == 1
+
+
+def test_the_budget_is_that_of_all_generations(
+    tmp_path: Path, designs: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Spent:
+        usage = Usage(input_tokens=300, output_tokens=300)
+
+    monkeypatch.setattr("aidsr.evolution.generations.read_status", lambda _run: Spent)
+    evolution, lines = begun(tmp_path, config=CONFIG.updated({"budget": Budget(tokens=1000)})), []
+    evolve(evolution, lines.append)
+    assert [evolution.generation(n).asked().config.budget.tokens for n in (1, 2)] == [1000, 400]
+    assert lines[-1] == "generation 3: the budget is spent"
+
+
+def test_what_cannot_be_evolved_is_refused_in_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(UserError, match="requires task_feedback"):
+        begun(tmp_path, config=RunConfig())
+    (tmp_path / "evolution").mkdir()
+    (tmp_path / "evolution" / "mine.txt").touch()
+    with pytest.raises(UserError, match=r"evolve\.json not found"):
+        begun(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(["evolve", "reach it"])
+    assert ended.value.code == 2
+    assert "an evolution requires a measure of success" in capsys.readouterr().err
