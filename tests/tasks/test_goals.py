@@ -157,6 +157,24 @@ def test_a_scene_made_for_no_goal_is_measured_for_it(tmp_path):
     assert [twice.count(f'name="{name}"') for name in sensors] == [1, 1, 1]
 
 
+def test_a_robot_without_a_solid_shape_is_refused_where_its_surface_counts(tmp_path):
+    from aidsr.core.artifacts import Placement, Robot
+    from aidsr.sim.assembly import assemble
+    from scenes import small_arm
+
+    keep_out = '\n[[limits]]\nkind = "keep_out"\ncenter_m = [1, 0, 0]\nsize_m = [0.1, 0.1, 0.1]\n'
+    task = made(tmp_path, GOALS["reach"][0] + keep_out)
+    ghost = small_arm().replace("<geom ", '<geom contype="0" conaffinity="0" ')
+    for mjcf, refused in ((ghost, True), (small_arm(), False)):
+        robot = Robot(mjcf=mjcf, functional_part="tip")
+        placed = assemble(robot, task.environment, Placement(mount="mount", base="fixed"), task.sensors).mjcf
+        if refused:
+            with pytest.raises(UserError, match="the robot has no solid shape, and goal/reach measures"):
+                TaskScene.of(placed, task)
+        else:
+            assert TaskScene.of(placed, task).actions.size == 2
+
+
 MISTAKES = {
     "": "no kind",
     'kind = "lifting"\ntarget = "ball"': 'did you mean "lift"',

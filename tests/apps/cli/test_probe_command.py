@@ -10,6 +10,7 @@ from aidsr.apps.cli import main
 from aidsr.core.artifacts import ActuatorGroup, Robot
 from aidsr.core.config import RunConfig
 from aidsr.learn.openloop import ProbeReport
+from aidsr.render.pictures import gl_status
 from aidsr.runs import Run, RunRecord
 from scenes import small_arm, small_scene
 
@@ -49,6 +50,23 @@ def test_a_design_knows_its_task_and_keeps_the_report(tmp_path, capsys):
         np.asarray(strip.crop((x, 0, x + strip.height, strip.height))) for x in (0, strip.width - strip.height)
     )
     assert (first != last).any(), "the body has moved"
+
+
+def test_a_film_is_a_video_of_the_whole_motion(tmp_path):
+    av = pytest.importorskip("av")
+    if "no videos" in gl_status():
+        pytest.skip(gl_status())
+    scene = tmp_path / "scene.xml"
+    scene.write_text(small_scene("dynamic_catching"))
+    run_main("probe", scene, "--task", "dynamic_catching", *QUICK, "--out", tmp_path / "found.json", "--film")
+    report = ProbeReport.model_validate_json((tmp_path / "found.json").read_text())
+    with av.open(str(tmp_path / "found.mp4")) as film:
+        (stream,) = film.streams.video
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(stream)]
+        rate = float(stream.average_rate)
+    # the start, and one frame for each control step
+    assert len(frames) == pytest.approx(report.best.episode.time_s * rate + 1, abs=1)
+    assert np.abs(frames[-1] - frames[0]).max() > 50, "it moves"
 
 
 def test_what_is_asked_for_is_passed_on(tmp_path, capsys):

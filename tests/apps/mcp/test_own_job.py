@@ -61,6 +61,9 @@ def test_a_valve_from_its_environment_to_the_picture_of_the_best_motion(tmp_path
             made = await client.call_tool("make_task", given)
             assert told(made).startswith("task_1: base any")
             assert image(made).size > (200, 200)
+            refused = await client.call_tool("check", {"task": "button_pushing"})
+            assert refused.is_error
+            assert "check takes an own task" in refused.content[0].text
             robot = {"mjcf": small_arm(), "functional_part": "tip", "task": "task_1"}
             assert told(await client.call_tool("validate", robot)).startswith("robot_1: stable")
             where = {

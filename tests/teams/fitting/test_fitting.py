@@ -5,6 +5,7 @@ import pytest
 
 from aidsr.core.artifacts import Placement
 from aidsr.core.config import RunConfig
+from aidsr.core.errors import UserError
 from aidsr.examples import examples
 from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.sim.assembly import assemble
@@ -12,9 +13,11 @@ from aidsr.tasks import TASKS, goal_task, parse_goal
 from aidsr.teams import rules
 from aidsr.teams.fitting import check, trial, views
 from aidsr.teams.fitting.team import FittingDesigner, FittingJudge, fitting_team
+from aidsr.teams.fitting.tool import CHECK
 from aidsr.teams.fitting.views import View, as_placed, as_the_rules_read, as_viewed, candidates, place_of_work, turns_of
 from aidsr.teams.rules.families import load_families
 from aidsr.teams.rules.job import read_job
+from aidsr.tools import OWNER_TOOLS, Workspace
 
 
 def job_of(name):
@@ -230,3 +233,20 @@ def test_a_robot_that_is_brought_is_turned_beside_the_work_and_scaled_to_the_way
     along = data.site("robot/functional_part").xpos - (0, 0, 0.3)
     assert along @ way / np.linalg.norm(along) / np.linalg.norm(way) == pytest.approx(np.cos(np.deg2rad(25)), abs=1e-3)
     assert "scaled by" in concept.rationale
+
+
+@pytest.mark.slow
+def test_the_tool_tells_what_the_command_tells_with_both_pictures(tmp_path):
+    bell, work = examples()["bell"], Workspace(tmp_path)
+    given = {"objective": bell.objective, "environment": bell.environment, "goal": bell.goal}
+    OWNER_TOOLS["make_task"].call(work, given)
+    told = CHECK.call(work, {"task": "task_1"})
+    assert "Doing nothing: wins 0 of 5 episodes" in told.text
+    assert "Doing anything: wins 0 of 5" in told.text
+    assert "A built-in body: " in told.text
+    assert [drawn[:4] for drawn in told.pictures] == [b"\x89PNG"] * 2
+
+
+def test_the_tool_check_takes_own_tasks_only(tmp_path):
+    with pytest.raises(UserError, match="check takes an own task"):
+        CHECK.call(Workspace(tmp_path), {"task": "button_pushing"})

@@ -126,13 +126,17 @@ class FittingDesigner:
         rng = self._rng(brief)
         blocked = self._blocked(brief, task.goal)
         every = candidates(brief, task.goal, self.families)
-        while some := list(islice(every, _SIDE_BY_SIDE)):
+        room = True
+        while room and (some := list(islice(every, _SIDE_BY_SIDE))):
+            room = False  # where none of so many fits, none will
             placed = [
                 self._placed(brief, task, round_about(view) if view.mount in blocked else view, name, variant, rng)
                 for view, name, variant in some
             ]
             for turn in zip_longest(*placed):
-                yield from (concept for concept in turn if concept is not None)
+                for concept in filter(None, turn):
+                    room = True
+                    yield concept
 
     def _placed(
         self, brief: Brief, task: GoalTask, view: View, name: str, variant: str, rng: np.random.Generator
