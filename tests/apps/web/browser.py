@@ -135,6 +135,8 @@ def free_port() -> int:
 def shoot(page: Page, name: str, *, whole: bool = False) -> None:
     """Take a picture for the docs, where pictures are wanted (AIDSR_SCREENSHOTS=1)."""
     if os.environ.get("AIDSR_SCREENSHOTS"):
+        if page.locator(".v3d").count():
+            page.locator(".v3d-square").first.wait_for(state="attached")  # the model is there
         page.mouse.move(0, 0)
         page.evaluate("scrollTo(0, 0)")
         page.wait_for_timeout(2500)

@@ -1,8 +1,10 @@
 """Episodes over time, in a real browser: tracks, events, and what a person did with the live simulation."""
 
+import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 from browser import Server, browsing, open_tab
 from made import made_run, made_training
 from playwright.sync_api import Page, expect
@@ -69,6 +71,9 @@ def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, 
             "command",
         ]
         page.get_by_role("button", name=f"most progress, {probed.best_progress:.2f}").click()
+        expect(page.locator(".v3d-track-name").last).to_contain_text(
+            re.compile(r"9 lines, now at most [\d.]+ %, pull_")
+        )
 
 
 def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(runs: Path, server: Server) -> None:
@@ -83,6 +88,11 @@ def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(runs: Pa
         page.get_by_role("button", name="Look back").click()
         expect(page.locator(".v3d-clock b")).to_have_text("What you did")
         expect(page.locator(".v3d-track-name b").first).to_have_text("cable tension")
+        for key, along in (("1", 0), ("2", 1), ("3", 2)):
+            page.get_by_label("3-D view of").press(key)
+            arm_from = page.evaluate("Object.values(document.querySelector('.v3d-picture').viewer.whence()[1])")
+            assert arm_from[along] == pytest.approx(sum(abs(each) for each in arm_from), rel=0.01)
+        page.get_by_label("3-D view of").press("f")
         page.get_by_role("button", name="Measure between two points").click()
         expect(page.get_by_text("Click two points")).to_be_visible()
         stage = page.locator(".v3d-picture canvas").bounding_box()

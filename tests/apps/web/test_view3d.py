@@ -115,7 +115,7 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
     model = mujoco.MjModel.from_xml_string(arm())
     rows = 40
     tension = np.zeros((rows, model.ntendon))
-    tension[10, 0] = 7.0
+    tension[10, 0] = 152.6
     np.savez_compressed(
         tmp_path / "3.npz",
         qpos=np.zeros((rows, model.nq)),
@@ -143,7 +143,7 @@ def test_what_is_known_of_an_episode_becomes_tracks_and_events(tmp_path: Path) -
     tracks, state, moment = watched(Model(arm()), talk)
     assert [track["name"] for track in tracks["tracks"]] == ["cable tension", "contact force", "progress", "command"]
     assert [(event["label"], event["time_s"]) for event in tracks["events"]] == [
-        ("hardest pull, 7 N", 0.1),
+        ("hardest pull, 153 N", 0.1),
         ("first contact", 0.2),
         ("hardest contact, 2 N", 0.2),
         ("goal first holds", 0.3),

@@ -73,10 +73,10 @@ def _track(name: str, unit: str, lines: Sequence[tuple[str, Array]], top: float 
 def _events(motion: Motion, contact_n: Array | None) -> Iterator[dict[str, Any]]:
     if contact_n is not None and contact_n.max(initial=0.0) > _PEAK_NEWTON:
         yield _event(motion, int(np.flatnonzero(contact_n)[0]), "first contact")
-        yield _event(motion, int(contact_n.argmax()), f"hardest contact, {contact_n.max():.2g} N")
+        yield _event(motion, int(contact_n.argmax()), f"hardest contact, {contact_n.max():.3g} N")
     if motion.tension_n is not None and motion.tension_n.size:
         hardest = motion.tension_n.max(axis=1)
-        yield _event(motion, int(hardest.argmax()), f"hardest pull, {hardest.max():.2g} N")
+        yield _event(motion, int(hardest.argmax()), f"hardest pull, {hardest.max():.3g} N")
     if motion.progress is not None and motion.progress.max(initial=0.0) > 0:
         yield _event(motion, int(motion.progress.argmax()), f"most progress, {motion.progress.max():.2f}")
     if motion.holds is not None and motion.holds.max(initial=0.0) > 0:

@@ -36,7 +36,7 @@ export async function plate(parts) {
     places: Object.fromEntries(parts.map(({ name }) => [name, [["body", name]]])),
     camera: {
       lookat: [wide / 2, deep / 2, 0.3 * high],
-      distance: (0.38 * Math.hypot(wide, deep, high)) / Math.sin((FOV_DEG * Math.PI) / 360),
+      distance: (0.5 * Math.hypot(wide, deep, high)) / Math.sin((FOV_DEG * Math.PI) / 360),
       azimuth_deg: 75,
       elevation_deg: -38,
       fovy_deg: FOV_DEG,

@@ -3,6 +3,11 @@ import { canDraw, Connection, FACTS, FRAME, shortName, squareInWords, STATE, TES
 
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2];
 const STEP_S = 0.01;
+const SIDES = [
+  { name: "Front, along −x", key: "1", azimuth_deg: 180, elevation_deg: 0 },
+  { name: "Side, along −y", key: "2", azimuth_deg: -90, elevation_deg: 0 },
+  { name: "Top, along −z", key: "3", azimuth_deg: 90, elevation_deg: -89.9 },
+];
 const SEND_MS = 40;
 const REPEAT_MS = 2000;
 const HIDDEN_MS = 4000;
@@ -30,6 +35,9 @@ export default {
     <div class="v3d-tools" v-if="facts">
       <q-btn flat round dense size="sm" icon="center_focus_strong" @click="viewer.frame()" aria-label="Frame the robot">
         <q-tooltip>Frame the robot (F)</q-tooltip></q-btn>
+      <q-btn flat round dense size="sm" icon="view_in_ar" aria-label="Look from a side"><q-tooltip>Look from a side (1, 2, 3)</q-tooltip>
+        <q-menu><q-list dense><q-item v-for="side in sides" :key="side.key" clickable v-close-popup @click="viewer.frame(side)">
+          <q-item-section>{{ side.name }} ({{ side.key }})</q-item-section></q-item></q-list></q-menu></q-btn>
       <q-btn flat round dense size="sm" icon="my_location" :color="following ? 'primary' : undefined" @click="toggle('following')"
         :aria-pressed="String(following)" aria-label="Follow the robot"><q-tooltip>Follow the robot</q-tooltip></q-btn>
       <q-btn v-if="facts.is_scene" flat round dense size="sm" icon="blur_on" :color="xray ? 'primary' : undefined"
@@ -112,7 +120,8 @@ export default {
       xray: false,
       byTension: true,
       speeds: SPEEDS,
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target of the goal, arrows turn, plus and minus zoom, F frames, X sees through, P saves a picture.",
+      sides: SIDES,
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target of the goal, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
     };
   },
 
@@ -393,6 +402,7 @@ export default {
         " ": () => this.playPause(),
         r: () => this.send({ do: "reset" }),
         f: () => this.viewer.frame(),
+        ...Object.fromEntries(SIDES.map((side) => [side.key, () => this.viewer.frame(side)])),
         x: () => this.facts.is_scene && this.toggle("xray"),
         m: () => this.measure(),
         g: () => this.toggleGhost(),

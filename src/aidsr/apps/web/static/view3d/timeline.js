@@ -64,12 +64,12 @@ export const Timeline = {
     drawn() {
       return this.lines.map((track) => {
         const lines = track.lines.map((line) => ({ ...line, value: this.number(line.values[this.row], track.unit) }));
-        const most = Math.max(...lines.map((line) => line.values[this.row]));
+        const most = track.lines.reduce((one, other) => (other.values[this.row] > one.values[this.row] ? other : one));
         return {
           ...track,
           lines,
           range: `${this.number(track.low, "")} to ${this.number(track.high, track.unit)}`,
-          most: `${lines.length} lines, now at most ${this.number(most, track.unit)}`,
+          most: `${lines.length} lines, now at most ${this.number(most.values[this.row], track.unit)}, ${most.short}`,
         };
       });
     },

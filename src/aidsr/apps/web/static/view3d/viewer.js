@@ -139,9 +139,9 @@ export class Viewer {
     this.dirty = true;
   }
 
-  /** Put the camera where the robot is seen whole. */
-  frame() {
-    const { lookat, distance, azimuth_deg, elevation_deg, fovy_deg } = this.facts.camera;
+  /** Put the camera where the robot is seen whole: as at first, or along a direction, by MuJoCo's angles. */
+  frame({ azimuth_deg, elevation_deg } = this.facts.camera) {
+    const { lookat, distance, fovy_deg } = this.facts.camera;
     const [azimuth, elevation] = [azimuth_deg, elevation_deg].map((angle) => (angle * Math.PI) / 180);
     const level = Math.cos(elevation);
     const forward = new Vector3(level * Math.cos(azimuth), level * Math.sin(azimuth), Math.sin(elevation));
