@@ -44,7 +44,7 @@ class Lesson(Artifact):
     """Least and greatest progress of its searches."""
     searches: Annotated[int, Field(ge=1)]
     solved: bool
-    """Whether the trial got through the decisive stage of the job in most searches."""
+    """Whether the trial got through the decisive stage of the job: in most searches, or by a script."""
     found: str
     """What was seen, in words of the trial."""
     policy_success: Share | None = None

@@ -67,7 +67,9 @@ def evolve(
     out
         Folder of the evolution: its runs, its archive (a memory for --memory) and report.md.
     """
-    from aidsr.apps.cli.terminal import write
+    from aidsr.apps.cli.mailbox import Mailbox
+    from aidsr.apps.cli.progress import Lines
+    from aidsr.apps.cli.terminal import make_console, write
     from aidsr.core.errors import UserError
     from aidsr.evolution import Plan, begin
     from aidsr.evolution import evolve as work_on
@@ -87,7 +89,13 @@ def evolve(
         steps=steps,
     )
     evolution = begin(out, plan, environment=environment or "", goal=goal or "")
-    best = work_on(evolution, lambda line: write(f"{line}\n"))
+    console = make_console()
+    try:
+        with Lines(console) as lines, Mailbox(console, config.model):
+            best = work_on(evolution, lambda line: write(f"{line}\n"), lines.on_event)
+    except KeyboardInterrupt:
+        write(f"\nInterrupted. Finished work is kept in {out}; the same command goes on\n")
+        return 130
     if best is None:
         write(f"Nothing was measured: no scene was stable. Look at {out}/runs\n")
         return 1
