@@ -76,7 +76,7 @@ class TrainingFolder:
     | config.json        | settings: task, recipe, seed, budget, groups, versions                         |
     | scene.xml          | the scene it was trained in                                                    |
     | probe.json         | report of the probe, where the policy was to imitate its motion                |
-    | events.jsonl       | started, probed, resumed, tested, checkpoint, finished, evaluated              |
+    | events.jsonl       | started, probed, resumed, tested, checkpoint, restored, finished, evaluated    |
     | curve.csv          | success, progress, return and speed over the steps                             |
     | checkpoint/        | the policy so far, during training                                             |
     | .in_use            | empty; locked by the process that trains here                                  |
