@@ -127,12 +127,14 @@ def page(rows: dict[tuple[str, str], Row]) -> str:
         f"Commits {', '.join(sorted({row.commit for row in rows.values()}))}; {', '.join(versions)}.",
         "",
     ]
-    for origin in dict.fromkeys(all_jobs[name][0] for name in made):
-        mine = [row for name, row in made.items() if all_jobs[name][0] == origin]
+    for origin in dict.fromkeys(origin for origin, *_ in all_jobs.values()):
+        names = [name for name, job in all_jobs.items() if job[0] == origin]
+        mine = [made[name] for name in names if name in made]
         solved = sum(row.probe is not None and row.probe.success_share > 0 for row in mine)
+        left = [name for name in names if name not in made]
         lines.append(
-            f"- {origin}: {sum(row.approved for row in mine)} of {len(mine)} approved, "
-            f"{solved} of them solved by the probe"
+            f"- {origin}: {sum(row.approved for row in mine)} of {len(names)} approved, {solved} of them solved by the "
+            f"probe; designs that were not finished, of which nothing is known: {', '.join(left) or 'none'}"
         )
     lines += [
         "",
