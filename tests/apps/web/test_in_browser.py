@@ -280,12 +280,16 @@ def test_pictures_for_the_docs(runs: Path, server: Server) -> None:
         page.goto(server.address("/new"))
         page.get_by_role("button", name="Start the run").click()
         page.get_by_role("button", name="Review").first.wait_for()
+        waiting = page.url
         page.goto(f"{run}/2?tab=training")
         page.get_by_role("button", name="Start training").click()
         page.goto(server.address("/work"))
         page.get_by_text("of 300 000 steps").wait_for()
         shoot(page, "work")
         page.get_by_role("button", name="Stop").last.click()
+        page.goto(waiting)
+        page.get_by_role("button", name="Stop").click()
+        page.locator("h1 + .badge.stopped").wait_for()
     with browsing(color_scheme="dark") as visitor:
         page = visitor.new_page()
         page.goto(run)
