@@ -203,8 +203,9 @@ def markdown(rows: Sequence[dict[str, Any]]) -> str:
         "`owner/name`. Each document went through `aidsr import` and `aidsr validate`; none is part of this project.",
         "*Judged* is what reading the document and its tests led to, no measurement. It was written after an earlier",
         "version of the validator had been tried on these robots and its false alarms on them had been mended: this is",
-        "no test on robots that nobody had looked at. The judgements of dog and myoarm were changed to unsound after the",
-        "validator had called them so, when dog was run at half its time step and the contact forces of myoarm were read.",
+        "no test on robots that nobody had looked at. The judgements of dog and myoarm were changed to",
+        "unsound after the validator had called them so: dog is still at half its time step, and the contact forces of",
+        "myoarm were read.",
         "Rows are kept from one version of the validator to the next; those of myoarm and myolegs are the newest.",
         "",
         f"{len(rows)} documents of {len({row['repository'] for row in rows})} repositories: {len(judged)} were "
