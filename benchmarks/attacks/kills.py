@@ -122,7 +122,7 @@ def _same(*words: str) -> Callable[[Path], tuple[str, ...]]:
     return lambda _home: words
 
 
-_LEARN = ("train", "scene.xml", "--steps", "16384", *_TRAIN)
+_LEARN = ("train", "scene.xml", "--steps", "40960", *_TRAIN)
 """Long enough for checkpoints, so that some kills meet a training that can be resumed."""
 _EVALUATE = ("evaluate", "trained/001", "--episodes", "20", "--no-videos", "--threads", "1")
 _PROBE = ("probe", "scene.xml", "--task", _TASK, "--candidates", "16", "--max-steps", "3000", "--out", "probe.json")
