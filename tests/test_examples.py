@@ -1,9 +1,12 @@
 """The examples: each is an environment with a goal that can be met in it, and some are templates."""
 
+import itertools
 import shlex
 import subprocess
 import sys
 
+import mujoco
+import numpy as np
 import pytest
 
 from aidsr.apps.cli import main
@@ -21,6 +24,22 @@ def test_an_example_is_an_environment_with_its_goal(name):
     assert example.objective.endswith(".")
     assert example.title
     assert "Nothing" not in task.judging()["Episodes differ"] or name in ("walk", "trace")
+
+
+@pytest.mark.parametrize("name", [name for name, one in examples().items() if parse_goal(one.goal).kind == "turn"])
+def test_what_is_to_be_turned_meets_nothing_on_its_way(name):
+    example = examples()[name]
+    goal = parse_goal(example.goal)
+    for x, y in itertools.product((-1, 0, 1), repeat=2):
+        model = mujoco.MjModel.from_xml_string(example.environment)
+        data = mujoco.MjData(model)
+        joint = model.joint(goal.joint)
+        vary = goal.vary_m or (0.0, 0.0, 0.0)
+        model.body_pos[model.jnt_bodyid[joint.id]][:2] += (x * vary[0], y * vary[1])
+        for angle in np.linspace(0.0, np.deg2rad(goal.by_deg), 60):
+            data.qpos[joint.qposadr] = model.qpos0[joint.qposadr] + angle
+            mujoco.mj_forward(model, data)
+            assert not any(contact.dist < 0 for contact in data.contact), f"{np.rad2deg(angle):.0f} degrees"
 
 
 def test_the_examples_show_every_kind_of_goal():
