@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from aidsr.core.artifacts import (
+    Attempt,
     Brief,
     Concept,
     Critique,
@@ -17,6 +18,7 @@ from aidsr.core.artifacts import (
     Placement,
     Robot,
     Scene,
+    TaskReport,
     ValidationReport,
 )
 from aidsr.core.config import RunConfig
@@ -145,6 +147,19 @@ def parts(scripted: Scripted, **changes: object) -> Parts:
         "person": approve,
     }
     return Parts(**{**values, **changes})
+
+
+def tried(progress: float, *, decisive: bool) -> TaskReport:
+    """Return what a trial of two searches found."""
+    attempts = tuple(
+        Attempt(how="search", seed=seed, variation=0, tried=9, progress=progress + spread, reached="on its way",
+                decisive=decisive, succeeded=decisive)
+        for seed, spread in enumerate((-0.1, 0.1))
+    )  # fmt: skip
+    critique = Critique(passed=True, summary=f"It comes\nto {progress}.")
+    return TaskReport(
+        phase="solved" if decisive else "partial", progress=progress, critique=critique, attempts=attempts
+    )
 
 
 def new_run(folder: Path, **config: object) -> Run:

@@ -4,6 +4,7 @@ import itertools
 import shlex
 import subprocess
 import sys
+from importlib import import_module
 
 import mujoco
 import numpy as np
@@ -97,7 +98,7 @@ def test_check_tells_and_draws_what_is_there(tmp_path, capsys):
 
 
 def test_check_leaves_no_motion_of_an_earlier_one_where_no_body_could_be_placed(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("aidsr.teams.fitting.team.overlaps", lambda _scene: True)
+    monkeypatch.setattr(import_module("aidsr.teams.fitting.team"), "overlaps", lambda _scene: True)
     assert call("new", tmp_path / "bell") == 0
     environment = tmp_path / "bell" / "environment.xml"
     (tmp_path / "bell" / "check_motion.png").write_bytes(b"of an earlier check")

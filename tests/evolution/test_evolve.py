@@ -1,19 +1,19 @@
 """Generations: each is told what was measured before it; stopped ones go on; the few best are trained."""
 
+from importlib import import_module
 from pathlib import Path
 
 import pytest
-from test_memory import tried
 
 from aidsr.apps.cli import main
 from aidsr.core.artifacts import EpisodeResult, Evaluation
 from aidsr.core.calls import Usage
 from aidsr.core.config import Budget, RunConfig
 from aidsr.core.errors import UserError
-from aidsr.evolution import Evolution, Plan, begin, evolve
+from aidsr.evolution import Evolution, Plan, begin, evolve, generations
 from aidsr.loop import runner
 from aidsr.runs import Run
-from scripted import Script, Scripted, parts
+from scripted import Script, Scripted, parts, tried
 
 CONFIG = RunConfig(concepts=1, task_feedback=True)
 
@@ -32,7 +32,7 @@ def designs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
             run.design(1).iteration(1).task_report.write(tried(progress, decisive=progress > 0.5))
         return run
 
-    monkeypatch.setattr("aidsr.evolution.generations.run_designs", design)
+    monkeypatch.setattr(generations, "run_designs", design)
     return worked
 
 
@@ -77,7 +77,7 @@ def test_it_ends_when_a_policy_wins(
         episodes = tuple(EpisodeResult(ended=end, **episode) for end in ("succeeded", "out_of_time"))
         return Evaluation(task="gap", level="standard", benchmark_version=4, episodes=episodes, checks=())
 
-    monkeypatch.setattr("aidsr.learn.rl.short_training.train_briefly", train)
+    monkeypatch.setattr(import_module("aidsr.learn.rl.short_training"), "train_briefly", train)
     evolution = begun(tmp_path, train=1, steps=500)
     best = evolve(evolution)
     assert [seed for seed, _ in designs] == [0, 1]  # the first did not come far enough for a training
@@ -95,7 +95,7 @@ def test_the_budget_is_that_of_all_generations(
     class Spent:
         usage = Usage(input_tokens=300, output_tokens=300)
 
-    monkeypatch.setattr("aidsr.evolution.generations.read_status", lambda _run: Spent)
+    monkeypatch.setattr(generations, "read_status", lambda _run: Spent)
     evolution, lines = begun(tmp_path, config=CONFIG.updated({"budget": Budget(tokens=1000)})), []
     evolve(evolution, lines.append)
     assert [evolution.generation(n).asked().config.budget.tokens for n in (1, 2)] == [1000, 400]

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from aidsr.apps.cli import main
-from aidsr.core.artifacts import Attempt, Critique, TaskReport
 from aidsr.core.calls import CallRecord, Question, Usage
 from aidsr.core.errors import UserError
 from aidsr.loop.run import create_run
@@ -13,7 +12,7 @@ from aidsr.loop.runner import run_designs
 from aidsr.memory import Lesson, Memory, elites, lessons_of
 from aidsr.runs import RecordedModel
 from aidsr.teams.llm.prompts import render
-from scripted import Script, Scripted, brief, new_run, parts
+from scripted import Script, Scripted, brief, new_run, parts, tried
 
 
 def lesson(**changes: object) -> Lesson:
@@ -41,18 +40,6 @@ class Answering:
         return CallRecord(
             question=question, model=self.name, reply="Hm.", finish="stop", usage=Usage(calls=1), started="2026-01-01"
         )
-
-
-def tried(progress: float, *, decisive: bool) -> TaskReport:
-    attempts = tuple(
-        Attempt(how="search", seed=seed, variation=0, tried=9, progress=progress + spread, reached="on its way",
-                decisive=decisive, succeeded=decisive)
-        for seed, spread in enumerate((-0.1, 0.1))
-    )  # fmt: skip
-    critique = Critique(passed=True, summary=f"It comes\nto {progress}.")
-    return TaskReport(
-        phase="solved" if decisive else "partial", progress=progress, critique=critique, attempts=attempts
-    )
 
 
 def test_a_lesson_is_what_a_trial_measured_of_a_scene_and_the_attempt_before(tmp_path: Path) -> None:

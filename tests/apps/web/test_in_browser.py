@@ -87,7 +87,7 @@ def test_hostile_text_is_inert_in_a_real_browser(runs: Path, server: Server) -> 
                     open_tab(page, tab)
                     page.get_by_text("script").first.wait_for()
             if path != "/":
-                asked = page.get_by_text("asked made:up")
+                asked = page.get_by_text("asked made:up").filter(visible=True)  # titles of the chart are not
                 asked.first.wait_for()
                 for number in range(asked.count()):
                     asked.nth(number).click()
