@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass
+from importlib import import_module
 from typing import ClassVar
 
 import numpy as np
@@ -171,7 +172,7 @@ def test_a_killed_training_comes_to_its_end(tmp_path):
 
 
 def test_memory_that_is_full_begins_again_with_its_oldest(tmp_path, monkeypatch):
-    monkeypatch.setattr("aidsr.learn.rl.soft_actor_critic._MOST_TRANSITIONS", 10 * SMALL.simulations)
+    monkeypatch.setattr(import_module("aidsr.learn.rl.soft_actor_critic"), "_MOST_TRANSITIONS", 10 * SMALL.simulations)
     with pytest.raises(KeyboardInterrupt):
         trained(tmp_path, listen=at(STEPS // 2, KeyboardInterrupt))
     saved = tmp_path / "checkpoint" / "memory"
