@@ -18,7 +18,7 @@ from aidsr.memory.lesson import Lesson
 from aidsr.runs.files import replace_file
 
 TOLD = 8
-"""Lessons that are told for a job. Our choice: below 2,000 tokens."""
+"""Lessons that are told for a job. Our choice: below 3,000 tokens."""
 _MAX_BYTES = 32_000_000
 """Of a file of lessons: tens of thousands."""
 _LARGE_STEP = 0.15
