@@ -10,7 +10,7 @@ from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.formatting import excerpt
 
 _JOB, _BODY, _FOUND = 160, 320, 400
-"""Characters of the words on a job, a body and a trial it repeats. Our choice: eight lessons take up to 3,000 tokens."""
+"""Characters of the words on a job, a body and a trial it repeats; ours: eight lessons take up to 3,000 tokens."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
