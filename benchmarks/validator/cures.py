@@ -1,9 +1,11 @@
 """Do cures cure: apply them to the example robot of every rule, as fixes by code and as their words say.
 
 python -m benchmarks.validator.cures
+python -m benchmarks.validator.cures --split 'held out'
 
-Each example is the arm without a fault with one mistake. A cure has cured when the code is gone, no other error came,
-and the mistake is no longer in the compiled model; one that leaves it there and silences the rule passes it.
+Each example is the arm without a fault with one mistake; a split's are the bad robots of the corpus, and good robots
+beside them. A cure has cured when the code is gone, no other error came, and the mistake is no longer in the compiled
+model; one that leaves it there and silences the rule passes it.
 """
 
 from __future__ import annotations
@@ -11,18 +13,22 @@ from __future__ import annotations
 import argparse
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
+from benchmarks.validator.corpus.keeping import load_or_make
+from benchmarks.validator.corpus.plans import PLANS
+from benchmarks.validator.corpus.specimen import Split
 
-from aidsr.core.artifacts import ValidationReport
+from aidsr.core.artifacts import Fault, ValidationReport
 from aidsr.fixes import FIXES, fix
 from aidsr.validation import validate
 from aidsr.validation.registry import builtin_rules
-from aidsr.validation.rule import Rule
 from aidsr.validation.rules_page import EXAMPLE_ARM
 
 _HERE = Path(__file__).parent
@@ -31,6 +37,10 @@ _ROUNDS = 4
 _WARNED = ("tendon_skips_segments", "tendon_slack", "thin_wall", "cable_shared", "overlap_hidden", "only_opens")
 Outcome = Literal["cured", "not helped", "another error", "passes with the mistake inside"]
 OUTCOMES: tuple[Outcome, ...] = ("cured", "not helped", "another error", "passes with the mistake inside")
+
+EXAMPLES = "examples"
+"""Name of the examples of the rules, beside those of the splits of the corpus."""
+Row = dict[str, str]
 
 WORDS: dict[str, tuple[tuple[str, str], ...]] = {
     "unknown_element": (('<hinge name="j3"/>', '<joint name="j3"/>'),),
@@ -92,15 +102,13 @@ WORDS: dict[str, tuple[tuple[str, str], ...]] = {
     "implausible_density": (('mass="0.01"/>', 'density="1200"/>'),),
     "thin_wall": (('size="0.008 0.008 0.0002"', 'size="0.008 0.008 0.002"'),),
     "tendon_slack": (('ctrlrange="0.12 0.2"', 'ctrlrange="0.12 0.15"'),),
-    "actuator_speed": (
-        (
-            'gear="-1" ctrlrange="0 150"',
-            'gear="-1" ctrlrange="0 150" dyntype="filterexact" dynprm="0.05"',
-        ),
-        ("<motor ", "<general "),
-    ),
+    "actuator_speed": (('ctrlrange="0 150"', 'ctrlrange="0 20"'),),
     "tendon_pushes": (('ctrlrange="-20 20"', 'ctrlrange="0 20"'),),
-    "numerical_instability": (('damping="0"', 'damping="10"'),),
+    "numerical_instability": (
+        ('integrator="Euler"', 'integrator="implicitfast"'),
+        ('timestep="0.01"', 'timestep="0.002"'),
+        ('damping="0"', 'damping="0.02"'),
+    ),
     "actuator_sign": (('gear="1"', 'gear="-1"'),),
     "zero_gear": (('gear="0"', 'gear="-1"'),),
     "limit_overrun": (('range="-6 6"', 'range="-6 6" solreflimit="0.004 1"'),),
@@ -111,28 +119,65 @@ WORDS: dict[str, tuple[tuple[str, str], ...]] = {
 matter of design ("Make the rigid part smaller") are not here unless their words fit only one edit."""
 
 
-def judge(rule: Rule, cured: str) -> tuple[Outcome, str]:
+@dataclass(frozen=True)
+class Mistake:
+    """A robot with one mistake.
+
+    Attributes:
+        code: Of its fault.
+        good: The robot without the mistake.
+        bad: The robot with it.
+        arguments: How it is to be validated.
+    """
+
+    code: str
+    good: str
+    bad: str
+    arguments: Mapping[str, Any]
+
+    def faults(self, mjcf: str) -> list[Fault]:
+        """Return the faults of this code in a text of the robot."""
+        report = validate(mjcf, **self.arguments)
+        return [fault for fault in report.faults if fault.code == self.code]
+
+
+def examples() -> list[Mistake]:
+    """Return the example of every rule that has one."""
+    rules = [(rule.code, rule.example) for rule in builtin_rules() if rule.example]
+    return [Mistake(code, EXAMPLE_ARM, each.fails(EXAMPLE_ARM), each.arguments) for code, each in rules]
+
+
+def of_corpus(split: Split, kept: Path, processes: int) -> list[Mistake]:
+    """Return the bad robots of a split, each with the good one that it was made from."""
+    specimens = load_or_make(split, kept, processes, lambda _: None).specimens
+    good = {specimen.name: specimen.mjcf for specimen in specimens if specimen.grade == "good"}
+    return [
+        Mistake(each.code, good[each.name.partition(" of ")[2]], each.mjcf, each.arguments)
+        for each in specimens
+        if each.grade == "bad"
+    ]
+
+
+def judge(mistake: Mistake, cured: str) -> tuple[Outcome, str]:
     """Return what came of a cure, and the errors that are left."""
-    assert rule.example is not None
-    fails = rule.example.fails(EXAMPLE_ARM)
-    before, after = (validate(text, **rule.example.arguments) for text in (fails, cured))
+    before, after = (validate(text, **mistake.arguments) for text in (mistake.bad, cured))
     new = _errors(after) - _errors(before)
-    still = rule.code in {fault.code for fault in (after.faults if rule.code in _WARNED else after.errors)}
+    still = mistake.code in {fault.code for fault in (after.faults if mistake.code in _WARNED else after.errors)}
     left = ", ".join(sorted(_errors(after)))
     if new:
         return "another error", left
     if still:
         return "not helped", left
-    return ("passes with the mistake inside" if is_inside(fails, cured) else "cured"), left
+    return ("passes with the mistake inside" if is_inside(mistake, cured) else "cured"), left
 
 
 def _errors(report: ValidationReport) -> set[str]:
     return {fault.code for fault in report.errors}
 
 
-def is_inside(fails: str, cured: str) -> bool:
+def is_inside(mistake: Mistake, cured: str) -> bool:
     """Whether every number that the mistake changed is still as the mistake has it."""
-    models = [_compiled(text) for text in (EXAMPLE_ARM, fails, cured)]
+    models = [_compiled(text) for text in (mistake.good, mistake.bad, cured)]
     good, bad, now = models
     if bad is None or now is None or good is None:
         return False
@@ -165,15 +210,13 @@ def _compiled(text: str) -> mujoco.MjModel | None:
         return None
 
 
-def by_fix(rule: Rule) -> str | None:
-    """Return the example as the fixes of its faults leave it; None where none applies."""
-    assert rule.example is not None
-    if not any(rule.code in each.cures for each in FIXES):
+def by_fix(mistake: Mistake) -> str | None:
+    """Return the robot as the fixes of its fault leave it; None where none applies."""
+    if not any(mistake.code in each.cures for each in FIXES):
         return None
-    text, changed = rule.example.fails(EXAMPLE_ARM), False
+    text, changed = mistake.bad, False
     for _ in range(_ROUNDS):
-        report = validate(text, **rule.example.arguments)
-        mine = [fault for fault in report.faults if fault.code == rule.code]
+        mine = mistake.faults(text)
         answer = fix(text, mine)
         if not mine or not answer.notes:
             break
@@ -181,67 +224,110 @@ def by_fix(rule: Rule) -> str | None:
     return text if changed else None
 
 
-def by_words(rule: Rule) -> str | None:
-    """Return the example with the cure's words as an edit.
+def by_words(mistake: Mistake) -> str | None:
+    """Return the example of a rule with the cure's words as an edit.
 
     Raises:
         ValueError: What is to be edited is not in the example.
     """
-    assert rule.example is not None
-    if rule.code not in WORDS:
+    if mistake.code not in WORDS:
         return None
-    text = rule.example.fails(EXAMPLE_ARM)
-    for old, new in WORDS[rule.code]:
+    text = mistake.bad
+    for old, new in WORDS[mistake.code]:
         if old not in text:
-            raise ValueError(f"{rule.code}: not in its example: {old!r}")
+            raise ValueError(f"{mistake.code}: not in its example: {old!r}")
         text = text.replace(old, new)
     return text
 
 
-def try_cures() -> Iterator[dict[str, str]]:
-    """Yield what came of every cure of every rule that has an example, as plain values."""
-    for rule in builtin_rules():
-        if rule.example is None:
-            continue
-        for kind, cured in (("fix", by_fix(rule)), ("words", by_words(rule))):
-            if cured is None:
-                continue
-            outcome, left = judge(rule, cured)
-            yield {"code": rule.code, "cure": kind, "outcome": outcome, "errors_left": left}
+def try_cures(mistakes: Iterable[Mistake], ways: Mapping[str, Callable[[Mistake], str | None]]) -> Iterator[Row]:
+    """Yield what came of every cure of every mistake, as plain values."""
+    for mistake in mistakes:
+        for kind, way in ways.items():
+            if (cured := way(mistake)) is not None:
+                outcome, left = judge(mistake, cured)
+                yield {"code": mistake.code, "cure": kind, "outcome": outcome, "errors_left": left}
 
 
-def markdown(rows: Sequence[dict[str, str]]) -> str:
+def markdown(rows: Sequence[Row]) -> str:
     """Return the page."""
     lines = [
         "# Do cures cure",
         "",
-        "Made by `python -m benchmarks.validator.cures`. Every robot is the example of its rule: the arm without a",
-        "fault with one mistake. *fix*: `aidsr fix` with that fault, up to four rounds. *words*: the sentence of the",
-        "cure, as an edit of the example. Cured: the code is gone, no other error came, and the mistake is out of the",
-        "compiled model. *Another error*: a harm, or a fault that the first one hid. The examples were made with the",
-        "rules, so this is the least that can be asked of a cure, and not how often it helps.",
-        "",
-        "| | " + " | ".join(OUTCOMES) + " |",
-        "|---|" + "---|" * len(OUTCOMES),
+        "*fix*: `aidsr fix` with the fault, up to four rounds. *words*: the sentence of the cure, as an edit of the",
+        "text. Cured: the code is gone, no other error came, and the mistake is out of the compiled model. *Another",
+        "error*: a harm, or a fault that the first one hid.",
     ]
-    for kind in ("fix", "words"):
-        counts = Counter(row["outcome"] for row in rows if row["cure"] == kind)
-        lines.append(f"| {kind} | " + " | ".join(str(counts[outcome]) for outcome in OUTCOMES) + " |")
-    codes = {rule.code for rule in builtin_rules() if rule.example} - {row["code"] for row in rows}
-    lines += ["", f"Without a cure that code or one edit could apply: {', '.join(sorted(codes))}.", ""]
-    lines += ["| rule | cure | outcome | errors left |", "|---|---|---|---|"]
-    lines += [f"| `{row['code']}` | {row['cure']} | {row['outcome']} | {row['errors_left']} |" for row in rows]
+    for name in (EXAMPLES, *PLANS):
+        if mine := [row for row in rows if row["robots"] == name]:
+            lines += ["", *(_of_examples(mine) if name == EXAMPLES else _of_split(name, mine))]
     return "\n".join(lines) + "\n"
 
 
+def _of_examples(rows: Sequence[Row]) -> list[str]:
+    codes = {rule.code for rule in builtin_rules() if rule.example} - {row["code"] for row in rows}
+    return [
+        "## The examples of the rules",
+        "",
+        "Made by `python -m benchmarks.validator.cures`: the arm without a fault with one mistake. Fixes were looked",
+        "at with these robots, so this is the least that can be asked of a cure, and not how often it helps.",
+        "",
+        *_counts("cure", {kind: [row for row in rows if row["cure"] == kind] for kind in ("fix", "words")}),
+        "",
+        f"Without a cure that code or one edit could apply: {', '.join(sorted(codes))}.",
+        "",
+        "| rule | cure | outcome | errors left |",
+        "|---|---|---|---|",
+        *(f"| `{row['code']}` | {row['cure']} | {row['outcome']} | {row['errors_left']} |" for row in rows),
+    ]
+
+
+def _of_split(split: str, rows: Sequence[Row]) -> list[str]:
+    by_code: dict[str, list[Row]] = {"all": list(rows)}
+    for row in rows:
+        by_code.setdefault(f"`{row['code']}`", []).append(row)
+    left = Counter((row["code"], row["outcome"], row["errors_left"]) for row in rows if row["outcome"] != "cured")
+    return [
+        f"## Robots of the corpus, {split}",
+        "",
+        f"Made by `python -m benchmarks.validator.cures --split '{split}'`: the bad robots with a fault that a fix by",
+        "code can be tried on.",
+        "",
+        *_counts("fault", by_code),
+        *(["", "| not cured | outcome | errors left | robots |", "|---|---|---|---|"] if left else []),
+        *(f"| `{code}` | {outcome} | {errors} | {count} |" for (code, outcome, errors), count in sorted(left.items())),
+    ]
+
+
+def _counts(title: str, groups: Mapping[str, Sequence[Row]]) -> list[str]:
+    lines = [f"| {title} | " + " | ".join(OUTCOMES) + " |", "|---|" + "---|" * len(OUTCOMES)]
+    for name, rows in groups.items():
+        counts = Counter(row["outcome"] for row in rows)
+        lines.append(f"| {name} | " + " | ".join(str(counts[outcome]) for outcome in OUTCOMES) + " |")
+    return lines
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Try every cure and write `cures.md` and `cures.jsonl`."""
+    """Try every cure and write `cures.md` and `cures.jsonl`; what they say of other robots stays."""
     parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--split", choices=list(PLANS), help="bad robots of the corpus instead of the examples")
+    parser.add_argument("--processes", type=int, default=2, help="that make the corpus and try cures")
+    parser.add_argument("--kept", type=Path, default=Path("build/validator"), help="where made corpora are kept")
     parser.add_argument("--out", type=Path, default=_HERE, help="folder of cures.md and cures.jsonl")
     options = parser.parse_args(arguments)
-    rows = list(try_cures())
+    mujoco.set_mju_user_warning(lambda _message: None)
+    if options.split:
+        mistakes, ways = of_corpus(options.split, options.kept, options.processes), {"fix": by_fix}
+    else:
+        mistakes, ways = examples(), {"fix": by_fix, "words": by_words}
+    with ThreadPoolExecutor(options.processes) as pool:
+        tried = pool.map(lambda mistake: list(try_cures([mistake], ways)), mistakes)
+        fresh = [{"robots": options.split or EXAMPLES, **row} for rows in tried for row in rows]
+    kept = options.out / "cures.jsonl"
+    known = [json.loads(line) for line in kept.read_text("utf-8").splitlines()] if kept.exists() else []
+    rows = fresh + [row for row in known if row["robots"] != fresh[0]["robots"]]
     (options.out / "cures.md").write_text(markdown(rows), "utf-8")
-    (options.out / "cures.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows), "utf-8")
+    kept.write_text("".join(json.dumps(row) + "\n" for row in rows), "utf-8")
 
 
 if __name__ == "__main__":

@@ -71,6 +71,47 @@ def test_a_fault_is_fixed(code: str) -> None:
     assert report.stable, report.account()
 
 
+@pytest.mark.parametrize(
+    "code",
+    [
+        "actuator_too_weak",
+        "chatter",
+        "energy_growth",
+        "initial_penetration",
+        "mass_ratio",
+        "numerical_instability",
+        "tendons_not_actuated",
+        "wrong_for_type",
+    ],
+)
+def test_the_example_of_a_rule_is_left_without_an_error(code: str) -> None:
+    example = require_rule(code).example
+    assert example is not None
+    text = example.fails(EXAMPLE_ARM)
+    for _ in range(2):
+        mine = [fault for fault in validate(text).errors if fault.code == code]
+        text = fix(text, mine).mjcf if mine else text
+    assert not validate(text).errors
+
+
+def test_a_base_moves_out_of_what_it_overlaps_and_keeps_its_contacts() -> None:
+    text = swapped('pos="0 0 -0.011"', 'pos="0 0 0"', EXAMPLE_ARM)
+    answer = fix(text, validate(text).errors)
+    assert answer.notes == ("initial_penetration: moved base by 9.5 mm, out of g1",)
+    assert "<exclude" not in answer.mjcf
+    model = mujoco.MjModel.from_xml_string(answer.mjcf)
+    assert model.geom("base").pos[2] == pytest.approx(-0.0095)
+
+
+def test_a_heavy_inertial_is_scaled_as_a_whole() -> None:
+    heavy = '<inertial pos="0 0 0.01" mass="20" diaginertia="0.02 0.02 0.02"/>'
+    text = swapped('(<geom name="g6"/>)', rf"\1{heavy}", EXAMPLE_ARM)
+    found = Fault(code="mass_ratio", layer="simulate", severity="error", names=("s6",), measured=2000.0, message="seen")
+    inertial = parse(fix(text, [found]).mjcf).find(".//inertial")
+    assert inertial is not None
+    assert (inertial.get("mass"), inertial.get("diaginertia")) == ("0.01", "1e-05 1e-05 1e-05")
+
+
 def fault(code: str, *names: str) -> Fault:
     return Fault(code=code, layer="simulate", severity="error", names=names, message="seen")
 

@@ -10,7 +10,7 @@ from lxml import etree
 
 from aidsr.core.errors import MjcfError
 from aidsr.fixes.record import EditDocument, Fix, Request, note
-from aidsr.mjcf.edit import effective_value, exclude_contact
+from aidsr.mjcf.edit import effective_numbers, effective_value, exclude_contact, set_numbers
 from aidsr.mjcf.elements import Element, elements
 from aidsr.mjcf.names import named
 
@@ -78,6 +78,38 @@ def _is_jointed(model: mujoco.MjModel, upper: int, lower: int) -> bool:
     return jointed and body == upper and upper > 0
 
 
+def part_base(root: Element, request: Request) -> Iterator[str]:
+    """Move the only shape of a root that stands still out of the part that it overlaps."""
+    import mujoco
+    import numpy as np
+
+    from aidsr.mjcf.compile import compile_mjcf
+
+    bases = [body for body in root.iterfind("worldbody/body") if not any(map(body.findall, ("joint", "freejoint")))]
+    shapes = {geoms[0].get("name"): geoms[0] for geoms in (body.findall("geom") for body in bases) if len(geoms) == 1}
+    found = [name for name in request.names if name in shapes]
+    if len(request.names) != 2 or len(found) != 1 or shapes[found[0]].get("fromto"):
+        return
+    try:
+        model = compile_mjcf(etree.tostring(root, encoding="unicode"))
+    except MjcfError:
+        return
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    geoms = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in request.names]
+    base = geoms[request.names.index(found[0])]
+    depths = [contact for contact in data.contact if sorted(contact.geom) == sorted(geoms)]
+    if not depths:
+        return
+    deepest = min(depths, key=lambda contact: contact.dist)
+    # the normal points from the first geom to the second
+    away = np.asarray(deepest.frame[:3]) * (deepest.dist if deepest.geom[0] == base else -deepest.dist)
+    shift_m = data.xmat[model.geom_bodyid[base]].reshape(3, 3).T @ away
+    place_m = effective_numbers(root, shapes[found[0]], "pos") or [0.0, 0.0, 0.0]
+    set_numbers(shapes[found[0]], "pos", *(float(f"{value:.6g}") for value in np.add(place_m, shift_m)))
+    yield f"moved {found[0]} by {-1000 * deepest.dist:.3g} mm, out of {(set(request.names) - set(found)).pop()}"
+
+
 def exclude_overlapping(root: Element, request: Request) -> Iterator[str]:
     """Exclude from contact the bodies reported as overlapping; of several those at most two joints apart."""
     owners = [_owner(root, name) for name in request.names]
@@ -135,6 +167,7 @@ def allow_contact(root: Element, _: Request) -> Iterator[str]:
 
 
 FIXES: tuple[Fix[EditDocument], ...] = (
+    Fix(part_base, cures=("initial_penetration",)),
     Fix(attached_overlaps, cures=("initial_penetration", "self_collision_lock"), safe=True),
     Fix(exclude_overlapping, cures=("initial_penetration", "self_collision_lock")),
     Fix(pass_through_itself, cures=("self_collision_lock",)),

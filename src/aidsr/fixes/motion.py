@@ -18,6 +18,8 @@ _MUJOCO_TIMESTEP_S = 0.002
 """Time step where a document gives none. Source: MuJoCo XML reference, option."""
 
 _MOST_DAMPING_S = 0.2
+_SETTLING_S = 0.05
+"""Damping time c / k of a joint whose own was of the wrong sign. Our choice: that of the example arm."""
 _SMALLEST_TIMESTEP_S = 0.0005
 _LEAST_ARMATURE_KG_M2 = 1e-5
 _LEAST_DAMPING_N_M_S = 1e-4
@@ -119,14 +121,16 @@ def raise_damping(root: Element, request: Request) -> Iterator[str]:
 
 
 def make_damping_positive(root: Element, _: Request) -> Iterator[str]:
-    """Turn negative damping around."""
+    """Turn negative damping around, and give joints at least 50 ms of their stiffness, so that they come to rest."""
     wrong = [
         item
         for item in elements(root, "joint", "spatial", "fixed", "tendon")
         if (get_numbers(item, "damping") or [0.0])[0] < 0
     ]
     for item in wrong:
-        set_numbers(item, "damping", *(abs(value) for value in get_numbers(item, "damping")))
+        stiffness = _value(root, item, "stiffness") if item.tag == "joint" else 0.0
+        first, *rest = (abs(value) for value in get_numbers(item, "damping"))
+        set_numbers(item, "damping", max(first, _SETTLING_S * stiffness), *rest)
     if wrong:
         yield f"made {len(wrong)} negative dampings positive"
 
@@ -197,9 +201,9 @@ def halve_timestep_last(root: Element, request: Request) -> Iterator[str]:
 
 FIXES: tuple[Fix[EditDocument], ...] = (
     Fix(make_damping_positive, cures=("energy_growth",)),
+    Fix(damp_servos, cures=("numerical_instability", "energy_growth", "chatter")),
     Fix(integrate_implicitly, cures=("numerical_instability", "energy_growth", "chatter")),
     Fix(damp_hinges, cures=("numerical_instability", "energy_growth", "chatter")),
-    Fix(damp_servos, cures=("numerical_instability", "energy_growth", "chatter")),
     Fix(stiffen_contacts, cures=("chatter",)),
     Fix(stiffen_limits, cures=("numerical_instability", "energy_growth", "chatter", "limit_overrun")),
     Fix(halve_timestep, cures=("numerical_instability", "energy_growth")),

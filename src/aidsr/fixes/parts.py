@@ -8,7 +8,7 @@ from lxml import etree
 
 from aidsr.fixes.ranges import TENSION_N
 from aidsr.fixes.record import EditDocument, Fix, Request
-from aidsr.mjcf.edit import entries, get_numbers, section, set_numbers
+from aidsr.mjcf.edit import effective_numbers, entries, section, set_numbers
 from aidsr.mjcf.elements import Element, elements
 
 _LEAST_MASS_KG = 0.002
@@ -38,6 +38,17 @@ def add_actuators(root: Element, _: Request) -> Iterator[str]:
         yield f"added winches of {TENSION_N:g} N for {len(missing)} tendons"
 
 
+def pull_instead(root: Element, request: Request) -> Iterator[str]:
+    """Give every tendon an actuator that only pulls, in place of the actuators on joints."""
+    yield from add_actuators(root, request)
+    motors = [actuator for actuator in entries(root, "actuator") if actuator.get("joint")]
+    names = {motor.get("name") for motor in motors if motor.get("name")}
+    for entry in motors + [sensor for sensor in entries(root, "sensor") if sensor.get("actuator") in names]:
+        _remove(entry)
+    if motors:
+        yield f"removed {len(motors)} actuators on joints, which the tendons now bend"
+
+
 def _tendon_names(root: Element) -> list[str]:
     """Return the names of all tendons; those without one get one."""
     tendons = [tendon for tendon in entries(root, "tendon") if tendon.tag in ("spatial", "fixed")]
@@ -61,16 +72,20 @@ def add_mass(root: Element, request: Request) -> Iterator[str]:
 
 
 def cap_mass(root: Element, request: Request) -> Iterator[str]:
-    """Make the heaviest body a quarter as heavy."""
+    """Make the heaviest body as heavy as the median one."""
+    fault = request.fault
+    if fault is None or not fault.measured:
+        return
     heaviest, changed = request.names[:1], 0
     for body in elements(root, "body"):
         for part in body.iterchildren("geom", "inertial") if body.get("name") in heaviest else ():
-            attribute = next((name for name in ("mass", "density") if get_numbers(part, name)), None)
-            if attribute:
-                set_numbers(part, attribute, 0.25 * get_numbers(part, attribute)[0])
-                changed += 1
+            given = [name for name in ("mass", "density") if effective_numbers(root, part, name)][:1]
+            for name in (*given, "diaginertia", "fullinertia"):
+                if values := effective_numbers(root, part, name):
+                    set_numbers(part, name, *(value / fault.measured for value in values))
+                    changed += 1
     if changed:
-        yield f"made {heaviest[0]} a quarter as heavy"
+        yield f"made {heaviest[0]} {fault.measured:.3g} times lighter, as heavy as the median body"
 
 
 def hold_root(root: Element, _: Request) -> Iterator[str]:
@@ -99,7 +114,8 @@ def _remove(element: Element) -> None:
 
 FIXES: tuple[Fix[EditDocument], ...] = (
     Fix(add_sensors, cures=("no_sensors", "sensor_constant")),
-    Fix(add_actuators, cures=("no_actuators", "tendons_not_actuated")),
+    Fix(add_actuators, cures=("no_actuators",)),
+    Fix(pull_instead, cures=("tendons_not_actuated",)),
     Fix(add_mass, cures=("zero_mass",)),
     Fix(cap_mass, cures=("mass_ratio",)),
     Fix(hold_root, cures=("free_fall", "base_not_attached")),

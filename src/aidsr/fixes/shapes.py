@@ -61,13 +61,19 @@ def fromto_and_pos(root: Element, _: Request) -> Iterator[str]:
 
 
 def contradicting_attributes(root: Element, _: Request) -> Iterator[str]:
-    """Drop `pos` beside `fromto`, `fromto` of a type that has no two ends, and all orientations but the first."""
+    """Drop `pos` beside `fromto` and all orientations but the first; a sphere with two ends becomes a capsule.
+
+    Other types that have no two ends lose `fromto`.
+    """
     for element in elements(root, "geom", "site"):
         kind = element.get("type")
         if "fromto" in element.attrib and any(numbers(element.get("pos", ""))):
             del element.attrib["pos"]
             yield note(element, "dropped pos, which contradicts fromto")
-        if "fromto" in element.attrib and kind is not None and kind not in _LENGTHS:
+        if "fromto" in element.attrib and kind == "sphere":
+            element.set("type", "capsule")
+            yield note(element, "made a capsule, since it has two ends")
+        elif "fromto" in element.attrib and kind is not None and kind not in _LENGTHS:
             del element.attrib["fromto"]
             yield note(element, f"dropped fromto, which a {kind} cannot have")
     for element in elements(root):

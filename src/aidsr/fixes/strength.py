@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lxml import etree
+
+from aidsr.core.errors import MjcfError
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import (
     effective_numbers,
@@ -25,8 +28,31 @@ _LET_GO = 1.3
 
 
 def strengthen(root: Element, request: Request) -> Iterator[str]:
-    """Let the actuators in question pull as much harder as was found missing; all of them where none is named."""
-    yield from _scale_forces(root, _missing_factor(request), request.names)
+    """Let the actuators in question pull as hard as bending the robot takes; all of them where none is named."""
+    yield from _scale_forces(root, max(_missing_factor(request), _bending_factor(root, request)), request.names)
+
+
+def _bending_factor(root: Element, request: Request) -> float:
+    """Return by what factor a pull stays below weight x length / lever of the tendons, with which a limb lifts itself.
+
+    A fault measures the pull in weights; 1 where the robot does not compile or has no tendon.
+    """
+    import mujoco
+
+    from aidsr.mjcf.compile import compile_mjcf
+    from aidsr.sim.structure import read_structure
+
+    try:
+        model = compile_mjcf(etree.tostring(root, encoding="unicode"))
+    except MjcfError:
+        return 1.0
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    lever_m = max(map(abs, data.ten_J.ravel()), default=0.0)
+    pull = request.fault.measured if request.fault else None
+    if not lever_m or not pull:
+        return 1.0
+    return float(f"{read_structure(model).characteristic_length_m / lever_m / pull:.3g}")
 
 
 def weaken(root: Element, _: Request) -> Iterator[str]:

@@ -101,8 +101,8 @@ NUMERICAL_INSTABILITY = Rule(
     signal=_signal,
     example=Example(
         (
-            ('integrator="implicitfast"', 'integrator="Euler"'),
-            ('stiffness="1" damping="0.05"', 'stiffness="500" damping="0"'),
+            ('timestep="0.002" integrator="implicitfast"', 'timestep="0.01" integrator="Euler"'),
+            ('damping="0.05"', 'damping="0"'),
         )
     ),
 )

@@ -257,7 +257,8 @@ ACTUATOR_SPEED = Rule(
     limit=f"cable speed while commands ramp: at most {CABLE_SPEED_M_S:g} m/s",
     check=_find_overspeed,
     unit="m/s",
-    cure='Give the actuators a time constant (dyntype="filterexact" dynprm="0.05"), or more joint damping.',
+    cure='Lower the force, give the actuators a time constant (dyntype="filterexact" dynprm="0.05"), or the joints '
+    "more damping.",
     signal=_speed_signal,
     example=Example((('ctrlrange="0 20"', 'ctrlrange="0 150"'),)),
 )
