@@ -136,7 +136,7 @@ def test_a_body_on_a_free_joint_is_put_elsewhere_whatever_the_joint_is_called(tm
 def test_bodies_without_a_name_that_carry_the_target_are_no_riddle(tmp_path):
     mjcf = TABLE.replace(
         '<body name="post"',
-        '<body><joint type="slide"/><geom size="0.01"/><body><geom size="0.01"/>'
+        '<body pos="1 1 0.5"><joint type="slide"/><geom size="0.01"/><body><geom size="0.01"/>'
         '<body name="lid"><geom size="0.01"/></body></body></body><body name="post"',
     )
     assert made(tmp_path, 'kind = "lift"\ntarget = "lid"', mjcf).goal.target == "lid"

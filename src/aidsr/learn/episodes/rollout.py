@@ -23,6 +23,17 @@ class Policy(Protocol):
 
 
 @dataclass(frozen=True)
+class Constant:
+    """Always the same action, (k,): with the action at rest, a body that does nothing."""
+
+    action: FloatArray
+
+    def act(self, observation: NDArray[np.floating]) -> FloatArray:
+        """Return it for each observation, (n, k)."""
+        return np.tile(self.action, (len(observation), 1))
+
+
+@dataclass(frozen=True)
 class EpisodeOutcomes:
     """How n episodes went, each (n,)."""
 

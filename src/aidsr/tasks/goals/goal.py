@@ -17,6 +17,7 @@ from pydantic import Field, field_validator, model_validator
 from aidsr.core.artifacts import Artifact, Base
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.alone import Sweep
 from aidsr.tasks.goals.limits import AnyLimit
 from aidsr.tasks.goals.mount import MountDrive
 from aidsr.tasks.goals.numbers import Positive, three_numbers
@@ -144,6 +145,11 @@ class Goal(Artifact):
     @property
     def ways(self) -> tuple[tuple[str, float], ...]:
         """What is to go how far [m]: "functional_part", "robot" or a body; none where no length is wanted."""
+        return ()
+
+    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
+        """Return what single joints of the environment are to do; none where it takes several, or a free body."""
+        del around
         return ()
 
     # --- in an episode ---

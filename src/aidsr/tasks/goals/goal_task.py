@@ -15,6 +15,7 @@ from aidsr.core.errors import MjcfError, UserError
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.alone import Alone, play_alone, refuse
 from aidsr.tasks.goals.goal import Goal, check_speed
 from aidsr.tasks.goals.limits import TOLERATED_S
 from aidsr.tasks.goals.reading import AnyGoal
@@ -27,6 +28,8 @@ from aidsr.tasks.variation import Change, Variation
 
 _GOAL, _LIMIT = "goal", "limit"
 """What the names of sensors begin with."""
+_VARIED = 4
+"""Variations in which the environment is played without a robot. Our choice: the corners of most."""
 _BEYOND = "beyond_s"
 """In the state: how long a limit has been passed, (n,) [s]."""
 
@@ -40,6 +43,8 @@ class GoalTask(Task):
     """The environment, or a scene in it."""
     places: tuple[Change, ...] = ()
     """Where its targets are put, before they are varied; none where they are not."""
+    alone: tuple[Alone, ...] = ()
+    """What the environment does without a robot: as written, then in some variations. None of a scene with one."""
 
     def __post_init__(self) -> None:
         # of a benchmark task these belong to the class; each goal has its own
@@ -186,7 +191,17 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     places = _places(found, summary) if any(found.vary_m) else ()
     task = (EndingGoalTask if found.failure_text else GoalTask)(goal=found, mjcf=mjcf, places=places)
     _check_sensors(task, summary)
-    return task
+    if _holds_robot(summary):
+        return task
+    varied = (task.variation("development", index).changes for index in range(_VARIED if places else 0))
+    bodies = [name for name in found.bodies if name in around.bodies]
+    alone = play_alone(mjcf, bodies, found.sweeps(around), ((), *varied))
+    refuse(alone[0])
+    return replace(task, alone=alone)
+
+
+def _holds_robot(summary: EnvironmentSummary) -> bool:
+    return any(body.name.startswith(ROBOT_PREFIX) for body in summary.bodies)
 
 
 def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
@@ -196,7 +211,7 @@ def _check_sensors(task: GoalTask, summary: EnvironmentSummary) -> None:
         UserError: It has one, and no robot that the sensor could be for.
     """
     taken = [sensor.name for sensor in task.sensors if sensor.name in summary.sensors]
-    if taken and not any(body.name.startswith(ROBOT_PREFIX) for body in summary.bodies):
+    if taken and not _holds_robot(summary):
         raise UserError(
             f'the environment already has a sensor "{taken[0]}", which measures the goal; rename it in the environment'
         )

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import field_validator
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.alone import Sweep
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor, unit
 from aidsr.tasks.goals.numbers import Positive, a_direction
 from aidsr.tasks.goals.seen import Seen
@@ -42,6 +43,10 @@ class _MoveBody(Goal):
     @property
     def ways(self) -> tuple[tuple[str, float], ...]:
         return ((self.target, self.way[0]),)
+
+    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
+        joint = around.only_joint(self.target)
+        return (Sweep(joint.body, body=self.target, direction=self.way[1], way_m=self.way[0]),) if joint else ()
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         return (
@@ -149,6 +154,10 @@ class RobotTravel(Travel):
     def resolved(self, around: Surroundings) -> Self:
         del around
         return self
+
+    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
+        del around
+        return ()
 
     @property
     def needs_contact(self) -> bool:

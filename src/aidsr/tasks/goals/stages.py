@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.alone import Sweep
 from aidsr.tasks.goals.bring import Bring
 from aidsr.tasks.goals.follow import Follow
 from aidsr.tasks.goals.goal import Goal, Wording
@@ -109,6 +110,9 @@ class Stages(Goal):
     @property
     def ways(self) -> tuple[tuple[str, float], ...]:
         return tuple(way for stage in self.stages for way in stage.ways)
+
+    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
+        return tuple(dict.fromkeys(sweep for stage in self.stages for sweep in stage.sweeps(around)))
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         found = (sensor for i, stage in enumerate(self.stages) for sensor in stage.sensors(_tag(tag, i)))

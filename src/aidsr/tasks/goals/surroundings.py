@@ -113,6 +113,13 @@ class Surroundings:
             found += names
         return tuple(dict.fromkeys(found))
 
+    def only_joint(self, body: str) -> JointFacts | None:
+        """Return the one joint that moves a body, a hinge or a slide on a body with a name; None where others do."""
+        carrying = self.mechanism.carrying(body)
+        if len(carrying) != 1 or carrying[0].kind not in ("hinge", "slide") or not carrying[0].body:
+            return None
+        return carrying[0]
+
     def joint(self, name: str) -> JointFacts:
         """Return a joint.
 

@@ -10,6 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from aidsr.core.errors import UserError
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.goals.alone import Sweep
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor
 from aidsr.tasks.goals.numbers import Finite
 from aidsr.tasks.goals.seen import Seen
@@ -84,6 +85,11 @@ class Turn(Goal):
     @property
     def moves_bodies(self) -> bool:
         return True
+
+    def sweeps(self, around: Surroundings) -> tuple[Sweep, ...]:
+        joint = around.only_joint(around.joint(self.joint).body)
+        least_deg = abs(self.by_deg) - (self.within_deg or 0.0)
+        return (Sweep(joint.body, by_rad=math.radians(math.copysign(least_deg, self.by_deg))),) if joint else ()
 
     def sensors(self, tag: str) -> tuple[TaskSensor, ...]:
         return (

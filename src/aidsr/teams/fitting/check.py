@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Brief
 from aidsr.learn.episodes.actions import ActionMap
 from aidsr.learn.episodes.batch import Episodes
-from aidsr.learn.episodes.rollout import rollout
+from aidsr.learn.episodes.rollout import Constant, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport, probe
 from aidsr.learn.openloop.film import film
@@ -24,6 +24,9 @@ from aidsr.sandbox.limits import Limits
 from aidsr.sim.assembly import assemble
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.tasks import GoalTask, goal_task, read_goal
+from aidsr.tasks.goals.alone import SETTLE_S, remarks
+from aidsr.tasks.goals.stages import Stages
+from aidsr.tasks.goals.turn import Turn
 from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.travelling_task import TravellingTask
 from aidsr.teams.fitting.team import FittingCoder, FittingDesigner, FittingIntegrator
@@ -34,6 +37,8 @@ EPISODES = 5
 """Of each kind of blind action. Our choice: what wins by itself wins most of them."""
 _NOISE_S = 0.4
 """How long a random action lasts. Our choice: long enough for a soft body to follow."""
+_DRIFT = 0.1
+"""Share of what is asked from which it counts that a target moves by itself. Our choice."""
 _LIMITS = Limits(wall_s=1200.0, cpu_s=600.0)
 ROUNDS = (Round(6, 16, 120_000), Round(2, 64, 400_000))
 """In which the reference is chosen. Our choice: a quarter of what a design takes."""
@@ -60,6 +65,10 @@ class GoalCheck(Artifact):
     """How it is judged, as the team is told."""
     mounts: tuple[str, ...]
     """Each mount in words: where it is, what moves it, how far the place of work is."""
+    alone: tuple[str, ...]
+    """What the environment does without a robot that a user should know, in sentences."""
+    drifts: tuple[str, ...]
+    """Of these, targets that go so far by themselves that it counts."""
     reference: str
     """The built-in body that was taken to try it with; empty where none could be placed."""
     blind: Blind | None
@@ -77,6 +86,10 @@ class GoalCheck(Artifact):
         """All of it in words, what is wrong last."""
         said = [f"{title}: {words}" for title, words in self.judging.items()]
         said += [f"Mount: {mount}" for mount in self.mounts] or ['Mount: none; a robot stands at the origin, "world"']
+        said += [f"Without a robot: {remark}" for remark in self.alone] or [
+            f"Without a robot: no target overlaps anything or moves in {SETTLE_S:g} s, and no joint that is to move is "
+            "stopped on its way."
+        ]
         if blind := self.blind:
             said.append(
                 f"Doing nothing: wins {blind.idle} of {blind.episodes} episodes, progress at most "
@@ -100,6 +113,7 @@ class GoalCheck(Artifact):
             found.append(
                 "No built-in body could be placed: each overlaps something at the start; make room at the mount."
             )
+        found += [f"{drift}: hold it, or the robot is credited with it." for drift in self.drifts]
         if self.blind and self.blind.idle:
             found.append(
                 f"A body that does nothing wins {self.blind.idle} of {self.blind.episodes} episodes: ask for more."
@@ -142,12 +156,15 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
         judging=task.judging(),
     )
     mounts = tuple(_mounts(brief, task))
+    alone, drifts = remarks(task.alone), _drifts(task)
     listen("choosing a reference body")
     tried = FittingDesigner(asked, seed).tried(brief, ROUNDS)
     if not tried:
         return GoalCheck(
             judging=brief.judging,
             mounts=mounts,
+            alone=alone,
+            drifts=drifts,
             reference="",
             blind=None,
             probe=None,
@@ -168,6 +185,8 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
     return GoalCheck(
         judging=brief.judging,
         mounts=mounts,
+        alone=alone,
+        drifts=drifts,
         reference=best.concept.name,
         blind=blind,
         probe=report,
@@ -193,6 +212,20 @@ def _mounts(brief: Brief, task: GoalTask) -> list[str]:
     return said
 
 
+def _drifts(task: GoalTask) -> tuple[str, ...]:
+    """Return which targets move by themselves a part of the way that is asked, in words."""
+    goal, found = task.goal, []
+    for stage in goal.stages if isinstance(goal, Stages) else (goal,):
+        ways = dict(stage.ways)
+        for drift in task.alone[0].drifts:
+            share = drift.way_m / ways[drift.body] if drift.body in ways else 0.0
+            if isinstance(stage, Turn) and stage.target == drift.body:
+                share = abs(drift.turned_deg / stage.by_deg)
+            if share > _DRIFT:
+                found.append(f"{drift.text}, {100 * share:.0f} % of what is asked")
+    return tuple(dict.fromkeys(found))
+
+
 def _numbers(values: tuple[float, ...]) -> str:
     return ", ".join(f"{value:.3g}" for value in values)
 
@@ -208,20 +241,12 @@ def play_blind(scene: str, task: TravellingTask, groups: tuple[ActuatorGroup, ..
     placed = TaskScene.of(scene, task, groups=groups)
     hold = max(1, round(_NOISE_S / placed.task.control_dt_s))
     won, progress = [], []
-    for policy in (_Constant(placed.actions.rest), _Noise(placed.actions, np.random.default_rng(seed), hold)):
+    for policy in (Constant(placed.actions.rest), _Noise(placed.actions, np.random.default_rng(seed), hold)):
         variations = [placed.task.variation("development", index) for index in range(episodes)]
         outcomes = rollout(Episodes(placed.model, placed.task, placed.actions, variations, threads=1), policy)
         won.append(int(outcomes.success.sum()))
         progress.append(float(outcomes.best_progress.max()))
     return Blind(idle=won[0], noise=won[1], idle_progress=progress[0], noise_progress=progress[1], episodes=episodes)
-
-
-@dataclass(frozen=True)
-class _Constant:
-    action: FloatArray
-
-    def act(self, observation: NDArray[np.floating]) -> FloatArray:
-        return np.tile(self.action, (len(observation), 1))
 
 
 @dataclass
