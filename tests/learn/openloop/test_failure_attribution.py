@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -11,7 +12,7 @@ from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
 from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
-from aidsr.learn.openloop.trace import Trace, TraceStep, trace
+from aidsr.learn.openloop.trace import Trace, TraceStep, _Recorder, trace
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Change, GoalTask, Variation, goal_task, load_task, parse_goal
 from scenes import QuickPushing, small_arm, small_scene
@@ -270,3 +271,24 @@ def test_a_body_that_rests_is_seen_to_rest(place: TaskScene) -> None:
     assert seen.required_n == 0, "nothing is touched"
     assert seen.steps[-1].fastest.startswith("robot/")
     assert attribute_failure(BUTTON, seen)[0] == "never_reached"
+
+
+@pytest.mark.parametrize("asked", ["1 0 0", "-1 0 0"])
+def test_what_a_target_does_by_itself_is_not_credited_to_the_robot(asked) -> None:
+    room = roomy("fixed").replace('frictionloss="0.3"', 'frictionloss="0"')
+    rolling = room.replace("<option ", '<option gravity="1 0 -9.81" ', 1)
+    text = f"{PUSH}\ndirection = [{asked.replace(' ', ', ')}]"
+    place = TaskScene.of(rolling, goal_task(parse_goal(text), rolling))
+    seen = traced(place, Variation(), pulled(place, "right"), ("flag",))
+    assert seen.steps[-1].apart_m != pytest.approx(seen.steps[0].apart_m, abs=0.05), "it rolls"
+    assert max(step.moved_m for step in seen.steps) < 1e-6
+
+
+def test_a_way_against_the_one_that_is_asked_is_none() -> None:
+    for direction, moved_m in (("[1, 0, 0]", 0.1), ("[-1, 0, 0]", 0.0)):
+        task = goal_task(parse_goal(f"{PUSH}\ndirection = {direction}"), roomy("fixed"))
+        shoved = Variation((Change("qvel", "rail", (0.5,)),))
+        recorder = _Recorder(TaskScene.of(roomy("fixed"), task), shoved, ("flag",))
+        recorder._data.joint("rail").qpos = 0.1
+        mujoco.mj_forward(recorder._model, recorder._data)
+        assert recorder.initial().moved_m == pytest.approx(moved_m)

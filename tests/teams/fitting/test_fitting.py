@@ -137,8 +137,13 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     assert critique.summary == ("No motion of this body wins without learning: begun, progress 0.20; it is too short.")
     fits["progress"] = 0.9
     assert not FittingJudge(goal).judge(brief, concept, robot, scene, report).passed, "near is not done"
-    fits["success"] = True
-    assert FittingJudge(goal).judge(brief, concept, robot, scene, report).passed
+    fits["idle"] = 0.25
+    said = FittingJudge(goal).judge(brief, concept, robot, scene, report).summary
+    assert "progress 0.90, of which 0.25 by doing nothing; it is too short" in said
+    fits |= {"success": True, "won": 1, "variations": 2}
+    critique = FittingJudge(goal).judge(brief, concept, robot, scene, report)
+    assert critique.passed
+    assert "a motion wins in 1 of 2 variations that were tried" in critique.summary
 
 
 def test_what_stands_before_the_place_of_work_is_seen():

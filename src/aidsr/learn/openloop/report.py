@@ -58,11 +58,16 @@ class ProbeReport(Artifact):
     """How far the best episode came, in words."""
     versions: dict[str, str] = Field(default_factory=dict)
 
+    @property
+    def won(self) -> int:
+        """How many of the variations some motion solves."""
+        return sum(one.episode.ended == "succeeded" for one in self.variations)
+
     @computed_field  # type: ignore[prop-decorator]
     @property
     def success_share(self) -> float:
         """Share of the variations that some motion solves."""
-        return sum(one.episode.ended == "succeeded" for one in self.variations) / len(self.variations)
+        return self.won / len(self.variations)
 
     @computed_field  # type: ignore[prop-decorator]
     @property

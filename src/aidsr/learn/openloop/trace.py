@@ -11,11 +11,13 @@ import mujoco
 import numpy as np
 
 from aidsr.learn.episodes.batch import Episodes, StepResult
-from aidsr.learn.episodes.rollout import EpisodeOutcomes, Policy, rollout
+from aidsr.learn.episodes.rollout import Constant, EpisodeOutcomes, Policy, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.sim.divergence import body_speeds
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import GoalTask, Variation, apply_to_simulation
+from aidsr.tasks.goals.goal import Goal, unit
+from aidsr.tasks.goals.move import Lift, Travel
 from aidsr.tasks.readings import FloatArray
 
 _ROBOT = "robot/"
@@ -47,7 +49,8 @@ class TraceStep:
     violation: float
     """How badly it does what the task forbids, 0 to 1."""
     moved_m: float
-    """How far the target that was moved most is from where it began."""
+    """How far the target that was moved most is from where it is by then while the robot does nothing; of a goal with a
+    direction, along that."""
     apart_m: float
     """From the robot's root to the nearest target, 0 without a target."""
     reach_m: float
@@ -117,6 +120,14 @@ def trace(scene: TaskScene, variation: Variation, policy: Policy, targets: Seque
     """
     recorder = _Recorder(scene, variation, targets)
     episodes = Episodes(scene.model, scene.task, scene.actions, [variation], threads=1)
+    idle = _Recorder(scene, variation, targets)
+
+    def remember(result: StepResult) -> None:
+        if not result.diverged[0]:
+            recorder.idle.append(idle.centres(episodes))
+
+    rollout(episodes, Constant(scene.actions.rest), remember)
+    episodes = Episodes(scene.model, scene.task, scene.actions, [variation], threads=1)
     steps: list[TraceStep] = []
 
     def record(result: StepResult) -> None:
@@ -151,6 +162,10 @@ class _Recorder:
         self._targets = {body: name for name, first in bodies.items() for body in self._carried_by(first)}
         self._start = self._data.subtree_com[self._root].copy()
         self._targets_start = self._centres()
+        self._along = _direction(goal)
+        self.idle: list[FloatArray] = []
+        """Where points and targets are after each step while the robot does nothing."""
+        self._steps = 0
 
     def _point(self, name: str) -> FloatArray:
         """Return where a site, or else the origin of a body, is from now on, (3,) [m]."""
@@ -190,11 +205,20 @@ class _Recorder:
         """Return the state before the first step."""
         return self._measure(0.0, 0.0, 0.0)
 
-    def record(self, episodes: Episodes, result: StepResult) -> TraceStep:
-        """Return the present state."""
+    def centres(self, episodes: Episodes) -> FloatArray:
+        """Return where points and targets are now, (targets, 3) [m]."""
+        self._take(episodes)
+        return self._centres()
+
+    def _take(self, episodes: Episodes) -> None:
         for field in ("qpos", "qvel", "ctrl"):
             getattr(self._data, field)[:] = episodes.batch.bind(field)[0]
         mujoco.mj_forward(self._model, self._data)
+
+    def record(self, episodes: Episodes, result: StepResult) -> TraceStep:
+        """Return the present state."""
+        self._take(episodes)
+        self._steps += 1
         return self._measure(float(result.time_s[0]), float(result.progress[0]), float(result.violation[0]))
 
     def _measure(self, time_s: float, progress: float, violation: float) -> TraceStep:
@@ -212,12 +236,19 @@ class _Recorder:
             touching=touching,
             touched=touched,
             violation=violation,
-            moved_m=float(np.linalg.norm(self._centres() - self._targets_start, axis=1).max(initial=0.0)),
+            moved_m=self._moved_m(),
             apart_m=float(np.linalg.norm(self._centres() - data.xpos[self._root], axis=1).min()) if nearest else 0.0,
             reach_m=float(np.linalg.norm(data.site_xpos[self._site] - data.xpos[self._root])),
             travelled_m=float(np.linalg.norm(moved[:2])),
             fastest=self._names[int(np.where(self._robot, speeds, -1.0).argmax())],
         )
+
+    def _moved_m(self) -> float:
+        """Return `TraceStep.moved_m`: what a target does by itself is not the robot's."""
+        at = min(self._steps, len(self.idle))
+        moved = self._centres() - (self.idle[at - 1] if at else self._targets_start)
+        ways = np.linalg.norm(moved, axis=1) if self._along is None else moved @ self._along
+        return float(ways.max(initial=0.0))
 
     def _centres(self) -> FloatArray:
         """Return where the points to reach and the centres of the targets are, (targets, 3) [m]."""
@@ -253,3 +284,10 @@ class _Recorder:
                 bodies.update(mine if force[0] > 0 else ())
                 targets.update(theirs if force[0] > 0 else ())
         return total_n, tuple(self._names[body] for body in sorted(bodies)), tuple(sorted(targets))
+
+
+def _direction(goal: Goal | None) -> FloatArray | None:
+    """Return where a goal wants its body to go, (3,); None where it wants no direction."""
+    if isinstance(goal, Lift | Travel) and goal.target:
+        return unit(goal.way[1])
+    return None

@@ -8,6 +8,8 @@ import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact, Vec3
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.rollout import Constant, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
@@ -52,6 +54,12 @@ class Fit(Artifact):
     """The same in words."""
     why: str = ""
     """Why none succeeds, where that was asked for."""
+    idle: float = 0.0
+    """Progress that doing nothing comes to in the same variation, where that was asked for."""
+    won: int = 0
+    """Variations in which some motion succeeds."""
+    variations: int = 1
+    """Variations that were tried."""
 
     @property
     def value(self) -> float:
@@ -151,13 +159,23 @@ def fit(
     found = probe_scene(placed, candidates=candidates, variations=variations, max_steps=max_steps, threads=1)
     best = found.best
     success = best.episode.ended == "succeeded"
+    explained = explain and not success
     return Fit(
         progress=best.episode.best_progress,
         kept=best.episode.progress,
         success=success,
         reached=found.reached,
-        why=_why(placed, best) if explain and not success else "",
+        why=_why(placed, best) if explained else "",
+        idle=_idle(placed, best.episode.variation) if explained else 0.0,
+        won=found.won,
+        variations=len(found.variations),
     )
+
+
+def _idle(scene: TaskScene, variation: int) -> float:
+    """Return the progress that a body comes to that does nothing."""
+    episodes = Episodes(scene.model, scene.task, scene.actions, [scene.task.variation("development", variation)])
+    return float(rollout(episodes, Constant(scene.actions.rest)).best_progress[0])
 
 
 def _why(scene: TaskScene, best: ProbedVariation) -> str:
