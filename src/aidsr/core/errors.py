@@ -94,6 +94,10 @@ class WorkerLostError(AidsrError):
     """
 
 
+class NoBetterDesignError(AidsrError):
+    """A Designer has nothing new to try for what was found wrong. The message ends the design, and is for a person."""
+
+
 class ReplyError(AidsrError):
     """A reply arrived and cannot be used. The message is written for the model that is asked again."""
 

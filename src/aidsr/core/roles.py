@@ -6,8 +6,9 @@ Two teams play them: `aidsr.teams.llm` asks a language model, `aidsr.teams.rules
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from aidsr.core.artifacts import Brief, Concept, Critique, Placement, Robot, Scene, ValidationReport
 
@@ -23,7 +24,36 @@ class Designer(Protocol):
         ...
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept changed as a person or the Judge asked, keeping what was not criticised."""
+        """Return the concept changed as a person or the Judge asked, keeping what was not criticised.
+
+        Raises:
+            NoBetterDesignError: There is nothing new to try; a team of rules may say so.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class BodyTried:
+    """A body that a Designer tried before proposing any."""
+
+    name: str
+    number: int
+    """Which of those tried, from 1 on; a body is tried again where it came far."""
+    most: int
+    """How many are tried at most."""
+    progress: float | None
+    """How far it came, 0 to 1; None where it could not be played."""
+    succeeded: bool
+    seconds: float
+    """How long that took."""
+
+
+@runtime_checkable
+class TriesBodies(Protocol):
+    """A Designer that tries bodies, which may take minutes, and tells of each."""
+
+    def telling(self, listen: Callable[[BodyTried], None]) -> Designer:
+        """Return the same Designer, who calls `listen` with each body tried."""
         ...
 
 

@@ -6,7 +6,7 @@ import itertools
 from dataclasses import dataclass, field
 
 from aidsr.core.artifacts import Brief, Decision, Outcome, Robot
-from aidsr.core.errors import BudgetError, ReplyError
+from aidsr.core.errors import BudgetError, NoBetterDesignError, ReplyError
 from aidsr.loop.iteration import Draft, Iteration
 from aidsr.loop.parts import Halt, Parts
 from aidsr.loop.routing import Change
@@ -73,6 +73,8 @@ class DesignLoop:
             state.draft, result = iteration.run(state.draft, state.requested)
         except ReplyError as error:
             return Outcome(outcome="invalid", reason=f"No usable reply came: {error}", iteration=number)
+        except NoBetterDesignError as error:
+            return Outcome(outcome="invalid", reason=str(error), iteration=number)
         except BudgetError as error:
             return Outcome(outcome="out_of_budget", reason=str(error), iteration=number, limits=error.limits)
         state.iterations_left -= 1

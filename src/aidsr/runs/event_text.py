@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aidsr.core.formatting import format_repairs
+from aidsr.core.roles import BodyTried
 from aidsr.runs.events import (
     Decided,
     DecisionUnreadable,
@@ -12,6 +13,7 @@ from aidsr.runs.events import (
     Repaired,
     StepDone,
     Stopped,
+    Tried,
     Waiting,
 )
 
@@ -47,6 +49,8 @@ def sentence(event: Event) -> str:
     match event:
         case StepDone(step=step, summary=summary) if step in _FOUND:
             return f"{_FOUND[step]}: {summary}"
+        case Tried():
+            return tried_text(event)
         case Repaired(counts=counts):
             return format_repairs(counts)
         case Waiting():
@@ -63,3 +67,10 @@ def sentence(event: Event) -> str:
             return f"{outcome.outcome}: {outcome.reason}"
         case _:
             return ""
+
+
+def tried_text(body: Tried | BodyTried) -> str:
+    """Return what came of a body that was tried."""
+    came = "could not be played" if body.progress is None else f"progress {body.progress:.2f}"
+    won = ", a motion wins" if body.succeeded else ""
+    return f"body {body.number} of at most {body.most}: {body.name}: {came}{won} ({body.seconds:.1f} s)"

@@ -78,6 +78,22 @@ class StepDone(_Event):
     """What came out, in a few words: "stable", "2 faults: chatter, underdamped", "passed"."""
 
 
+class Tried(_Event):
+    """A Designer tried a body before proposing any."""
+
+    kind: Literal["tried"] = "tried"
+    name: str
+    number: int
+    """Which of those tried, from 1 on."""
+    most: int
+    """How many are tried at most."""
+    progress: float | None
+    """How far it came, 0 to 1; None where it could not be played."""
+    succeeded: bool
+    seconds: float
+    """How long that took."""
+
+
 class Repaired(_Event):
     """Code repaired unambiguous mistakes in the robot just written; the text and notes are in files."""
 
@@ -140,6 +156,7 @@ Event = Annotated[
     Started
     | StepStarted
     | StepDone
+    | Tried
     | Repaired
     | NoPicture
     | Waiting

@@ -1,18 +1,24 @@
 """The built-in team for a goal: what it reads of goal and geometry, where it puts bodies, and what it says of them."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from aidsr.core.artifacts import Placement
 from aidsr.core.config import RunConfig
-from aidsr.core.errors import UserError
+from aidsr.core.errors import NoBetterDesignError, UserError
 from aidsr.examples import examples
 from aidsr.loop.run import create_run, make_brief, parts_of
+from aidsr.loop.runner import run_designs
+from aidsr.runs.event_text import sentence
+from aidsr.runs.events import Tried, read_events
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import TASKS, goal_task, parse_goal
 from aidsr.teams import rules
-from aidsr.teams.fitting import check, trial, views
-from aidsr.teams.fitting.team import FittingDesigner, FittingJudge, fitting_team
+from aidsr.teams.fitting import check, judge, trial, views
+from aidsr.teams.fitting.judge import FittingJudge
+from aidsr.teams.fitting.team import FittingDesigner, fitting_team
 from aidsr.teams.fitting.tool import CHECK
 from aidsr.teams.fitting.views import View, as_placed, as_the_rules_read, as_viewed, candidates, place_of_work, turns_of
 from aidsr.teams.rules.families import load_families
@@ -117,6 +123,7 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     from aidsr.teams.fitting import team as module
 
     monkeypatch.setattr(module, "fit", lambda *_, **__: trial.Fit(**fits))
+    monkeypatch.setattr(judge, "fit", lambda *_, **__: trial.Fit(**fits))
     monkeypatch.setattr(module, "ROUNDS", (trial.Round(2, 16, 1), trial.Round(1, 16, 1)))
     team = fitting_team(goal, 0)
     (concept,) = team.designer.propose(brief, 1)
@@ -255,3 +262,74 @@ def test_the_tool_tells_what_the_command_tells_with_both_pictures(tmp_path):
 def test_the_tool_check_takes_own_tasks_only(tmp_path):
     with pytest.raises(UserError, match="check takes an own task"):
         CHECK.call(Workspace(tmp_path), {"task": "button_pushing"})
+
+
+def hopeless(monkeypatch, bodies):
+    """Bodies that come to less and less, and win nothing."""
+    from aidsr.teams.fitting import team as module
+
+    fits = itertools.count()
+    monkeypatch.setattr(module, "ROUNDS", (trial.Round(bodies, 16, 1),))
+    monkeypatch.setattr(
+        module, "fit", lambda *_, **__: trial.Fit(progress=0.9 - 0.1 * next(fits), success=False, reached="begun")
+    )
+
+
+def test_a_refused_body_gives_way_to_the_next_best_and_the_end_is_said(monkeypatch):
+    hopeless(monkeypatch, 4)
+    brief, goal = job_of("bell")
+    designer = FittingDesigner(goal, 0)
+    ranked = designer._rank(brief, 2)
+    assert len(ranked) == 4
+    first, _ = designer.propose(brief, 2)
+    refusal = f"family: {judge.REFUSED}: begun, progress 0.20; it is too short. Name a language model."
+    second = designer.revise(brief, first, None, refusal)
+    assert without_rank(second) == without_rank(ranked[2]) != without_rank(first)
+    assert "0.70" in second.rationale, "its own figure"
+    assert f"It takes the place of {first.name}" in second.rationale
+    with pytest.raises(NoBetterDesignError, match=r"^No motion of this body wins .* 2 bodies were judged") as ended:
+        designer.revise(brief, second, None, refusal)
+    assert "Name a language model" in str(ended.value)
+
+
+def without_rank(concept):
+    return {name: value for name, value in concept.parameters.items() if name not in ("view_rank", "view_count")}
+
+
+def test_what_a_person_asks_for_keeps_the_interpretation(monkeypatch):
+    hopeless(monkeypatch, 2)
+    brief, goal = job_of("bell")
+    designer = FittingDesigner(goal, 0)
+    (concept,) = designer.propose(brief, 1)
+    longer = designer.revise(brief, concept, None, "make it longer")
+    assert longer.interpretation == concept.interpretation
+    assert longer.parameters["length_m"] > concept.parameters["length_m"]
+    refused = designer.revise(brief, longer, None, f"family: {judge.REFUSED}: begun.")
+    assert without_rank(refused) == without_rank(designer._rank(brief, 1)[1])
+
+
+def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):
+    hopeless(monkeypatch, 3)
+    judged = itertools.count(1)
+    monkeypatch.setattr(
+        judge, "fit", lambda *_, **__: trial.Fit(progress=0.1 * next(judged), success=False, reached="begun")
+    )
+    example = examples()["bell"]
+    for name, text in (("bell.xml", example.environment), ("bell.toml", example.goal)):
+        (tmp_path / name).write_text(text)
+    own = make_brief("Ring it", environment=tmp_path / "bell.xml", goal=tmp_path / "bell.toml")
+    config = RunConfig(model="builtin", concepts=1)
+    run = create_run(own, config, runs=tmp_path / "runs", goal=tmp_path / "bell.toml")
+    run_designs(run, parts_of(run))
+    tried = [event for event in read_events(run.events) if isinstance(event, Tried)]
+    assert [(event.number, event.most, event.progress) for event in tried] == [
+        (1, 3, pytest.approx(0.9)),
+        (2, 3, pytest.approx(0.8)),
+        (3, 3, pytest.approx(0.7)),
+    ]
+    assert sentence(tried[0]).startswith(f"body 1 of at most 3: {tried[0].name}: progress 0.90 (")
+    outcome = run.design(1).outcome.read()
+    assert (outcome.outcome, outcome.iteration) == ("invalid", 4)
+    assert "3 bodies were judged for this design" in outcome.reason
+    names = [run.design(1).iteration(number).concept.read() for number in (1, 2, 3)]
+    assert len({str(without_rank(name)) for name in names}) == 3

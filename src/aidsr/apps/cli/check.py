@@ -25,7 +25,8 @@ def check(
 
     Draws it, says what is judged, where robots may stand and how far the work is, and tries it with a built-in body:
     doing nothing, doing anything, and with open-loop motions. Exit code 0 means that it measures something, 1 that a
-    body wins by doing nothing or anything or that none could be placed to try it, 2 a mistake in a file.
+    body wins by doing nothing or anything, that a target moves by itself or that no body could be placed to try it, 2 a
+    mistake in a file.
 
         aidsr check environment.xml goal.toml
 
@@ -42,6 +43,8 @@ def check(
     json
         Print everything as JSON, without the pictures.
     """
+    from rich.markup import escape
+
     from aidsr.apps.cli.terminal import make_console, write_document
     from aidsr.core.errors import MjcfError, UserError
     from aidsr.runs.files import replace_file
@@ -52,9 +55,15 @@ def check(
         raise UserError(f"--out writes PNG; name a file that ends in .png, found {picture}")
     if not picture.parent.is_dir():
         raise UserError(f"cannot write {picture}: there is no folder {picture.parent}")
-    with make_console(to_stderr=True).status("reading") as status:
+    console = make_console(to_stderr=True, soft_wrap=True)
+    with console.status("reading") as status:
+
+        def listen(step: str) -> None:
+            console.print(escape(step), style="dim")
+            status.update(escape(step))
+
         try:
-            found = check_goal(environment, goal, seed=seed, listen=status.update)
+            found = check_goal(environment, goal, seed=seed, listen=listen)
         except MjcfError as error:
             raise UserError(f"the environment {environment} cannot be loaded: {error}") from None
     strip = picture.with_name(f"{picture.stem}_motion.png")

@@ -151,7 +151,10 @@ class Panel:
         """Draw the panel."""
         designs = {number: line for number, line in sorted(self._lines.items()) if number}
         if not designs:
-            return self._with_mark(Text(DOING["concepts"], style="cyan"), working=True)
+            story = Text(DOING["concepts"], style="cyan", no_wrap=True, overflow="ellipsis")
+            if (run := self._lines.get(0)) and run.found:
+                story.append(f"   {run.found}", "default")
+            return self._with_mark(story, working=True)
         return Group(*(self._draw(number, line) for number, line in designs.items()))
 
     def _draw(self, number: int, line: _Line) -> RenderableType:

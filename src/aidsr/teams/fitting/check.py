@@ -19,6 +19,7 @@ from aidsr.learn.openloop import ProbeReport, probe
 from aidsr.learn.openloop.film import film
 from aidsr.mjcf.read import open_mjcf
 from aidsr.render.pictures import picture
+from aidsr.runs.event_text import tried_text
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
 from aidsr.sim.assembly import assemble
@@ -158,7 +159,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
     mounts = tuple(_mounts(brief, task))
     alone, drifts = remarks(task.alone), _drifts(task)
     listen("choosing a reference body")
-    tried = FittingDesigner(asked, seed).tried(brief, ROUNDS)
+    tried = FittingDesigner(asked, seed, listen=lambda body: listen(tried_text(body))).tried(brief, ROUNDS)
     if not tried:
         return GoalCheck(
             judging=brief.judging,

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
+import threading
+import time
 import zlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice, zip_longest
 
 import numpy as np
 
-from aidsr.core.artifacts import Brief, Concept, Critique, CritiqueIssue, Placement, Robot, Scene, ValidationReport
-from aidsr.core.errors import IsolationError, MjcfError
-from aidsr.core.roles import Feedback, Team
-from aidsr.learn.openloop.probe_scene import VARIATIONS, budget_for
+from aidsr.core.artifacts import Brief, Concept, Placement, Robot
+from aidsr.core.errors import IsolationError, MjcfError, NoBetterDesignError
+from aidsr.core.roles import BodyTried, Feedback, Team
 from aidsr.sim.assembly import assemble
 from aidsr.sim.measure import measure
-from aidsr.tasks.goals import AnyGoal, Goal, GoalTask, goal_task
+from aidsr.tasks.goals import AnyGoal, Goal, GoalTask
+from aidsr.teams.fitting.judge import REFUSED, FittingJudge, task_of
 from aidsr.teams.fitting.trial import Fit, Round, fit, is_in_the_way, overlaps
 from aidsr.teams.fitting.views import (
     View,
@@ -36,7 +39,6 @@ from aidsr.teams.rules.designer import RuleDesigner
 from aidsr.teams.rules.families import Families, load_families
 from aidsr.teams.rules.integrator import RuleIntegrator
 from aidsr.teams.rules.job import read_job
-from aidsr.teams.rules.judge import RuleJudge
 
 ROUNDS = (Round(24, 16, 120_000), Round(5, 64, 400_000), Round(2, 192, 800_000))
 """In which a body is chosen. Our choice: many bodies in many placements at a glance, few of them thoroughly; a minute
@@ -47,8 +49,10 @@ _SIDE_BY_SIDE = 8
 """Bodies whose placements are tried in turn. Our choice: more than there are families for a kind of job."""
 _ROOM = 2
 """Fewer free placements of a body than this, and it is tried pointing farther beside. Our choice."""
-_IDLE = 0.02
-"""Progress by doing nothing that is told of. Our choice: more than a body wavers by."""
+_MORE = 2
+"""Bodies that are judged after the first where none wins. Our choice: each takes a whole probe."""
+_RANK, _COUNT = "view_rank", "view_count"
+"""In a concept's parameters: which of the bodies tried it is, and how many were proposed."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +73,10 @@ def fitting_team(goal: AnyGoal, seed: int) -> Team:
     return Team(FittingDesigner(goal, seed), FittingCoder(goal), FittingIntegrator(goal), FittingJudge(goal))
 
 
-def task_of(goal: AnyGoal, brief: Brief) -> GoalTask:
-    """Return the task that a goal makes of the environment of a brief."""
-    return goal_task(goal, brief.environment)
+def _with_rank(concept: Concept, rank: int, count: int) -> Concept:
+    """Return a concept that keeps which of those tried it is."""
+    parameters = {**concept.parameters, _RANK: float(rank), _COUNT: float(count)}
+    return concept.model_copy(update={"parameters": parameters})
 
 
 @dataclass(frozen=True)
@@ -81,11 +86,32 @@ class FittingDesigner:
     goal: AnyGoal
     seed: int
     families: Families = field(default_factory=load_families)
+    listen: Callable[[BodyTried], None] = lambda _body: None
+    """Called with each body tried."""
+    _ranked: dict[tuple[str, int], tuple[Concept, ...]] = field(default_factory=dict, compare=False, repr=False)
+    """Of an environment and a number of concepts, all that were tried, those to propose first."""
+    _ranking: threading.Lock = field(default_factory=threading.Lock, compare=False, repr=False)
+
+    def telling(self, listen: Callable[[BodyTried], None]) -> FittingDesigner:
+        """Return the same Designer, who calls `listen` with each body tried."""
+        return replace(self, listen=listen)
 
     def propose(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         """Return the `count` concepts that came farthest, of different families as far as those came near."""
         if brief.starting_robot:
             return self._own_robot(brief, count)
+        ranked = self._rank(brief, count)
+        return tuple(_with_rank(ranked[index % len(ranked)], index, count) for index in range(count))
+
+    def _rank(self, brief: Brief, count: int) -> tuple[Concept, ...]:
+        """Return all bodies that were tried, those to propose first; a resumed run tries them again."""
+        with self._ranking:
+            key = brief.environment, count
+            if key not in self._ranked:
+                self._ranked[key] = self._tried_in_order(brief, count)
+            return self._ranked[key]
+
+    def _tried_in_order(self, brief: Brief, count: int) -> tuple[Concept, ...]:
         found = self.tried(brief, enough=count) or [self._untried(brief)]
         best = sorted(found, key=lambda each: -each.fit.value)
         task = task_of(self.goal, brief)
@@ -96,21 +122,31 @@ class FittingDesigner:
         }
         chosen = sorted(firsts.values(), key=lambda each: -each.fit.value)
         chosen += [each for each in best if each not in chosen]
-        return tuple(self._with_reason(chosen[index % len(chosen)], best) for index in range(count))
+        return tuple(self._with_reason(each, best) for each in chosen)
 
-    def tried(self, brief: Brief, rounds: Sequence[Round] = ROUNDS, *, enough: int = 1) -> list[Fitted]:
+    def tried(self, brief: Brief, rounds: Sequence[Round] = (), *, enough: int = 1) -> list[Fitted]:
         """Return every body that was tried, with how far it came; none where each overlaps something.
 
         Args:
             brief: The job.
-            rounds: The best bodies of one go on to the next.
+            rounds: The best bodies of one go on to the next; `ROUNDS` unless given.
             enough: Where so many succeed no more are tried.
         """
         task = task_of(self.goal, brief)
-        first, *others = rounds
+        first, *others = rounds = rounds or ROUNDS
         found: list[Fitted] = []
+        numbers, most = itertools.count(1), sum(each.bodies for each in rounds)
+
+        def play(concept: Concept, how: Round) -> Fitted | None:
+            began = time.monotonic()
+            result = self._play(brief, task, concept, how)
+            progress, won = (result.fit.progress, result.fit.success) if result else (None, False)
+            took_s = time.monotonic() - began
+            self.listen(BodyTried(concept.name, next(numbers), most, progress, won, round(took_s, 2)))
+            return result
+
         for concept in islice(self._free(brief, task), first.bodies):
-            result = self._play(brief, task, concept, first)
+            result = play(concept, first)
             found += [result] if result else []
             if sum(each.fit.success for each in found) >= enough:
                 return found
@@ -120,7 +156,7 @@ class FittingDesigner:
                 if sum(other.fit.success for other in found) >= enough:
                     return found
                 if not each.fit.success:
-                    found[index] = self._play(brief, task, each.concept, again) or each
+                    found[index] = play(each.concept, again) or each
         return found
 
     def _free(self, brief: Brief, task: GoalTask) -> Iterator[Concept]:
@@ -236,10 +272,41 @@ class FittingDesigner:
         return chosen.concept.model_copy(update={"rationale": f"{chosen.concept.rationale} {words}".strip()})
 
     def revise(self, brief: Brief, concept: Concept, robot: Robot | None, feedback: str) -> Concept:
-        """Return the concept changed as the rules understand the feedback."""
+        """Return the next best body where no motion of this one wins, else the concept changed as the rules understand.
+
+        Raises:
+            NoBetterDesignError: No other body that was tried is left.
+        """
+        if REFUSED in feedback:
+            return self._next(brief, concept, feedback)
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read = as_the_rules_read(brief, goal, view)
-        return with_view(RuleDesigner(self.seed).revise(read, without_view(concept), robot, feedback), view)
+        revised = RuleDesigner(self.seed).revise(read, without_view(concept), robot, feedback)
+        kept = {name: value for name, value in concept.parameters.items() if name in (_RANK, _COUNT)}
+        return with_view(revised, view).model_copy(
+            update={
+                "interpretation": concept.interpretation,  # the rules read it from words, which the goal has none of
+                "parameters": {**revised.parameters, **view.parameters, **kept},
+            }
+        )
+
+    def _next(self, brief: Brief, concept: Concept, feedback: str) -> Concept:
+        """Return the body that comes next after one that the Judge refused."""
+        rank, count = (int(concept.parameters.get(name, 0.0)) for name in (_RANK, _COUNT))
+        problem = feedback.partition(": ")[2] or feedback
+        ranked = self._rank(brief, count) if count else ()
+        if rank + count >= len(ranked) or rank // max(count, 1) >= _MORE:
+            tried = rank // count + 1 if count else 1
+            bodies = "1 body was" if tried == 1 else f"{tried} bodies were"
+            raise NoBetterDesignError(
+                f"{problem[0].upper()}{problem[1:]} {bodies} judged for this design, and none better is left."
+            )
+        found = _with_rank(ranked[rank + count], rank + count, count)
+        return found.model_copy(
+            update={
+                "rationale": f"{found.rationale} It takes the place of {concept.name}: {problem.partition('. ')[0]}."
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -276,47 +343,3 @@ class FittingIntegrator:
         goal, view = task_of(self.goal, brief).goal, View.of(concept)
         read, seen = as_the_rules_read(brief, goal, view), as_viewed(brief, goal, view, placement)
         return as_placed(brief, goal, view, RuleIntegrator().adjust(read, without_view(concept), robot, seen, feedback))
-
-
-@dataclass(frozen=True)
-class FittingJudge:
-    """The rules' Judge, who also asks how far the body comes."""
-
-    goal: AnyGoal
-
-    def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass for a sound scene in which a blind motion wins, else what is wrong, or why none does."""
-        task, view = task_of(self.goal, brief), View.of(concept)
-        read = as_the_rules_read(brief, task.goal, view)
-        critique = RuleJudge().judge(read, concept, robot, scene, report)
-        # the rules measure the reach to the middle of what is worked on; how far it is the trial tells
-        issues = tuple(issue for issue in critique.issues if issue.component not in ("reach", "offset"))
-        if issues:
-            return critique.model_copy(update={"issues": issues})
-        candidates, max_steps = budget_for(task)
-        try:
-            found = fit(scene.mjcf, task, robot.actuator_groups, candidates, VARIATIONS, max_steps, explain=True)
-        except IsolationError as error:
-            return Critique(passed=True, summary=f"It could not be tried with its goal: {error}.")
-        if found.success:
-            won = f"{found.won} of {found.variations} variations that were tried"
-            return Critique(
-                passed=True, summary=f"The built-in rules find it sound, and without learning a motion wins in {won}."
-            )
-        idle = f", of which {found.idle:.2f} by doing nothing" if found.idle > _IDLE else ""
-        problem = (
-            f"no motion of this body wins without learning: {found.reached}, progress {found.progress:.2f}{idle}; "
-            f"{found.why}"
-        )
-        return Critique(
-            passed=False,
-            summary=f"{problem[0].upper()}{problem[1:]}.",
-            issues=(
-                CritiqueIssue(
-                    blame="designer",
-                    component="family",
-                    problem=problem,
-                    suggestion="name a language model, or bring a robot to start from",
-                ),
-            ),
-        )

@@ -17,7 +17,7 @@ def check(
     task: Annotated[str, Field(max_length=500, description='Own task to check, such as "task_1".')],
     seed: Annotated[int, Field(ge=0, description="Of the body and of the random actions.")] = 0,
 ) -> Result:
-    """Try an own task with a built-in body that does nothing, anything, and open-loop motions; takes half a minute."""
+    """Try an own task with a built-in body that does nothing, anything, and open-loop motions."""
     _, _, found = workspace.task_of(task, "standard")
     if not isinstance(found, GoalTask):
         raise UserError(f"check takes an own task, and {task} is one of the benchmark; make_task makes one")
