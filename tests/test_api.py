@@ -7,8 +7,9 @@ import pytest
 
 import aidsr
 from aidsr.api import find_scene
-from aidsr.core.artifacts import Robot
+from aidsr.core.artifacts import Outcome, Robot
 from aidsr.core.errors import MjcfError, UserError
+from aidsr.runs import Run
 from aidsr.runs.folders import DesignFolder
 
 ARM = """<mujoco>
@@ -158,3 +159,11 @@ def test_one_name_needs_no_list_and_a_report_stands_for_its_faults() -> None:
 def test_a_run_is_given_as_a_string_or_a_path(tmp_path: Path) -> None:
     assert aidsr.Run(str(tmp_path)) == aidsr.Run(tmp_path)
     assert aidsr.Run(str(tmp_path)).design(1).path == tmp_path / "designs" / "1"
+
+
+def test_a_refused_design_is_called_refused_with_its_reason(tmp_path: Path) -> None:
+    design = Run(tmp_path).design(1)
+    design.outcome.write(Outcome(outcome="invalid", reason="No motion of this body wins.", iteration=2))
+    with pytest.raises(UserError, match=r"was not approved \(invalid\): No motion of this body wins\. Only") as told:
+        find_scene(design)
+    assert "runs/…/designs/1" not in str(told.value)

@@ -477,6 +477,12 @@ def find_scene(
 def _scene_of_design(design: DesignFolder, task: str | Task, level: Level | None, goal: str | Path) -> DesignedScene:
     scene = design.final_scene.path
     if not scene.exists():
+        outcome = design.outcome.read() if design.path.name.isdigit() else None
+        if outcome is not None:
+            raise UserError(
+                f"{design.path} was not approved ({outcome.outcome}): {outcome.reason.rstrip('.')}. Only an approved "
+                "design is tried; design again, or give the file of a scene with a task or a goal"
+            )
         raise UserError(
             f"{design.path} is not an approved design: final.xml not found; give the folder of one, as "
             "runs/…/designs/1, or the file of a scene"

@@ -11,10 +11,12 @@ from aidsr.core.artifacts import ActuatorGroup, EpisodeResult
 from aidsr.core.errors import UserError
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import EpisodeOutcomes, rollout
+from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
-from aidsr.learn.openloop.probe_scene import fitness_of
+from aidsr.learn.openloop.probe_scene import _Player, fitness_of
 from aidsr.learn.openloop.recorded_motion import run_record_motion
+from aidsr.tasks import goal_task, parse_goal
 from scenes import QuickPushing, small_learning, small_scene
 
 QUICK = {"candidates": 64, "variations": 2, "threads": 1}
@@ -158,7 +160,7 @@ def test_what_only_unrounded_motions_solved_is_not_called_solved(report):
     short = EpisodeResult(variation=0, ended="out_of_time", progress=0.9, best_progress=0.9, reward=0.0, time_s=1.0)
     first, second = report.variations
     missed = report.model_copy(update={"variations": (first.model_copy(update={"episode": short}), second)})
-    assert "solved, but not by the rounded motions" in missed.why_ended
+    assert "solved in the search; rounded as reported, motions win " in missed.why_ended
 
 
 def test_groups_of_the_design_move_together():
@@ -193,3 +195,16 @@ def test_stages_are_told_in_words():
     assert task.stage_reached(1.0) == "pressed, but success was not held"
     assert task.stage_reached(1.0, success=True) == "held success"
     assert replace(task).stages == task.stages
+
+
+def test_with_a_goal_motions_are_tried_as_they_are_reported():
+    scene = small_scene()
+    task = goal_task(parse_goal('kind = "reach"\ntarget = "button"'), scene)
+    player = _Player(TaskScene.of(scene, task), 2.0, 1)
+    rows = player.space.sample("pull", 8, np.random.default_rng(0)) * 3.0
+    tried = player.motions_of(rows)
+    assert np.abs(np.stack([tried.first, tried.last])).max() <= 1.0
+    for index in range(8):
+        told = Motions.of([tried.motion(index, ["left", "right"])])
+        for time_s in (0.0, 0.31, 1.7):
+            assert told.at(time_s)[0] == pytest.approx(tried.at(time_s)[index], abs=0.0)

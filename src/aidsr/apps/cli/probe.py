@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from aidsr.learn.openloop.film import Film
     from aidsr.learn.openloop.probe_scene import ProbePoint
 
+_THERE = 0.995
+"""Progress that is printed as 1.00."""
+
 
 def probe(
     scene: Path,
@@ -62,7 +65,7 @@ def probe(
     variations
         How many variations of the task; each is searched for itself.
     max_steps
-        Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000: seconds to a minute.
+        Physics steps of all simulations together; 300,000 unless given, with a goal 1,000,000.
     seed
         The same seed tries the same motions.
     grouping
@@ -145,24 +148,26 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    solved = sum(one.episode.ended == "succeeded" for one in report.variations)
+    solved = report.won
     all_of_them = len(report.variations)
     console.print(
         f"[bold]{escape(report.task)}[/]: for [bold]{solved} of {all_of_them}[/] variations some motion wins; "
         f"one motion wins {round(report.same_motion_share * all_of_them)} of {all_of_them}; "
-        f"progress {report.progress:.2f}",
+        f"best progress {report.progress:.2f} on average",
         soft_wrap=True,
     )
     console.print(f"Farthest stage reached: {escape(report.reached)}.", soft_wrap=True)
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
-    for title in ("variation", "ended", "progress", "after", "best motion"):
+    for title in ("variation", "ended", "best", "at the end", "after", "best motion"):
         table.add_column(title, overflow="fold")
     for one in report.variations:
         episode = one.episode
         ended = f"[green]{episode.ended}[/]" if episode.ended == "succeeded" else episode.ended.replace("_", " ")
-        row = (str(episode.variation), ended, f"{episode.best_progress:.2f}", f"{episode.time_s:.1f} s")
-        table.add_row(*row, escape(one.motion.summary))
+        row = (str(episode.variation), ended, f"{episode.best_progress:.2f}", f"{episode.progress:.2f}")
+        table.add_row(*row, f"{episode.time_s:.1f} s", escape(one.motion.summary))
     console.print(table)
+    if any(one.episode.ended != "succeeded" and one.episode.best_progress > _THERE for one in report.variations):
+        console.print("Where the best is 1 and the episode not won, it got there and did not stay, or broke a limit.")
     console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
     if kept is not None:
         console.print(f"Motions written to {escape(str(kept))}", soft_wrap=True)

@@ -91,7 +91,7 @@ def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
         text("How far it gets without learning", tag="h2")
         count = len(report.variations)
         with box("facts"):
-            fact("variations solved", f"{round(report.success_share * count)} of {count}")
+            fact("variations solved", f"{report.won} of {count}")
             fact("by one motion", f"{round(report.same_motion_share * count)} of {count}")
             fact("best progress, mean", f"{report.progress:.2f}")
             fact("motions tried", str(report.motions))
@@ -109,8 +109,9 @@ def _version(design: DesignFolder) -> int:
 def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report: ProbeReport) -> None:
     with box("scroll"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("variation", "ended", "best", "time", "best motion", "replay"):
-                text(title, {"best": "num", "time": "num", "replay": "unseen"}.get(title, ""), "th")
+            for title in ("variation", "ended", "best", "at the end", "time", "best motion", "replay"):
+                numbers = dict.fromkeys(("best", "at the end", "time"), "num")
+                text(title, (numbers | {"replay": "unseen"}).get(title, ""), "th")
         with box(tag="tbody"):
             for index, one in enumerate(report.variations):
                 episode = one.episode
@@ -118,6 +119,7 @@ def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report
                     text(str(episode.variation), "", "td")
                     text(episode.ended.replace("_", " "), "good" if episode.ended == "succeeded" else "", "td")
                     text(f"{episode.best_progress:.2f}", "num", "td")
+                    text(f"{episode.progress:.2f}", "num", "td")
                     text(f"{episode.time_s:.2f} s", "num", "td")
                     text(one.motion.summary, "small soft", "td")
                     with box(tag="td"):

@@ -76,6 +76,11 @@ class Motions:
     ramp_s: FloatArray
     """(n,)."""
 
+    @property
+    def last(self) -> FloatArray:
+        """Once the ramp has ended, (n, k)."""
+        return np.asarray(self.first + self.change)
+
     @classmethod
     def of(cls, motions: Sequence[Motion]) -> Self:
         """Return motions as arrays."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -183,6 +183,21 @@ class _Player:
         self.motions = 0
         """Tried in the search, for each variation that is not solved."""
 
+    def motions_of(self, rows: FloatArray) -> Motions:
+        """Return rows of the search as motions; with a goal as they are reported, so that what solves it is told to.
+
+        The motions of the benchmark are rounded at the end only, as when its figures were made.
+        """
+        motions = self.space.motions(rows)
+        if not isinstance(self.scene.task, GoalTask):
+            return motions
+        names = [group.name for group in self.scene.actions.groups]
+        still = motions.amplitude == 0.0
+        first, last = (np.where(still, np.clip(ends, -1.0, 1.0), ends) for ends in (motions.first, motions.last))
+        motions = replace(motions, first=first, change=last - first)
+        rounded = Motions.of([motions.motion(index, names) for index in range(len(rows))])
+        return replace(rounded, frequency_hz=rounded.frequency_hz[:, : motions.frequency_hz.shape[1]])
+
     def steps_of(self, time_s: float) -> int:
         """Return the physics steps of an episode."""
         return round(time_s / self.step_s)
@@ -252,7 +267,7 @@ def _search(
                 kind = search.best_kind
                 known = search.rows[kind], search.fitness[kind]
                 tried.append((kind, player.space.refine(*known, count, rng)))
-        motions = Motions.joined([player.space.motions(rows) for _, rows in tried])
+        motions = Motions.joined([player.motions_of(rows) for _, rows in tried])
         outcomes, fitness = player.search(motions, [search.variation for search in unsolved])
         for index, (search, (kind, own_rows)) in enumerate(zip(unsolved, tried, strict=True)):
             own = slice(index * count, (index + 1) * count)
@@ -280,7 +295,7 @@ def _play_finals(player: _Player, searches: Sequence[_Search]) -> tuple[tuple[Pr
         The best for each variation, and the share of the variations that the best single motion solves.
     """
     names = [group.name for group in player.scene.actions.groups]
-    rounded = [player.space.motions(search.best[None]).motion(0, names) for search in searches]
+    rounded = [player.motions_of(search.best[None]).motion(0, names) for search in searches]
     motions = Motions.of([motion for motion in rounded for _ in searches])
     outcomes = player.play(motions, [search.variation for _ in rounded for search in searches])
     fitness = fitness_of(outcomes).reshape(len(rounded), len(searches))

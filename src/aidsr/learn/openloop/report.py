@@ -80,7 +80,7 @@ class ProbeReport(Artifact):
         """What ended the search, in words."""
         match self.ended_by:
             case "solved" if self.success_share < 1:
-                return "every variation was solved, but not by the rounded motions of the report"
+                return f"each variation was solved in the search; rounded as reported, motions win {self.won} of them"
             case "solved":
                 return "every variation is solved"
             case "candidates":
