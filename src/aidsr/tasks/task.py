@@ -20,6 +20,7 @@ from aidsr.core.artifacts import Base, Brief
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import parse_document
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.variation import Variation
 
@@ -166,6 +167,11 @@ class Task(ABC):
     def environment(self) -> str:
         """MJCF of the environment, without a robot."""
         return edit_environment(_environment_path(type(self)).read_text(encoding="utf-8"), self.edits)
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        """Where things have to be, for pictures; empty where that is no place, or differs with what no scene shows."""
+        return ()
 
     def judging(self) -> dict[str, str]:
         """Return by title what differs between episodes, what success is and what counts against it.

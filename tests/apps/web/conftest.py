@@ -5,6 +5,10 @@ from pathlib import Path
 
 import pytest
 from browser import Server, chromium
+from made import made_run
+from robots import arm
+
+from aidsr.runs import Run
 
 
 @pytest.fixture
@@ -20,3 +24,11 @@ def server(runs: Path) -> Iterator[Server]:
     server = Server.start(runs)
     yield server
     server.stop()
+
+
+@pytest.fixture
+def arm_run(runs: Path) -> Run:
+    """A run with one design, whose scene is an arm that can be seen and moved."""
+    run = made_run(runs, designs=1)
+    run.design(1).iteration(2).scene.xml.path.write_text(arm())
+    return run

@@ -10,6 +10,7 @@ from robots import arm
 from test_studies_panel import made_study
 
 from aidsr.core.artifacts import PlausibilityCheck
+from aidsr.runs import Run
 
 AXE = Path(__file__).with_name("axe.min.js")
 
@@ -25,15 +26,19 @@ def findings(page: Page) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str) -> None:
+SCHEMES_AND_WIDTHS = [("light", 1280), ("dark", 1280), ("light", 390)]
+
+
+@pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
+def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str, width: int) -> None:
     check = PlausibilityCheck(name="energy", passed=True, measured=None, limit=0.1, unit="J", message="energy kept")
-    with browsing(color_scheme=scheme) as visitor:
+    with browsing(color_scheme=scheme, viewport={"width": width, "height": 900}) as visitor:
         page = visitor.new_page()
         page.goto(server.address())
         page.get_by_role("button", name="Set up a run").wait_for()
         found = {"empty": findings(page)}
         run = made_run(runs, waiting=True)
+        run.design(2).iteration(2).robot.xml.path.write_text(arm())  # numbers of lines have two digits
         made_training(run.design(2), (True, False), (check,))
         made_export(run.design(2))
         made_run(runs, task="", objective="Turn the knob.")
@@ -77,12 +82,10 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str)
     assert not bad, "\n".join(f"{place}: {one}" for place, each in bad.items() for one in each)
 
 
-def test_the_view_and_its_timeline_have_no_serious_findings(runs: Path, server: Server) -> None:
-    run = made_run(runs, designs=1)
-    run.design(1).iteration(2).scene.xml.path.write_text(arm())
+def test_the_view_and_its_timeline_have_no_serious_findings(arm_run: Run, server: Server) -> None:
     with browsing(webgl=True) as visitor:
         page = visitor.new_page()
-        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.goto(server.address(f"/run/{arm_run.name}/1"))
         page.get_by_text("squares of").wait_for()
         page.locator(".v3d-row .q-slider").first.click()
         page.wait_for_timeout(1500)

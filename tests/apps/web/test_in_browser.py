@@ -10,9 +10,10 @@ import pytest
 from browser import Server, browsing, open_tab, shoot
 from made import SCRIPT, made_export, made_run, made_training
 from playwright.sync_api import Locator, Page, WebSocket, expect
+from robots import arm
 
 import aidsr
-from aidsr.runs import Library
+from aidsr.runs import Library, Run
 
 
 def test_from_an_empty_home_to_a_trained_design(runs: Path, server: Server) -> None:
@@ -214,6 +215,23 @@ def test_pages_fit_phones_tablets_and_wide_screens(runs: Path, server: Server, w
             place = seen.first.bounding_box()
             assert place
             assert 0 <= place["x"] <= width - place["width"]
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_low_views_show_all_their_buttons(arm_run: Run, server: Server, width: int) -> None:
+    design = f"design={arm_run.name}/1"
+    made = made_run(arm_run.path.parent, designs=1, started="2026-02-01T10:00:00+00:00")
+    made.design(1).iteration(2).scene.xml.path.write_text(arm())
+    with browsing(webgl=True, viewport={"width": width, "height": 900}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/compare?{design}&design={made.name}/1"))
+        page.locator(".v3d-tools").nth(1).wait_for()
+        for label in ("Frame the robot", "Save a picture", "Full screen"):
+            shown = page.get_by_label(label).first.bounding_box()
+            stage = page.locator(".v3d-picture").first.bounding_box()
+            assert shown
+            assert stage
+            assert stage["y"] <= shown["y"] <= stage["y"] + stage["height"] - shown["height"], label
 
 
 def test_the_page_is_used_by_keyboard(runs: Path, server: Server) -> None:

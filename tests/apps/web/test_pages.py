@@ -475,6 +475,8 @@ async def test_a_prompt_is_answered_by_hand(user: User, site: Site) -> None:
         await user.open(f"/run/{run.path.name}")
         await user.should_see("Prompt 1, of the coder")
         await user.should_see("Write a robot.")
+        await user.should_see("by hand")
+        await user.should_not_see(f"manual:{directory}")
         assert site.view(run).shown == "waiting"
         press(user, "Send the reply")
         await user.should_see("the reply is empty")

@@ -10,6 +10,7 @@ import pytest
 from aidsr.apps.web.view3d.parts import list_parts
 from aidsr.apps.web.view3d.target import Target
 from aidsr.examples import examples
+from aidsr.tasks import TASKS, load_task
 from aidsr.tasks.goals.reading import parse_goal
 
 WORLD = """<mujoco>
@@ -75,3 +76,47 @@ def test_a_scene_without_what_the_goal_names_has_no_ghost() -> None:
 def test_every_example_has_a_target_to_be_seen(name: str) -> None:
     example = examples()[name]
     assert shapes(example.goal, example.environment)
+
+
+WITHOUT = ("grasping/zero_gravity_grasping", "manipulation/crank_turning")
+"""A ball is kept wherever it drifts; which way the crank turns is told to the policy and stands in no scene."""
+
+
+def marked(task: str) -> list[dict[str, Any]]:
+    asked = load_task(task)
+    model = mujoco.MjModel.from_xml_string(asked.environment.replace("</worldbody>", ROBOT))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    finder = Target(model, data, list_parts(model, data), 0.5)
+    return [shape for mark in asked.target for shape in finder.marked(mark)]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_every_task_of_the_benchmark_with_a_target_marks_it(task: str) -> None:
+    asked = load_task(task)
+    assert bool(asked.target) == (task not in WITHOUT)
+    assert bool(marked(task)) == bool(asked.target), "each mark names something of the environment"
+
+
+def test_marks_of_tasks_are_where_success_is_measured() -> None:
+    (cube,) = marked("grasping/simple_grasping")
+    assert cube["pose"][:3] == pytest.approx([0, 0, 0.435 + 0.10], abs=1e-5)
+    cap = marked("reaching/button_pushing")[0]
+    unmoved = next(shape for shape in facts_of("reaching/button_pushing") if shape["name"] == "button_cap")
+    assert math.dist(cap["pose"][:3], unmoved["pose"][:3]) == pytest.approx(0.005, abs=1e-5)
+    (ball,) = marked("reaching/pipe_inserting")
+    # from the middle of the mouth down to the junction and 0.10 m out, 60 degrees from straight down
+    junction_m = 0.185 - 0.08 * math.cos(math.radians(60))
+    along = [0.10 * math.sin(math.radians(60)), 0.0, 0.4 - junction_m - 0.10 * math.cos(math.radians(60))]
+    assert ball["pose"][:3] == pytest.approx(along, abs=1e-3)
+    (exit_,) = marked("locomotion/tunnel")
+    assert exit_["pose"][:3] == pytest.approx([0.35 + 0.60 + 0.03, 0, 0.05], abs=1e-5)
+    fronts = [shape for shape in marked("manipulation/drawer_opening") if shape["name"].endswith("_front")]
+    assert [shape["pose"][0] for shape in fronts] == pytest.approx([0.25 + 0.037 - 0.06] * 3, abs=1e-5)
+
+
+def facts_of(task: str) -> list[dict[str, Any]]:
+    model = mujoco.MjModel.from_xml_string(load_task(task).environment.replace("</worldbody>", ROBOT))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return list_parts(model, data).facts

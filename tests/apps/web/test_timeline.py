@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Server, browsing, open_tab
-from made import made_run, made_training
+from made import made_training
 from playwright.sync_api import Page, expect
-from robots import arm
 
 import aidsr
 from aidsr.apps.web.recorded_episodes import kept_recording
 from aidsr.apps.web.site import Site
+from aidsr.runs import Run
 from aidsr.runs.files import replace_file
 from aidsr.runs.trainings import trainings_of
 
@@ -21,12 +21,10 @@ def tracks(page: Page) -> list[str]:
     return page.locator(".v3d-track-name b").all_inner_texts()
 
 
-def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, server: Server) -> None:
-    run = made_run(runs, designs=1)
-    run.design(1).iteration(2).scene.xml.path.write_text(arm())
-    folder = made_training(run.design(1), (True, False, True))
+def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, arm_run: Run, server: Server) -> None:
+    folder = made_training(arm_run.design(1), (True, False, True))
     replace_file(folder / "policy.zip", b"the recording below is kept, so that this is not read")
-    kept = kept_recording(Site.at(runs), trainings_of(run.design(1))[0], 2)
+    kept = kept_recording(Site.at(runs), trainings_of(arm_run.design(1))[0], 2)
     kept.parent.mkdir(parents=True)
     rows, facts = 60, {"frame_s": 0.01, "mjcf": "", "ended": "succeeded", "variation": 2}
     touching = [[row, 0, 0, 0.1, 0, 0, 2.0] for row in range(30, 40)]
@@ -36,7 +34,7 @@ def test_any_held_out_episode_is_seen_with_its_cables_and_contacts(runs: Path, s
     )  # fmt: skip
     with browsing(webgl=True) as visitor:
         page = visitor.new_page()
-        page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
+        page.goto(server.address(f"/run/{arm_run.name}/1?tab=training"))
         page.get_by_text("squares of").wait_for()
         open_tab(page, "Training")
         page.get_by_text("All 3 held-out episodes").click()
@@ -61,6 +59,7 @@ def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, 
         page = visitor.new_page()
         page.goto(server.address(f"/run/{run.name}/1?tab=probe"))
         page.get_by_text("squares of").wait_for()
+        expect(page.get_by_role("button", name="Show the target")).to_have_attribute("aria-pressed", "true")
         expect(page.get_by_role("button", name="Probe again")).to_be_visible()
         page.get_by_role("button", name=f"Replay motion of variation {probed.variation}").click()
         expect(page.locator(".v3d-clock b")).to_have_text(f"Episode: {probed.variation} of the probe")
@@ -76,12 +75,10 @@ def test_motions_of_a_probe_are_seen_with_their_cables_and_progress(runs: Path, 
         )
 
 
-def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(runs: Path, server: Server) -> None:
-    run = made_run(runs, designs=1)
-    run.design(1).iteration(2).scene.xml.path.write_text(arm())
+def test_what_a_person_did_is_looked_back_at_and_distances_are_measured(arm_run: Run, server: Server) -> None:
     with browsing(webgl=True) as visitor:
         page = visitor.new_page()
-        page.goto(server.address(f"/run/{run.path.name}/1"))
+        page.goto(server.address(f"/run/{arm_run.name}/1"))
         page.get_by_text("squares of").wait_for()
         page.locator(".v3d-row .q-slider").first.click()
         page.wait_for_timeout(1500)

@@ -16,7 +16,7 @@ from aidsr.apps.web.live import as_action, show_error
 from aidsr.apps.web.mjcf_text import difference
 from aidsr.apps.web.recorded_episodes import record
 from aidsr.apps.web.run_page import concept_in_words, not_found
-from aidsr.apps.web.scene_panel import show_scene
+from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import SceneView
 from aidsr.apps.web.widgets import box, button, fault_found, file_address, text
@@ -106,6 +106,7 @@ def _view(one: _Compared) -> SceneView | None:
             file_address(one.run.name, picture),
             environment="" if scene else one.run.brief().environment,
             together=True,
+            target=target_of(one.run),
         )
 
 

@@ -16,7 +16,7 @@ from aidsr.apps.web.probe_panel import probe_panel
 from aidsr.apps.web.recorded_episodes import Motion, Stage, list_motions
 from aidsr.apps.web.review_panel import Draft, part_names, review_panel
 from aidsr.apps.web.run_page import concept_in_words, not_found
-from aidsr.apps.web.scene_panel import show_scene
+from aidsr.apps.web.scene_panel import show_scene, target_of
 from aidsr.apps.web.site import DesignView, Site
 from aidsr.apps.web.training_panel import training_panel
 from aidsr.apps.web.view3d import Episode
@@ -179,7 +179,7 @@ def _scene(page: _Page, seen: tuple[int, bool, bool, tuple[Motion, ...]]) -> Non
         episodes=[Episode.read(motion.path, motion.name) for motion in motions],
         on_pick=Draft(page.run, iteration).pin,
         before=_before(page, number, whole=scene is not None),
-        goal=(page.run.goal.read() or b"").decode(),
+        target=target_of(page.run),
     )
 
 

@@ -14,7 +14,7 @@ from nicegui import ui
 from aidsr.apps.web.curve import scatter_svg
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
-from aidsr.apps.web.site import DesignView, RunView, Site
+from aidsr.apps.web.site import DesignView, RunView, Site, model_in_words
 from aidsr.apps.web.widgets import badge, box, button, image, text, thumbnail_address
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder
@@ -198,9 +198,10 @@ def _cells(row: DesignRow, wanted: _Wanted, act: Callable[..., None]) -> None:
         image(thumbnail_address(row.run, row.picture), "", "thumb")
     with box(tag="td"):
         ui.link(f"{row.number}. {row.concept}", f"/run/{row.run}/{row.number}")
-    for value in (row.task, row.family):
-        text(value, "", "td")
-    text(row.model, "mono", "td")
+    with box(tag="td"):
+        text(row.task, "clamp", "div")
+    text(row.family, "", "td")
+    text(model_in_words(row.model), "mono", "td")
     with box(tag="td"):
         badge(row.state)
     text(str(row.iterations), "num", "td")

@@ -11,7 +11,7 @@ from nicegui import app, ui
 
 from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, live, watch
-from aidsr.apps.web.site import RunView, Site
+from aidsr.apps.web.site import RunView, Site, model_in_words
 from aidsr.apps.web.studies_panel import studies_panel
 from aidsr.apps.web.welcome import welcome
 from aidsr.apps.web.widgets import badge, box, button, image, notice, text, thumbnail_address
@@ -154,7 +154,7 @@ def _cells(site: Site, row: _Row) -> None:
     with box("what", "td"), box("stack tight"):
         ui.link(view.title, f"/run/{row.name}").classes("cover")
         text(record.objective if record.task else row.name, "small soft clamp")
-    text(record.config.model, "mono model", "td")
+    text(model_in_words(record.config.model), "mono model", "td")
     with box("state", "td"), box("row"):
         badge(view.shown)
         for kind in sorted({job.kind for job in view.jobs}):

@@ -87,7 +87,11 @@ def _language_model(site: Site, form: dict[str, Any]) -> None:
         field.props["debounce"] = 400
         field.bind_value(form, "model").on_value_change(show_cost)
         limit_fields(form)
-        with box("scroll"), box("list plain", "table"), box(tag="tbody"):
+        with (
+            box("scroll", tabindex="0", role="region", aria_label="providers and their keys"),
+            box("list plain", "table"),
+            box(tag="tbody"),
+        ):
             for provider in offered:
                 with box(tag="tr"):
                     text(provider.form, "mono", "td")

@@ -107,7 +107,7 @@ def _version(design: DesignFolder) -> int:
 
 
 def _variations(site: Site, run: Run, design: DesignFolder, stage: Stage, report: ProbeReport) -> None:
-    with box("scroll"), box("list plain", "table"):
+    with box("scroll", tabindex="0", role="region", aria_label="variations of the probe"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
             for title in ("variation", "ended", "best", "at the end", "time", "best motion", "replay"):
                 numbers = dict.fromkeys(("best", "at the end", "time"), "num")

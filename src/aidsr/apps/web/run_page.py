@@ -14,7 +14,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import Rows, as_action, live, watch
 from aidsr.apps.web.manual_panel import manual_panel
 from aidsr.apps.web.model_form import budget_from, limit_fields
-from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site
+from aidsr.apps.web.site import DesignView, Job, RunView, Shown, Site, model_in_words
 from aidsr.apps.web.widgets import (
     badge,
     box,
@@ -93,7 +93,7 @@ def _title(view: RunView, shown: Shown) -> None:
 def _facts(view: RunView) -> None:
     status, config = view.status, view.status.record.config
     with box("facts"):
-        fact("who designs", "built-in rules" if config.model == "builtin" else config.model)
+        fact("who designs", "built-in rules" if config.model == "builtin" else model_in_words(config.model))
         if status.record.level:
             fact("level", status.record.level)
         fact("approved", f"{status.approved} of {len(view.designs) or config.concepts}")

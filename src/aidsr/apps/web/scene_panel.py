@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 
 from aidsr.apps.web.view3d import Episode, Pick, SceneView
+from aidsr.apps.web.view3d.target import Wanted
 from aidsr.apps.web.widgets import box, image
 from aidsr.core.artifacts import ActuatorGroup, Fault
+from aidsr.core.errors import UserError
+from aidsr.runs import Run
+from aidsr.tasks import load_task
 
 
 def show_scene(
@@ -21,7 +26,7 @@ def show_scene(
     on_pick: Callable[[str], None] = lambda _name: None,
     together: bool = False,
     before: str = "",
-    goal: str = "",
+    target: Wanted = "",
 ) -> SceneView | None:
     """Show a robot or a scene, and return the view, None where there is nothing to see yet.
 
@@ -36,7 +41,7 @@ def show_scene(
         on_pick: Called with the name of the body or tendon clicked; empty when the selection is cleared.
         together: Whether its camera turns with those of the other views of the page.
         before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
-        goal: TOML of the goal whose target is shown as a ghost; empty for none.
+        target: TOML of the goal, or marks of the task, whose target is shown as a ghost; empty for none.
     """
     if not mjcf:
         with box("sheet flush"):
@@ -58,5 +63,15 @@ def show_scene(
             on_pick=picked,
             together=together,
             before=before,
-            goal=goal,
+            target=target,
         )
+
+
+def target_of(run: Run) -> Wanted:
+    """Return what a run's goal or its task of the benchmark wants; empty for a task that is not installed here."""
+    if goal := run.goal.read():
+        return goal.decode()
+    asked = run.asked()
+    with contextlib.suppress(UserError):
+        return load_task(asked.task, asked.level or "standard").target if asked.task else ""
+    return ""

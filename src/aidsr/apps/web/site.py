@@ -260,3 +260,8 @@ def _changed(log: Path) -> str:
         return datetime.fromtimestamp(log.stat().st_mtime, UTC).isoformat(timespec="seconds")
     except FileNotFoundError:
         return ""
+
+
+def model_in_words(model: str) -> str:
+    """Return a model's name as pages show it: of prompts answered by hand not the folder they wait in."""
+    return "by hand" if prompts_directory(model) else model

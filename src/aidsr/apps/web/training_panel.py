@@ -242,7 +242,7 @@ def _verdict(verdict: Evaluation, play: Play | None) -> None:
 
 
 def _episodes(episodes: tuple[EpisodeResult, ...], play: Play | None) -> None:
-    with box("scroll"), box("list plain", "table"):
+    with box("scroll", tabindex="0", role="region", aria_label="held-out episodes"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
             for title in ("variation", "ended", "progress", "best", "reward", "time"):
                 text(title, "" if title in ("variation", "ended") else "num", "th")
@@ -266,7 +266,7 @@ def _replay_button(title: str, variation: int, play: Play, hint: str = "") -> No
 
 
 def _perturbed(perturbed: tuple[PerturbedEpisodes, ...]) -> None:
-    with box("scroll"), box("list plain", "table"):
+    with box("scroll", tabindex="0", role="region", aria_label="perturbed episodes"), box("list plain", "table"):
         with box(tag="thead"), box(tag="tr"):
             for title in ("perturbation", "success", "95 % interval", "kept"):
                 text(title, "" if title == "perturbation" else "num", "th")

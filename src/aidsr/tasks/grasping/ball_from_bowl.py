@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.grasping.base import approach
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
@@ -88,6 +89,10 @@ class BallFromBowl(Task):
     @property
     def _mass_kg(self) -> tuple[float, float]:
         return self.lightest_kg, self.heaviest_kg
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="joint", name="object_free", by=RAISED_M),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         half_m = float(rng.uniform(*HALF_SIZE_M))

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import FloatArray, Readings
 from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import FORCE_SCALE_N, Task, TaskState
@@ -78,6 +79,10 @@ class LiftTask(CarriageTask, ABC):
     def progress(self, readings: Readings, state: TaskState) -> FloatArray:
         raised = share(raised_m(readings, state), RAISED_M)
         return 0.3 * approach(readings) + 0.3 * readings.contacts("grip").opposition() + 0.4 * raised
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="joint", name="object_free", by=RAISED_M),)
 
     @property
     def timetable(self) -> str:

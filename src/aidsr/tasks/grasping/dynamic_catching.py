@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
@@ -122,6 +123,10 @@ class DynamicCatching(Task):
             violation=f"An impact of more than {MAX_IMPACT_N:g} N.",
             failure="The ball is on the floor before it was kept long enough.",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="site", name="capture_point", radius_m=CAUGHT_M),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         speed_m_s, flight_s = rng.uniform(self.slowest_m_s, self.fastest_m_s), rng.uniform(*FLIGHT_S)

@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, in_lane, turned_lane
 from aidsr.tasks.locomotion.course import FALLS_BACK, OneWayTask
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, TaskState, span
@@ -61,6 +62,10 @@ class FlatGround(OneWayTask):
             violation=LEAVES_LANE,
             failure=FALLS_BACK,
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="finish_line"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         friction = Change("geom_friction", "ground", (rng.uniform(*FRICTION), *FRICTION_ELSE))

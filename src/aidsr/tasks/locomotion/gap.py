@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.locomotion.base import LEAVES_LANE, LaneTask, box_between, turned_lane
 from aidsr.tasks.locomotion.course import FALLS_BACK, OneWayTask, front_m, rear_m, starts_beyond
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Criteria, Edits, Feature, TaskState, span
@@ -75,6 +76,10 @@ class Gap(OneWayTask):
             violation=LEAVES_LANE,
             failure=f"A part of the robot starts beyond the near edge. It touches the bottom. {FALLS_BACK}",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="finish_line"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         width_m = rng.uniform(self.narrowest_m, self.widest_m)

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState, span
@@ -75,6 +76,10 @@ class Incline(LaneTask):
             violation=LEAVES_LANE,
             failure=OUT_OF_LANE,
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="plateau"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         slope = np.deg2rad(self.slope_deg + rng.uniform(-SPREAD_DEG, SPREAD_DEG))

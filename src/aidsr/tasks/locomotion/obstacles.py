@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
 from aidsr.tasks.locomotion.course import starts_beyond
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Criteria, Edits, Feature, TaskState
@@ -91,6 +92,10 @@ class Obstacles(LaneTask):
             violation=LEAVES_LANE,
             failure=f"A part of the robot starts beyond the first obstacle. {OUT_OF_LANE}",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="finish_line"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, side = _places()

@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.tasks.locomotion.base import LANE_HALF_WIDTH_M, LEAVES_LANE, OUT_OF_LANE, LaneTask, box_between, in_lane
 from aidsr.tasks.locomotion.course import starts_beyond
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import share
 from aidsr.tasks.task import Criteria, Edits, Feature, TaskState
@@ -72,6 +73,10 @@ class Stairs(LaneTask):
             violation=LEAVES_LANE,
             failure=f"A part of the robot starts beyond the first edge. {OUT_OF_LANE}",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="goal"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         rise_m, tread_m = self.rise_m * rng.uniform(*SIZE_FACTOR), TREAD_M * rng.uniform(*SIZE_FACTOR)

@@ -10,6 +10,7 @@ import numpy as np
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.locomotion.base import OUT_OF_LANE, LaneTask, box_between, outline_in_lane
 from aidsr.tasks.locomotion.course import starts_beyond
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import excess, share
 from aidsr.tasks.task import FRICTION_ELSE, Criteria, Edits, Feature, TaskState, span
@@ -87,6 +88,13 @@ class Tunnel(LaneTask):
             violation=f"A mean force of more than {MAX_WALL_N:g} N on the walls.",
             failure=f"A part of the robot starts in the tunnel. {OUT_OF_LANE}",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        # beside the wall's middle is the middle of the tunnel; with a bend the wall is up to 14 mm shorter or longer
+        beyond_m = HALF_LENGTH_M / 2 + HALF_WIDTH_M / 2
+        place = (beyond_m, -HALF_WIDTH_M - WALL_M / 2, 0.0)
+        return (Mark(element="geom", name="left_2", at_m=place, radius_m=HALF_WIDTH_M / 2),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         bend_rad = float(np.deg2rad(rng.choice([-1.0, 1.0]) * rng.uniform(*BEND_DEG)))

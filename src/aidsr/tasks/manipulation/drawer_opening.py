@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState
@@ -99,6 +100,10 @@ class DrawerOpening(Task):
             violation=f"More than {MAX_FORCE_N:g} N on a handle.",
             failure="A part of the robot is level with the bars of the handles, or behind them, at the start.",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return tuple(Mark(element="joint", name=drawer, by=OPEN_M) for drawer in DRAWERS)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         friction_n = self.friction_n * rng.uniform(*FRICTION_FACTOR, size=3)

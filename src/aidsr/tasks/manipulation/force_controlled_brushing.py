@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import Criteria, Feature, Task, TaskState
@@ -95,6 +96,10 @@ class ForceControlledBrushing(Task):
             ),
             violation=f"A peak of more than {MAX_FORCE_N:g} N.",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="wall"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, y, z = CENTER_M

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState
@@ -105,6 +106,10 @@ class AroundCorners(Task):
             success=f"The functional part is on the plate with at least {CONTACT_N:g} N.",
             violation=f"More than {MAX_WALL_N:g} N on the box.",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="plate"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         x, y = rng.uniform(-OFFSET_M, OFFSET_M, size=2)

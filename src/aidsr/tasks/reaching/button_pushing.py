@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import approach, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Edits, Feature, Task, TaskState, span
@@ -94,6 +95,10 @@ class ButtonPushing(Task):
             f"{1000 * OUT_M:g} mm after the signal.",
             violation=f"More than {MAX_FORCE_N:g} N on the button.",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="joint", name="button_slide", by=PRESSED_M),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         azimuth = np.deg2rad(rng.uniform(-AZIMUTH_DEG, AZIMUTH_DEG))

@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, FRICTION_ELSE, Criteria, Feature, Task, TaskState, span
@@ -103,6 +104,18 @@ class PipeInserting(Task):
                 f"{100 * SELDOM:g} % of the time in contact."
             ),
             violation=f"More than {MAX_WALL_N:g} N on the walls.",
+        )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (
+            # the wall's own axis goes out along the branch, and its middle is half way
+            Mark(
+                element="geom",
+                name="branch_left",
+                at_m=(0.0, -INNER_M - THICKNESS_M / 2, DEPTH_M - BRANCH_M / 2),
+                radius_m=INNER_M / 2,
+            ),
         )
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:

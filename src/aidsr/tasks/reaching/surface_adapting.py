@@ -9,6 +9,7 @@ import numpy as np
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.gentleness import SELDOM, after_touch, is_gentle, untouched
+from aidsr.tasks.mark import Mark
 from aidsr.tasks.readings import TOUCH_N, BoolArray, FloatArray, Readings
 from aidsr.tasks.shaping import closeness, excess, share
 from aidsr.tasks.task import FORCE_SCALE_N, Criteria, Feature, Task, TaskState, span
@@ -96,6 +97,10 @@ class SurfaceAdapting(Task):
             ),
             violation=f"A contact of more than {MAX_FORCE_N:g} N.",
         )
+
+    @property
+    def target(self) -> tuple[Mark, ...]:
+        return (Mark(element="geom", name="surface_round"),)
 
     def sample_variation(self, rng: np.random.Generator) -> Variation:
         radius_m, gap_m = rng.uniform(*RADIUS_M), GAP_M + rng.uniform(-GAP_SPREAD_M, GAP_SPREAD_M)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aidsr.apps.web.view3d.controls import control_facts, group_facts
 from aidsr.apps.web.view3d.names import locate_elements
 from aidsr.apps.web.view3d.parts import Parts, list_parts
-from aidsr.apps.web.view3d.target import Target, target_facts
+from aidsr.apps.web.view3d.target import Target, Wanted, target_facts
 from aidsr.apps.web.view3d.tendons import TendonLines, tendon_facts
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.mjcf.compile import compile_mjcf, load_mjcf
@@ -22,7 +22,6 @@ from aidsr.render.stage import compile_for_display
 from aidsr.render.view import View
 from aidsr.sim.drive import Drive, neutral_ctrl, read_drives
 from aidsr.sim.structure import Structure, read_structure
-from aidsr.tasks.goals.reading import parse_goal
 from aidsr.validation.mount import mount_model
 from aidsr.validation.validator import Mount
 
@@ -57,7 +56,7 @@ class DisplayModel:
         mount: Mount = "auto",
         environment: str = "",
         groups: Sequence[ActuatorGroup] = (),
-        goal: str = "",
+        target: Wanted = "",
     ) -> Self:
         """Return an MJCF text ready to be shown.
 
@@ -66,7 +65,7 @@ class DisplayModel:
             mount: How a robot alone stands; see `aidsr.validation.validate`.
             environment: MJCF whose physics hold for a robot alone, empty for its own.
             groups: Actuators that act together, as the robot's author defines them.
-            goal: TOML of the goal whose target is shown; empty for none.
+            target: TOML of the goal, or marks of the task, whose target is shown; empty for none.
 
         Raises:
             MjcfError: The text cannot be loaded.
@@ -96,9 +95,9 @@ class DisplayModel:
             "camera": _camera(looks, data),
             "notes": standing.notes,
         }
-        if goal and structure.is_scene:
-            target = Target(model, data, parts, structure.characteristic_length_m)
-            facts["target"] = target_facts(target, parse_goal(goal), facts)
+        if target and structure.is_scene:
+            finder = Target(model, data, parts, structure.characteristic_length_m)
+            facts["target"] = target_facts(finder, target, facts)
         return cls(model, structure, drives, neutral, parts, TendonLines(model), facts)
 
 

@@ -13,6 +13,7 @@ from nicegui.events import GenericEventArguments
 
 from aidsr.apps.web.view3d.endpoint import ADDRESS, Views, serve_views
 from aidsr.apps.web.view3d.stream import Episode, Model, SceneStream
+from aidsr.apps.web.view3d.target import Wanted
 from aidsr.core.artifacts import ActuatorGroup, Fault
 from aidsr.validation.validator import Mount
 
@@ -47,7 +48,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         controls: Whether there are sliders and transport; without, it is only looked at.
         together: Whether its camera turns with those of the other views of the page.
         before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
-        goal: TOML of the goal whose target is shown as a ghost; empty for none.
+        target: TOML of the goal, or marks of the task, whose target is shown as a ghost; empty for none.
         on_pick: Called with what a person clicks.
     """
 
@@ -65,7 +66,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
         controls: bool = True,
         together: bool = False,
         before: str = "",
-        goal: str = "",
+        target: Wanted = "",
         on_pick: Callable[[Pick], None] | None = None,
     ) -> None:
         super().__init__()
@@ -76,7 +77,7 @@ class SceneView(Element, component=_STATIC / "scene_view.js", esm={"aidsr-view3d
             groups=tuple(groups),
             episodes=tuple(episodes),
             before=before,
-            goal=goal,
+            target=target,
         )
         self.stream = SceneStream(model)
         _views().add(self.stream)

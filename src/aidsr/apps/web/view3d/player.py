@@ -23,11 +23,13 @@ from aidsr.apps.web.view3d.display_model import DisplayModel
 from aidsr.apps.web.view3d.frames import Kind, pack_frame, pack_json
 from aidsr.apps.web.view3d.motions import Motion, Tests
 from aidsr.apps.web.view3d.playback import SPEED_BOUNDS, Playback
+from aidsr.apps.web.view3d.target import Wanted
 from aidsr.apps.web.view3d.tracks import tracks_of
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.sandbox.limits import renew_cpu_limit
 from aidsr.sandbox.pipes import connect_to_parent, write_bytes
+from aidsr.tasks.mark import Mark
 
 FRAMES_PER_S = 25.0
 """While something moves. Our choice: smooth to the eye; the screen draws in between what it likes."""
@@ -57,7 +59,7 @@ class Player:
         self._choice: dict[str, Any] = {"mode": "live"}
         self._sent_state: dict[str, Any] = {}
         self._tracked: Motion | None = None
-        self._goal = ""
+        self._target: Wanted = ""
         self._changed = False
         self._last = time.monotonic()
 
@@ -114,14 +116,15 @@ class Player:
 
     def _load(self, command: dict[str, Any]) -> None:
         groups = [ActuatorGroup.model_validate(group) for group in command["groups"]]
+        wanted = command["target"]
+        self._target = wanted if isinstance(wanted, str) else [Mark.model_validate(mark) for mark in wanted]
         self._base = DisplayModel.of(
             command["mjcf"],
             mount=command["mount"],
             environment=command["environment"],
             groups=groups,
-            goal=command["goal"],
+            target=self._target,
         )
-        self._goal = command["goal"]
         if command["before"]:
             with contextlib.suppress(MjcfError):  # an earlier state may be the one that could not be loaded
                 before = DisplayModel.of(
@@ -196,7 +199,7 @@ class Player:
         """Play an episode back; the server sends its arrays along, as 32-bit floats in base64 with their shapes."""
         if self._base is None:
             raise ValueError("nothing has been loaded")
-        shown = DisplayModel.of(command["mjcf"], goal=self._goal) if command["mjcf"] else self._base
+        shown = DisplayModel.of(command["mjcf"], target=self._target) if command["mjcf"] else self._base
         arrays = {
             name: np.frombuffer(base64.b64decode(one["data"]), "<f4").astype(float).reshape(one["shape"])
             for name, one in command["arrays"].items()

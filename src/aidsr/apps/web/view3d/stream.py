@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aidsr.apps.web.view3d.frames import Kind, kind_of, pack_json
+from aidsr.apps.web.view3d.target import Wanted
 from aidsr.core.artifacts import ActuatorGroup
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import open_mjcf
@@ -95,7 +96,7 @@ class Model:
         groups: Actuators that act together, as the robot's author defines them.
         episodes: Recorded motions that can be played.
         before: MJCF of an earlier state of it, which can be shown as a ghost; empty for none.
-        goal: TOML of the goal whose target is shown as a ghost; empty for none.
+        target: TOML of the goal, or marks of the task, whose target is shown as a ghost; empty for none.
     """
 
     mjcf: str | Path
@@ -104,7 +105,7 @@ class Model:
     groups: Sequence[ActuatorGroup] = ()
     episodes: Sequence[Episode] = ()
     before: str = ""
-    goal: str = ""
+    target: Wanted = ""
 
     @property
     def command(self) -> dict[str, Any]:
@@ -114,13 +115,14 @@ class Model:
             UserError: There is no such file.
             MjcfError: The file is too large.
         """
+        wanted = self.target
         return {
             "do": "load",
             "mjcf": open_mjcf(self.mjcf) if isinstance(self.mjcf, Path) else self.mjcf,
             "mount": self.mount,
             "environment": self.environment,
             "before": self.before,
-            "goal": self.goal,
+            "target": wanted if isinstance(wanted, str) else [mark.model_dump() for mark in wanted],
             "groups": [group.model_dump() for group in self.groups],
         }
 

@@ -1,4 +1,4 @@
-"""Where a goal wants things to be, as shapes of a ghost: a point, a region, a path, or bodies that have come there."""
+"""Where a goal or a task wants things to be, as shapes of a ghost: a point, a region, a path, or bodies come there."""
 
 from __future__ import annotations
 
@@ -17,12 +17,16 @@ from aidsr.tasks.goals.follow import Follow
 from aidsr.tasks.goals.goal import Goal
 from aidsr.tasks.goals.move import Lift, Travel
 from aidsr.tasks.goals.reach import Pose, Reach
+from aidsr.tasks.goals.reading import parse_goal
 from aidsr.tasks.goals.region import Region
 from aidsr.tasks.goals.stages import Stages
 from aidsr.tasks.goals.touch import Touch
 from aidsr.tasks.goals.turn import Turn
+from aidsr.tasks.mark import Mark
 
 Array = NDArray[np.float64]
+Wanted = str | Sequence[Mark]
+"""TOML of a goal, or what a task marks; empty for nothing."""
 
 _SMALLEST = 0.012
 """Radius of a point or a line, as a share of the robot's length. Our choice: just seen."""
@@ -31,11 +35,12 @@ _ARROW = 0.25
 _FEELERS = 400
 """Angles at which a body on a hinge is looked at. Our choice: a degree of a full turn each way."""
 _BODY, _SITE, _JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
+_GEOM = mujoco.mjtObj.mjOBJ_GEOM
 _SLIDE, _HINGE, _FREE = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_FREE
 
 
 class Target:
-    """Finds the target of a goal in a scene.
+    """Finds the target of a goal or of a task in a scene.
 
     Args:
         model: The scene.
@@ -70,6 +75,22 @@ class Target:
             case Touch():
                 return self._same(goal.target)
         return []
+
+    def marked(self, mark: Mark) -> list[dict[str, Any]]:
+        """Return the shapes of a task's mark; none where the scene lacks what it names."""
+        kind = {"geom": _GEOM, "site": _SITE, "joint": _JOINT}[mark.element]
+        found = mujoco.mj_name2id(self._model, kind, mark.name)
+        if found < 0:
+            return []
+        if mark.element == "joint":
+            at, is_free = int(self._model.jnt_qposadr[found]), self._model.jnt_type[found] == _FREE
+            return self._at(at + 2 if is_free else at, mark.by)
+        if mark.element == "geom" and mark.at_m is None:
+            return [part | {"moves": False} for part in self._parts.facts if part["name"] == mark.name]
+        data = self._data
+        places, turns = (data.geom_xpos, data.geom_xmat) if mark.element == "geom" else (data.site_xpos, data.site_xmat)
+        where = places[found] + turns[found].reshape(3, 3) @ np.array(mark.at_m or (0.0, 0.0, 0.0))
+        return [self._ball(where, mark.radius_m)]
 
     def _point(self, goal: Reach | Pose) -> list[dict[str, Any]]:
         where = self._place(goal.target)
@@ -170,10 +191,18 @@ class Target:
         ]
 
 
-def target_facts(target: Target, goal: Goal, facts: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the ghost of a goal's target as a viewer is sent it, None where there is nothing to be seen."""
-    shapes = [shape for shape in target.shapes(goal) if shape["kind"] == "geom"]
-    return {"parts": shapes, "surfaces": facts["surfaces"], "length_m": facts["length_m"]} if shapes else None
+def target_facts(finder: Target, wanted: Wanted, facts: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the ghost of a target as a viewer is sent it, None where there is nothing to be seen.
+
+    Raises:
+        UserError: The goal is none.
+    """
+    if isinstance(wanted, str):
+        shapes = finder.shapes(parse_goal(wanted))
+    else:
+        shapes = [shape for mark in wanted for shape in finder.marked(mark)]
+    seen = [shape for shape in shapes if shape["kind"] == "geom"]
+    return {"parts": seen, "surfaces": facts["surfaces"], "length_m": facts["length_m"]} if seen else None
 
 
 def _shape(kind: str, size: Sequence[float] | Array, where: Array, turned: Array) -> dict[str, Any]:

@@ -51,7 +51,7 @@ export default {
       <q-btn flat round dense size="sm" icon="control_camera" :color="ghost ? 'primary' : undefined" @click="toggleGhost"
         :aria-pressed="String(ghost)" :aria-label="ghostName"><q-tooltip>{{ ghostName }} (G)</q-tooltip></q-btn>
       <q-btn v-if="facts.target" flat round dense size="sm" icon="flag" :color="target ? 'primary' : undefined" @click="toggle('target')"
-        :aria-pressed="String(target)" aria-label="Show the target of the goal"><q-tooltip>Show the target of the goal (T)</q-tooltip></q-btn>
+        :aria-pressed="String(target)" aria-label="Show the target"><q-tooltip>Show the target (T)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="photo_camera" @click="download" aria-label="Save a picture">
         <q-tooltip>Save a picture (P)</q-tooltip></q-btn>
       <q-btn flat round dense size="sm" icon="fullscreen" @click="fullScreen" aria-label="Full screen">
@@ -121,7 +121,7 @@ export default {
       byTension: true,
       speeds: SPEEDS,
       sides: SIDES,
-      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target of the goal, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
+      keys: "Space plays and pauses, comma and period step, R resets, Ctrl and the mouse drag a body, M measures, G leaves a ghost, T shows the target, arrows turn, plus and minus zoom, F frames, 1, 2 and 3 look from front, side and top, X sees through, P saves a picture.",
     };
   },
 
