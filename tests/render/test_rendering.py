@@ -213,3 +213,21 @@ def test_only_the_robot_swings_when_nothing_is_asked() -> None:
         strip = pixels(rendering.filmstrip(carriage.format(owner), seconds=2.0, count=2, width=64, height=64))
         change[owner] = np.abs(strip[:, :64] - strip[:, 64:]).mean()
     assert change["robot/"] > 3 * change[""]
+
+
+@pytest.mark.parametrize("side", ["0.03 0 0", "-0.03 0 0", "0 0.03 0", "0 -0.03 0"])
+def test_a_button_on_any_side_of_a_panel_is_in_sight(side: str) -> None:
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco><worldbody>
+      <geom type="box" size="0.025 0.025 0.2"/>
+      <body name="button" pos="{side}"><joint/><geom name="button" type="sphere" size="0.008"/></body>
+    </worldbody></mujoco>""")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    camera = frame_robot(model, [data], View(shown=("button",)))
+    azimuth, elevation = np.deg2rad([camera.azimuth, camera.elevation])
+    level = np.cos(elevation)
+    forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    hit = np.zeros(1, np.int32)
+    way = data.body("button").xpos - (camera.lookat - camera.distance * forward)
+    mujoco.mj_ray(model, data, camera.lookat - camera.distance * forward, way, None, True, -1, hit, None)
+    assert model.geom(int(hit[0])).name == "button"

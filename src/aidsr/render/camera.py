@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import product
 
 import mujoco
@@ -22,6 +23,9 @@ _AZIMUTHS_DEG = (125.0, 55.0, 90.0, 235.0, 305.0, 0.0, 180.0)  # in order of pre
 _ELEVATIONS_DEG = (-18.0, -40.0, -65.0)
 _SHADOW_RADII = 3.0  # radii around the centre in which shadows are sharp
 _PREFERENCE = 0.02  # share of visible geoms that a direction must gain over the one preferred to it
+_RAYS = 12  # in a row and in a column, by which is measured how large something is seen
+_WELL_SEEN = 0.5  # share of the largest that it is seen from any side, which is enough
+_SITE_SLACK = 0.02  # of the way to a site, before which nothing may stand: a mark lies on what carries it
 _MAX_TESTED_GEOMS = 60  # geoms at most whose visibility is tested
 
 
@@ -43,7 +47,9 @@ def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: Vi
     around = _surrounding_geoms(model)
     of_robot, of_others, data = [], [], None
     for data in states:
-        of_robot.append(robot_corners(model, data))
+        of_robot.append(
+            np.concatenate([robot_corners(model, data), *(each.corners for each in _shown(model, data, view))])
+        )
         of_others.append(_corners(model, data, around))
     if data is None:
         raise ValueError("no state to show: give at least one")
@@ -144,11 +150,59 @@ def _direction(
     elevations = _ELEVATIONS_DEG if view.elevation_deg is None else (view.elevation_deg,)
     directions = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
     robot = _robot_geoms(model)
-    merits = [
-        _visible_share(model, data, _camera_position(camera, *direction), robot, near) - rank * _PREFERENCE
-        for rank, direction in enumerate(directions)
-    ]
+    eyes = [_camera_position(camera, *direction) for direction in directions]
+    merits = np.array(
+        [_visible_share(model, data, eye, robot, near) - rank * _PREFERENCE for rank, eye in enumerate(eyes)]
+    )
+    for each in _shown(model, data, view):
+        seen = np.array([each.in_sight(model, data, eye) for eye in eyes])
+        if seen.max() > 0.0:
+            merits += np.minimum(seen / seen.max() / _WELL_SEEN, 1.0)
     return directions[int(np.argmax(merits))]
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """A body with all that it carries, or a site, that is to be in sight."""
+
+    corners: Array
+    """Around it, (n, 3) [m]."""
+    geoms: frozenset[int]
+    """None of a site."""
+
+    def in_sight(self, model: mujoco.MjModel, data: mujoco.MjData, eye: Array) -> float:
+        """Return how large it is seen from a place: the share of rays into a ball around it that meet it first."""
+        centre, radius = bounding_sphere(self.corners)
+        hit, way = np.zeros(1, np.int32), centre - eye
+        far = float(np.linalg.norm(way))
+        if not self.geoms:
+            met = mujoco.mj_ray(model, data, eye, way / far, None, True, -1, hit, None)
+            return float(met < 0.0 or met > far - _SITE_SLACK * far)
+        aside = np.linalg.svd(way[None] / far)[2][1:]
+        grid = np.linspace(-1.0, 1.0, _RAYS)
+        found = 0
+        for x, y in product(grid, grid):
+            ray = way + radius * (x * aside[0] + y * aside[1])
+            mujoco.mj_ray(model, data, eye, ray, None, True, -1, hit, None)
+            found += int(hit[0]) in self.geoms
+        return found / _RAYS**2
+
+
+def _shown(model: mujoco.MjModel, data: mujoco.MjData, view: View) -> list[_Shown]:
+    """Return what a view wants in sight; what is neither a body nor a site is left out."""
+    found = []
+    for name in view.shown:
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        carried = {body} if body > 0 else set[int]()
+        for other in range(body + 1, model.nbody if carried else 0):
+            carried |= {other} if int(model.body_parentid[other]) in carried else set()
+        geoms = [geom for geom in _solid(model) if int(model.geom_bodyid[geom]) in carried]
+        if geoms:
+            found.append(_Shown(_corners(model, data, geoms), frozenset(geoms)))
+        elif site >= 0:
+            found.append(_Shown(data.site_xpos[site][None].copy(), frozenset()))
+    return found
 
 
 def _camera_position(camera: mujoco.MjvCamera, azimuth_deg: float, elevation_deg: float) -> Array:

@@ -15,3 +15,5 @@ class View:
     """Above 1 the camera comes nearer."""
     authored: bool = False
     """From where the MJCF itself says to look (`visual/global`, `statistic`), for a place without a robot."""
+    shown: tuple[str, ...] = ()
+    """Bodies and sites that must be in the picture, and in sight from where there is a side from which they are."""

@@ -16,9 +16,11 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import Constant, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport, probe
+from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.learn.openloop.film import film
 from aidsr.mjcf.read import open_mjcf
 from aidsr.render.pictures import picture
+from aidsr.render.view import View
 from aidsr.runs.event_text import tried_text
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
@@ -170,7 +172,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
             blind=None,
             probe=None,
             scene=mjcf,
-            picture=picture(mjcf),
+            picture=picture(mjcf, view=View(shown=targets_of(task))),
             strip=None,
         )
     best = max(tried, key=lambda each: each.fit.value)
@@ -192,7 +194,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
         blind=blind,
         probe=report,
         scene=scene,
-        picture=picture(scene),
+        picture=picture(scene, view=View(shown=(*targets_of(task), placement.mount))),
         strip=played.strip(),
     )
 
