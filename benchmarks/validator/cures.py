@@ -35,6 +35,8 @@ _HERE = Path(__file__).parent
 _ROUNDS = 4
 """A fix is applied again while its fault is there: the milder ones come first."""
 _WARNED = ("tendon_skips_segments", "tendon_slack", "thin_wall", "cable_shared", "overlap_hidden", "only_opens")
+_FORCE = ("actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange", "actuator_forcerange")
+"""Numbers that make the force of an actuator together: a longer range is as good a cure as a larger gear."""
 Outcome = Literal["cured", "not helped", "another error", "passes with the mistake inside"]
 OUTCOMES: tuple[Outcome, ...] = ("cured", "not helped", "another error", "passes with the mistake inside")
 
@@ -184,12 +186,13 @@ def is_inside(mistake: Mistake, cured: str) -> bool:
     changed = False
     for name in dir(bad):
         arrays = [np.asarray(getattr(model, name, None)) for model in models if model is not None]
-        if name.startswith("_") or arrays[1].dtype.kind not in "fi" or name in ("qpos0", "qpos_spring"):
+        if name.startswith("_") or arrays[1].dtype.kind not in "fi" or name == "qpos0":
             continue
         if _alike(arrays[0], arrays[1]):
             continue
         changed = True
-        if not _alike(arrays[1], arrays[2]):
+        together = _FORCE if name in _FORCE else (name,)
+        if not all(_alike(np.asarray(getattr(bad, each)), np.asarray(getattr(now, each))) for each in together):
             return False
     for name in ("timestep", "viscosity", "integrator"):
         if getattr(good.opt, name) != getattr(bad.opt, name):

@@ -185,13 +185,14 @@ def _set_in_defaults(root: Element, tag: str, values: dict[str, tuple[float, ...
 
 
 def straighten(root: Element, _: Request) -> Iterator[str]:
-    """Let every spring rest where the joint is drawn."""
+    """Let every spring of a joint or a tendon rest as drawn."""
     bent = [joint for joint in joints(root) if joint.get("springref") or joint.get("ref")]
-    for joint in bent:
-        joint.attrib.pop("springref", "")
-        joint.attrib.pop("ref", "")
-    if bent:
-        yield f"put the springs of {len(bent)} joints to rest as drawn"
+    drawn = [tendon for tendon in elements(root, "spatial", "fixed", "tendon") if tendon.get("springlength")]
+    for spring in bent + drawn:
+        for name in ("springref", "ref", "springlength"):
+            spring.attrib.pop(name, "")
+    if bent or drawn:
+        yield f"put the springs of {len(bent)} joints and {len(drawn)} tendons to rest as drawn"
 
 
 def halve_timestep_last(root: Element, request: Request) -> Iterator[str]:

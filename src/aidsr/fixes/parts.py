@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from lxml import etree
 
+from aidsr.core.errors import MjcfError
 from aidsr.fixes.ranges import TENSION_N
 from aidsr.fixes.record import EditDocument, Fix, Request
 from aidsr.mjcf.edit import effective_numbers, entries, section, set_numbers
 from aidsr.mjcf.elements import Element, elements
 
 _LEAST_MASS_KG = 0.002
+_NEARLY = 0.5
+"""Share of the heaviest body's mass from which a body is as heavy as that. Our choice: the ends of several limbs."""
 
 
 def add_sensors(root: Element, _: Request) -> Iterator[str]:
@@ -72,11 +76,19 @@ def add_mass(root: Element, request: Request) -> Iterator[str]:
 
 
 def cap_mass(root: Element, request: Request) -> Iterator[str]:
-    """Make the heaviest body as heavy as the median one."""
+    """Make the heaviest body, and all that are nearly as heavy, as heavy as the median one."""
+    from aidsr.mjcf.compile import compile_mjcf
+
     fault = request.fault
-    if fault is None or not fault.measured:
+    if fault is None or not fault.measured or not request.names:
         return
-    heaviest, changed = request.names[:1], 0
+    try:
+        model = compile_mjcf(etree.tostring(root, encoding="unicode"))
+        mass_kg = {model.body(index).name: float(model.body_mass[index]) for index in range(model.nbody)}
+    except MjcfError:
+        return
+    heavy_kg, changed = _NEARLY * mass_kg.get(request.names[0], math.inf), 0
+    heaviest = {name for name, each_kg in mass_kg.items() if name and each_kg >= heavy_kg}
     for body in elements(root, "body"):
         for part in body.iterchildren("geom", "inertial") if body.get("name") in heaviest else ():
             given = [name for name in ("mass", "density") if effective_numbers(root, part, name)][:1]
@@ -85,7 +97,8 @@ def cap_mass(root: Element, request: Request) -> Iterator[str]:
                     set_numbers(part, name, *(value / fault.measured for value in values))
                     changed += 1
     if changed:
-        yield f"made {heaviest[0]} {fault.measured:.3g} times lighter, as heavy as the median body"
+        named = ", ".join(sorted(heaviest))
+        yield f"made {named} {fault.measured:.3g} times lighter, as heavy as the median body"
 
 
 def hold_root(root: Element, _: Request) -> Iterator[str]:

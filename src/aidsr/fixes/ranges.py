@@ -48,6 +48,8 @@ def inverted_ranges(root: Element, _: Request) -> Iterator[str]:
         if len(ends) != 2 or ends[0] <= ends[1] or (limited is not None and limited.value == "false"):
             continue
         kind = setting(element, "type", classes) if element.tag == "joint" else None
+        if attribute == "ctrlrange" and _would_push(root, element, ends[1], ends[0]):
+            continue
         if kind is None or kind.value != "ball" or ends[1] == 0.0:
             low_last = element.get(attribute, "").split()
             element.set(attribute, f"{low_last[1]} {low_last[0]}")
@@ -183,7 +185,7 @@ def add_control_ranges(root: Element, request: Request) -> Iterator[str]:
 def _control_range(root: Element, actuator: Element) -> tuple[float, float] | None:
     """Return the range that fits an actuator, or None where only its author can know it."""
     written = get_numbers(actuator, "ctrlrange")
-    if len(written) == 2 and written[0] > written[1]:
+    if len(written) == 2 and written[0] > written[1] and not _would_push(root, actuator, written[1], written[0]):
         return written[1], written[0]
     if actuator.tag == "position":
         driven = [joint for joint in joints(root) if joint.get("name") == actuator.get("joint")]
@@ -195,8 +197,27 @@ def _control_range(root: Element, actuator: Element) -> tuple[float, float] | No
         return None
     if not actuator.get("tendon"):
         return -1.0, 1.0
-    strongest = max((abs(value) for value in effective_numbers(root, actuator, "forcerange")), default=TENSION_N)
+    forces_n = effective_numbers(root, actuator, "forcerange") or _range_of_another(root, actuator)
+    strongest = max(map(abs, forces_n), default=TENSION_N)
     return (0.0, strongest) if gain_sign(root, actuator) < 0 else (-strongest, 0.0)
+
+
+def _would_push(root: Element, actuator: Element, low: float, high: float) -> bool:
+    """Whether a motor on a tendon could push with a control range."""
+    if actuator.tag not in ("motor", "general") or not actuator.get("tendon"):
+        return False
+    sign = gain_sign(root, actuator)
+    return max(sign * low, sign * high) > 0
+
+
+def _range_of_another(root: Element, actuator: Element) -> list[float]:
+    """Return the control range of the first actuator of the same kind on a tendon that has one; empty without one."""
+    for other in entries(root, "actuator"):
+        if other is not actuator and other.tag == actuator.tag and other.get("tendon"):
+            given = effective_numbers(root, other, "ctrlrange")
+            if len(given) == 2 and given[0] < given[1]:
+                return given
+    return []
 
 
 FIXES: tuple[Fix[EditDocument], ...] = (

@@ -13,6 +13,7 @@ from aidsr.mjcf.edit import (
     entries,
     gain_sign,
     get_numbers,
+    joints,
     scale_forces,
     scale_springs,
     set_numbers,
@@ -22,6 +23,18 @@ from aidsr.mjcf.schema import actuator_elements
 
 _STRONGER = 1.5
 """Factor on forces where nothing says how much is missing. Our choice."""
+
+_WEAKER = 0.67
+_TOO_MUCH = {"actuator_overforce": 1.0, "actuator_power": 0.5}
+"""Of faults of actuators that do too much, the exponent with which force goes with what was measured."""
+
+_HOLDING_RAD = 0.6
+"""By how much the weight of a limb may bend it in all. Our choice: a limb that sags by a third of its length."""
+_DAMPING_S = 0.1
+"""Damping time c / k beyond which stiffer springs get no more damping. Our choice."""
+_MOST_WEIGHTS = 20.0
+"""Largest pull that is given to a weak actuator, in weights of the robot. Our choice: less than half of what a winch of
+its size holds."""
 
 _LET_GO = 1.3
 """How much further a servo's range is opened. Our choice: more than the stroke of a limb bent by 3 rad."""
@@ -52,12 +65,16 @@ def _bending_factor(root: Element, request: Request) -> float:
     pull = request.fault.measured if request.fault else None
     if not lever_m or not pull:
         return 1.0
-    return float(f"{read_structure(model).characteristic_length_m / lever_m / pull:.3g}")
+    weights = min(read_structure(model).characteristic_length_m / lever_m, _MOST_WEIGHTS)
+    return float(f"{weights / pull:.3g}")
 
 
-def weaken(root: Element, _: Request) -> Iterator[str]:
-    """Let every actuator pull a third less hard."""
-    yield from _scale_forces(root, 0.67)
+def weaken(root: Element, request: Request) -> Iterator[str]:
+    """Let every actuator pull a third less hard, or as much less as was found too much of force or power."""
+    fault, factor = request.fault, _WEAKER
+    if fault is not None and fault.measured and fault.limit and fault.code in _TOO_MUCH:
+        factor = min(factor, 0.9 * (fault.limit / fault.measured) ** _TOO_MUCH[fault.code])
+    yield from _scale_forces(root, float(f"{factor:.2g}"))
 
 
 def _scale_forces(root: Element, factor: float, names: tuple[str, ...] = ()) -> Iterator[str]:
@@ -74,8 +91,48 @@ def _missing_factor(request: Request) -> float:
 
 
 def stiffen_springs(root: Element, _: Request) -> Iterator[str]:
-    """Make every joint spring 1.8 times as stiff, with damping in step."""
-    yield from _scale_springs(root, 1.8)
+    """Make every joint spring at least 1.8 times as stiff, and stiff enough to hold what hangs on it."""
+    factor = max(1.8, _holding_factor(root))
+    changed = 0
+    for joint in joints(root):
+        stiffness, damping = get_numbers(joint, "stiffness"), get_numbers(joint, "damping")
+        if stiffness and stiffness[0] > 0:
+            set_numbers(joint, "stiffness", *(factor * value for value in stiffness))
+            if damping:
+                most = max(damping[0], _DAMPING_S * factor * stiffness[0])
+                set_numbers(joint, "damping", min(factor * damping[0], most), *damping[1:])
+            changed += 1
+    if changed:
+        yield f"multiplied the stiffness of joints by {factor:g}, in {changed} places"
+
+
+def _holding_factor(root: Element) -> float:
+    """Return by what factor springs are too soft: weight beyond a joint x lever / stiffness, summed over a limb.
+
+    1 where the robot does not compile.
+    """
+    import mujoco
+    import numpy as np
+
+    from aidsr.mjcf.compile import compile_mjcf
+
+    try:
+        model = compile_mjcf(etree.tostring(root, encoding="unicode"))
+    except MjcfError:
+        return 1.0
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    gravity_m_s2 = float(np.linalg.norm(model.opt.gravity))
+    bend_rad = np.zeros(model.nbody)
+    for joint in np.flatnonzero(model.jnt_stiffness > 0):
+        body = model.jnt_bodyid[joint]
+        lever_m = np.linalg.norm(data.subtree_com[body] - data.xanchor[joint])
+        moment = model.body_subtreemass[body] * gravity_m_s2 * lever_m
+        # hinges of one body about different axes share the bending
+        bend_rad[body] = max(bend_rad[body], moment / model.jnt_stiffness[joint])
+    for body in range(1, model.nbody):
+        bend_rad[body] += bend_rad[model.body_parentid[body]]
+    return float(f"{bend_rad.max(initial=0.0) / _HOLDING_RAD:.2g}")
 
 
 def soften_springs(root: Element, request: Request) -> Iterator[str]:
@@ -97,7 +154,12 @@ def restore_gear(root: Element, _: Request) -> Iterator[str]:
     for actuator in actuators:
         for name in ("gear", "gainprm", "kp"):
             values = get_numbers(actuator, name)
-            if values and not any(values):
+            others = [get_numbers(other, name) for other in actuators if other.tag == actuator.tag]
+            acting = next((other for other in others if any(other)), None)
+            if values and not any(values) and acting and bool(actuator.get("tendon")):
+                set_numbers(actuator, name, *acting)
+                changed += 1
+            elif values and not any(values):
                 acts = _pulling_gear(root, actuator) if name == "gear" else sign if name == "gainprm" else 1.0
                 set_numbers(actuator, name, acts, *values[1:])
                 changed += 1
