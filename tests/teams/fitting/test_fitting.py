@@ -64,6 +64,12 @@ def test_a_robot_that_has_to_travel_is_free():
         assert (job.kind, job.base) == (view.kind, "free")
 
 
+def test_a_robot_that_stands_on_nothing_travels_whatever_the_goal():
+    brief, goal = job_of("lamp")
+    goal, brief = goal.model_copy(update={"base": "free"}), brief.model_copy(update={"base": "free"})
+    assert {family for _, family, _ in candidates(brief, goal, load_families())} == {"crawler", "worm", "ring"}
+
+
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0, 270.0])
 def test_a_turned_mount_points_at_the_place_of_work(turn_deg):
     brief, goal = job_of("valve")

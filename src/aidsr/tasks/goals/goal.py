@@ -139,8 +139,8 @@ class Goal(Artifact):
 
     @property
     def robot_travels(self) -> bool:
-        """Whether the robot itself is to get somewhere."""
-        return False
+        """Whether the robot itself is to get somewhere: one that stands on nothing has to, whatever the goal."""
+        return self.base == "free"
 
     @property
     def ways(self) -> tuple[tuple[str, float], ...]:

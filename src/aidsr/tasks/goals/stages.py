@@ -105,7 +105,7 @@ class Stages(Goal):
 
     @property
     def robot_travels(self) -> bool:
-        return any(stage.robot_travels for stage in self.stages)
+        return super().robot_travels or any(stage.robot_travels for stage in self.stages)
 
     @property
     def ways(self) -> tuple[tuple[str, float], ...]:

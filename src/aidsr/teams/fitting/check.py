@@ -42,6 +42,8 @@ _NOISE_S = 0.4
 """How long a random action lasts. Our choice: long enough for a soft body to follow."""
 _DRIFT = 0.1
 """Share of what is asked from which it counts that a target moves by itself. Our choice."""
+_CLOSE = 0.8
+"""Progress of random actions from which they are close to what is asked. Our choice."""
 _LIMITS = Limits(wall_s=1200.0, cpu_s=600.0)
 ROUNDS = (Round(6, 16, 120_000), Round(2, 64, 400_000))
 """In which the reference is chosen. Our choice: a quarter of what a design takes."""
@@ -100,6 +102,7 @@ class GoalCheck(Artifact):
             )
             said.append(
                 f"Doing anything: wins {blind.noise} of {blind.episodes}, progress at most {blind.noise_progress:.2f}"
+                + (", close to what is asked: ask for more, or for longer" if blind.noise_progress >= _CLOSE else "")
             )
         if self.probe:
             said.append(
