@@ -34,6 +34,8 @@ from aidsr.validation.rules_page import EXAMPLE_ARM
 _HERE = Path(__file__).parent
 _ROUNDS = 4
 """A fix is applied again while its fault is there: the milder ones come first."""
+_ROUNDS_OF_ALL = 8
+"""The same for all faults of a robot, those that the first one hid among them."""
 _WARNED = ("tendon_skips_segments", "tendon_slack", "thin_wall", "cable_shared", "overlap_hidden", "only_opens")
 _FORCE = ("actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange", "actuator_forcerange")
 """Numbers that make the force of an actuator together: a longer range is as good a cure as a larger gear."""
@@ -227,6 +229,21 @@ def by_fix(mistake: Mistake) -> str | None:
     return text if changed else None
 
 
+def by_all_fixes(mistake: Mistake) -> str | None:
+    """Return the robot as the fixes of all its errors leave it, one after the other; None where its own has no fix."""
+    if not any(mistake.code in each.cures for each in FIXES):
+        return None
+    text = mistake.bad
+    for _ in range(_ROUNDS_OF_ALL):
+        report = validate(text, **mistake.arguments)
+        found = [fault for fault in report.faults if fault.severity == "error" or fault.code == mistake.code]
+        answer = fix(text, found)
+        if not found or not answer.notes:
+            break
+        text = answer.mjcf
+    return text if text != mistake.bad else None
+
+
 def by_words(mistake: Mistake) -> str | None:
     """Return the example of a rule with the cure's words as an edit.
 
@@ -286,19 +303,28 @@ def _of_examples(rows: Sequence[Row]) -> list[str]:
 
 
 def _of_split(split: str, rows: Sequence[Row]) -> list[str]:
-    by_code: dict[str, list[Row]] = {"all": list(rows)}
-    for row in rows:
-        by_code.setdefault(f"`{row['code']}`", []).append(row)
-    left = Counter((row["code"], row["outcome"], row["errors_left"]) for row in rows if row["outcome"] != "cured")
+    alone = [row for row in rows if row["cure"] == "fix"]
+    by_code: dict[str, list[Row]] = {
+        "its own fault alone": alone,
+        "all errors, one after the other": [row for row in rows if row["cure"] == "all"],
+    }
+    for row in alone:
+        by_code.setdefault(f"`{row['code']}` alone", []).append(row)
+    left = Counter(
+        (row["cure"], row["code"], row["outcome"], row["errors_left"]) for row in rows if row["outcome"] != "cured"
+    )
     return [
         f"## Robots of the corpus, {split}",
         "",
         f"Made by `python -m benchmarks.validator.cures --split '{split}'`: the bad robots with a fault that a fix by",
-        "code can be tried on.",
+        "code can be tried on. `aidsr fix` is given that fault alone, as above, or all errors, up to eight rounds.",
         "",
-        *_counts("fault", by_code),
-        *(["", "| not cured | outcome | errors left | robots |", "|---|---|---|---|"] if left else []),
-        *(f"| `{code}` | {outcome} | {errors} | {count} |" for (code, outcome, errors), count in sorted(left.items())),
+        *_counts("fixed", by_code),
+        *(["", "| fixed | not cured | outcome | errors left | robots |", "|---|---|---|---|---|"] if left else []),
+        *(
+            f"| {'alone' if cure == 'fix' else cure} | `{code}` | {outcome} | {errors} | {count} |"
+            for (cure, code, outcome, errors), count in sorted(left.items())
+        ),
     ]
 
 
@@ -320,7 +346,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     mujoco.set_mju_user_warning(lambda _message: None)
     if options.split:
-        mistakes, ways = of_corpus(options.split, options.kept, options.processes), {"fix": by_fix}
+        mistakes, ways = of_corpus(options.split, options.kept, options.processes), {"fix": by_fix, "all": by_all_fixes}
     else:
         mistakes, ways = examples(), {"fix": by_fix, "words": by_words}
     with ThreadPoolExecutor(options.processes) as pool:
