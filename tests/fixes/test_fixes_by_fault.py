@@ -12,6 +12,7 @@ from aidsr.core.artifacts import Fault
 from aidsr.fixes import FIXES, fix, motion, ranges, strength
 from aidsr.fixes.record import EditDocument, Request
 from aidsr.mjcf.edit import effective_value, parse, to_text
+from aidsr.mjcf.elements import Element
 from aidsr.tasks import load_task
 from aidsr.teams.rules.families.arm import ARM
 from aidsr.teams.rules.job import read_job
@@ -26,7 +27,7 @@ def arm() -> str:
     return ARM.write(ARM.size(job, np.random.default_rng(0), "two sections")).mjcf
 
 
-def swapped(pattern: str, new: str, text: str, count: int = 0) -> str:
+def swapped(pattern: str, new: str | Callable[[re.Match[str]], str], text: str, count: int = 0) -> str:
     changed, hits = re.subn(pattern, new, text, count=count)
     assert hits, f"nothing to change for {pattern}"
     return changed
@@ -156,6 +157,30 @@ def test_servos_are_damped_and_let_go() -> None:
     )
     assert 'kv="10"' in fixed("chatter", text=servo)
     assert 'ctrlrange="0.2 0.39"' in fixed("antagonist_lock", text=servo)
+
+
+GENERAL_SERVO = (
+    '<general name="{name}" tendon="{tendon}" ctrlrange="0.1 0.14" forcerange="-40 40" biastype="affine" '
+    'gainprm="2000" biasprm="0 -2000 -20000"/>'
+)
+
+
+def test_servos_written_as_general_actuators_are_servos() -> None:
+    motors = r'<motor name="(\w+)" tendon="(\w+)"[^>]*/>'
+    text = swapped(motors, lambda found: GENERAL_SERVO.format(name=found[1], tendon=found[2]), EXAMPLE_ARM)
+    pulling = fixed("tendon_pushes", text=text)
+    assert pulling.count('ctrlrange="0.1 0.14"') == pulling.count('forcerange="-40 0"') == 2
+    assert fixed("chatter", text=text).count('biasprm="0 -2000 -40"') == 2
+    softer = mujoco.MjModel.from_xml_string(to_text(edited(motion.soften_servos, text)))
+    assert softer.actuator_gainprm[0, 0] == 1000
+    assert list(softer.actuator_biasprm[0, :3]) == [0, -1000, -10000]
+    assert fixed("antagonist_lock", text=text).count('ctrlrange="0.1 0.182"') == 2
+
+
+def edited(edit: EditDocument, text: str) -> Element:
+    root = parse(text)
+    assert list(edit(root, Request()))
+    return root
 
 
 def classy(actuator: str, own: str = "") -> str:

@@ -7,7 +7,16 @@ from collections.abc import Iterator
 from lxml import etree
 
 from aidsr.fixes.record import EditDocument, Fix, Request
-from aidsr.mjcf.edit import damping_gain, effective_numbers, entries, get_numbers, joints, section, set_numbers
+from aidsr.mjcf.edit import (
+    damping_gain,
+    effective_numbers,
+    entries,
+    get_numbers,
+    is_servo,
+    joints,
+    section,
+    set_numbers,
+)
 from aidsr.mjcf.elements import Element, elements
 from aidsr.sim import beam
 
@@ -73,8 +82,7 @@ def damp_servos(root: Element, _: Request) -> Iterator[str]:
     acting = [servo for servo in _servos(root) if _servo_stiffness(root, servo)]
     wrong = [servo for servo in acting if not 1.0 <= _damping_share(root, servo) <= _MOST_DAMPED]
     for servo in wrong:
-        servo.attrib.pop("dampratio", "")
-        set_numbers(servo, "kv", _KV_SHARE * _servo_stiffness(root, servo))
+        _set_damping(root, servo, _KV_SHARE * _servo_stiffness(root, servo))
     if wrong:
         yield f"set the damping of {len(wrong)} servos"
 
@@ -83,26 +91,48 @@ def soften_servos(root: Element, _: Request) -> Iterator[str]:
     """Halve the stiffness and the damping of position servos."""
     servos = _servos(root)
     for servo in servos:
-        set_numbers(servo, "kp", _servo_stiffness(root, servo) / 2.0)
-        if kv := damping_gain(root, servo):
-            set_numbers(servo, "kv", kv[0] / 2.0)
+        stiffness, damping = _servo_stiffness(root, servo), _servo_damping(root, servo)
+        if servo.tag == "position":
+            set_numbers(servo, "kp", stiffness / 2.0)
+        else:
+            # what a command asks for, a length, stays
+            gain, bias = effective_numbers(root, servo, "gainprm"), effective_numbers(root, servo, "biasprm")
+            set_numbers(servo, "gainprm", gain[0] / 2.0, *gain[1:])
+            set_numbers(servo, "biasprm", bias[0] / 2.0, bias[1] / 2.0, *bias[2:])
+        if damping:
+            _set_damping(root, servo, damping / 2.0)
     if servos:
         yield f"halved the gains of {len(servos)} servos"
 
 
 def _servos(root: Element) -> list[Element]:
-    return [actuator for actuator in entries(root, "actuator") if actuator.tag == "position"]
+    return [actuator for actuator in entries(root, "actuator") if is_servo(root, actuator)]
 
 
 def _servo_stiffness(root: Element, servo: Element) -> float:
     """Return kp of a position servo; MuJoCo takes 1 where it is not set."""
-    return (effective_numbers(root, servo, "kp") or [1.0])[0]
+    return (effective_numbers(root, servo, "kp" if servo.tag == "position" else "gainprm") or [1.0])[0]
+
+
+def _servo_damping(root: Element, servo: Element) -> float:
+    """Return kv of a position servo, 0 where it has none or a damping ratio."""
+    if servo.tag == "position":
+        return (damping_gain(root, servo) or [0.0])[0]
+    return -([*effective_numbers(root, servo, "biasprm"), 0.0, 0.0, 0.0])[2]
+
+
+def _set_damping(root: Element, servo: Element, damping: float) -> None:
+    if servo.tag == "position":
+        servo.attrib.pop("dampratio", "")
+        set_numbers(servo, "kv", damping)
+    else:
+        bias = [*effective_numbers(root, servo, "biasprm"), 0.0, 0.0, 0.0]
+        set_numbers(servo, "biasprm", *bias[:2], -damping)
 
 
 def _damping_share(root: Element, servo: Element) -> float:
     """Return kv of a servo in units of what is recommended; rounding counts as right."""
-    kv = damping_gain(root, servo) or [0.0]
-    return round(kv[0] / (_KV_SHARE * _servo_stiffness(root, servo)), 3)
+    return round(_servo_damping(root, servo) / (_KV_SHARE * _servo_stiffness(root, servo)), 3)
 
 
 def raise_damping(root: Element, request: Request) -> Iterator[str]:

@@ -13,6 +13,7 @@ from aidsr.mjcf.edit import (
     entries,
     gain_sign,
     get_numbers,
+    is_servo,
     joints,
     scale_forces,
     scale_springs,
@@ -177,11 +178,13 @@ def _pulling_gear(root: Element, actuator: Element) -> float:
 def let_go(root: Element, _: Request) -> Iterator[str]:
     """Open the ranges of tendon servos upwards, so that one can let go while its antagonist pulls, and none pushes."""
     changed = 0
-    for servo in _on_tendons(root, "position"):
+    for servo in _on_tendons(root, "position", "general"):
+        if not is_servo(root, servo):
+            continue
         low_high = effective_numbers(root, servo, "ctrlrange")
         if len(low_high) == 2 and low_high[0] >= 0:
             set_numbers(servo, "ctrlrange", low_high[0], _LET_GO * low_high[1])
-            force, gain = effective_numbers(root, servo, "forcerange"), effective_numbers(root, servo, "kp")
+            force, gain = effective_numbers(root, servo, "forcerange"), effective_numbers(root, servo, _gain_of(servo))
             pull = abs(min(force)) if len(force) == 2 else max(gain, default=1.0) * low_high[1]
             if gain_sign(root, servo) > 0 and pull and (len(force) != 2 or max(force) > 0):
                 set_numbers(servo, "forcerange", -pull, 0.0)
@@ -190,12 +193,22 @@ def let_go(root: Element, _: Request) -> Iterator[str]:
         yield f"opened the ranges of {changed} servos, so that they can let go"
 
 
+def _gain_of(servo: Element) -> str:
+    return "kp" if servo.tag == "position" else "gainprm"
+
+
 def pull_only(root: Element, request: Request) -> Iterator[str]:
-    """Cut the pushing half off the ranges of motors on tendons: a positive force lengthens a tendon."""
+    """Cut the pushing half off the ranges of actuators on tendons: a positive force lengthens a tendon."""
     changed = 0
-    for motor in _on_tendons(root, "motor", "general"):
+    for motor in _on_tendons(root, "motor", "general", "position"):
         known = not request.names or motor.get("name") in request.names or motor.get("tendon") in request.names
         sign, low_high = gain_sign(root, motor), effective_numbers(root, motor, "ctrlrange")
+        if known and is_servo(root, motor):
+            forces_n = effective_numbers(root, motor, "forcerange")
+            if len(forces_n) == 2 and forces_n[1] > 0:
+                set_numbers(motor, "forcerange", -max(map(abs, forces_n)), 0.0)
+                changed += 1
+            continue
         if not known or len(low_high) != 2 or not sign:
             continue
         strongest = max(map(abs, low_high))
@@ -204,7 +217,7 @@ def pull_only(root: Element, request: Request) -> Iterator[str]:
             set_numbers(motor, "ctrlrange", *wanted)
             changed += 1
     if changed:
-        yield f"let {changed} motors only pull"
+        yield f"let {changed} actuators only pull"
 
 
 def _on_tendons(root: Element, *tags: str) -> list[Element]:

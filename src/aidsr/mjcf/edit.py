@@ -116,6 +116,14 @@ def gain_sign(root: Element, actuator: Element) -> int:
     return (product > 0) - (product < 0)
 
 
+def is_servo(root: Element, actuator: Element) -> bool:
+    """Whether an actuator is a position servo, spelled out as a general one too."""
+    if actuator.tag != "general":
+        return actuator.tag == "position"
+    bias = effective_numbers(root, actuator, "biasprm")
+    return effective_value(root, actuator, "biastype") == "affine" and len(bias) > 1 and bias[1] != 0
+
+
 def damping_gain(root: Element, servo: Element) -> list[float]:
     """Return a servo's kv, empty where nothing sets it or a damping ratio stands in its place."""
     if servo.get("kv") is None and effective_value(root, servo, "dampratio"):
