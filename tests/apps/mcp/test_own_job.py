@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import io
+import json
 import os
 import sys
 from pathlib import Path
@@ -83,6 +84,9 @@ def test_a_valve_from_its_environment_to_the_picture_of_the_best_motion(tmp_path
 
             assert "aidsr://docs/goals: Goals" in await read(client, "aidsr://docs")
             assert (await read(client, "aidsr://docs/goals")).startswith("# Goals\n")
+            assert "aidsr://examples/valve: " in await read(client, "aidsr://examples")
+            assert json.loads(await read(client, "aidsr://examples/valve")) == given
+            assert 'no example "vlave" (did you mean "valve"?)' in await sentence(client, "aidsr://examples/vlave")
             assert 'no page "gaols" (did you mean "goals"?)' in await sentence(client, "aidsr://docs/gaols")
             assert await read(client, "aidsr://runs") == f"- aidsr://runs/{run.path.name}"
             assert '"outcome"' in await read(client, f"aidsr://runs/{run.path.name}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ from aidsr.core.formatting import excerpt
 from aidsr.core.numbered import is_number
 from aidsr.core.storage_errors import storage_problem
 from aidsr.core.suggestions import closest_name
+from aidsr.examples import examples
 from aidsr.runs.library import Library
 from aidsr.runs.status import read_status
 from aidsr.teams.llm.prompts import render
@@ -57,6 +59,26 @@ def add_resources(server: MCPServer, runs: Path) -> None:
                 f'no page "{excerpt(page)}"' + (f' (did you mean "{near}"?)' if near else "") + "; aidsr://docs has all"
             )
         return pages[page].read_text(encoding="utf-8")
+
+    @server.resource("aidsr://examples", mime_type="text/markdown")
+    def all_examples() -> str:
+        """Environments with goals that `make_task` takes: address and what is to be done."""
+        return "\n".join(f"- aidsr://examples/{name}: {each.title}" for name, each in examples().items())
+
+    @server.resource("aidsr://examples/{name}", mime_type="application/json")
+    def one_example(name: str) -> str:
+        """One of them: `objective`, `environment` and `goal`, as make_task asks for them."""
+        known = examples()
+        if name not in known:
+            near = closest_name(name, list(known))
+            raise ResourceNotFoundError(
+                f'no example "{excerpt(name)}"'
+                + (f' (did you mean "{near}"?)' if near else "")
+                + "; aidsr://examples has all"
+            )
+        example = known[name]
+        asked = {"objective": example.objective, "environment": example.environment, "goal": example.goal}
+        return json.dumps(asked, indent=2)
 
     @server.resource("aidsr://runs", mime_type="text/markdown")
     def all_runs() -> str:

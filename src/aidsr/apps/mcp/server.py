@@ -28,7 +28,8 @@ environment and a goal of your own, which check tries; then write MJCF as the re
 it until it is stable; assemble places it in the task's environment and validates it there; look shows it. Then measure:
 gaits, probe, play a script, sweep a number, edit, and measure again; train what does its job under a script, and
 evaluate it at the end. Fix the causes of faults, not their symptoms: each says what was measured, the limit, and the
-usual cure. The resource aidsr://docs lists the pages of the manual, aidsr://runs the runs of aidsr design."""
+usual cure. The resource aidsr://docs lists the pages of the manual, aidsr://examples environments with
+goals to begin with, aidsr://runs the runs of aidsr design."""
 
 
 def build_server(folder: Path, runs: Path) -> MCPServer:
