@@ -42,6 +42,20 @@ def test_the_first_wall_is_named_with_time_force_and_body(tmp_path: Path) -> Non
     assert "touches wall first at 0.9" in found.text()
 
 
+def test_a_winch_with_a_time_constant_presses_as_hard_as_it_pulls(tmp_path: Path) -> None:
+    scene = cart(tmp_path, 9.0)
+    drive = '<velocity name="robot/drive" joint="robot/along" kv="1000" ctrlrange="-0.5 0.5"/>'
+    winch = (
+        '<general name="robot/drive" joint="robot/along" dyntype="filterexact" dynprm="0.05" gainprm="20" '
+        'biastype="affine" biasprm="0 0 -20" ctrlrange="-0.5 0.5"/>'
+    )
+    assert drive in scene.mjcf
+    (touch,) = play(scene.model_copy(update={"mjcf": scene.mjcf.replace(drive, winch)}), "drive: t=0 1").touches
+    assert touch.peak_n >= touch.mean_n
+    assert touch.mean_n == pytest.approx(10.0, rel=0.05), "stalled: 20 N s/m times 0.5 m/s"
+    assert touch.share > 0.5
+
+
 def test_success_ends_it_and_is_said(tmp_path: Path) -> None:
     found = play(cart(tmp_path, 0.2), "drive: t=0 1, t=0.4 1, t=0.41 0")
     assert found.succeeded

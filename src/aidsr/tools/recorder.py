@@ -70,8 +70,7 @@ class Recorder:
         """Record the state after a control step."""
         if result.diverged[0]:
             return
-        for name in ("qpos", "qvel", "ctrl"):
-            getattr(self._data, name)[:] = self._episodes.batch.bind(name)[0]
+        self._episodes.copy_state(0, self._data)
         mujoco.mj_forward(self._model, self._data)
         self.moments.append(self._moment(float(result.time_s[0]), float(result.progress[0])))
 

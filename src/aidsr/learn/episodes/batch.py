@@ -132,6 +132,14 @@ class Episodes:
         """Where the goal holds at this moment, (n,), however long; success asks that it does for `hold_s`."""
         return np.asarray(self._state.held_s > 0.0)
 
+    def copy_state(self, index: int, data: mujoco.MjData) -> None:
+        """Give a simulation the present state of an episode, so that `mj_forward` finds the forces that act in it.
+
+        Activations belong to it: without them winches with a time constant pull on nothing.
+        """
+        for field in ("qpos", "qvel", "act", "ctrl"):
+            getattr(data, field)[:] = self.batch.bind(field)[index]
+
     def _bind_outputs(self) -> None:
         """Name the derived fields that are read, so that MuJoCo copies them out."""
         fields = ["sensordata", "ten_length", "ten_velocity", "actuator_force", "cvel", "xipos", "subtree_com"]

@@ -211,8 +211,7 @@ class _Recorder:
         return self._centres()
 
     def _take(self, episodes: Episodes) -> None:
-        for field in ("qpos", "qvel", "ctrl"):
-            getattr(self._data, field)[:] = episodes.batch.bind(field)[0]
+        episodes.copy_state(0, self._data)
         mujoco.mj_forward(self._model, self._data)
 
     def record(self, episodes: Episodes, result: StepResult) -> TraceStep:
