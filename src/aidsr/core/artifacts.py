@@ -353,6 +353,27 @@ class Decision(Artifact):
         return self
 
 
+class PassedLimit(Artifact):
+    """A limit of a goal that was passed in an episode."""
+
+    limit: str
+    """What it is about, as "force on panel"."""
+    worst: float
+    """Largest value in the episode, in `unit`."""
+    allowed: float
+    """Largest value that passes nothing, in `unit`."""
+    unit: str
+    time_s: float
+    """How long it was passed altogether [s]."""
+
+    @property
+    def text(self) -> str:
+        """The same as a clause, such as "force on panel 7.1 N of 6 N allowed, for 0.8 s"."""
+        much = f"{self.worst:.3g} {self.unit}"
+        much += f" of {self.allowed:.3g} {self.unit} allowed" if self.allowed else " deep"
+        return f"{self.limit} {much}, for {self.time_s:.3g} s"
+
+
 class EpisodeResult(Artifact):
     """How one episode of a trained policy went."""
 
@@ -365,6 +386,12 @@ class EpisodeResult(Artifact):
     reward: float
     """Sum over the episode."""
     time_s: float
+    reached: str = ""
+    """The stage that it came to, in words; empty in older results."""
+    held_s: float = 0.0
+    """The longest that the goal held without a break [s]."""
+    passed: tuple[PassedLimit, ...] = ()
+    """Limits of a goal that it passed, for however short a time."""
 
 
 class PlausibilityCheck(Artifact):
@@ -449,6 +476,8 @@ class Evaluation(Artifact):
     checks: tuple[PlausibilityCheck, ...]
     versions: dict[str, str] = Field(default_factory=dict)
     """Of Python and of the packages that shape a result."""
+    hold_s: float = 0.0
+    """How long the goal has to hold without a break [s]; 0 in older results."""
     split: Literal["held_out", "development"] = "held_out"
     """Only held-out variations score a design; a verdict on others is advice to its designers."""
     perturbed: tuple[PerturbedEpisodes, ...] = ()

@@ -16,7 +16,7 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from lxml import etree
 
-from aidsr.core.artifacts import Base, Brief
+from aidsr.core.artifacts import Base, Brief, PassedLimit
 from aidsr.core.errors import UserError
 from aidsr.mjcf.read import parse_document
 from aidsr.sim.task_sensors import TaskSensor
@@ -265,6 +265,15 @@ class Task(ABC):
         """Return where the episode is lost for good, (n,)."""
         del state
         return np.zeros(readings.n, dtype=np.bool_)
+
+    def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
+        """Return the limits that one episode has passed.
+
+        Args:
+            state: Of that episode alone, without the axis of episodes.
+        """
+        del state
+        return ()
 
     def stage_reached(self, progress: float, *, success: bool = False) -> str:
         """Return in words how far an episode came that got to this progress."""

@@ -10,6 +10,7 @@ from xml.sax.saxutils import quoteattr
 from pydantic import Field
 
 from aidsr.core.artifacts import Artifact, Vec3
+from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import AidsrError, ReplyError, UserError
 from aidsr.core.extras import require_extra
 from aidsr.core.numbered import numbered_in
@@ -212,13 +213,12 @@ def _judged(folder: Path, episodes: int, split: Split, head: str) -> Result:
     found = run_evaluation(folder, episodes, None, split, 1, False, False, lambda _point: None)
     rate = found.success_rate
     progress = sum(one.best_progress for one in found.episodes) / len(found.episodes)
-    ends = {end: sum(one.ended == end for one in found.episodes) for end in ("failed", "out_of_time", "diverged")}
     low, high = rate.interval.low, rate.interval.high
     lines = [
         f"{head}success in {rate.share:.0%} of {len(found.episodes)} {split.replace('held_out', 'held-out')} "
         f"variations (Wilson {low:.0%} to {high:.0%}), best progress {progress:.2f} on average, "
         f"{'' if found.valid else 'not '}valid",
-        ", ".join(f"{count} {end.replace('_', ' ')}" for end, count in ends.items()),
+        *ends_in_words(found.episodes, found.hold_s),
         *(f"not plausible: {check.message}" for check in found.checks if not check.passed),
     ]
     return Result(text="\n".join(lines), figures={"success": rate.share, "valid": float(found.valid)})

@@ -41,7 +41,7 @@ def test_a_design_knows_its_task_and_keeps_the_report(tmp_path, capsys):
         assert run_main("probe", design.path, *QUICK) == 1
     told = capsys.readouterr().out
     assert "for 0 of 1 variations some motion wins; one motion wins 0 of 1" in told
-    assert "Farthest stage reached" in told
+    assert "\n1 of 1: " in told
     report = ProbeReport.model_validate_json((design.path / "probe.json").read_text())
     assert (report.task, report.level, report.candidates) == ("grasping/dynamic_catching", "hard", 16)
     strip = Image.open(design.path / "probe.png")

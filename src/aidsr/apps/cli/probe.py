@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from aidsr.core.ends import ends_in_words
 from aidsr.core.formatting import format_time_left
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from aidsr.learn.openloop import ProbeReport
     from aidsr.learn.openloop.film import Film
     from aidsr.learn.openloop.probe_scene import ProbePoint
-
-_THERE = 0.995
-"""Progress that is printed as 1.00."""
 
 
 def probe(
@@ -156,7 +154,6 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
         f"best progress {report.progress:.2f} on average",
         soft_wrap=True,
     )
-    console.print(f"Farthest stage reached: {escape(report.reached)}.", soft_wrap=True)
     table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
     for title in ("variation", "ended", "best", "at the end", "after", "best motion"):
         table.add_column(title, overflow="fold")
@@ -166,8 +163,8 @@ def _print(console: Console, report: ProbeReport, kept: Path | None) -> None:
         row = (str(episode.variation), ended, f"{episode.best_progress:.2f}", f"{episode.progress:.2f}")
         table.add_row(*row, f"{episode.time_s:.1f} s", escape(one.motion.summary))
     console.print(table)
-    if any(one.episode.ended != "succeeded" and one.episode.best_progress > _THERE for one in report.variations):
-        console.print("Where the best is 1 and the episode not won, it got there and did not stay, or broke a limit.")
+    for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
+        console.print(escape(line), soft_wrap=True)
     console.print(f"{report.simulated_s:.0f} s of simulation in {report.wall_s:.0f} s; {report.why_ended}", style="dim")
     if kept is not None:
         console.print(f"Motions written to {escape(str(kept))}", soft_wrap=True)

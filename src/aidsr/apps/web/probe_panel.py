@@ -14,6 +14,7 @@ from aidsr.apps.web.site import Site
 from aidsr.apps.web.training_panel import measure_arguments, measure_field
 from aidsr.apps.web.view3d import Episode
 from aidsr.apps.web.widgets import box, button, fact, file_address, image, text
+from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder, Run
 from aidsr.runs.files import JsonFile
@@ -95,7 +96,9 @@ def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:
             fact("by one motion", f"{round(report.same_motion_share * count)} of {count}")
             fact("best progress, mean", f"{report.progress:.2f}")
             fact("motions tried", str(report.motions))
-        text(f"Farthest stage reached: {report.reached}. {report.why_ended.capitalize()}.", "", "p")
+        for line in ends_in_words([one.episode for one in report.variations], report.hold_s):
+            text(line, "small", "p")
+        text(f"{report.why_ended.capitalize()}.", "", "p")
         if (design.path / "probe.png").exists():
             picture = file_address(run.name, f"designs/{design.number}/probe.png", version=str(_version(design)))
             image(picture, "moments of the best motion", "wide")

@@ -12,6 +12,7 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
+from aidsr.core.artifacts import PassedLimit
 from aidsr.learn.episodes.actions import ActionMap
 from aidsr.learn.episodes.cable_friction import REFRESH_S, CableFriction
 from aidsr.learn.episodes.perturbation import DelayLine, PerturbedModels, perturbation_of
@@ -130,7 +131,16 @@ class Episodes:
     @property
     def holds(self) -> BoolArray:
         """Where the goal holds at this moment, (n,), however long; success asks that it does for `hold_s`."""
-        return np.asarray(self._state.held_s > 0.0)
+        return np.asarray(self.held_s > 0.0)
+
+    @property
+    def held_s(self) -> FloatArray:
+        """How long the goal has held without a break, (n,) [s]."""
+        return self._state.held_s
+
+    def passed_limits(self, index: int) -> tuple[PassedLimit, ...]:
+        """Return the limits that an episode has passed so far."""
+        return self.task.passed_limits({name: value[index] for name, value in self._state.task_state.items()})
 
     def copy_state(self, index: int, data: mujoco.MjData) -> None:
         """Give a simulation the present state of an episode, so that `mj_forward` finds the forces that act in it.

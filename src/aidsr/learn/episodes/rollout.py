@@ -48,6 +48,12 @@ class EpisodeOutcomes:
     """Sum over the episode."""
     time_s: FloatArray
     """How long the episode lasted [s]."""
+    held_s: FloatArray
+    """The longest that the goal held without a break [s]."""
+    reached: NDArray[np.object_]
+    """The stage that it came to, in words."""
+    passed: NDArray[np.object_]
+    """Limits that it passed, a tuple of `PassedLimit` each."""
 
     def rows(self, rows: slice) -> Self:
         """Return some of the episodes."""
@@ -68,6 +74,9 @@ class EpisodeOutcomes:
             best_progress=float(self.best_progress[row]),
             reward=float(self.reward[row]),
             time_s=float(np.round(self.time_s[row], 6)),
+            reached=self.reached[row],
+            held_s=float(np.round(self.held_s[row], 6)),
+            passed=self.passed[row],
         )
 
 
@@ -83,7 +92,7 @@ def rollout(
     """
     n = episodes.n
     success, failure, diverged = np.zeros((3, n), dtype=np.bool_)
-    progress, best_progress, reward, time_s = np.zeros((4, n))
+    progress, best_progress, reward, time_s, held_s = np.zeros((5, n))
     while episodes.running.any():
         before = episodes.running
         result = episodes.step(policy.act(episodes.observation))
@@ -93,5 +102,11 @@ def rollout(
         reward += result.reward
         progress, time_s = np.where(before, result.progress, progress), np.where(before, result.time_s, time_s)
         best_progress = np.maximum(best_progress, result.progress)
+        held_s = np.maximum(held_s, episodes.held_s)
         callback(result)
-    return EpisodeOutcomes(success, failure, diverged, progress, best_progress, reward, time_s)
+    reached, passed = np.empty((2, n), dtype=np.object_)
+    for row in range(n):
+        reached[row] = episodes.task.stage_reached(float(best_progress[row]), success=bool(success[row]))
+        passed[row] = episodes.passed_limits(row)
+    ends = (success, failure, diverged, progress, best_progress, reward, time_s)
+    return EpisodeOutcomes(*ends, held_s, reached, passed)

@@ -126,6 +126,7 @@ def probe_scene(
         variations=found,
         same_motion_share=same_motion_share,
         reached=scene.task.stage_reached(best.episode.best_progress, success=best.episode.ended == "succeeded"),
+        hold_s=scene.task.hold_s,
         versions={"mujoco": mujoco.__version__},
     )
 

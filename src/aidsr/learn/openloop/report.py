@@ -56,6 +56,8 @@ class ProbeReport(Artifact):
     variations hardly matter, far below it where a robot has to look."""
     reached: str
     """How far the best episode came, in words."""
+    hold_s: float = 0.0
+    """How long the goal has to hold without a break [s]; 0 in older reports."""
     versions: dict[str, str] = Field(default_factory=dict)
 
     @property

@@ -128,6 +128,7 @@ def evaluate(
         benchmark_version=BENCHMARK_VERSION,
         episodes=results,
         checks=tuple(checks),
+        hold_s=scene.task.hold_s,
         split=split,
         versions=versions_of(_PACKAGES),
         commit=commit(),

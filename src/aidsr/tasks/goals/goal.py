@@ -185,9 +185,13 @@ class Goal(Artifact):
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
         """Return where it is met at this moment, (n,)."""
 
-    def violation(self, seen: Seen) -> FloatArray:
-        """Return how badly it is done, 0 to 1, (n,)."""
-        return np.zeros(seen.n)
+    def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
+        """Return what its success itself does not allow, each with the tag of what measures it.
+
+        Unlike `limits` these cost nothing once they are kept again.
+        """
+        del tag
+        return ()
 
     # --- in words ---
 

@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aidsr.core.artifacts import BodySummary, EnvironmentSummary
+from aidsr.core.artifacts import BodySummary, EnvironmentSummary, PassedLimit
 from aidsr.core.errors import MjcfError, UserError
 from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.alone import Alone, play_alone, refuse
 from aidsr.tasks.goals.goal import Goal, check_speed
-from aidsr.tasks.goals.limits import TOLERATED_S
+from aidsr.tasks.goals.limits import TOLERATED_S, AnyLimit
 from aidsr.tasks.goals.reading import AnyGoal
 from aidsr.tasks.goals.seen import Seen
 from aidsr.tasks.goals.stages import Stages
@@ -31,7 +31,9 @@ _GOAL, _LIMIT = "goal", "limit"
 _VARIED = 4
 """Variations in which the environment is played without a robot. Our choice: the corners of most."""
 _BEYOND = "beyond_s"
-"""In the state: how long a limit has been passed, (n,) [s]."""
+"""In the state: how long any of the limits has been passed, (n,) [s]."""
+_WORST, _PASSED = "worst", "passed_s"
+"""In the state: the largest value measured of what counts against the robot, and how long it was passed [s], (n, k)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,19 +130,25 @@ class GoalTask(Task):
         return Seen(readings, _GOAL, self.control_dt_s)
 
     def reset_state(self, readings: Readings) -> TaskState:
-        return {
-            **self.goal.start(self._seen(readings)),
-            **({_BEYOND: np.zeros(readings.n)} if self.goal.limits else {}),
-        }
+        state = dict(self.goal.start(self._seen(readings)))
+        if watched := len(self._watched):
+            state |= {_WORST: np.zeros((readings.n, watched)), _PASSED: np.zeros((readings.n, watched))}
+        if self.goal.limits:
+            state[_BEYOND] = np.zeros(readings.n)
+        return state
 
     def script(self, readings: Readings) -> Mapping[str, FloatArray]:
         return self.goal.mount.controls(readings.time_s)
 
     def update_state(self, readings: Readings, state: TaskState) -> TaskState:
         after = dict(self.goal.update(self._seen(readings), state))
-        if self.goal.limits:
-            passed = self._of_limits(readings) > 0.0
-            after[_BEYOND] = state[_BEYOND] + self.control_dt_s * passed
+        if found := self._measured(readings):
+            measured = np.stack([each for _, each in found], axis=1)
+            passed = measured > np.array([limit.allowed for limit, _ in found])
+            after[_WORST] = np.maximum(state[_WORST], measured)
+            after[_PASSED] = state[_PASSED] + self.control_dt_s * passed
+            if limits := len(self.goal.limits):
+                after[_BEYOND] = state[_BEYOND] + self.control_dt_s * passed[:, -limits:].any(axis=1)
         return after
 
     def observe(self, readings: Readings, state: TaskState) -> FloatArray:
@@ -150,15 +158,32 @@ class GoalTask(Task):
         return self.goal.progress(self._seen(readings), state)
 
     def violation(self, readings: Readings) -> FloatArray:
-        return np.maximum(self.goal.violation(self._seen(readings)), self._of_limits(readings))
+        found = [limit.severity(measured) for limit, measured in self._measured(readings)]
+        return np.max(found, axis=0) if found else np.zeros(readings.n)
 
-    def _of_limits(self, readings: Readings) -> FloatArray:
-        """Return how badly the worst of the limits is passed, 0 to 1, (n,)."""
-        each = [
-            limit.violation(Seen(readings, f"{_LIMIT}{i}", self.control_dt_s))
-            for i, limit in enumerate(self.goal.limits, start=1)
-        ]
-        return np.max(each, axis=0) if each else np.zeros(readings.n)
+    @property
+    def _watched(self) -> tuple[tuple[str, AnyLimit], ...]:
+        """What counts against the robot, each with the tag of its sensors; the goal's `limits` last."""
+        limits = ((f"{_LIMIT}{i}", limit) for i, limit in enumerate(self.goal.limits, start=1))
+        return (*self.goal.bounds(_GOAL), *limits)
+
+    def _measured(self, readings: Readings) -> list[tuple[AnyLimit, FloatArray]]:
+        """Return what is measured of each, (n,)."""
+        return [(limit, limit.measured(Seen(readings, tag, self.control_dt_s))) for tag, limit in self._watched]
+
+    def passed_limits(self, state: TaskState) -> tuple[PassedLimit, ...]:
+        """See `Task`."""
+        return tuple(
+            PassedLimit(
+                limit=limit.subject,
+                worst=float(state[_WORST][index]),
+                allowed=limit.allowed,
+                unit=limit.unit,
+                time_s=round(float(state[_PASSED][index]), 6),
+            )
+            for index, (_, limit) in enumerate(self._watched)
+            if state[_PASSED][index] > 0.0
+        )
 
     def is_success(self, readings: Readings, state: TaskState) -> BoolArray:
         met = self.goal.is_met(self._seen(readings), state)

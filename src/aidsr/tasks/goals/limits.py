@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -18,10 +18,11 @@ from aidsr.tasks.readings import FloatArray
 from aidsr.tasks.shaping import excess
 
 ROBOT, PART = "robot", "functional_part"
+_WHO = {ROBOT: "robot", PART: "functional part"}
 
 TOLERATED_S = 0.2
 """How long a limit may be passed altogether in an episode that still succeeds. Our choice: a knock, not a habit."""
-_FULL_M = 0.02
+_FULL_MM = 20.0
 """How deep in a forbidden region the violation is full. Our choice: a limb of this size is then in it as a whole."""
 
 
@@ -46,8 +47,25 @@ class Limit(Artifact):
         """Return what measures it."""
 
     @abstractmethod
-    def violation(self, seen: Seen) -> FloatArray:
-        """Return how badly it is passed, 0 to 1, (n,)."""
+    def measured(self, seen: Seen) -> FloatArray:
+        """Return what must be no more than `allowed`, (n,), in `unit`."""
+
+    @property
+    @abstractmethod
+    def allowed(self) -> float:
+        """Largest value that passes nothing, in `unit`."""
+
+    unit: ClassVar[str]
+    """Of what is measured."""
+
+    def severity(self, measured: FloatArray) -> FloatArray:
+        """Return how badly it is passed by what was measured, 0 to 1, (n,)."""
+        return excess(measured, self.allowed)
+
+    @property
+    @abstractmethod
+    def subject(self) -> str:
+        """What it is about, such as "force on panel"."""
 
     @property
     @abstractmethod
@@ -82,14 +100,30 @@ class KeepOut(Limit, Region):
             return (*region, TaskSensor(name=f"{tag}_position", quantity="position"))
         return (*region, TaskSensor(name=f"{tag}_position", quantity="target_center_of_mass", target=self.what))
 
-    def violation(self, seen: Seen) -> FloatArray:
+    unit: ClassVar = "mm"
+
+    @property
+    def allowed(self) -> float:
         """See `Limit`."""
+        return 0.0
+
+    def measured(self, seen: Seen) -> FloatArray:
+        """See `Limit`; how deep."""
         if self.what == ROBOT:
             body = seen.readings.body
             deepest = (self.depth_m(body.center_m, self.middle_m(seen)) - body.radius_m).min(axis=1)
         else:
             deepest = self.depth_m(seen["position"][:, None], self.middle_m(seen))[:, 0]
-        return np.asarray(np.clip(-deepest / _FULL_M, 0.0, 1.0))
+        return np.asarray(-1000.0 * deepest)
+
+    def severity(self, measured: FloatArray) -> FloatArray:
+        """See `Limit`."""
+        return np.asarray(np.clip(measured / _FULL_MM, 0.0, 1.0))
+
+    @property
+    def subject(self) -> str:
+        """See `Limit`."""
+        return f"{_WHO.get(self.what, self.what)} in {self.words}"
 
     @property
     def sentence(self) -> str:
@@ -121,9 +155,21 @@ class SpeedLimit(Limit):
             return (TaskSensor(name=name, quantity="center_of_mass_velocity"),)
         return (TaskSensor(name=name, quantity="target_velocity", target=self.of),)
 
-    def violation(self, seen: Seen) -> FloatArray:
+    unit: ClassVar = "m/s"
+
+    def measured(self, seen: Seen) -> FloatArray:
         """See `Limit`."""
-        return excess(seen.mean_speed_m_s("velocity"), self.at_most_m_s)
+        return seen.mean_speed_m_s("velocity")
+
+    @property
+    def allowed(self) -> float:
+        """See `Limit`."""
+        return self.at_most_m_s
+
+    @property
+    def subject(self) -> str:
+        """See `Limit`."""
+        return f"speed of {_WHO.get(self.of, self.of)}"
 
     @property
     def sentence(self) -> str:
@@ -149,9 +195,21 @@ class ForceLimit(Limit):
         """See `Limit`."""
         return (TaskSensor(name=f"{tag}_force", quantity="contact_force", target=self.on),)
 
-    def violation(self, seen: Seen) -> FloatArray:
+    unit: ClassVar = "N"
+
+    def measured(self, seen: Seen) -> FloatArray:
         """See `Limit`."""
-        return excess(seen.peak_force_n("force"), self.at_most_n)
+        return seen.peak_force_n("force")
+
+    @property
+    def allowed(self) -> float:
+        """See `Limit`."""
+        return self.at_most_n
+
+    @property
+    def subject(self) -> str:
+        """See `Limit`."""
+        return f"force on {self.on}"
 
     @property
     def sentence(self) -> str:

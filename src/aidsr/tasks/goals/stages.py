@@ -13,6 +13,7 @@ from aidsr.tasks.goals.alone import Sweep
 from aidsr.tasks.goals.bring import Bring
 from aidsr.tasks.goals.follow import Follow
 from aidsr.tasks.goals.goal import Goal, Wording
+from aidsr.tasks.goals.limits import AnyLimit
 from aidsr.tasks.goals.move import Lift, Travel
 from aidsr.tasks.goals.reach import Pose, Reach
 from aidsr.tasks.goals.seen import Seen
@@ -118,6 +119,9 @@ class Stages(Goal):
         found = (sensor for i, stage in enumerate(self.stages) for sensor in stage.sensors(_tag(tag, i)))
         return tuple({sensor.name: sensor for sensor in found}.values())
 
+    def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
+        return tuple(bound for i, stage in enumerate(self.stages) for bound in stage.bounds(_tag(tag, i)))
+
     @property
     def features(self) -> tuple[Feature, ...]:
         now = Feature("which stage it is, 1 for the present one", "", (0, 1), "(state)", size=len(self.stages))
@@ -163,9 +167,6 @@ class Stages(Goal):
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
         *_, (last, stage, own) = self._parts(seen)
         return np.asarray((state["stage"] == last) & stage.is_met(own, _own(state, last)))
-
-    def violation(self, seen: Seen) -> FloatArray:
-        return np.asarray(np.max([stage.violation(own) for _, stage, own in self._parts(seen)], axis=0))
 
     def is_lost(self, seen: Seen, state: TaskState) -> BoolArray:
         by_s = np.array([np.inf if stage.by_s is None else stage.by_s for stage in self.stages])

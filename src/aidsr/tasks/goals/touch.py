@@ -9,11 +9,12 @@ from pydantic import model_validator
 
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.goal import COMING, DOING, MARGIN_M, Goal, Wording, offset_sensor
+from aidsr.tasks.goals.limits import AnyLimit, ForceLimit
 from aidsr.tasks.goals.numbers import Positive
 from aidsr.tasks.goals.seen import Seen
 from aidsr.tasks.goals.surroundings import Surroundings
 from aidsr.tasks.readings import BoolArray, FloatArray
-from aidsr.tasks.shaping import closeness, excess, share
+from aidsr.tasks.shaping import closeness, share
 from aidsr.tasks.task import Feature, TaskState
 
 
@@ -75,9 +76,10 @@ class Touch(Goal):
         near = closeness(seen.scalar("gap"), margin=MARGIN_M)
         return COMING * near + DOING * share(seen.mean_force_n("force"), self.force_n)
 
-    def violation(self, seen: Seen) -> FloatArray:
-        limit = self.at_most_n
-        return super().violation(seen) if limit is None else excess(seen.peak_force_n("force"), limit)
+    def bounds(self, tag: str) -> tuple[tuple[str, AnyLimit], ...]:
+        if self.at_most_n is None:
+            return ()
+        return ((tag, ForceLimit(kind="force", on=self.target, at_most_n=self.at_most_n)),)
 
     def is_met(self, seen: Seen, state: TaskState) -> BoolArray:
         del state

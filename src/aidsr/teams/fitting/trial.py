@@ -185,5 +185,6 @@ def _why(scene: TaskScene, best: ProbedVariation) -> str:
     variation = task.variation("development", best.episode.variation)
     recorded = trace(scene, variation, policy, targets_of(task))
     if task.is_decisive(best.episode.best_progress) and best.episode.best_progress >= task.stages[-1][0]:
-        return f"it gets there, but does not stay for {task.hold_s:g} s without what counts against it"
+        held = f"it stays for {best.episode.held_s:.3g} s of {task.hold_s:.3g} s at most"
+        return "; ".join([held, *(limit.text for limit in best.episode.passed)])
     return attribute_failure(task, recorded)[1].problem

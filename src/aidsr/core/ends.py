@@ -1,0 +1,50 @@
+"""Where episodes end, in words: how far they came, how long the goal was held, which limits were passed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from aidsr.core.artifacts import EpisodeResult, PassedLimit
+
+
+def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]:
+    """Return a line for each way in which episodes ended, the most frequent first, and one for each limit they passed.
+
+    Args:
+        episodes: The episodes.
+        hold_s: How long the goal has to hold without a break [s].
+
+    Returns:
+        Nothing for episodes of older results, which do not say.
+    """
+    alike: dict[str, list[EpisodeResult]] = {}
+    for episode in episodes:
+        if episode.reached:
+            alike.setdefault(_words(episode), []).append(episode)
+    passed: dict[str, list[PassedLimit]] = {}
+    for episode in episodes:
+        for limit in episode.passed:
+            passed.setdefault(limit.limit, []).append(limit)
+    lines = [f"{len(some)} of {len(episodes)}: {_stage(some, hold_s)}" for some in sorted(alike.values(), key=_fewer)]
+    for some in passed.values():
+        worst = max(some, key=lambda limit: limit.worst)
+        longest = worst.model_copy(update={"time_s": max(limit.time_s for limit in some)})
+        lines.append(f"a limit passed in {len(some)} of {len(episodes)}: {longest.text} at most")
+    return lines
+
+
+def _fewer(episodes: Sequence[EpisodeResult]) -> int:
+    return -len(episodes)
+
+
+def _words(episode: EpisodeResult) -> str:
+    ended = {"failed": ", lost by the task's own rule", "diverged": ", where the simulation diverged"}
+    return episode.reached + ended.get(episode.ended, "")
+
+
+def _stage(alike: Sequence[EpisodeResult], hold_s: float) -> str:
+    """Return how far episodes came that came equally far."""
+    words, held_s = _words(alike[0]), max(episode.held_s for episode in alike)
+    if alike[0].ended == "succeeded" or not (held_s and hold_s):
+        return words
+    return f"{words}: {held_s:.3g} s of {hold_s:.3g} s at most"

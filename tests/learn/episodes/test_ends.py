@@ -1,0 +1,79 @@
+"""Where episodes end is kept with them, and told in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.tools.carts import cart
+
+from aidsr.core.artifacts import EpisodeResult
+from aidsr.core.ends import ends_in_words
+from aidsr.learn.episodes.batch import Episodes
+from aidsr.learn.episodes.rollout import rollout
+from aidsr.tools.script_search import script_policy
+
+FAST = '\n[[limits]]\nkind = "speed"\nof = "robot"\nat_most_m_s = 0.3\n'
+
+
+def played(folder: Path, goal: str, script: str) -> EpisodeResult:
+    scene = cart(folder)
+    assert scene.goal is not None
+    scene.goal.write_text(goal)
+    loaded = scene.load()
+    variation = loaded.task.variation("development", 0)
+    episodes = Episodes(loaded.model, loaded.task, loaded.actions, [variation], threads=1)
+    return rollout(episodes, script_policy(loaded, script)).result(0, 0)
+
+
+GOAL = 'kind = "travel"\ndistance_m = 0.2\ntime_limit_s = 2\nhold_s = 0.6\n'
+
+
+def test_a_goal_that_is_passed_by_and_left_says_how_long_it_was_held(tmp_path: Path) -> None:
+    there_and_back = "drive: t=0 0.5, t=1 0.5, t=1.01 -0.5"
+    end = played(tmp_path, GOAL, there_and_back)
+    assert end.ended == "out_of_time"
+    assert end.reached.endswith("but success was not held")
+    assert end.held_s == pytest.approx(0.4, abs=0.08), "0.25 m/s for 1 s, then back: 0.2 s beyond 0.2 m, twice"
+    (line,) = ends_in_words([end], 0.6)
+    assert line == f"1 of 1: {end.reached}: {end.held_s:.3g} s of 0.6 s at most"
+
+
+def test_a_limit_that_was_passed_is_named_with_how_much_and_how_long(tmp_path: Path) -> None:
+    end = played(tmp_path, GOAL.replace("0.2", "0.55") + FAST, "drive: t=0 0.8, t=1 0.8, t=1.01 0.1")
+    (limit,) = end.passed
+    assert (limit.limit, limit.allowed, limit.unit) == ("speed of robot", 0.3, "m/s")
+    assert limit.worst == pytest.approx(0.4, rel=0.02)
+    assert limit.time_s == pytest.approx(1.0, abs=0.08)
+    assert ends_in_words([end, end], 0.4)[-1].startswith("a limit passed in 2 of 2: speed of robot 0.4 m/s of 0.3 m/s")
+    assert played(tmp_path, GOAL + FAST, "drive: 0.5").passed == ()
+
+
+def test_the_band_of_a_touch_is_such_a_limit(tmp_path: Path) -> None:
+    scene = cart(tmp_path)
+    walled = scene.mjcf.replace(
+        '<geom name="wall" type="box" size="0.01 0.5 0.2" pos="0.51 0 0.2"/>',
+        '<body name="wall" pos="0.51 0 0.2"><geom type="box" size="0.01 0.5 0.2"/></body>',
+    )
+    assert scene.goal is not None
+    scene.goal.write_text('kind = "touch"\ntarget = "wall"\nforce_n = 1\nat_most_n = 6\ntime_limit_s = 2\n')
+    loaded = scene.model_copy(update={"mjcf": walled}).load()
+    episodes = Episodes(loaded.model, loaded.task, loaded.actions, [loaded.task.variation("development", 0)], threads=1)
+    (limit,) = rollout(episodes, script_policy(loaded, "drive: 1")).result(0, 0).passed
+    assert (limit.limit, limit.allowed) == ("force on wall", 6.0)
+    assert limit.worst > 400.0, "stalled: kv times the speed that is asked for"
+    assert limit.text.endswith(f"of 6 N allowed, for {limit.time_s:.3g} s")
+
+
+def test_ways_to_end_are_counted_and_those_of_older_results_left_out() -> None:
+    def ended(reached: str, held_s: float) -> EpisodeResult:
+        won = reached == "held success"
+        numbers = {"progress": 1.0, "best_progress": 1.0, "reward": 0.0, "time_s": 1.0}
+        return EpisodeResult(
+            variation=0, ended="succeeded" if won else "out_of_time", reached=reached, held_s=held_s, **numbers
+        )
+
+    left = "there, but success was not held"
+    some = [ended("held success", 0.5), ended(left, 0.1), ended(left, 0.3)]
+    assert ends_in_words(some, 0.5) == [f"2 of 3: {left}: 0.3 s of 0.5 s at most", "1 of 3: held success"]
+    assert ends_in_words([ended("", 0.0)], 0.5) == []
