@@ -154,7 +154,7 @@ def train(
     again: bool = False,
     listen: Callable[[CurvePoint], None] = lambda _point: None,
 ) -> Training:
-    """Train a policy by reinforcement learning (PPO) and return its folder. Needs the extra "rl".
+    """Train a policy by reinforcement learning and return its folder. Needs the extra "rl".
 
     The same call continues a training that was stopped, and returns one that is finished as it is.
 

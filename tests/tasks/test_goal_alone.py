@@ -81,3 +81,35 @@ def test_an_environment_that_breaks_down_by_itself_is_refused():
 def test_every_example_rests_and_has_its_way_clear(name):
     example = examples()[name]
     assert remarks(goal_task(parse_goal(example.goal), example.environment).alone) == ()
+
+
+BLOCK = """<mujoco><worldbody><geom name="floor" type="plane" size="2 2 0.1"/>
+<body name="block" pos="0.25 0 0.3">{joint}<geom name="case" type="box" size="0.05 0.06 0.07" mass="1"/></body>
+{site}</worldbody></mujoco>"""
+IN_THE_BLOCK = '<site name="spot" pos="0.25 0 0.3"/>'
+
+
+def reach(base, mjcf, within_m=0.02):
+    return goal_task(parse_goal(f'kind = "reach"\ntarget = "spot"\nbase = "{base}"\nwithin_m = {within_m}'), mjcf)
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+def test_a_point_inside_of_something_solid_is_refused_before_anything_is_designed(base):
+    with pytest.raises(UserError, match=r'"spot" cannot be reached: it lies 50 mm inside of case, which is solid'):
+        reach(base, BLOCK.format(joint="", site=IN_THE_BLOCK))
+
+
+def test_a_point_under_the_surface_by_less_than_is_near_enough_is_not():
+    at_the_face = IN_THE_BLOCK.replace("0.25", "0.21")
+    assert reach("free", BLOCK.format(joint="", site=at_the_face))
+    assert reach("free", BLOCK.format(joint="", site=IN_THE_BLOCK), within_m=0.06)
+
+
+def test_a_point_in_what_may_be_pushed_aside_is_not():
+    assert reach("free", BLOCK.format(joint="<freejoint/>", site=IN_THE_BLOCK))
+
+
+def test_the_origin_of_a_body_goes_with_it_and_so_is_never_reached():
+    loose = BLOCK.format(joint="<freejoint/>", site="")
+    with pytest.raises(UserError, match=r'"block" cannot be reached: it lies 50 mm inside of case'):
+        goal_task(parse_goal('kind = "reach"\ntarget = "block"'), loose)

@@ -113,6 +113,11 @@ class Goal(Artifact):
         return ()
 
     @property
+    def reached(self) -> tuple[tuple[str, float], ...]:
+        """The same with how near to each is near enough [m]."""
+        return ()
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """Bodies that are to be touched or moved."""
         return self.places

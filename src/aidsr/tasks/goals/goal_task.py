@@ -16,6 +16,7 @@ from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.alone import Alone, play_alone, refuse
+from aidsr.tasks.goals.buried import refuse_buried
 from aidsr.tasks.goals.goal import Goal, check_speed
 from aidsr.tasks.goals.limits import TOLERATED_S, AnyLimit
 from aidsr.tasks.goals.reading import AnyGoal
@@ -222,6 +223,7 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     bodies = [name for name in found.bodies if name in around.bodies]
     alone = play_alone(mjcf, bodies, found.sweeps(around), ((), *varied))
     refuse(alone[0])
+    refuse_buried(mjcf, found.reached)
     return replace(task, alone=alone)
 
 

@@ -46,6 +46,10 @@ class _ToAPoint(Goal):
         return (self.target,)
 
     @property
+    def reached(self) -> tuple[tuple[str, float], ...]:
+        return ((self.target, self.within_m),)
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         return ()
 

@@ -89,6 +89,10 @@ class Stages(Goal):
         return tuple(name for name in _all(stage.points for stage in self.stages) if name not in self.bodies)
 
     @property
+    def reached(self) -> tuple[tuple[str, float], ...]:
+        return tuple(point for stage in self.stages for point in stage.reached)
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         return _all(stage.bodies for stage in self.stages)
 

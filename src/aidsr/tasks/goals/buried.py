@@ -1,0 +1,93 @@
+"""Points that are to be reached and lie inside of what is solid, where no functional part comes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from aidsr.core.artifacts import Artifact
+from aidsr.core.errors import UserError
+from aidsr.mjcf.compile import load_mjcf
+from aidsr.sandbox.isolated import isolated
+
+_RADIUS_M = 1e-4
+"""Of the sphere that stands for a point."""
+_SLACK_M = 0.001
+"""Depth beyond what is near enough that does not matter. Our choice: contacts give way so far."""
+
+
+class Buried(Artifact):
+    """A point inside of a solid shape that it cannot leave."""
+
+    point: str
+    geom: str
+    """The shape, or its body where it has no name."""
+    depth_m: float
+    """From its surface."""
+
+
+def refuse_buried(mjcf: str, points: Sequence[tuple[str, float]]) -> None:
+    """Refuse points that lie so deep in something solid that its surface is not near enough.
+
+    Only what is fixed to a point counts: the rest may be moved out of the way.
+
+    Args:
+        mjcf: The environment.
+        points: Sites, or else bodies by their origin, and how near is near enough [m].
+
+    Raises:
+        UserError: One does.
+        MjcfError: The environment cannot be loaded.
+        IsolationError: That ran past its limits.
+    """
+    if not points:
+        return
+    buried = {found.point: found for found in _find_buried(mjcf, tuple(name for name, _ in points))}
+    for name, near_m in points:
+        if name in buried and buried[name].depth_m > near_m + _SLACK_M:
+            depth_m = buried[name].depth_m
+            raise UserError(
+                f'"{name}" cannot be reached: it lies {1000 * depth_m:.3g} mm inside of {buried[name].geom}, which is '
+                f"solid, and within_m is {near_m:g}; put it at the surface, ask for `touch`, or for within_m of more "
+                f"than {depth_m:.2g}"
+            )
+
+
+@lru_cache(maxsize=16)
+def _find_buried(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
+    return _measure(mjcf, points)
+
+
+@isolated
+def _measure(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
+    """Return for each point the solid shape in which it lies deepest, if any."""
+    spec = load_mjcf(mjcf).spec
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+    probe = spec.worldbody.add_geom(type=sphere, size=[_RADIUS_M] * 3, contype=0, conaffinity=0)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    found = []
+    for name in points:
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        body = int(model.site_bodyid[site]) if site >= 0 else model.body(name).id
+        data.geom_xpos[probe.id] = data.site_xpos[site] if site >= 0 else data.xpos[body]
+        depths_m = {
+            geom: -_RADIUS_M - mujoco.mj_geomDistance(model, data, probe.id, geom, 0.0, None)
+            for geom in _solid(model)
+            if model.body_weldid[model.geom_bodyid[geom]] == model.body_weldid[body]
+        }
+        deepest = max(depths_m, key=lambda geom: depths_m[geom], default=None)
+        if deepest is not None and depths_m[deepest] > 0.0:
+            label = model.geom(deepest).name or model.body(model.geom_bodyid[deepest]).name
+            found.append(Buried(point=name, geom=label, depth_m=float(depths_m[deepest])))
+    return tuple(found)
+
+
+def _solid(model: mujoco.MjModel) -> list[int]:
+    """Return the shapes that a robot touches; a height field has no inside that could be measured."""
+    solid = (model.geom_contype | model.geom_conaffinity) != 0
+    return np.flatnonzero(solid & (model.geom_type != mujoco.mjtGeom.mjGEOM_HFIELD)).tolist()
