@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from tests.scenes import small_arm
 
 from aidsr.core.errors import UserError
@@ -37,6 +40,16 @@ def test_an_own_task_is_kept_drawn_and_told_of(tmp_path: Path) -> None:
     assert told["environment_mjcf"] == VALVE.environment
     assert json.loads(call(work, "list_tasks").text)[-1] == {"name": "task_1", "objective": VALVE.objective}
     assert call(work, "look", subject="task_1").pictures
+
+
+@pytest.mark.parametrize("tool", ["make_task", "look"])
+def test_the_picture_of_an_own_task_has_its_mount_and_what_is_to_be_worked_on(tmp_path: Path, tool: str) -> None:
+    work = Workspace(tmp_path)
+    made = make(work)
+    drawn = made if tool == "make_task" else call(work, "look", subject="task_1")
+    red, green, blue = np.asarray(Image.open(io.BytesIO(drawn.pictures[0]))).astype(int).transpose(2, 0, 1)
+    assert 50 < ((green > 1.5 * red) & (green > 1.5 * blue)).sum() < 5000, "the mount"
+    assert ((red > 2 * green) & (red > 2 * blue)).sum() > 50, "the lever"
 
 
 def test_a_robot_is_tested_and_measured_under_the_physics_of_its_task(tmp_path: Path) -> None:

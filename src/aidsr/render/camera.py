@@ -26,6 +26,7 @@ _PREFERENCE = 0.02  # share of visible geoms that a direction must gain over the
 _RAYS = 12  # in a row and in a column, by which is measured how large something is seen
 _WELL_SEEN = 0.5  # share of the largest that it is seen from any side, which is enough
 _SITE_SLACK = 0.02  # of the way to a site, before which nothing may stand: a mark lies on what carries it
+_ROOM_M = 0.1  # beside what is shown without a robot; our choice: half of what a built-in robot takes
 _MAX_TESTED_GEOMS = 60  # geoms at most whose visibility is tested
 
 
@@ -44,12 +45,13 @@ def frame_robot(model: mujoco.MjModel, states: Iterable[mujoco.MjData], view: Vi
         mujoco.mjv_defaultFreeCamera(model, camera)
         camera.distance /= view.closeness
         return camera
-    around = _surrounding_geoms(model)
+    empty = bool(view.shown) and not read_ownership(model).is_scene
+    around = list(_solid(model)) if empty else _surrounding_geoms(model)
     of_robot, of_others, data = [], [], None
     for data in states:
-        of_robot.append(
-            np.concatenate([robot_corners(model, data), *(each.corners for each in _shown(model, data, view))])
-        )
+        robot = np.zeros((0, 3)) if empty else robot_corners(model, data)
+        shown = [each.corners for each in _shown(model, data, view)]
+        of_robot.append(np.concatenate([robot, *(_with_room(corners) if empty else corners for corners in shown)]))
         of_others.append(_corners(model, data, around))
     if data is None:
         raise ValueError("no state to show: give at least one")
@@ -128,6 +130,11 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Ar
         centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         found.append(data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T)
     return np.concatenate(found)
+
+
+def _with_room(corners: Array) -> Array:
+    """Return points around what is shown where no robot is yet, with room for one beside them."""
+    return np.concatenate([corners - _ROOM_M, corners + _ROOM_M])
 
 
 def _region(robot: Array, others: Array) -> tuple[Array, float]:

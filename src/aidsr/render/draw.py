@@ -17,7 +17,7 @@ from aidsr.render.camera import frame_robot
 from aidsr.render.highlight import highlight
 from aidsr.render.opengl import Canvas, NoOpenGLError, in_software, renderer
 from aidsr.render.raycasting import RayCanvas
-from aidsr.render.stage import compile_for_display
+from aidsr.render.stage import compile_for_display, mark_mounts
 from aidsr.render.tracking_camera import track_robot
 from aidsr.render.view import View
 from aidsr.sim.ownership import read_ownership
@@ -50,6 +50,7 @@ def draw_picture(mjcf: str, width: int, height: int, view: View, highlighted: Se
     """Return a model in its initial state as PNG."""
     model = compile_for_display(parse_mjcf(mjcf))
     highlight(model, highlighted)
+    mark_mounts(model, view.shown)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     camera = frame_robot(model, [data], view)

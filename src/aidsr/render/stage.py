@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
@@ -18,6 +20,7 @@ _SURROUNDINGS = np.array([0.80, 0.77, 0.71])
 _TENDON = np.array([0.86, 0.33, 0.10])
 _PLAIN_TENDON_WIDTH_M = 0.003
 _TENDON_WIDTH = 0.003  # of the model's extent, and at most what MuJoCo draws
+_MOUNT_RGBA, _MOUNT_M = (0.15, 0.65, 0.25, 1.0), 0.012
 _SKY = "aidsr_sky"
 _FLOOR = "aidsr_floor"
 
@@ -88,3 +91,14 @@ def _give_colours(model: mujoco.MjModel) -> None:
 
 def _is_plain(rgba: np.ndarray) -> bool:
     return bool(np.allclose(rgba, _PLAIN))
+
+
+def mark_mounts(model: mujoco.MjModel, shown: Sequence[str]) -> None:
+    """Show mounts that are asked for as green balls, where no robot stands on them yet."""
+    if read_ownership(model).is_scene:
+        return
+    for site in range(model.nsite):
+        if model.site(site).name.startswith("mount") and model.site(site).name in shown:
+            model.site_rgba[site] = _MOUNT_RGBA
+            model.site_type[site] = mujoco.mjtGeom.mjGEOM_SPHERE
+            model.site_size[site] = _MOUNT_M

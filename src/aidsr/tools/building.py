@@ -11,6 +11,7 @@ from aidsr.core.artifacts import ActuatorGroup, Brief, Placement, Robot, Scene, 
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
+from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.mjcf.size_limits import SizeLimits
 from aidsr.render.pictures import filmstrip, picture
 from aidsr.render.view import View
@@ -21,7 +22,7 @@ from aidsr.teams.llm.patch import apply_patch
 from aidsr.teams.llm.replies import MAX_CHARACTERS
 from aidsr.tools.motions import controls
 from aidsr.tools.tool import MOST_LINES, Result
-from aidsr.tools.workspace import MOUNTS, Workspace
+from aidsr.tools.workspace import MOUNTS, Workspace, is_own
 from aidsr.validation import validate as validate_mjcf
 
 Mount = Literal["auto", "fixed", "free"]
@@ -169,12 +170,25 @@ def look(
     ] = None,
 ) -> Result:
     """Draw a robot or a scene as it is at the start, or a strip of moments of a script."""
-    view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
+    view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, shown=_shown(workspace, subject))
     if not script:
         return Result(text=f"{subject} at the start", pictures=(picture(workspace.mjcf(subject), view=view),))
     ctrl = controls(workspace.subject(subject), script, seconds)
     strip = filmstrip(workspace.mjcf(subject), ctrl=ctrl.rows, frames_per_s=ctrl.per_s, seconds=seconds, view=view)
     return Result(text=f"{subject}: five moments of {seconds:g} s, from left to right", pictures=(strip,))
+
+
+def _shown(workspace: Workspace, subject: str) -> tuple[str, ...]:
+    """Return what of an own task or a scene has to be in sight: targets and mounts."""
+    if is_own(subject):
+        _, _, task = workspace.task_of(subject, "standard")
+        assert task is not None, "an own task is one"
+        return (*targets_of(task), *(mount.name for mount in task.brief().summary.mounts))
+    if not subject.startswith("scene"):
+        return ()
+    measured = workspace.subject(subject)
+    targets = targets_of(measured.measure()) if measured.has_job else ()
+    return (*targets, workspace.placement(subject).mount)
 
 
 def read(

@@ -30,13 +30,18 @@ class MeasuredScene(Artifact):
     mount: Literal["auto", "fixed", "free"] = "fixed"
     """How the root of a robot alone is held."""
 
+    @property
+    def has_job(self) -> bool:
+        """Whether something measures success in it."""
+        return bool(self.task) or self.goal is not None
+
     def require_job(self) -> None:
         """Refuse what nothing measures success of.
 
         Raises:
             UserError: There is neither task nor goal.
         """
-        if not self.task and self.goal is None:
+        if not self.has_job:
             raise UserError("nothing measures success here; assemble a robot into the environment of a task or goal")
 
     def measure(self) -> Task:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
 from aidsr.core.artifacts import ActuatorGroup, Artifact
@@ -10,11 +11,15 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.episodes.varied_mjcf import varied_mjcf
+from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.report import ProbedVariation
 from aidsr.render.pictures import filmstrip, video
+from aidsr.render.view import View
 from aidsr.sandbox.isolated import isolated
 from aidsr.sandbox.limits import Limits
+from aidsr.sim.placement import mount_names
+from aidsr.sim.structure import read_structure
 from aidsr.tasks import Level
 from aidsr.tasks.travelling_task import TravellingTask
 
@@ -30,14 +35,20 @@ class Film(Artifact):
     qpos: tuple[tuple[float, ...], ...]
     """One row for each control step, beginning with the start."""
     frames_per_s: float
+    shown: tuple[str, ...] = ()
+    """Bodies and sites that must be in sight: targets, and the mount."""
 
     def strip(self, count: int = 6) -> bytes:
         """Return a PNG picture of moments side by side."""
-        return filmstrip(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, count=count)
+        return filmstrip(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, count=count, view=self._view)
 
     def video(self) -> bytes | None:
         """Return it as MP4, None where there is no OpenGL."""
-        return video(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s)
+        return video(self.mjcf, qpos=self.qpos, frames_per_s=self.frames_per_s, view=self._view)
+
+    @property
+    def _view(self) -> View:
+        return View(shown=self.shown)
 
 
 @isolated(limits=_LIMITS)
@@ -71,4 +82,14 @@ def film(
         mjcf=varied_mjcf(placed.mjcf, variation),
         qpos=tuple(tuple(float(number) for number in row) for row in rows),
         frames_per_s=1.0 / placed.task.control_dt_s,
+        shown=(*targets_of(placed.task), *_nearest_mount(placed.model)),
     )
+
+
+def _nearest_mount(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Return the mount next to the robot's root, none where the scene has none."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    root = data.xpos[read_structure(model).roots[0]]
+    away = {name: float(np.linalg.norm(data.site(name).xpos - root)) for name in mount_names(model)}
+    return (min(away, key=lambda name: away[name]),) if away else ()

@@ -175,7 +175,9 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
             blind=None,
             probe=None,
             scene=mjcf,
-            picture=picture(mjcf, view=View(shown=targets_of(task))),
+            picture=picture(
+                mjcf, view=View(shown=(*targets_of(task), *(mount.name for mount in brief.summary.mounts)))
+            ),
             strip=None,
         )
     best = max(tried, key=lambda each: each.fit.value)
