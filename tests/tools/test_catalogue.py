@@ -123,9 +123,36 @@ def test_a_number_in_a_script_is_swept(tmp_path: Path) -> None:
     table = call(work, "sweep", subject="scene_1", values=["1", "-0.5"], what="play", how=how)
     head, *rows = (line.split(" | ") for line in table.splitlines())
     assert head[0] == "{x} of the script"
-    assert head[-2:] == ["least cart to floor mm", "at the end mm"]
+    assert head[-3:] == ["least cart to floor mm", "at the end mm", "came to"]
+    assert rows[0][-1].startswith("begun, not yet "), "the phase of the goal"
     fast, back = (float(row[head.index("mean velocity x mm/s")]) for row in rows)
     assert back == pytest.approx(-fast / 2, rel=0.01)
+
+
+def test_several_variations_are_a_row_each_in_play_and_sweep(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    _, head, *rows = call(work, "play", scene="scene_1", script="drive: 1", seconds=0.4, variations=[0, 3]).splitlines()
+    assert head.startswith("variation | best progress | ")
+    assert [row.split(" | ")[0] for row in rows] == ["0", "3"]
+    how = {"script": "drive: {x}", "seconds": 0.4, "variations": [0, 3]}
+    swept = call(work, "sweep", subject="scene_1", values=["1", "0.5"], what="play", how=how).splitlines()
+    assert [row.split(" | ")[0] for row in swept[1:]] == [
+        "1, variation 0",
+        "1, variation 3",
+        "0.5, variation 0",
+        "0.5, variation 3",
+    ]
+
+
+def test_a_scene_that_is_not_stable_says_so_wherever_it_is_looked_at(tmp_path: Path) -> None:
+    work = with_cart(tmp_path)
+    assert work.record("scene_1").stable is False
+    warning = "scene_1 is not stable, as assemble said"
+    assert call(work, "play", scene="scene_1", script="drive: 0", seconds=0.2).startswith(warning)
+    assert call(work, "look", subject="scene_1").startswith(warning)
+    record = tmp_path / "work" / "scene_1" / "scene.json"
+    record.write_text(record.read_text().replace('"stable": false', '"stable": true'))
+    assert warning not in call(work, "play", scene="scene_1", script="drive: 0", seconds=0.2)
 
 
 def test_a_probe_tells_seeds_and_the_script_that_got_farthest(tmp_path: Path) -> None:

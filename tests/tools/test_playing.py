@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -80,10 +81,51 @@ def test_the_text_is_short_and_the_file_has_every_control_step(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("pair", "message"),
     [
-        (("nose", "wall"), "one is a site, the other has a surface"),
         (("nos", "mark"), 'no site, geom or body "nos"; did you mean nose'),
     ],
 )
 def test_distances_that_cannot_be_measured_are_refused(tmp_path: Path, pair: tuple[str, str], message: str) -> None:
     with pytest.raises(UserError, match=message):
         play(cart(tmp_path), "drive: 0", distances=[pair])
+
+
+def test_a_point_is_measured_to_a_surface_and_the_body_plays_as_without(tmp_path: Path) -> None:
+    without = play(cart(tmp_path, 9.0), "drive: 1", seconds=2.0)
+    found = play(cart(tmp_path, 9.0), "drive: 1", seconds=2.0, distances=[("nose", "wall"), ("wall", "nose")])
+    for one in found.distances:
+        assert (one.start_m, one.end_m) == pytest.approx((0.5, 0.05), abs=0.005), "the nose is in the cart's middle"
+    assert [moment.center_m for moment in found.moments] == [moment.center_m for moment in without.moments]
+    assert found.touches == without.touches
+
+
+def test_limits_that_are_passed_are_told_with_how_much_and_how_long(tmp_path: Path) -> None:
+    scene = cart(tmp_path, 0.55)
+    assert scene.goal is not None
+    goal = scene.goal.read_text() + '\n[[limits]]\nkind = "speed"\nof = "robot"\nat_most_m_s = 0.2\n'
+    scene.goal.write_text(goal)
+    told = play(scene, "drive: t=0 0.8, t=0.5 0.8, t=0.51 0.1", seconds=1.0)
+    assert re.search(
+        r"^a limit passed: speed of robot 0\.\d+ m/s of 0\.2 m/s allowed, for 0\.\d+ s$", told.text(), re.M
+    )
+    assert told.phase.endswith(told.passed[0].text)
+    assert "a limit passed" not in play(scene, "drive: 0.3", seconds=1.0).text()
+
+
+def test_a_goal_that_is_left_again_says_how_long_it_was_held(tmp_path: Path) -> None:
+    found = play(cart(tmp_path, 0.2), "drive: t=0 0.5, t=0.86 0.5, t=0.87 -0.5", seconds=1.5)
+    assert not found.succeeded
+    assert f"held for {found.held_s:.3g} s of 0.2 s at most" in found.text()
+    assert 0.0 < found.held_s < 0.2
+
+
+def test_an_overlap_at_the_start_is_told(tmp_path: Path) -> None:
+    scene = cart(tmp_path, 9.0)
+    inside = scene.model_copy(update={"mjcf": scene.mjcf.replace('pos="0 0 0.1">', 'pos="0.46 0 0.1">')})
+    assert "overlaps wall by 10 mm at the start" in play(inside, "drive: 0", seconds=0.2).text()
+    assert "overlaps" not in play(scene, "drive: 0", seconds=0.2).text()
+
+
+def test_commands_beyond_the_range_are_told_as_cut_off(tmp_path: Path) -> None:
+    told = play(cart(tmp_path, 9.0), "drive: mean -0.8 amplitude 0.6 hz 1", seconds=1.0).text()
+    assert re.search(r"^drive is asked for -1\.4, cut off at -1, \d\d% of the time$", told, re.M)
+    assert "cut off" not in play(cart(tmp_path, 9.0), "drive: mean -0.4 amplitude 0.6 hz 1", seconds=1.0).text()

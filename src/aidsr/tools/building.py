@@ -172,10 +172,19 @@ def look(
     """Draw a robot or a scene as it is at the start, or a strip of moments of a script."""
     view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg, shown=_shown(workspace, subject))
     if not script:
-        return Result(text=f"{subject} at the start", pictures=(picture(workspace.mjcf(subject), view=view),))
+        start = [*unstable(workspace, subject), f"{subject} at the start"]
+        return Result(text="\n".join(start), pictures=(picture(workspace.mjcf(subject), view=view),))
     ctrl = controls(workspace.subject(subject), script, seconds)
     strip = filmstrip(workspace.mjcf(subject), ctrl=ctrl.rows, frames_per_s=ctrl.per_s, seconds=seconds, view=view)
-    return Result(text=f"{subject}: five moments of {seconds:g} s, from left to right", pictures=(strip,))
+    told = [*unstable(workspace, subject), f"{subject}: five moments of {seconds:g} s, from left to right"]
+    return Result(text="\n".join(told), pictures=(strip,))
+
+
+def unstable(workspace: Workspace, subject: str) -> list[str]:
+    """Return a warning for a scene that the validator refused, nothing for all else."""
+    if not subject.startswith("scene") or workspace.record(subject).stable:
+        return []
+    return [f"{subject} is not stable, as assemble said: what is seen here may not be what a sound body does"]
 
 
 def _shown(workspace: Workspace, subject: str) -> tuple[str, ...]:

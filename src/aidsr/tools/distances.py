@@ -11,9 +11,12 @@ import numpy as np
 from aidsr.core.errors import UserError
 from aidsr.core.suggestions import closest_name
 from aidsr.sim.ownership import ROBOT_PREFIX
+from aidsr.tasks.readings import FloatArray
 
 _FAR_M = 10.0
 """Largest distance between surfaces that is measured. Our choice: beyond any environment of ours."""
+_POINT_M = 1e-5
+"""Radius of the sphere that stands for a point."""
 _OBJ = mujoco.mjtObj
 
 
@@ -53,26 +56,45 @@ def find_pairs(model: mujoco.MjModel, pairs: Sequence[tuple[str, str]]) -> list[
     """Return pairs of named things between which a distance can be measured.
 
     Raises:
-        UserError: A name is unknown, or a point is paired with a surface.
+        UserError: A name is unknown.
     """
-    found = [(find_named(model, first), find_named(model, second)) for first, second in pairs]
-    for first, second in found:
-        if (first.site >= 0) != (second.site >= 0):
-            raise UserError(
-                f'cannot measure from "{first.name}" to "{second.name}": one is a site, the other has a surface; give '
-                "two sites, or two geoms or bodies"
-            )
-    return found
+    return [(find_named(model, first), find_named(model, second)) for first, second in pairs]
 
 
 def distance_m(model: mujoco.MjModel, data: mujoco.MjData, first: Named, second: Named) -> float:
-    """Return the distance between two sites, or between the surfaces of two shapes (negative where they overlap) [m].
+    """Return the distance between two points, a point and a surface, or two surfaces (negative inside) [m].
 
     Source: `mj_geomDistance`.
     """
-    if first.site >= 0:
+    if first.site >= 0 and second.site >= 0:
         return float(np.linalg.norm(data.site_xpos[first.site] - data.site_xpos[second.site]))
+    if first.site >= 0 or second.site >= 0:
+        point, shape = (first, second) if first.site >= 0 else (second, first)
+        return _from_point_m(model, data, data.site_xpos[point.site], shape)
     least: float = min(
         mujoco.mj_geomDistance(model, data, one, other, _FAR_M, None) for one in first.geoms for other in second.geoms
     )
     return least
+
+
+def _from_point_m(model: mujoco.MjModel, data: mujoco.MjData, point: FloatArray, shape: Named) -> float:
+    """Return the distance of a point from the surface of a shape, negative inside [m].
+
+    MuJoCo measures between geoms, so a geom that is not of the shape lends its place for as long: model and data are
+    as before afterwards.
+
+    Raises:
+        UserError: The model has no other geom.
+    """
+    lent = next((geom for geom in range(model.ngeom) if geom not in shape.geoms), None)
+    if lent is None:
+        raise UserError(f'cannot measure from a site to "{shape.name}": nothing else in the model has a shape')
+    kept = int(model.geom_type[lent]), model.geom_size[lent].copy(), data.geom_xpos[lent].copy()
+    try:
+        model.geom_type[lent] = mujoco.mjtGeom.mjGEOM_SPHERE
+        model.geom_size[lent], data.geom_xpos[lent] = _POINT_M, point
+        return _POINT_M + min(
+            float(mujoco.mj_geomDistance(model, data, lent, geom, _FAR_M, None)) for geom in shape.geoms
+        )
+    finally:
+        model.geom_type[lent], model.geom_size[lent], data.geom_xpos[lent] = kept

@@ -33,6 +33,8 @@ class Measured(Artifact):
     figures: tuple[Figure, ...]
     lines: tuple[str, ...] = ()
     """What the figures were read off, one thing each."""
+    remark: str = ""
+    """What a row of a table says beside its figures."""
 
     def figure(self, name: str) -> float:
         """Return the value of a figure.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 from xml.sax.saxutils import quoteattr
@@ -18,21 +18,27 @@ from aidsr.learn.openloop.film import film
 from aidsr.sim.functional_part import FUNCTIONAL_SITE
 from aidsr.tasks import Split
 from aidsr.teams.llm.patch import apply_patch
-from aidsr.tools.building import SceneName, Subject, place
+from aidsr.tools.building import SceneName, Subject, place, unstable
 from aidsr.tools.gaits import MOST_GAITS, random_gaits
 from aidsr.tools.measured import Measured, format_value
 from aidsr.tools.playing import play as play_script
 from aidsr.tools.probing import probe_motions
+from aidsr.tools.recording import Recording
 from aidsr.tools.scene import MeasuredScene
 from aidsr.tools.script import GRAMMAR
 from aidsr.tools.statics import bends, clearances, load
 from aidsr.tools.tool import Result, shortened
 from aidsr.tools.workspace import Workspace
 
+_MOST_VARIATIONS = 8
 What = Literal["bends", "load", "clearances", "gaits", "play", "probe"]
 Pairs = Annotated[
     tuple[tuple[str, str], ...],
-    Field(description="Pairs of two sites, or of two geoms or bodies, whose distance is measured."),
+    Field(description="Pairs of sites, geoms or bodies whose distance is measured, of the last two to the surface."),
+]
+Several = Annotated[
+    tuple[Annotated[int, Field(ge=0)], ...],
+    Field(max_length=_MOST_VARIATIONS, description="play: several development variations, a row for each."),
 ]
 Seed = Annotated[int, Field(ge=0)]
 _MOST_VALUES = 12
@@ -58,6 +64,7 @@ class How(Artifact):
     seconds: Annotated[float, Field(ge=0, description="gaits: 4 unless given; play, probe: the job's time.")] = 0.0
     script: Annotated[str, Field(description="play: the script.")] = ""
     variation: Annotated[int, Field(ge=0, description="gaits, play: which development variation.")] = 0
+    variations: Several = ()
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1, description="gaits (the first), probe.")] = (0,)
 
 
@@ -71,10 +78,17 @@ def play(
     variation: Annotated[int, Field(ge=0, description="Which of the job's development variations.")] = 0,
     seconds: Annotated[float, Field(ge=0, description="How long; the job's time unless given.")] = 0.0,
     distances: Pairs = (),
+    variations: Several = (),
 ) -> Result:
-    """Play a motion script on a scene and tell path, heading, contacts, distances, stages and what ended it."""
-    found = play_script(workspace.subject(scene), script, variation=variation, seconds=seconds, distances=distances)
-    return Result(text=f"{found.text()}\nevery control step: read {workspace.add_file(found.csv(), 'csv')}")
+    """Play a motion script on a scene and tell path, contacts, distances, stages, limits passed and what ended it."""
+    subject = workspace.subject(scene)
+    how = How(script=script, variation=variation, variations=variations, seconds=seconds, pairs=distances)
+    played = _play_all(subject, how)
+    if len(played) > 1:
+        lines = _table("variation", [(str(one.variation), _measured(one)) for one in played])
+    else:
+        lines = [played[0].text(), f"every control step: read {workspace.add_file(played[0].csv(), 'csv')}"]
+    return Result(text="\n".join([*unstable(workspace, scene), *lines]))
 
 
 def probe(
@@ -96,7 +110,8 @@ def probe(
     if workspace.draws:
         played = film(subject.mjcf, subject.measure(), measured.best, groups=subject.groups)
         strip = (played.strip(_MOMENTS),)
-    return Result(text=shortened(measured.text, workspace), pictures=strip, figures=figures)
+    told = "\n".join([*unstable(workspace, scene), measured.text])
+    return Result(text=shortened(told, workspace), pictures=strip, figures=figures)
 
 
 def measure(
@@ -141,19 +156,45 @@ def sweep(
         raise UserError("nothing to vary: give select and attribute, or write {x} in how.script where the values go")
     details = _with_part(workspace, subject, how)
     _measure(details, what)
-    head, rows = "", []
+    rows: list[tuple[str, Measured | AidsrError]] = []
     for value in values:
         one = details.model_copy(update={"script": details.script.replace("{x}", value)})
         try:
             made = _changed(workspace, subject, select, attribute, value) if attribute else workspace.subject(subject)
-            measured = _measure(one, what)(made)
+            if what == "play" and details.variations:
+                rows += [(f"{value}, variation {each.variation}", _measured(each)) for each in _play_all(made, one)]
+            else:
+                rows.append((value, _measure(one, what)(made)))
         except AidsrError as error:
-            rows.append(f"{value} | failed: {error}")
-            continue
-        head = " | ".join(f"{each.name} {each.unit}".strip() for each in measured.figures)
-        rows.append(" | ".join([value, *(format_value(each.value) for each in measured.figures)]))
+            rows.append((value, error))
     varied = f"{attribute} of {select}" if attribute else "{x} of the script"
-    return Result(text="\n".join([f"{varied} | {head or what}", *rows]))
+    return Result(text="\n".join(_table(varied, rows, what)))
+
+
+def _table(varied: str, rows: Sequence[tuple[str, Measured | AidsrError]], what: str = "") -> list[str]:
+    """Return a line for each measurement under a line of titles; what failed says why."""
+    head, lines = what, []
+    for value, found in rows:
+        if isinstance(found, AidsrError):
+            lines.append(f"{value} | failed: {found}")
+            continue
+        titles = [f"{each.name} {each.unit}".strip() for each in found.figures]
+        remark = [found.remark] if found.remark else []
+        head = " | ".join([*titles, *(["came to"] if remark else [])])
+        lines.append(" | ".join([value, *(format_value(each.value) for each in found.figures), *remark]))
+    return [f"{varied} | {head}", *lines]
+
+
+def _play_all(subject: MeasuredScene, how: How) -> list[Recording]:
+    """Return what a script does in each of the variations that are asked for."""
+    return [
+        play_script(subject, how.script, variation=variation, seconds=how.seconds, distances=how.pairs)
+        for variation in how.variations or (how.variation,)
+    ]
+
+
+def _measured(played: Recording) -> Measured:
+    return Measured(figures=played.figures, remark=played.phase)
 
 
 def train(
@@ -239,11 +280,7 @@ def _measure(how: How, what: What) -> Callable[[MeasuredScene], Measured]:
         "gaits": lambda subject: random_gaits(
             subject, gaits=how.gaits, seconds=how.seconds or 4.0, seed=how.seeds[0], variation=how.variation
         ),
-        "play": lambda subject: Measured(
-            figures=play_script(
-                subject, how.script, variation=how.variation, seconds=how.seconds, distances=how.pairs
-            ).figures
-        ),
+        "play": lambda subject: _measured(_play_all(subject, how)[0]),
         "probe": lambda subject: probe_motions(subject, seeds=how.seeds, seconds=how.seconds),
     }
     return measurements[what]

@@ -61,6 +61,7 @@ def record(
     from aidsr.learn.episodes.batch import Episodes
     from aidsr.learn.episodes.rollout import rollout
     from aidsr.tools.recorder import Recorder
+    from aidsr.tools.script import ScriptPolicy
 
     chosen = scene.task.variation("development", variation)
     episodes = Episodes(scene.model, scene.task, scene.actions, [chosen], threads=1)
@@ -68,4 +69,8 @@ def record(
         episodes.time_limit_s[:] = min(seconds, scene.task.time_limit_s)
     recorder = Recorder(scene, chosen, episodes, distances)
     outcomes = rollout(episodes, policy, recorder.step)
-    return recorder.recording(outcomes, variation)
+    played = recorder.recording(outcomes, variation)
+    if not isinstance(policy, ScriptPolicy):
+        return played
+    names = [group.name for group in scene.actions.groups]
+    return played.model_copy(update={"cut_off": policy.cut_off(names, played.duration_s)})

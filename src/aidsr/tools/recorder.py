@@ -24,6 +24,8 @@ _TOUCH_N = 1e-3
 _START_S = 0.3
 """What is touched before this is what the robot was placed on. Our choice: it falls a hand's breadth in this time."""
 _ROUNDING = 1e-6
+_INSIDE_M = 0.0005
+"""Overlap at the start that is told. Our choice: what a weight presses into a soft contact is less."""
 
 
 @dataclass
@@ -61,10 +63,11 @@ class Recorder:
         self._upright = self._data.xmat[self._root].reshape(3, 3).copy()
         self._pairs = find_pairs(model, distances)
         self._felt: dict[str, _Felt] = {}
-        self._touches_itself, self._fastest = 0, ""
+        self._touches_itself, self._fastest, self._against_s = 0, "", 0.0
         self._features = [self._observed()]
         self._turns, self._last_turn_deg = 0.0, 0.0
         self.moments = [self._moment(0.0, float(episodes.progress[0]))]
+        self._overlaps = self._inside()
 
     def step(self, result: StepResult) -> None:
         """Record the state after a control step."""
@@ -72,6 +75,7 @@ class Recorder:
             return
         self._episodes.copy_state(0, self._data)
         mujoco.mj_forward(self._model, self._data)
+        self._against_s += self._task.control_dt_s * float(result.violation[0] > 0.0)
         self.moments.append(self._moment(float(result.time_s[0]), float(result.progress[0])))
 
     def recording(self, outcomes: EpisodeOutcomes, variation: int) -> Recording:
@@ -104,6 +108,12 @@ class Recorder:
                 (name, unit, start, end)
                 for (name, unit), start, end in zip(_feature_names(self._task), *self._features, strict=True)
             ),
+            reached=outcomes.reached[0],
+            held_s=float(outcomes.held_s[0]),
+            hold_s=self._task.hold_s,
+            passed=outcomes.passed[0],
+            against_s=self._against_s,
+            overlaps=self._overlaps,
         )
 
     def _ended(self, outcomes: EpisodeOutcomes) -> str:
@@ -154,13 +164,30 @@ class Recorder:
                 itself = True
                 continue
             (other,) = (geom for geom in geoms if geom not in mine)
-            name = model.geom(other).name or self._names[model.geom_bodyid[other]]
+            name = self._label(other)
             felt = self._felt.setdefault(name, _Felt(first_s=time_s))
             felt.bodies[self._names[model.geom_bodyid[mine[0]]].removeprefix(ROBOT_PREFIX)] = None
             now[name] = now.get(name, 0.0) + float(force[0])
         for name, force_n in now.items():
             self._felt[name].forces_n.append(force_n)
         self._touches_itself += itself
+
+    def _inside(self) -> tuple[tuple[str, float], ...]:
+        """Return the shapes of the environment that the robot is inside of, and how deep [m]."""
+        found: dict[str, float] = {}
+        for contact in self._data.contact[: self._data.ncon]:
+            own, other = sorted((int(geom) for geom in contact.geom), key=lambda geom: not self._is_robot(geom))
+            if self._is_robot(own) and not self._is_robot(other) and -contact.dist > _INSIDE_M:
+                name = self._label(other)
+                found[name] = max(found.get(name, 0.0), -float(contact.dist))
+        return tuple(found.items())
+
+    def _is_robot(self, geom: int) -> bool:
+        return bool(self._robot[self._model.geom_bodyid[geom]])
+
+    def _label(self, geom: int) -> str:
+        """Return the name of a shape, or of its body where it has none."""
+        return str(self._model.geom(geom).name) or self._names[self._model.geom_bodyid[geom]]
 
     def _distances(self) -> tuple[Distance, ...]:
         found = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 
-from aidsr.core.artifacts import Artifact, Vec3
+from aidsr.core.artifacts import Artifact, PassedLimit, Vec3
 from aidsr.core.formatting import format_number
 from aidsr.tools.measured import Figure, format_value
 
@@ -74,6 +74,20 @@ class Recording(Artifact):
     distances: tuple[Distance, ...]
     features: tuple[tuple[str, str, float, float], ...]
     """What the task observes: name, unit, value at the start and at the end."""
+    reached: str = ""
+    """The stage that it came to, in words."""
+    held_s: float = 0.0
+    """The longest that the goal held without a break."""
+    hold_s: float = 0.0
+    """How long it has to."""
+    passed: tuple[PassedLimit, ...] = ()
+    """Limits of a goal that it passed."""
+    against_s: float = 0.0
+    """How long it did what counts against it."""
+    overlaps: tuple[tuple[str, float], ...] = ()
+    """Shapes of the environment that the robot is inside of at the start, and how deep [m]."""
+    cut_off: tuple[str, ...] = ()
+    """What the motion asks for beyond the control range, in clauses."""
 
     @property
     def duration_s(self) -> float:
@@ -119,6 +133,10 @@ class Recording(Artifact):
         lines = [
             f"{format_number(self.duration_s)} s of development variation {self.variation}. Ended: {self.ended}",
             self._progress(),
+            *(f"a limit passed: {limit.text}" for limit in self.passed),
+            *self._against(),
+            *(f"overlaps {name} by {1000 * deep_m:.2g} mm at the start" for name, deep_m in self.overlaps),
+            *self.cut_off,
             self._way(),
             *self._touches(),
             *(_distance_line(one) for one in self.distances),
@@ -145,7 +163,19 @@ class Recording(Artifact):
         line += "at the end"
         if self.stages:
             line += f"; reached: {', '.join(reached) or 'no stage'}" + f"; not: {', '.join(missed)}" * bool(missed)
+        if self.held_s and not self.succeeded:
+            line += f"; held for {self.held_s:.3g} s of {self.hold_s:.3g} s at most"
         return line
+
+    @property
+    def phase(self) -> str:
+        """How far it came and what it passed first, in a clause."""
+        held = f", held {self.held_s:.3g} s of {self.hold_s:.3g} s" if self.held_s and not self.succeeded else ""
+        return f"{self.reached}{held}" + (f"; {self.passed[0].text}" if self.passed else "")
+
+    def _against(self) -> list[str]:
+        told = self.against_s and not self.passed
+        return [f"does what counts against it for {self.against_s:.3g} s"] if told else []
 
     def _way(self) -> str:
         start, end = self.moments[0].center_m, self.moments[-1].center_m

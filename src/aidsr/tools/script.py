@@ -40,6 +40,7 @@ _TERM = re.compile(
     rf"|(?P<constant>{_NUMBER}))\s*(?:[,;]|(?=\s)|$)"
 )
 _OTHERS = "*"
+_ROUNDING = 1e-6
 _KEYS = ("mean", "amplitude", "hz", "phase", "from", "until")
 
 
@@ -59,11 +60,15 @@ class Track:
 
     def at(self, time_s: FloatArray | float) -> FloatArray:
         """Return the actions at some times, of their shape, -1 to 1."""
+        return np.asarray(np.clip(self.asked(time_s), -1.0, 1.0))
+
+    def asked(self, time_s: FloatArray | float) -> FloatArray:
+        """Return the same before it is cut off."""
         times, actions = zip(*self.waypoints, strict=True)
         base = np.interp(time_s, times, actions)
         on = (np.asarray(time_s) >= self.from_s) & (np.asarray(time_s) < self.until_s)
         swing = self.amplitude * np.sin(2 * np.pi * self.frequency_hz * np.asarray(time_s) + self.phase_rad)
-        return np.asarray(np.clip(base + np.where(on, swing, 0.0), -1.0, 1.0))
+        return np.asarray(base + np.where(on, swing, 0.0))
 
 
 @dataclass(frozen=True)
@@ -116,6 +121,26 @@ class ScriptPolicy:
         del observation
         self._steps += 1
         return self.at((self._steps - 1) * self.control_dt_s)[None]
+
+    def cut_off(self, groups: Sequence[str], until_s: float) -> tuple[str, ...]:
+        """Return in a clause for each group what is asked for beyond -1 and 1 and is cut off there.
+
+        Args:
+            groups: Their names, one for each number of an action.
+            until_s: How long it is played [s].
+        """
+        times = self.control_dt_s * np.arange(max(1, round(until_s / self.control_dt_s)), dtype=np.float64)
+        told = []
+        for name, track in zip(groups, self._tracks, strict=True):
+            asked = track.asked(times)
+            beyond = np.abs(asked) > 1.0 + _ROUNDING
+            if beyond.any():
+                farthest = float(asked[np.abs(asked).argmax()])
+                told.append(
+                    f"{name.removeprefix(ROBOT_PREFIX)} is asked for {farthest:+.3g}, cut off at "
+                    f"{math.copysign(1, farthest):+g}, {beyond.mean():.0%} of the time"
+                )
+        return tuple(told)
 
     def at(self, time_s: float) -> FloatArray:
         """Return the action at a time, (k,)."""

@@ -186,6 +186,7 @@ class Toolbox:
         """Whether a scene was measured by several seeds or variations, or trained."""
         about = [record for record in self.exploration.done if record.values.get("scene") == scene]
         seeds = {seed for record in about if record.name == "probe" for seed in seeds_of(record)}
-        variations = {record.values.get("variation", 0) for record in about if record.name == "play"}
+        played = [record.values for record in about if record.name == "play"]
+        variations = {one for each in played for one in each.get("variations") or [each.get("variation", 0)]}
         trained = any(record.name == "train" for record in about)
         return trained or len(seeds) >= _FEWEST_SEEDS or len(variations) >= _FEWEST_VARIATIONS
