@@ -56,3 +56,18 @@ def test_a_wide_terminal_gets_a_table() -> None:
     header, first, *_ = printed(140)
     assert header.split() == ["design", "concept", "state", "iterations", "repairs", "tokens", "paid", "time"]
     assert first.startswith("1 ")
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 140])
+def test_a_concept_is_on_one_line(width: int) -> None:
+    assert any("Four-cable trunk with a tapered tip" in line for line in printed(width))
+
+
+def test_a_free_run_takes_two_lines_a_design_at_80_columns() -> None:
+    file = io.StringIO()
+    free = design(1, "Two-section arm with a hook, 256 mm").model_copy(update={"usage": Usage()})
+    _print_designs(Console(file=file, width=80, highlight=False), (free,))
+    assert [line.rstrip() for line in file.getvalue().splitlines()] == [
+        "design 1: Two-section arm with a hook, 256 mm: out_of_budget",
+        "  iterations: 3; repairs: 2; tokens: none; paid: nothing; time: 12 min 30 s",
+    ]

@@ -64,22 +64,22 @@ def print_status(console: Console, run: Run, status: RunStatus) -> None:
 
 
 def _print_designs(console: Console, designs: Sequence[DesignStatus]) -> None:
-    """Print one row of a table for each design; where the console is too narrow for it, a few lines for each."""
+    """Print one row of a table for each design; where a concept does not fit beside the figures, two lines for each."""
     rows = [(design, _facts(design)) for design in designs]
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("design")
-    table.add_column("concept", overflow="fold")
+    table.add_column("concept")
     for title in rows[0][1] if rows else ():
         cells = [title, *(facts[title] for _, facts in rows)]
         table.add_column(title, min_width=max(Text.from_markup(cell).cell_len for cell in cells))
     for design, facts in rows:
         table.add_row(str(design.number), escape(design.concept), *facts.values())
     whole = console.options.update(max_width=10_000)
-    if console.measure(table, options=whole).minimum <= console.width:
+    if console.measure(table, options=whole).maximum <= console.width:
         console.print(table)
         return
     for design, facts in rows:
-        console.print(f"design {design.number}: {escape(design.concept)}")
+        console.print(f"design {design.number}: {escape(design.concept)}: {facts.pop('state')}")
         console.print(Padding("; ".join(f"[dim]{title}:[/] {value}" for title, value in facts.items()), (0, 0, 0, 2)))
 
 
