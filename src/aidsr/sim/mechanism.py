@@ -39,6 +39,10 @@ class JointFacts(Artifact):
     high: float | None
     now: float
     """Where it is [rad or m]; 0 for free and ball joints."""
+    axis: Vec3
+    """In world axes at the start, of length 1."""
+    anchor_m: Vec3
+    """A point on its axis, in world coordinates at the start [m]."""
 
 
 class ActuatorFacts(Artifact):
@@ -84,7 +88,7 @@ def read_mechanism(mjcf: str) -> Mechanism:
     mujoco.mj_forward(model, data)
     names = [model.body(body).name for body in range(model.nbody)]
     return Mechanism(
-        joints=tuple(_joint(model, joint) for joint in range(model.njnt)),
+        joints=tuple(_joint(model, data, joint) for joint in range(model.njnt)),
         actuators=tuple(_actuator(model, actuator) for actuator in range(model.nu)),
         centers_m={name: _vector(data.xipos[body]) for body, name in enumerate(names) if name},
         parents={name: names[int(model.body_parentid[body])] for body, name in enumerate(names) if name and body},
@@ -155,7 +159,7 @@ def _kind(model: mujoco.MjModel, joint: int) -> JointKind:
     return _KINDS[int(model.jnt_type[joint])]
 
 
-def _joint(model: mujoco.MjModel, joint: int) -> JointFacts:
+def _joint(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> JointFacts:
     kind = _kind(model, joint)
     low, high = (float(end) for end in model.jnt_range[joint])
     limited = bool(model.jnt_limited[joint]) and _AXES[kind]
@@ -166,6 +170,8 @@ def _joint(model: mujoco.MjModel, joint: int) -> JointFacts:
         low=low if limited else None,
         high=high if limited else None,
         now=float(model.qpos0[model.jnt_qposadr[joint]]) if _AXES[kind] else 0.0,
+        axis=_vector(data.xaxis[joint]),
+        anchor_m=_vector(data.xanchor[joint]),
     )
 
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aidsr.core.artifacts import BodySummary, Brief, Concept, GeomSummary, MountSummary, Placement, Vec3
+from aidsr.core.artifacts import BodySummary, Brief, Concept, MountSummary, Placement, Vec3
 from aidsr.tasks.goals import Goal
-from aidsr.tasks.goals.follow import Follow
 from aidsr.tasks.goals.stages import Stages
-from aidsr.tasks.goals.turn import Turn
+from aidsr.teams.fitting.working_points import worked_on, working_geom
 from aidsr.teams.rules.families import Families, variants_for
 from aidsr.teams.rules.job_kinds import JobKindName
 
@@ -62,8 +61,6 @@ _TO_Z: tuple[Vec3, ...] = (
 """Rotations that bring -x, +x, -y, +y, +z and -z of a robot to the mount's z axis, as in a `Placement`."""
 _FLAT = 1e-9
 """Cosine of an angle that is a quarter turn. Our choice: well above rounding, far below what a placement keeps."""
-_POINT_M = 0.01
-"""Half size of a point to be reached. Our choice: a finger's tip."""
 
 
 @dataclass(frozen=True)
@@ -201,7 +198,7 @@ def as_the_rules_read(brief: Brief, goal: Goal, view: View) -> Brief:
     bodies = tuple(
         body.model_copy(update={"geoms": tuple(geom.model_copy(update={"name": ""}) for geom in body.geoms)})
         for body in brief.summary.bodies
-        if place is None or body.name not in _worked_on(brief, goal)
+        if place is None or body.name not in worked_on(brief, goal)
     )
     base = brief.base
     if base == "any":
@@ -269,21 +266,13 @@ def _farther(place: BodySummary | None, brief: Brief, view: View) -> BodySummary
     )
 
 
-def _worked_on(brief: Brief, goal: Goal) -> set[str]:
-    """Return the bodies that a goal is about, with what they carry."""
-    found = {name for name in goal.bodies if any(body.name == name for body in brief.summary.bodies)}
-    for body in brief.summary.bodies:  # parents come first
-        found |= {body.name} if body.parent in found and body.name else set()
-    return found
-
-
 def _place_of_work(brief: Brief, goal: Goal, *, handle: bool) -> BodySummary | None:
     """Return what is worked on first, as a body by itself; None where the robot only travels."""
     first = goal.stages[0] if isinstance(goal, Stages) else goal
     if first.robot_travels:
         return None
-    geom = _working_geom(brief, first)
-    mass_kg = sum(body.mass_kg for body in brief.summary.bodies if body.name in _worked_on(brief, first))
+    geom = working_geom(brief, first)
+    mass_kg = sum(body.mass_kg for body in brief.summary.bodies if body.name in worked_on(brief, first))
     named = geom.model_copy(update={"name": "handle" if handle else ""})
     return BodySummary(
         name=_NAME,
@@ -295,44 +284,6 @@ def _place_of_work(brief: Brief, goal: Goal, *, handle: bool) -> BodySummary | N
         movable=True,
         geoms=(named,),
     )
-
-
-def _working_geom(brief: Brief, goal: Goal) -> GeomSummary:
-    """Return the shape to work at: of what turns the one farthest from its axis, else the one nearest to a mount."""
-    if isinstance(goal, Follow) and not goal.target:
-        return _point(np.array(goal.path_m[0]))
-    if goal.points:
-        site = next((site for site in brief.summary.sites if site.name == goal.points[0]), None)
-        body = next((body for body in brief.summary.bodies if body.name == goal.points[0]), None)
-        return _point(np.array(site.position_m if site else body.position_m if body else (0.0, 0.0, 0.0)))
-    names = _worked_on(brief, goal)
-    if goal.moves_bodies and not isinstance(goal, Turn) and len(goal.bodies) > 1:
-        names = {goal.bodies[0]}
-    geoms = [geom for body in brief.summary.bodies if body.name in names for geom in body.geoms if geom.solid]
-    if isinstance(goal, Turn):
-        hub = np.array(next(body.position_m for body in brief.summary.bodies if body.name == goal.target))
-        ends = [(geom, end) for geom in geoms for end in _ends(geom)]
-        geom, end = max(ends, key=lambda each: float(np.linalg.norm(each[1] - hub)))
-        # a little inside of its end, where a push has a long arm and does not slip off
-        return _point(end + 0.2 * (hub - end), min(geom.size_m))
-    start = np.mean([mount.position_m for mount in brief.summary.mounts] or [(0.0, 0.0, 0.0)], axis=0)
-    return min(geoms, key=lambda geom: float(np.linalg.norm(np.array(geom.position_m) - start)))
-
-
-def _ends(geom: GeomSummary) -> Iterator[Matrix]:
-    """Yield the two ends of a shape along its longest axis."""
-    z, x = np.array(geom.z_axis), np.array(geom.x_axis)
-    axes = np.stack([x, np.cross(z, x), z])
-    size = list(geom.size_m)
-    half = np.array([size[0]] * 3 if len(size) == 1 else [size[0], size[0], size[1]] if len(size) == 2 else size)
-    longest = int(half.argmax())
-    for sign in (-1.0, 1.0):
-        yield np.array(geom.position_m) + sign * half[longest] * axes[longest]
-
-
-def _point(position: Matrix, half_m: float = _POINT_M) -> GeomSummary:
-    x, y, z = (float(each) for each in position)
-    return GeomSummary(name="", shape="sphere", size_m=(half_m,), position_m=(x, y, z))
 
 
 def _rotation(brief: Brief, goal: Goal, view: View) -> Matrix:
