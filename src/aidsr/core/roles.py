@@ -46,6 +46,8 @@ class BodyTried:
     succeeded: bool
     seconds: float
     """How long that took."""
+    refused: bool = False
+    """Whether the Judge refused it before; it is tried again only where a resumed run ranks all bodies anew."""
 
 
 @runtime_checkable

@@ -73,4 +73,5 @@ def tried_text(body: Tried | BodyTried) -> str:
     """Return what came of a body that was tried."""
     came = "could not be played" if body.progress is None else f"progress {body.progress:.2f}"
     won = ", a motion wins" if body.succeeded else ""
-    return f"body {body.number} of at most {body.most}: {body.name}: {came}{won} ({body.seconds:.1f} s)"
+    before = ", refused by the Judge before, ranked again" if body.refused else ""
+    return f"body {body.number} of at most {body.most}: {body.name}: {came}{won}{before} ({body.seconds:.1f} s)"

@@ -92,6 +92,8 @@ class Tried(_Event):
     succeeded: bool
     seconds: float
     """How long that took."""
+    refused: bool = False
+    """Whether the Judge refused it before; it is tried again only where a resumed run ranks all bodies anew."""
 
 
 class Repaired(_Event):

@@ -11,7 +11,7 @@ from aidsr.core.errors import NoBetterDesignError, UserError
 from aidsr.examples import examples
 from aidsr.loop.run import create_run, make_brief, parts_of
 from aidsr.loop.runner import run_designs
-from aidsr.runs.event_text import sentence
+from aidsr.runs.event_text import sentence, tried_text
 from aidsr.runs.events import Tried, read_events
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import TASKS, goal_task, parse_goal
@@ -312,6 +312,22 @@ def test_what_a_person_asks_for_keeps_the_interpretation(monkeypatch):
     assert longer.parameters["length_m"] > concept.parameters["length_m"]
     refused = designer.revise(brief, longer, None, f"family: {judge.REFUSED}: begun.")
     assert without_rank(refused) == without_rank(designer._rank(brief, 1)[1])
+
+
+def test_a_resumed_run_says_which_of_the_bodies_it_ranks_again_was_refused(monkeypatch):
+    hopeless(monkeypatch, 3)
+    brief, goal = job_of("bell")
+    (first,) = FittingDesigner(goal, 0).propose(brief, 1)
+    hopeless(monkeypatch, 3)
+    told = []
+    resumed = FittingDesigner(goal, 0).telling(told.append)
+    second = resumed.revise(brief, first, None, f"family: {judge.REFUSED}: begun, progress 0.20; it is too short.")
+    assert [body.refused for body in told] == [True, False, False]
+    assert tried_text(told[0]).startswith(
+        f"body 1 of at most 3: {first.name}: progress 0.90, refused by the Judge before"
+    )
+    assert "refused" not in tried_text(told[1])
+    assert without_rank(second) != without_rank(first)
 
 
 def test_each_body_tried_is_told_and_logged(tmp_path, monkeypatch):

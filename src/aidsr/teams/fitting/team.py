@@ -79,6 +79,12 @@ def _with_rank(concept: Concept, rank: int, count: int) -> Concept:
     return concept.model_copy(update={"parameters": parameters})
 
 
+def _is_same_body(one: Concept, other: Concept) -> bool:
+    """Whether two concepts are of one body in one placement, whatever was said of it."""
+    without = {_RANK: 0.0, _COUNT: 0.0}
+    return (one.name, {**one.parameters, **without}) == (other.name, {**other.parameters, **without})
+
+
 @dataclass(frozen=True)
 class FittingDesigner:
     """Tries bodies of all families that may do, and proposes those that come farthest."""
@@ -103,16 +109,22 @@ class FittingDesigner:
         ranked = self._rank(brief, count)
         return tuple(_with_rank(ranked[index % len(ranked)], index, count) for index in range(count))
 
-    def _rank(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        """Return all bodies that were tried, those to propose first; a resumed run tries them again."""
+    def _rank(self, brief: Brief, count: int, refused: Concept | None = None) -> tuple[Concept, ...]:
+        """Return all bodies that were tried, those to propose first; a resumed run tries them again.
+
+        Args:
+            brief: The job.
+            count: How many designs there are.
+            refused: A body that the Judge refused; it is told of as such where it is tried again.
+        """
         with self._ranking:
             key = brief.environment, count
             if key not in self._ranked:
-                self._ranked[key] = self._tried_in_order(brief, count)
+                self._ranked[key] = self._tried_in_order(brief, count, refused)
             return self._ranked[key]
 
-    def _tried_in_order(self, brief: Brief, count: int) -> tuple[Concept, ...]:
-        found = self.tried(brief, enough=count) or [self._untried(brief)]
+    def _tried_in_order(self, brief: Brief, count: int, refused: Concept | None) -> tuple[Concept, ...]:
+        found = self.tried(brief, enough=count, refused=refused) or [self._untried(brief)]
         best = sorted(found, key=lambda each: -each.fit.value)
         task = task_of(self.goal, brief)
         firsts = {
@@ -124,13 +136,16 @@ class FittingDesigner:
         chosen += [each for each in best if each not in chosen]
         return tuple(self._with_reason(each, best) for each in chosen)
 
-    def tried(self, brief: Brief, rounds: Sequence[Round] = (), *, enough: int = 1) -> list[Fitted]:
+    def tried(
+        self, brief: Brief, rounds: Sequence[Round] = (), *, enough: int = 1, refused: Concept | None = None
+    ) -> list[Fitted]:
         """Return every body that was tried, with how far it came; none where each overlaps something.
 
         Args:
             brief: The job.
             rounds: The best bodies of one go on to the next; `ROUNDS` unless given.
             enough: Where so many succeed no more are tried.
+            refused: A body that the Judge refused before, to be told of as such.
         """
         task = task_of(self.goal, brief)
         first, *others = rounds = rounds or ROUNDS
@@ -142,7 +157,8 @@ class FittingDesigner:
             result = self._play(brief, task, concept, how)
             progress, won = (result.fit.progress, result.fit.success) if result else (None, False)
             took_s = time.monotonic() - began
-            self.listen(BodyTried(concept.name, next(numbers), most, progress, won, round(took_s, 2)))
+            again = refused is not None and _is_same_body(concept, refused)
+            self.listen(BodyTried(concept.name, next(numbers), most, progress, won, round(took_s, 2), refused=again))
             return result
 
         for concept in islice(self._free(brief, task), first.bodies):
@@ -294,7 +310,7 @@ class FittingDesigner:
         """Return the body that comes next after one that the Judge refused."""
         rank, count = (int(concept.parameters.get(name, 0.0)) for name in (_RANK, _COUNT))
         problem = feedback.partition(": ")[2] or feedback
-        ranked = self._rank(brief, count) if count else ()
+        ranked = self._rank(brief, count, concept) if count else ()
         if rank + count >= len(ranked) or rank // max(count, 1) >= _MORE:
             tried = rank // count + 1 if count else 1
             bodies = "1 body was" if tried == 1 else f"{tried} bodies were"
