@@ -365,13 +365,16 @@ class PassedLimit(Artifact):
     unit: str
     time_s: float
     """How long it was passed altogether [s]."""
+    tolerated_s: float = 0.0
+    """How long may pass in all limits together in an episode that still succeeds [s]."""
 
     @property
     def text(self) -> str:
-        """The same as a clause, such as "force on panel 7.1 N of 6 N allowed, for 0.8 s"."""
+        """The same as a clause, such as "force on panel 7.1 N of 6 N allowed, for 0.8 s of 0.2 s tolerated"."""
         much = f"{self.worst:.3g} {self.unit}"
         much += f" of {self.allowed:.3g} {self.unit} allowed" if self.allowed else " deep"
-        return f"{self.limit} {much}, for {self.time_s:.3g} s"
+        tolerated = f" of {self.tolerated_s:.3g} s tolerated" if self.tolerated_s else ""
+        return f"{self.limit} {much}, for {self.time_s:.3g} s{tolerated}"
 
 
 class EpisodeResult(Artifact):

@@ -29,7 +29,7 @@ def ends_in_words(episodes: Sequence[EpisodeResult], hold_s: float) -> list[str]
     for some in passed.values():
         worst = max(some, key=lambda limit: limit.worst)
         longest = worst.model_copy(update={"time_s": max(limit.time_s for limit in some)})
-        lines.append(f"a limit passed in {len(some)} of {len(episodes)}: {longest.text} at most")
+        lines.append(f"a limit passed in {len(some)} of {len(episodes)}, at most: {longest.text}")
     return lines
 
 

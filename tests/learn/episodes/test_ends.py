@@ -45,7 +45,9 @@ def test_a_limit_that_was_passed_is_named_with_how_much_and_how_long(tmp_path: P
     assert (limit.limit, limit.allowed, limit.unit) == ("speed of robot", 0.3, "m/s")
     assert limit.worst == pytest.approx(0.4, rel=0.02)
     assert limit.time_s == pytest.approx(1.0, abs=0.08)
-    assert ends_in_words([end, end], 0.4)[-1].startswith("a limit passed in 2 of 2: speed of robot 0.4 m/s of 0.3 m/s")
+    assert ends_in_words([end, end], 0.4)[-1].startswith(
+        "a limit passed in 2 of 2, at most: speed of robot 0.4 m/s of 0.3 m/s"
+    )
     assert played(tmp_path, GOAL + FAST, "drive: 0.5").passed == ()
 
 

@@ -181,8 +181,9 @@ class GoalTask(Task):
                 allowed=limit.allowed,
                 unit=limit.unit,
                 time_s=round(float(state[_PASSED][index]), 6),
+                tolerated_s=TOLERATED_S if tag.startswith(_LIMIT) else 0.0,
             )
-            for index, (_, limit) in enumerate(self._watched)
+            for index, (tag, limit) in enumerate(self._watched)
             if state[_PASSED][index] > 0.0
         )
 
