@@ -91,7 +91,7 @@ def test_check_tells_and_draws_what_is_there(tmp_path, capsys):
     said = " ".join(capsys.readouterr().out.split())
     assert code == 0, said
     assert "Mount: mount at (0, 0, 0.5) m, pointing along (0, 0, -1); the place of work is 0.256 m away, 31 deg" in said
-    assert "Doing nothing wins 0 of 5 episodes" in said
+    assert "Doing nothing: wins 0 of 5 episodes" in said
     assert "A built-in body" in said
     for name in ("check.png", "check_motion.png"):
         assert (tmp_path / "bell" / name).read_bytes().startswith(b"\x89PNG")

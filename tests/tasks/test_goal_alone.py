@@ -109,7 +109,9 @@ def test_a_point_in_what_may_be_pushed_aside_is_not():
     assert reach("free", BLOCK.format(joint="<freejoint/>", site=IN_THE_BLOCK))
 
 
-def test_the_origin_of_a_body_goes_with_it_and_so_is_never_reached():
+def test_the_middle_of_what_can_move_is_reached_by_a_hand_that_closes_around_it_where_it_is_small():
+    goal = parse_goal('kind = "reach"\ntarget = "block"')
     loose = BLOCK.format(joint="<freejoint/>", site="")
-    with pytest.raises(UserError, match=r'"block" cannot be reached: it lies 50 mm inside of case'):
-        goal_task(parse_goal('kind = "reach"\ntarget = "block"'), loose)
+    assert goal_task(goal, loose)
+    with pytest.raises(UserError, match=r'"block" cannot be reached: it lies 100 mm inside of case'):
+        goal_task(goal, loose.replace("0.05 0.06 0.07", "0.1 0.11 0.12"))

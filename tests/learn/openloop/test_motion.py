@@ -94,3 +94,11 @@ def test_an_open_loop_begins_at_its_beginning():
     actor = OpenLoopPolicy(Motions.of([RAMP]), 1.0)
     acted = [actor.act(np.zeros((1, 3)))[0, 0] for _ in range(4)]
     assert np.allclose(acted, [-1.0, -1.0, -0.25, 0.5])
+
+
+@pytest.mark.parametrize("kind", ALL_KINDS)
+@pytest.mark.parametrize("longest_s", [0.2, 1.0])
+def test_motions_of_short_episodes_are_drawn_as_well(kind, longest_s):
+    rows = MotionSpace(np.array([-1.0, 0.0]), longest_s).sample(kind, 5, np.random.default_rng(0))
+    assert len(rows) == 5
+    assert np.isfinite(rows).all()

@@ -126,5 +126,6 @@ class MotionSpace:
 
 
 def _log_uniform(rng: np.random.Generator, span: tuple[float, float], count: int) -> FloatArray:
-    """Return natural logarithms spread evenly over a span, (count,)."""
-    return rng.uniform(np.log(span[0]), np.log(span[1]), count)
+    """Return natural logarithms spread evenly over a span, (count,); its lower end where it ends before that."""
+    low, high = span
+    return rng.uniform(np.log(low), np.log(max(low, high)), count)

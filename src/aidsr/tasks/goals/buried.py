@@ -17,6 +17,9 @@ _RADIUS_M = 1e-4
 """Of the sphere that stands for a point."""
 _SLACK_M = 0.001
 """Depth beyond what is near enough that does not matter. Our choice: contacts give way so far."""
+_GRASPED_M = 0.04
+"""Depth beyond that in what can move: a hand that closes around it has its working point in the middle. Our choice:
+things up to 80 mm thick are grasped."""
 
 
 class Buried(Artifact):
@@ -27,6 +30,8 @@ class Buried(Artifact):
     """The shape, or its body where it has no name."""
     depth_m: float
     """From its surface."""
+    movable: bool
+    """Whether the shape can move, and the point with it."""
 
 
 def refuse_buried(mjcf: str, points: Sequence[tuple[str, float]]) -> None:
@@ -47,8 +52,10 @@ def refuse_buried(mjcf: str, points: Sequence[tuple[str, float]]) -> None:
         return
     buried = {found.point: found for found in _find_buried(mjcf, tuple(name for name, _ in points))}
     for name, near_m in points:
-        if name in buried and buried[name].depth_m > near_m + _SLACK_M:
-            depth_m = buried[name].depth_m
+        if name not in buried:
+            continue
+        depth_m = buried[name].depth_m
+        if depth_m > near_m + _SLACK_M + _GRASPED_M * buried[name].movable:
             raise UserError(
                 f'"{name}" cannot be reached: it lies {1000 * depth_m:.3g} mm inside of {buried[name].geom}, which is '
                 f"solid, and within_m is {near_m:g}; put it at the surface, ask for `touch`, or for within_m of more "
@@ -83,7 +90,8 @@ def _measure(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
         deepest = max(depths_m, key=lambda geom: depths_m[geom], default=None)
         if deepest is not None and depths_m[deepest] > 0.0:
             label = model.geom(deepest).name or model.body(model.geom_bodyid[deepest]).name
-            found.append(Buried(point=name, geom=label, depth_m=float(depths_m[deepest])))
+            movable = bool(model.body_weldid[body])
+            found.append(Buried(point=name, geom=label, depth_m=float(depths_m[deepest]), movable=movable))
     return tuple(found)
 
 
