@@ -207,3 +207,15 @@ def _film(*, frames: int, per_s: int) -> bytes:
             film.mux(stream.encode(av.VideoFrame.from_ndarray(shade, format="rgb24")))
         film.mux(stream.encode())
     return content.getvalue()
+
+
+def test_the_view_stays_in_sight_beside_a_long_panel(runs: Path, server: Server) -> None:
+    run = made_run(runs, designs=1)
+    made_training(run.design(1), [True] * 100)
+    with browsing(viewport={"width": 1280, "height": 800}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address(f"/run/{run.path.name}/1?tab=training"))
+        page.get_by_text("All 100 held-out episodes").click()
+        page.get_by_role("cell", name="99", exact=True).scroll_into_view_if_needed()
+        expect(page.get_by_role("cell", name="99", exact=True)).to_be_in_viewport()
+        expect(page.locator(".view")).to_be_in_viewport(ratio=0.6)

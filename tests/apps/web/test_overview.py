@@ -1,6 +1,7 @@
 """All runs at once, in a real browser: what is at work, all designs in a table, and some of them side by side."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,9 @@ def test_what_is_at_work_and_what_waits_stands_in_one_place(runs: Path, server: 
         page = visitor.new_page()
         page.goto(server.address("/new"))
         expect(page).to_have_title("(1) New run · AID-SR")
-        page.get_by_role("link", name="1 for you").click()
+        waits = page.get_by_role("link", name="1 waits for you")
+        expect(waits).to_have_attribute("title", re.compile("design 1: .*: waits for your decision"))
+        waits.click()
         rows_shown = page.locator("table.work tbody tr")
         expect(rows_shown).to_have_count(2)
         expect(rows_shown.nth(0)).to_contain_text("waits for your decision")

@@ -58,9 +58,13 @@ def frame(title: str, *way: tuple[str, str], site: Site | None = None, narrow: b
 
 def _at_work(tasks: tuple[Task, ...]) -> None:
     """Count what is at work; a browser shows what waits for a person in the page's title and icon (web.js)."""
-    waiting = sum(task.waits for task in tasks)
-    link = ui.link(f"{waiting} for you" if waiting else "At work", "/work").classes("work-link")
+    awaited = [task for task in tasks if task.waits]
+    waiting = len(awaited)
+    said = f"{waiting} {'waits' if waiting == 1 else 'wait'} for you" if waiting else "At work"
+    link = ui.link(said, "/work").classes("work-link")
     link.props["data-awaited"] = str(waiting)
+    if awaited:
+        link.props["title"] = "\n".join(f"{task.title}: {task.doing}" for task in awaited)
     if len(tasks) - waiting:
         with link:
             text(str(len(tasks) - waiting), "badge running").props["aria-label"] = f"{len(tasks) - waiting} at work"

@@ -40,7 +40,12 @@ def welcome(site: Site) -> None:
                 "soft",
                 "p",
             )
-            text("Try one of these; built-in rules do them in about half a minute, without a key or cost.", "", "p")
+            text(
+                "Try one of these; the built-in rules need no key and cost nothing. The first two take seconds, the bell "
+                "about half a minute; a goal of your own may take some minutes, since each body is tried on it.",
+                "",
+                "p",
+            )
             with box("stack tight"):
                 offer("Three robots that push a button", DEMO)
                 offer("Three robots that pass a tunnel", _TUNNEL)
