@@ -16,13 +16,13 @@ AXE = Path(__file__).with_name("axe.min.js")
 
 
 def findings(page: Page) -> list[str]:
-    """Return what axe-core finds serious or critical on a page: rule and first element."""
+    """Return what axe-core finds serious or critical on a page, and headings without words: rule and first element."""
     page.evaluate(AXE.read_text(encoding="utf-8"))
     found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
     return [
         f"{one['id']}: {one['nodes'][0]['html'][:200]}"
         for one in found["violations"]
-        if one["impact"] in ("serious", "critical")
+        if one["impact"] in ("serious", "critical") or one["id"] == "empty-table-header"
     ]
 
 

@@ -102,7 +102,7 @@ def _table(columns: tuple[_Column, ...], *, pictures: bool = True) -> None:
     names = list(dict.fromkeys(name for column in columns for name, _ in column.rows))
     with box("sheet flush scroll"), box("list compare", "table"), box(tag="tbody"):
         with box(tag="tr"):
-            text("", tag="th")
+            text("measured", "unseen", "th")
             for column in columns:
                 _title(column, pictures=pictures)
         for name in names:

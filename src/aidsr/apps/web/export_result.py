@@ -100,8 +100,8 @@ def _bed(run: Run, design: DesignFolder, parts: tuple[PartEntry, ...], made: str
         view = PartsView(lying, title=f"{run.name} design {design.number} parts")
     with box("sheet flush scroll"), box("list", "table"):
         with box(tag="thead"), box(tag="tr"):
-            for title in ("", "part", "copies", "of", "mass", "size", "checks", "files"):
-                text(title, "num" if title in ("copies", "mass", "size") else "", "th")
+            for title in ("letter", "part", "copies", "of", "mass", "size", "checks", "files"):
+                text(title, {"letter": "unseen", "copies": "num", "mass": "num", "size": "num"}.get(title, ""), "th")
         with box(tag="tbody"):
             for part, mark in zip(parts, marks, strict=True):
                 with box(tag="tr"):

@@ -20,7 +20,7 @@ _COLUMNS = (
     "jobs left",
     "core hours left",
     "paid",
-    "",
+    "report",
 )
 
 
@@ -37,7 +37,7 @@ def _table(views: tuple[StudyView, ...]) -> None:
         with box("sheet flush scroll"), box("list", "table"):
             with box(tag="thead"), box(tag="tr"):
                 for column in _COLUMNS:
-                    text(column, "" if column in ("study", "state", "") else "num", "th")
+                    text(column, "" if column in ("study", "state", "report") else "num", "th")
             with box(tag="tbody"):
                 for view in views:
                     with box(tag="tr"):

@@ -41,8 +41,8 @@ def welcome(site: Site) -> None:
                 "p",
             )
             text(
-                "Try one of these; the built-in rules need no key and cost nothing. The first two take seconds, the bell "
-                "about half a minute; a goal of your own may take some minutes, since each body is tried on it.",
+                "Try one of these; the built-in rules need no key and cost nothing. The first two take seconds, the "
+                "bell about half a minute; a goal of your own may take some minutes, since each body is tried on it.",
                 "",
                 "p",
             )
