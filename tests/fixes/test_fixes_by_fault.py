@@ -7,6 +7,7 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
+from lxml import etree
 
 from aidsr.core.artifacts import Fault
 from aidsr.fixes import FIXES, fix, motion, ranges, strength
@@ -350,3 +351,19 @@ def test_what_acts_again_does_not_push(code: str) -> None:
     text = rule.example.fails(EXAMPLE_ARM)
     fixed_text = fix(text, validate(text).errors).mjcf
     assert {fault.code for fault in validate(fixed_text).errors} == set()
+
+
+def test_a_cable_goes_through_the_nearer_of_two_sites_that_shared_a_name() -> None:
+    limbs = "".join(
+        f'<body><joint stiffness="1"/><geom size="0.01"/><site name="{limb}0"/>'
+        f'<body pos="0 0 0.1"><joint stiffness="1"/><geom size="0.01"/><site name="mid"/>'
+        f'<body pos="0 0 0.1"><joint stiffness="1"/><geom size="0.01"/><site name="{limb}2"/></body></body></body>'
+        for limb in "ab"
+    )
+    paths = "".join(
+        f'<spatial><site site="{limb}0"/><site site="mid"/><site site="{limb}2"/></spatial>' for limb in "ab"
+    )
+    text = f"<mujoco><worldbody>{limbs}</worldbody><tendon>{paths}</tendon></mujoco>"
+    answer = fix(text, [fault("duplicate_name", "mid")])
+    stops = [stop.get("site") for stop in etree.fromstring(answer.mjcf.encode()).iterfind("tendon/spatial/site")]
+    assert stops == ["a0", "mid", "a2", "b0", "mid_2", "b2"]

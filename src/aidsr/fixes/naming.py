@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 from aidsr.core.suggestions import one_slip_away, only_close_name
 from aidsr.fixes.record import EditDocument, Fix, Request, note
@@ -102,8 +102,49 @@ def duplicate_names(root: Element, request: Request) -> Iterator[str]:
 
 
 def duplicate_names_in_use(root: Element, _: Request) -> Iterator[str]:
-    """Rename a thing whose name another of its kind bears; references mean the first from then on."""
+    """Rename a thing whose name another of its kind bears; references mean the first from then on.
+
+    A cable on its way through a site means the one nearest to the sites before and after it, counted in bodies.
+    """
+    shared = {name: sites for name, sites in _sites(root).items() if len(sites) > 1}
     yield from _rename_duplicates(root, lambda _kind, _name: False)
+    for name, sites in shared.items():
+        yield from _reroute(root, name, sites)
+
+
+def _sites(root: Element) -> dict[str, list[Element]]:
+    found = defaultdict(list)
+    for element, kind in named(root):
+        if kind == "site" and not _is_replicated(element):
+            found[element.get("name", "")].append(element)
+    return found
+
+
+def _reroute(root: Element, name: str, sites: Sequence[Element]) -> Iterator[str]:
+    """Send every cable whose path names a site that was more than one through the nearest of them."""
+    alone = {name: sites[0] for name, sites in _sites(root).items() if len(sites) == 1}
+    for path in root.iterfind("tendon/spatial"):
+        stops = [stop for stop in path if stop.tag == "site"]
+        for k, stop in enumerate(stops):
+            if stop.get("site") != name:
+                continue
+            beside = [
+                alone[other.get("site", "")]
+                for other in (*stops[max(k - 1, 0) : k], *stops[k + 1 : k + 2])
+                if other.get("site") in alone and other.get("site") != name
+            ]
+            nearest = min(sites, key=lambda site: sum(_bodies_between(site, other) for other in beside))
+            if nearest is not sites[0]:
+                stop.set("site", nearest.get("name", ""))
+                yield note(
+                    path, f"goes through '{nearest.get('name')}' instead of '{name}', which is farther off its way"
+                )
+
+
+def _bodies_between(one: Element, other: Element) -> int:
+    """Return how many steps from parent to child lead from the body of an element to that of another."""
+    above = [set(each.iterancestors("body")) for each in (one, other)]
+    return len(above[0] ^ above[1])
 
 
 def _rename_duplicates(root: Element, keeps: Callable[[str, str], bool]) -> Iterator[str]:
