@@ -2,7 +2,8 @@
 
 Makes one run of three designs with the built-in rules, copies it, starts `aidsr web`, and opens the page three times.
 The first time the server reads all runs. Told are the time until the first byte, and from it until the page can be
-used: runs stand in the table, the server listens to it, and the browser answers a timer within 50 ms.
+used: runs stand in the table, the server listens to it, and the browser answers a timer within 50 ms. Then how much a
+browser that knows nothing of the page loads, and how much one that was there before.
 
     python -m benchmarks.web.home --runs 200
 """
@@ -41,11 +42,14 @@ def main() -> None:
         server = subprocess.Popen(words)
         try:
             wait_for(port)
-            opened = open_pages(f"http://127.0.0.1:{port}/", 3, "table.runs tbody tr td a")
+            address = f"http://127.0.0.1:{port}/"
+            opened = open_pages(address, 3, "table.runs tbody tr td a")
             for said, (waited, usable) in zip(("first", "again", "again"), opened, strict=True):
                 sys.stdout.write(
                     f"{count} runs of 3 designs, {said}: first byte after {waited:.2f} s, usable {usable:.2f} s later\n"
                 )
+            for said, (whole, pictures) in zip(("first", "again"), _weigh(address), strict=True):
+                sys.stdout.write(f"loaded, {said}: {whole / 1000:.0f} kB, of which {pictures / 1000:.0f} kB pictures\n")
         finally:
             server.terminate()
             server.wait()
@@ -87,6 +91,29 @@ def open_pages(
             page.goto(address, wait_until="commit")
             waited, usable = page.wait_for_function("window.opened").json_value()
             found.append((waited, usable))
+        browser.close()
+    return found
+
+
+_LOADED = """() => {
+  const all = [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")];
+  const sum = (some) => some.reduce((bytes, one) => bytes + one.transferSize, 0);
+  return [sum(all), sum(all.filter((one) => one.initiatorType === "img"))];
+}"""
+
+
+def _weigh(address: str) -> list[tuple[int, int]]:
+    """Return how much a first and a second visit load, everything and the pictures alone [bytes]."""
+    browser_path = next(path for name in ("chromium", "google-chrome") if (path := shutil.which(name)))
+    found = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=browser_path, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        for _visit in range(2):
+            page.goto(address, wait_until="networkidle")
+            page.wait_for_timeout(3000)  # pictures in sight arrive
+            whole, pictures = page.evaluate(_LOADED)
+            found.append((whole, pictures))
         browser.close()
     return found
 
