@@ -111,7 +111,7 @@ def add_design_page(site: Site) -> None:
                     live(page.titled, _title)
                     live(lambda: page.read()[0].status.outcome, partial(_actions, page))
                 live(page.read, _head)
-            with box("split"):
+            with box("split beside"):
                 with box("stack wide"):
                     live(page.seen, partial(_scene, page))
                     live(page.read, partial(_iterations, page))
