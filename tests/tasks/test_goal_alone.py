@@ -99,6 +99,12 @@ def test_a_point_inside_of_something_solid_is_refused_before_anything_is_designe
         reach(base, BLOCK.format(joint="", site=IN_THE_BLOCK))
 
 
+def test_a_shape_of_the_world_without_a_name_is_told_by_its_number():
+    wall = '<mujoco><worldbody><geom type="box" size="0.05 0.06 0.07" pos="0.25 0 0.3"/>{}</worldbody></mujoco>'
+    with pytest.raises(UserError, match="it lies 50 mm inside of geom 0 of the world, which is solid"):
+        reach("fixed", wall.format(IN_THE_BLOCK))
+
+
 def test_a_point_under_the_surface_by_less_than_is_near_enough_is_not():
     at_the_face = IN_THE_BLOCK.replace("0.25", "0.21")
     assert reach("free", BLOCK.format(joint="", site=at_the_face))

@@ -218,7 +218,7 @@ def _overlaps(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[str])
         for geom, other, depth_m in _contacts(model, data, own):
             thickness_m = min(_thickness_m(model, each) for each in (geom, other))
             if depth_m > _INSIDE * thickness_m and depth_m > _INSIDE_M:
-                pair = (body, _name(model, other))
+                pair = (body, name_of_shape(model, other))
                 found[pair] = max(found.get(pair, 0.0), depth_m)
     return tuple(Overlap(body=body, other=other, depth_m=depth) for (body, other), depth in found.items())
 
@@ -298,7 +298,7 @@ def _sweep(model: mujoco.MjModel, start: Sequence[Change], sweep: Sweep) -> Stop
                 angle = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
                 return Stop(
                     body=sweep.joint,
-                    other=_name(model, other),
+                    other=name_of_shape(model, other),
                     at=met[geom, other],
                     of=abs(by),
                     angle=angle,
@@ -377,7 +377,7 @@ def _thickness_m(model: mujoco.MjModel, geom: int) -> float:
     return 2.0 * float(half.min())
 
 
-def _name(model: mujoco.MjModel, geom: int) -> str:
+def name_of_shape(model: mujoco.MjModel, geom: int) -> str:
     """Return the name of a geom, or of its body where it has none."""
     body = model.body(model.geom_bodyid[geom]).name
     return model.geom(geom).name or (body if body != "world" else f"geom {geom} of the world")

@@ -12,6 +12,7 @@ from aidsr.core.artifacts import Artifact
 from aidsr.core.errors import UserError
 from aidsr.mjcf.compile import load_mjcf
 from aidsr.sandbox.isolated import isolated
+from aidsr.tasks.goals.alone import name_of_shape
 
 _RADIUS_M = 1e-4
 """Of the sphere that stands for a point."""
@@ -89,7 +90,7 @@ def _measure(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
         }
         deepest = max(depths_m, key=lambda geom: depths_m[geom], default=None)
         if deepest is not None and depths_m[deepest] > 0.0:
-            label = model.geom(deepest).name or model.body(model.geom_bodyid[deepest]).name
+            label = name_of_shape(model, deepest)
             movable = bool(model.body_weldid[body])
             found.append(Buried(point=name, geom=label, depth_m=float(depths_m[deepest]), movable=movable))
     return tuple(found)
