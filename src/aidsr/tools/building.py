@@ -11,13 +11,13 @@ from aidsr.core.artifacts import ActuatorGroup, Brief, Placement, Robot, Scene, 
 from aidsr.core.errors import ReplyError, UserError
 from aidsr.core.formatting import format_number
 from aidsr.fixes.engine import fix as fix_mjcf
-from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.mjcf.size_limits import SizeLimits
 from aidsr.render.pictures import filmstrip, picture
 from aidsr.render.view import View
 from aidsr.sim.assembly import assemble as assemble_scene
 from aidsr.sim.standing import stand as stand_on_ground
 from aidsr.tasks import Level, Task
+from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.teams.llm.patch import apply_patch
 from aidsr.teams.llm.replies import MAX_CHARACTERS
 from aidsr.tools.motions import controls
@@ -192,7 +192,7 @@ def _shown(workspace: Workspace, subject: str) -> tuple[str, ...]:
     if is_own(subject):
         _, _, task = workspace.task_of(subject, "standard")
         assert task is not None, "an own task is one"
-        return (*targets_of(task), *(mount.name for mount in task.brief().summary.mounts))
+        return targets_and_mounts(task)
     if not subject.startswith("scene"):
         return ()
     measured = workspace.subject(subject)

@@ -8,11 +8,11 @@ from pydantic import Field, TypeAdapter
 
 from aidsr.core.artifacts import Artifact, EnvironmentSummary
 from aidsr.core.errors import MjcfError, UserError
-from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.mjcf.size_limits import SizeLimits
 from aidsr.render.pictures import picture
 from aidsr.render.view import View
 from aidsr.tasks import Level, goal_task, load_task, parse_goal, task_names
+from aidsr.tasks.targets import targets_and_mounts
 from aidsr.tools.tool import Result
 from aidsr.tools.workspace import Workspace, is_own
 
@@ -103,5 +103,5 @@ def make_task(
         f"{name}: base {brief.base}, at most {task.time_limit_s:g} s, mounts: {mounts}",
         *(f"{title}: {words}" for title, words in brief.judging.items()),
     ]
-    view = View(shown=(*targets_of(task), *(mount.name for mount in brief.summary.mounts)))
+    view = View(shown=targets_and_mounts(task))
     return Result(text="\n".join(lines), pictures=(picture(environment, view=view),) if workspace.draws else ())

@@ -235,8 +235,9 @@ def _attributed(
         start: Progress before anything moves.
         others: Makes other placements.
     """
-    from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
+    from aidsr.learn.openloop.failure_attribution import attribute_failure
     from aidsr.learn.openloop.trace import trace
+    from aidsr.tasks.targets import targets_of
     from aidsr.tools.playing import record
     from aidsr.tools.script_search import script_policy
 

@@ -10,11 +10,12 @@ import pytest
 from aidsr.core.artifacts import Placement, Robot
 from aidsr.learn.episodes.rollout import EpisodeOutcomes
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
+from aidsr.learn.openloop.failure_attribution import attribute_failure
 from aidsr.learn.openloop.motion import GroupMotion, Motion, Motions, OpenLoopPolicy
 from aidsr.learn.openloop.trace import Trace, TraceStep, _Recorder, trace
 from aidsr.sim.assembly import assemble
 from aidsr.tasks import Change, GoalTask, Variation, goal_task, load_task, parse_goal
+from aidsr.tasks.targets import targets_of
 from scenes import QuickPushing, small_arm, small_scene
 
 BUTTON, LANE = load_task("button_pushing"), load_task("flat_ground")

@@ -30,14 +30,6 @@ _HARDLY_M = 0.02
 """A free robot that travelled less has not moved. Our choice: below a tenth of any body's length."""
 
 
-def targets_of(task: Task) -> tuple[str, ...]:
-    """Return the bodies of the environment that a task measures the robot's touch with; of a goal its site or body."""
-    if isinstance(task, GoalTask):
-        return tuple(dict.fromkeys((*task.goal.points, *task.goal.bodies)))
-    touched = [sensor.target for sensor in task.sensors if sensor.quantity in ("contact_force", "contacts")]
-    return tuple(dict.fromkeys(touched)) if task.base != "free" else ()
-
-
 def attribute_failure(task: Task, trace: Trace) -> tuple[Phase, CritiqueIssue]:
     """Return the phase in which an episode that fell short ended, and which role should change what.
 

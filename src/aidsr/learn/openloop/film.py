@@ -11,7 +11,6 @@ from aidsr.learn.episodes.batch import Episodes, StepResult
 from aidsr.learn.episodes.rollout import rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.episodes.varied_mjcf import varied_mjcf
-from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.report import ProbedVariation
 from aidsr.render.pictures import filmstrip, video
@@ -21,6 +20,7 @@ from aidsr.sandbox.limits import Limits
 from aidsr.sim.placement import mount_names
 from aidsr.sim.structure import read_structure
 from aidsr.tasks import Level
+from aidsr.tasks.targets import targets_of
 from aidsr.tasks.travelling_task import TravellingTask
 
 _LIMITS = Limits(wall_s=300.0, cpu_s=180.0)

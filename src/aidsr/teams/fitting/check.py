@@ -16,7 +16,6 @@ from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import Constant, rollout
 from aidsr.learn.episodes.scene import TaskScene
 from aidsr.learn.openloop import ProbeReport, probe
-from aidsr.learn.openloop.failure_attribution import targets_of
 from aidsr.learn.openloop.film import film
 from aidsr.mjcf.read import open_mjcf
 from aidsr.render.pictures import picture
@@ -31,6 +30,7 @@ from aidsr.tasks.goals.alone import SETTLE_S, remarks
 from aidsr.tasks.goals.stages import Stages
 from aidsr.tasks.goals.turn import Turn
 from aidsr.tasks.readings import FloatArray
+from aidsr.tasks.targets import targets_and_mounts, targets_of
 from aidsr.tasks.travelling_task import TravellingTask
 from aidsr.teams.fitting.team import FittingCoder, FittingDesigner, FittingIntegrator
 from aidsr.teams.fitting.trial import Round
@@ -175,9 +175,7 @@ def check_task(task: GoalTask, *, seed: int = 0, listen: Callable[[str], None] =
             blind=None,
             probe=None,
             scene=mjcf,
-            picture=picture(
-                mjcf, view=View(shown=(*targets_of(task), *(mount.name for mount in brief.summary.mounts)))
-            ),
+            picture=picture(mjcf, view=View(shown=targets_and_mounts(task))),
             strip=None,
         )
     best = max(tried, key=lambda each: each.fit.value)

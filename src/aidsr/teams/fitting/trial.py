@@ -11,7 +11,7 @@ from aidsr.core.artifacts import ActuatorGroup, Artifact, Vec3
 from aidsr.learn.episodes.batch import Episodes
 from aidsr.learn.episodes.rollout import Constant, rollout
 from aidsr.learn.episodes.scene import TaskScene
-from aidsr.learn.openloop.failure_attribution import attribute_failure, targets_of
+from aidsr.learn.openloop.failure_attribution import attribute_failure
 from aidsr.learn.openloop.motion import Motions, OpenLoopPolicy
 from aidsr.learn.openloop.probe_scene import probe_scene
 from aidsr.learn.openloop.report import ProbedVariation
@@ -21,6 +21,7 @@ from aidsr.sandbox.limits import Limits
 from aidsr.sim.overlap import overlaps_too_much
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.structure import read_structure
+from aidsr.tasks.targets import targets_of
 from aidsr.tasks.travelling_task import TravellingTask
 
 _CLEAR_M = 0.02
