@@ -236,7 +236,7 @@ def _read_goal(text: str, _folder: Path) -> None:
 
     goal_task(
         parse_goal(text),
-        '<mujoco><worldbody><body name="ball"><freejoint/><geom size="1"/></body></worldbody></mujoco>',
+        '<mujoco><worldbody><body name="ball"><freejoint/><geom size="0.03"/></body></worldbody></mujoco>',
     )
 
 

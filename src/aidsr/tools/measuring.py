@@ -34,7 +34,7 @@ _MOST_VARIATIONS = 8
 What = Literal["bends", "load", "clearances", "gaits", "play", "probe"]
 Pairs = Annotated[
     tuple[tuple[str, str], ...],
-    Field(description="Pairs of sites, geoms or bodies whose distance is measured, of the last two to the surface."),
+    Field(description="Pairs of sites (points), geoms or bodies (their surfaces) whose distance is measured."),
 ]
 Several = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
@@ -80,7 +80,7 @@ def play(
     distances: Pairs = (),
     variations: Several = (),
 ) -> Result:
-    """Play a motion script on a scene and tell path, contacts, distances, stages, limits passed and what ended it."""
+    """Play a motion script on a scene and tell path, heading, contacts, distances, limits passed and what ended it."""
     subject = workspace.subject(scene)
     how = How(script=script, variation=variation, variations=variations, seconds=seconds, pairs=distances)
     played = _play_all(subject, how)
