@@ -143,6 +143,29 @@ def test_overlapping_bodies_of_a_scene_are_excluded_by_their_own_names() -> None
     assert 'conaffinity="0"' in fixed("self_collision_lock")
 
 
+def pulled_arm(mass_kg: float) -> str:
+    return f"""<mujoco><option gravity="0 0 -10"/><worldbody><site name="s0" pos="0.01 0 0"/>
+    <body><joint name="j" axis="0 1 0" stiffness="4" damping="1"/><geom size="0.01" mass="{mass_kg}" pos="0 0 -0.05"/>
+    <site name="s1" pos="0.01 0 -0.05"/></body></worldbody>
+    <tendon><spatial name="t"><site site="s0"/><site site="s1"/></spatial></tendon>
+    <actuator><motor name="p" tendon="t" ctrlrange="-1000 0"/></actuator></mujoco>"""
+
+
+def test_springs_follow_a_force_that_was_too_much() -> None:
+    overforce = fault("actuator_overforce").model_copy(update={"measured": 1000.0, "limit": 100.0})
+    root = parse(pulled_arm(1.0))
+    notes = list(strength.weaken(root, Request(overforce)))
+    assert root.find(".//motor").get("ctrlrange") == "-90 0"
+    assert notes == ["multiplied the force of 1 actuators by 0.09", "multiplied joint stiffness and damping by 0.22"]
+
+
+def test_a_robot_that_no_allowed_pull_could_move_keeps_its_forces() -> None:
+    overforce = fault("actuator_overforce").model_copy(update={"measured": 1000.0, "limit": 100.0})
+    root = parse(pulled_arm(1000.0))
+    assert not list(strength.weaken(root, Request(overforce)))
+    assert root.find(".//motor").get("ctrlrange") == "-1000 0"
+
+
 def test_only_the_named_actuators_get_stronger() -> None:
     before, after = arm(), fixed("actuator_too_weak", "robot/pull_distal_060")
     changed = [line for line in after.splitlines() if line not in before.splitlines()]

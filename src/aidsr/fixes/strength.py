@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from lxml import etree
 
@@ -31,6 +32,11 @@ _TOO_MUCH = {"actuator_overforce": 1.0, "actuator_power": 0.5}
 
 _HOLDING_RAD = 0.6
 """By how much the weight of a limb may bend it in all. Our choice: a limb that sags by a third of its length."""
+_BENT_RAD = 1.0
+"""How far the strongest pull should bend a limb against its springs. Our choice: about 60 degrees."""
+_LEAST_WEIGHTS = 0.05
+"""Smallest pull, in weights of the robot, that `weaken` leaves. Our choice: a tenth of what `actuator_too_weak` asks for
+where an actuator hardly moves the robot."""
 _DAMPING_S = 0.1
 """Damping time c / k beyond which stiffer springs get no more damping. Our choice."""
 _MOST_WEIGHTS = 20.0
@@ -71,11 +77,67 @@ def _bending_factor(root: Element, request: Request) -> float:
 
 
 def weaken(root: Element, request: Request) -> Iterator[str]:
-    """Let every actuator pull a third less hard, or as much less as was found too much of force or power."""
+    """Let every actuator pull a third less hard, or as much less as was found too much of force or power.
+
+    Where force or power is too much, springs become softer with it, so that the limb still bends. Nothing is done where
+    no pull that is left could move the robot's weight: such a robot is too heavy, and its winches are not too strong.
+    """
     fault, factor = request.fault, _WEAKER
-    if fault is not None and fault.measured and fault.limit and fault.code in _TOO_MUCH:
+    if fault is None or fault.code not in _TOO_MUCH:
+        yield from _scale_forces(root, factor)
+        return
+    if fault.measured and fault.limit:
         factor = min(factor, 0.9 * (fault.limit / fault.measured) ** _TOO_MUCH[fault.code])
-    yield from _scale_forces(root, float(f"{factor:.2g}"))
+    factor = float(f"{factor:.2g}")
+    pull = _read_pull(root)
+    if pull and factor * pull.force_n < _LEAST_WEIGHTS * pull.weight_n:
+        return
+    yield from _scale_forces(root, factor)
+    if pull and 0 < (bend_rad := factor * pull.bend_rad) < _BENT_RAD:
+        yield from _scale_springs(root, float(f"{min(max(bend_rad / _BENT_RAD, _holding_factor(root)), 1.0):.2g}"))
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """What the strongest actuator of a robot does at rest, by statics: its force, the bending against springs summed
+    over the joints it acts on, and the weight of the robot beside it."""
+
+    force_n: float
+    bend_rad: float
+    weight_n: float
+
+
+def _read_pull(root: Element) -> _Pull | None:
+    """Return the strongest pull of a robot; None where it does not compile."""
+    import mujoco
+    import numpy as np
+
+    from aidsr.mjcf.compile import compile_mjcf
+
+    try:
+        model = compile_mjcf(etree.tostring(root, encoding="unicode"))
+    except MjcfError:
+        return None
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    moments = np.zeros((model.nu, model.nv))
+    mujoco.mju_sparse2dense(
+        moments, data.actuator_moment.ravel(), data.moment_rownnz, data.moment_rowadr, data.moment_colind.ravel()
+    )
+    forces_n = np.zeros(model.nu)
+    for end in (0, 1):
+        data.ctrl[:] = model.actuator_ctrlrange[:, end]
+        for actuator in np.flatnonzero(model.actuator_actadr >= 0):
+            data.act[model.actuator_actadr[actuator]] = data.ctrl[actuator]
+        mujoco.mj_forward(model, data)
+        forces_n = np.maximum(forces_n, np.abs(data.actuator_force))
+    sprung = np.flatnonzero(model.jnt_stiffness > 0)
+    bend_rad_n = (np.abs(moments[:, model.jnt_dofadr[sprung]]) / model.jnt_stiffness[sprung]).sum(axis=1)
+    return _Pull(
+        force_n=float(forces_n.max(initial=0.0)),
+        bend_rad=float((forces_n * bend_rad_n).max(initial=0.0)),
+        weight_n=float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)),
+    )
 
 
 def _scale_forces(root: Element, factor: float, names: tuple[str, ...] = ()) -> Iterator[str]:
@@ -142,7 +204,7 @@ def soften_springs(root: Element, request: Request) -> Iterator[str]:
 
 
 def _scale_springs(root: Element, factor: float) -> Iterator[str]:
-    if scale_springs(root, factor):
+    if factor != 1.0 and scale_springs(root, factor):
         yield f"multiplied joint stiffness and damping by {factor:g}"
 
 
