@@ -35,8 +35,8 @@ _HOLDING_RAD = 0.6
 _BENT_RAD = 1.0
 """How far the strongest pull should bend a limb against its springs. Our choice: about 60 degrees."""
 _LEAST_WEIGHTS = 0.05
-"""Smallest pull, in weights of the robot, that `weaken` leaves. Our choice: a tenth of what `actuator_too_weak` asks for
-where an actuator hardly moves the robot."""
+"""Smallest pull, in weights of the robot, that `weaken` leaves. Our choice: a tenth of what `actuator_too_weak` asks
+for where an actuator hardly moves the robot."""
 _DAMPING_S = 0.1
 """Damping time c / k beyond which stiffer springs get no more damping. Our choice."""
 _MOST_WEIGHTS = 20.0
@@ -99,12 +99,13 @@ def weaken(root: Element, request: Request) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class _Pull:
-    """What the strongest actuator of a robot does at rest, by statics: its force, the bending against springs summed
-    over the joints it acts on, and the weight of the robot beside it."""
+    """What the strongest actuator of a robot does in its initial pose, by statics."""
 
     force_n: float
     bend_rad: float
+    """Against the springs, summed over the joints that it acts on."""
     weight_n: float
+    """Of the whole robot."""
 
 
 def _read_pull(root: Element) -> _Pull | None:
