@@ -11,6 +11,7 @@ from test_studies_panel import made_study
 
 from aidsr.core.artifacts import PlausibilityCheck
 from aidsr.runs import Run
+from aidsr.runs.files import replace_file
 
 AXE = Path(__file__).with_name("axe.min.js")
 
@@ -42,6 +43,9 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str,
         made_training(run.design(2), (True, False), (check,))
         made_export(run.design(2))
         made_run(runs, task="", objective="Turn the knob.")
+        left = made_run(runs, designs=1, started="2026-02-01T10:00:00+00:00")
+        (left.design(1).path / "outcome.json").unlink()
+        replace_file(runs / ".web" / "processes" / f"{left.path.name}.log", b"a line of its output\n" * 60)
         made_study(runs / "first")
         made = f"/run/{run.path.name}"
         compare = f"/compare?design={run.path.name}/1&design={run.path.name}/2"
@@ -49,6 +53,7 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str,
             "/",
             "/new",
             made,
+            f"/run/{left.path.name}",
             f"{made}/1",
             f"{made}/1?iteration=1",
             f"{made}/2/export",
@@ -80,6 +85,22 @@ def test_pages_have_no_serious_findings(runs: Path, server: Server, scheme: str,
             found[f"design {tab}"] = findings(page)
     bad = {place: each for place, each in found.items() if each}
     assert not bad, "\n".join(f"{place}: {one}" for place, each in bad.items() for one in each)
+
+
+@pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
+def test_the_page_that_asks_for_the_token_has_no_serious_findings(runs: Path, scheme: str, width: int) -> None:
+    server = Server.start(runs, token="correct-horse-battery")
+    with browsing(color_scheme=scheme, viewport={"width": width, "height": 900}) as visitor:
+        page = visitor.new_page()
+        page.goto(server.address())
+        found = findings(page)
+        page.get_by_label("Token").fill("wrong")
+        page.get_by_role("button", name="Open").click()
+        page.get_by_role("alert").wait_for()
+        found += findings(page)
+        assert page.evaluate("innerWidth") == width, "a phone shows it in its own size"
+    server.stop()
+    assert not found
 
 
 def test_the_view_and_its_timeline_have_no_serious_findings(arm_run: Run, server: Server) -> None:

@@ -125,9 +125,8 @@ def test_the_token_opens_the_web_app_and_another_does_not(runs: Path) -> None:
             page.goto(server.address())
             page.get_by_label("Token").fill(token)
             page.get_by_role("button", name="Open").click()
-            expect(
-                page.get_by_label("Token") if token == "wrong" else page.get_by_text("New run").first
-            ).to_be_visible()
+            said = page.get_by_role("alert") if token == "wrong" else page.get_by_text("New run").first
+            expect(said).to_be_visible()
     server.stop()
 
 

@@ -11,7 +11,7 @@ from nicegui import run as background
 from nicegui import ui
 
 from aidsr.apps.web.call_chart import ChartedCall, call_chart_svg
-from aidsr.apps.web.widgets import box, text
+from aidsr.apps.web.widgets import box, long_text, text
 from aidsr.core.calls import CallRecord
 from aidsr.core.errors import UserError
 from aidsr.core.formatting import format_cost, format_tokens_in_thousands
@@ -169,9 +169,9 @@ def _call(line: str, call: CallRecord) -> None:
         with fold:
             for message in call.question.messages:
                 text(message.role, "label")
-                text(message.text, "text", "pre")
+                long_text(message.text, "prompt")
             text("reply", "label")
-            text(call.reply, "text", "pre")
+            long_text(call.reply, "reply")
             if call.finish != "stop":
                 text(f"The reply was ended by {call.finish}.", "small bad", "p")
             for attempt in call.failed_attempts:

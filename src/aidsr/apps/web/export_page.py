@@ -14,7 +14,7 @@ from aidsr.apps.web.frame import frame
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.run_page import not_found
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.widgets import box, button, clock, notice, text
+from aidsr.apps.web.widgets import box, button, clock, long_text, notice, text
 from aidsr.core.errors import AidsrError
 from aidsr.core.extras import missing_extra
 from aidsr.fabrication.materials import materials
@@ -111,7 +111,7 @@ def draw_export(site: Site, run: Run, design: DesignFolder, state: State) -> Non
         return
     if state.output_tail:
         notice("The last export ended without parts. Its output:", "bad")
-        text(state.output_tail, "text last", "pre")
+        long_text(state.output_tail, "last output", "last")
     if state.verdict is not None:
         show_export(run, design, state.verdict, state.parts, state.made)
     if state.missing:

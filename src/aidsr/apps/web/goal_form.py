@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Sequence
 from typing import Any
 
@@ -102,6 +103,7 @@ def goal_form(form: Form) -> None:
         with box("live") as said:
             pass
         _keep_checked(form, field, said)
+        _keep_kind(form, field, kinds)
         _keep_named(form, names)
         upload(form, GOAL)
 
@@ -130,6 +132,21 @@ def _keep_checked(form: Form, field: ui.textarea, said: ui.element) -> None:
 
     field.on_value_change(check)
     ui.timer(0.1, check, once=True)
+
+
+def _keep_kind(form: Form, field: ui.textarea, kinds: ui.select) -> None:
+    """Let the choice of a kind follow the goal in a field, as a template brings another."""
+
+    def follow() -> None:
+        try:
+            kind = tomllib.loads(str(form["goal"] or "")).get("kind")
+        except tomllib.TOMLDecodeError:
+            return  # said below the field
+        if kind in _FIRST_LINES:
+            kinds.value = kind
+
+    field.on_value_change(follow)
+    follow()
 
 
 def _keep_named(form: Form, place: ui.element) -> None:

@@ -39,12 +39,22 @@ _HEADERS = (
     ),
 )
 """Sent with every answer. Vue compiles its templates in the browser, hence unsafe-eval; nothing is loaded from afar."""
-_SIGN_IN_PAGE = b"""<!doctype html><meta charset=utf-8><title>AID-SR</title>
-<style>body{font:16px/1.5 system-ui,sans-serif;margin:20vh auto;max-width:26rem;padding:0 1rem;color-scheme:light dark}
-input,button{font:inherit;padding:.5rem .7rem;width:100%;box-sizing:border-box;margin:.4rem 0}</style>
-<h1>AID-SR</h1><p>This page asks for the token that was given to <code>aidsr web --token</code>.
-<form method=post action=/sign-in><label>Token<input type=password name=token autofocus required></label>
-<button>Open</button></form>"""
+_SIGN_IN_PAGE = """<!doctype html><html lang=en-US><meta charset=utf-8><title>Sign in · AID-SR</title>
+<meta name=viewport content="width=device-width, initial-scale=1">
+<style>:root{{color-scheme:light dark;--ink:light-dark(#1d2326,#e6e9e8);--accent:light-dark(#1c6770,#70c4cd)}}
+body{{font:16px/1.5 system-ui,sans-serif;margin:20vh auto;max-width:26rem;padding:0 1rem;color:var(--ink);
+background:light-dark(#f5f5f2,#13171a)}}
+h1{{font-size:24px;color:var(--accent)}} p[role=alert]{{color:light-dark(#a23a2c,#f0a192);margin:.4rem 0}}
+input,button{{font:inherit;padding:.5rem .7rem;width:100%;box-sizing:border-box;margin:.4rem 0;border-radius:6px;
+border:1px solid light-dark(#c5c9c3,#465157);background:light-dark(#fff,#1b2024);color:inherit}}
+button{{background:var(--accent);color:light-dark(#fff,#0c1a1c);font-weight:600;cursor:pointer}}</style>
+<main><h1>AID-SR</h1><p>This page asks for the token with which <code>aidsr web</code> was started
+(<code>AIDSR_WEB_TOKEN</code>).
+<form method=post action=/sign-in><label for=token>Token</label>
+<input id=token type=password name=token autocomplete=current-password autofocus required>{said}<button>Open</button>
+</form></main></html>"""
+"""Complete in itself: without the token no stylesheet is given out."""
+_WRONG_TOKEN = "that is not the token of this web app; look at the terminal or the service that started it"
 
 
 @dataclass(frozen=True)
@@ -119,7 +129,7 @@ class Guard:
         body = await _body(receive) if scope["method"] == "POST" else b""
         shown = parse_qs(body.decode("latin-1")).get("token", [""])[0]
         if not hmac.compare_digest(shown.encode(), self.token.encode()):
-            await _refuse(scope, receive, send, Refusal(401, ""))
+            await _refuse(scope, receive, send, Refusal(401, _WRONG_TOKEN if scope["method"] == "POST" else ""))
             return
         cookie = f"{_COOKIE}={self._mark()}; HttpOnly; SameSite=Strict; Path=/".encode()
         await send(
@@ -167,10 +177,12 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) 
         await send({"type": "websocket.close", "code": 1008, "reason": refusal.reason})
         return
     asks = refusal.status == 401
+    said = f"<p role=alert>{refusal.reason}</p>" if refusal.reason else ""
+    page = _SIGN_IN_PAGE.format(said=said) if asks else refusal.reason
     kind = b"text/html; charset=utf-8" if asks else b"text/plain; charset=utf-8"
     answer = _with_headers(send)
     await answer({"type": "http.response.start", "status": refusal.status, "headers": [(b"content-type", kind)]})
-    await answer({"type": "http.response.body", "body": _SIGN_IN_PAGE if asks else refusal.reason.encode()})
+    await answer({"type": "http.response.body", "body": page.encode()})
 
 
 def _with_headers(send: Send) -> Send:

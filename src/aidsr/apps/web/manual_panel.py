@@ -11,7 +11,7 @@ from nicegui import app, ui
 
 from aidsr.apps.web.live import as_action, live
 from aidsr.apps.web.site import Site
-from aidsr.apps.web.widgets import box, button, notice, text
+from aidsr.apps.web.widgets import box, button, long_text, notice, text
 from aidsr.core.errors import UserError
 from aidsr.runs import Run
 from aidsr.teams.providers.manual import PendingPrompt, pending_prompts, prompts_directory
@@ -110,7 +110,7 @@ def _prompt(run: Run, prompt: _Prompt) -> None:
                 text("What it says about your last reply", "label")
                 notice(prompt.refused, "wait")
         with ui.expansion("Read it").props("dense dense-toggle").classes("full"):
-            text(prompt.asked, "text", "pre")
+            long_text(prompt.asked, "prompt")
         field = ui.textarea("The whole reply").props("outlined").bind_value(draft, "text")
         field.props["maxlength"] = _MOST_CHARACTERS
         with box("row"):

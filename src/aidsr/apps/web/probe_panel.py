@@ -13,7 +13,7 @@ from aidsr.apps.web.recorded_episodes import Stage, record_probed
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.training_panel import measure_arguments, measure_field
 from aidsr.apps.web.view3d import Episode
-from aidsr.apps.web.widgets import box, button, fact, file_address, image, text
+from aidsr.apps.web.widgets import box, button, fact, file_address, image, long_text, text
 from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import UserError
 from aidsr.runs import DesignFolder, Run
@@ -79,7 +79,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
             button(again, as_action(start), "quiet" if state.written else "primary", "play_arrow")
     if state.output_tail:
         text("Output of the last probe:", "label")
-        text(state.output_tail, "text last", "pre")
+        long_text(state.output_tail, "last output", "last")
 
 
 def _report(site: Site, run: Run, design: DesignFolder, stage: Stage) -> None:

@@ -23,6 +23,7 @@ from aidsr.apps.web.widgets import (
     fact,
     file_address,
     image,
+    long_text,
     notice,
     strip,
     text,
@@ -158,7 +159,7 @@ def _notes(site: Site, run: Run, noted: _Noted) -> None:
             text("No process is running this run: it ended, or the folder comes from another machine.")
             text("“Resume” continues it from its files; no answered call is repeated.", "small soft")
             if noted.output_tail:
-                text(noted.output_tail, "text last", "pre")
+                long_text(noted.output_tail, "last output", "last")
     if noted.used_up:
         _larger_budget(site, run)
     for job, concept in noted.at_work:

@@ -15,7 +15,7 @@ from aidsr.apps.web.live import as_action, live, show_error, working
 from aidsr.apps.web.recorded_episodes import Stage, record, replay_name, variation_of
 from aidsr.apps.web.site import Site
 from aidsr.apps.web.view3d import Episode
-from aidsr.apps.web.widgets import badge, box, button, fact, file_address, notice, text
+from aidsr.apps.web.widgets import badge, box, button, fact, file_address, long_text, notice, text
 from aidsr.core.artifacts import EpisodeResult, Evaluation, PerturbedEpisodes
 from aidsr.core.ends import ends_in_words
 from aidsr.core.errors import UserError
@@ -125,7 +125,7 @@ def _draw(site: Site, run: Run, design: DesignFolder, state: _State) -> None:
             _start(site, run, design, name)
             if state.output_tail:
                 text("Output of the last training:", "label")
-                text(state.output_tail, "text last", "pre")
+                long_text(state.output_tail, "last output", "last")
 
 
 def _draw_trainings(site: Site, run: Run, design: DesignFolder, stage: Stage, trainings: tuple[Training, ...]) -> None:

@@ -34,6 +34,12 @@ def text(content: str, classes: str = "", tag: str = "span") -> ui.element:
     return TextElement(tag=tag, text=content).classes(classes)
 
 
+def long_text(content: str, name: str, classes: str = "") -> None:
+    """Show lines as they are, in a place of its own that scrolls, also by keyboard; its name is for screen readers."""
+    shown = text(content, f"text {classes}", "pre")
+    shown.props.update({"tabindex": "0", "role": "group", "aria-label": name})
+
+
 def button(
     content: str, act: Callable[..., Any], look: Look = "quiet", icon: str | None = None, hint: str = ""
 ) -> ui.button:
