@@ -48,8 +48,11 @@ def main() -> None:
                 sys.stdout.write(
                     f"{count} runs of 3 designs, {said}: first byte after {waited:.2f} s, usable {usable:.2f} s later\n"
                 )
-            for said, (whole, pictures) in zip(("first", "again"), _weigh(address), strict=True):
-                sys.stdout.write(f"loaded, {said}: {whole / 1000:.0f} kB, of which {pictures / 1000:.0f} kB pictures\n")
+            for said, (whole, pictures, framework) in zip(("first", "again"), _weigh(address), strict=True):
+                sys.stdout.write(
+                    f"loaded, {said}: {whole / 1000:.0f} kB, of which {pictures / 1000:.0f} kB pictures, "
+                    f"{framework / 1000:.0f} kB of NiceGUI\n"
+                )
         finally:
             server.terminate()
             server.wait()
@@ -98,12 +101,16 @@ def open_pages(
 _LOADED = """() => {
   const all = [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")];
   const sum = (some) => some.reduce((bytes, one) => bytes + one.transferSize, 0);
-  return [sum(all), sum(all.filter((one) => one.initiatorType === "img"))];
+  return [
+    sum(all),
+    sum(all.filter((one) => one.initiatorType === "img")),
+    sum(all.filter((one) => one.name.includes("/_nicegui/"))),
+  ];
 }"""
 
 
-def _weigh(address: str) -> list[tuple[int, int]]:
-    """Return how much a first and a second visit load, everything and the pictures alone [bytes]."""
+def _weigh(address: str) -> list[tuple[int, int, int]]:
+    """Return how much a first and a second visit load: everything, pictures, and files of NiceGUI [bytes]."""
     browser_path = next(path for name in ("chromium", "google-chrome") if (path := shutil.which(name)))
     found = []
     with sync_playwright() as playwright:
@@ -112,8 +119,8 @@ def _weigh(address: str) -> list[tuple[int, int]]:
         for _visit in range(2):
             page.goto(address, wait_until="networkidle")
             page.wait_for_timeout(3000)  # pictures in sight arrive
-            whole, pictures = page.evaluate(_LOADED)
-            found.append((whole, pictures))
+            whole, pictures, framework = page.evaluate(_LOADED)
+            found.append((whole, pictures, framework))
         browser.close()
     return found
 
