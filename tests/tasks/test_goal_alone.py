@@ -99,6 +99,17 @@ def test_a_point_inside_of_something_solid_is_refused_before_anything_is_designe
         reach(base, BLOCK.format(joint="", site=IN_THE_BLOCK))
 
 
+def test_a_corner_of_a_path_inside_of_something_fixed_is_refused_where_the_functional_part_follows():
+    goal = 'kind = "follow"\npath_m = [[0.1, 0, 0.3], {}]\nwithin_m = {}'
+    fixed = BLOCK.format(joint="", site="")
+    with pytest.raises(UserError, match=r"its point \(0.25, 0, 0.3\) m lies 50 mm inside of case, which is solid"):
+        goal_task(parse_goal(goal.format([0.25, 0, 0.3], 0.02)), fixed)
+    assert goal_task(parse_goal(goal.format([0.21, 0, 0.3], 0.02)), fixed)
+    assert goal_task(parse_goal(goal.format([0.25, 0, 0.3], 0.06)), fixed)
+    free = BLOCK.format(joint="<freejoint/>", site="")
+    assert goal_task(parse_goal(goal.format([0.25, 0, 0.3], 0.02)), free), "it may be pushed aside"
+
+
 def test_a_shape_of_the_world_without_a_name_is_told_by_its_number():
     wall = '<mujoco><worldbody><geom type="box" size="0.05 0.06 0.07" pos="0.25 0 0.3"/>{}</worldbody></mujoco>'
     with pytest.raises(UserError, match="it lies 50 mm inside of geom 0 of the world, which is solid"):

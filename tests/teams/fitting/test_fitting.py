@@ -170,8 +170,9 @@ def test_no_body_that_comes_near_is_said_and_not_approved(tmp_path, monkeypatch)
     assert critique.summary.startswith(
         "Another search finds no motion of this body that wins, after 1 of 2 variations were won: begun, progress 0.90"
     )
+    alone, refusal = concept.model_copy(update={"parameters": {}}), f"family: {critique.issues[0].problem}"
     with pytest.raises(NoBetterDesignError, match="Another search finds no motion"):
-        team.designer.revise(brief, concept.model_copy(update={"parameters": {}}), None, critique.issues[0].problem)
+        team.designer.revise(brief, alone, None, refusal)
 
 
 def test_what_stands_before_the_place_of_work_is_seen():

@@ -64,6 +64,40 @@ def refuse_buried(mjcf: str, points: Sequence[tuple[str, float]]) -> None:
             )
 
 
+def refuse_buried_corners(mjcf: str, corners_m: Sequence[tuple[tuple[float, ...], float]]) -> None:
+    """Refuse corners of a path that lie so deep in something fixed to the world that its surface is not near enough.
+
+    Args:
+        mjcf: The environment.
+        corners_m: Points in world coordinates, and how near is near enough [m].
+
+    Raises:
+        UserError: One does.
+        MjcfError: The environment cannot be loaded.
+        IsolationError: That ran past its limits.
+    """
+    if not corners_m:
+        return
+    buried = {found.point: found for found in _find_buried_corners(mjcf, tuple(point for point, _ in corners_m))}
+    for point, near_m in corners_m:
+        found = buried.get(_words(point))
+        if found is not None and found.depth_m > near_m + _SLACK_M:
+            raise UserError(
+                f"the path cannot be followed: its point {found.point} m lies {1000 * found.depth_m:.3g} mm inside of "
+                f"{found.geom}, which is solid, and within_m is {near_m:g}; put it at the surface, or ask for within_m "
+                f"of more than {found.depth_m:.2g}"
+            )
+
+
+def _words(point_m: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{each:g}" for each in point_m) + ")"
+
+
+@lru_cache(maxsize=16)
+def _find_buried_corners(mjcf: str, corners_m: tuple[tuple[float, ...], ...]) -> tuple[Buried, ...]:
+    return _measure_corners(mjcf, corners_m)
+
+
 @lru_cache(maxsize=16)
 def _find_buried(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
     return _measure(mjcf, points)
@@ -72,28 +106,50 @@ def _find_buried(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
 @isolated
 def _measure(mjcf: str, points: tuple[str, ...]) -> tuple[Buried, ...]:
     """Return for each point the solid shape in which it lies deepest, if any."""
+    model, data, probe = _with_probe(mjcf)
+    found = []
+    for name in points:
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        body = int(model.site_bodyid[site]) if site >= 0 else model.body(name).id
+        data.geom_xpos[probe] = data.site_xpos[site] if site >= 0 else data.xpos[body]
+        found.append(_deepest(model, data, probe, name, int(model.body_weldid[body])))
+    return tuple(each for each in found if each is not None)
+
+
+@isolated
+def _measure_corners(mjcf: str, corners_m: tuple[tuple[float, ...], ...]) -> tuple[Buried, ...]:
+    """Return for each point in the world the solid and fixed shape in which it lies deepest, if any."""
+    model, data, probe = _with_probe(mjcf)
+    found = []
+    for point_m in corners_m:
+        data.geom_xpos[probe] = point_m
+        found.append(_deepest(model, data, probe, _words(point_m), 0))
+    return tuple(each for each in found if each is not None)
+
+
+def _with_probe(mjcf: str) -> tuple[mujoco.MjModel, mujoco.MjData, int]:
+    """Return an environment with a small sphere that touches nothing, and the sphere's number."""
     spec = load_mjcf(mjcf).spec
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
     probe = spec.worldbody.add_geom(type=sphere, size=[_RADIUS_M] * 3, contype=0, conaffinity=0)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    found = []
-    for name in points:
-        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
-        body = int(model.site_bodyid[site]) if site >= 0 else model.body(name).id
-        data.geom_xpos[probe.id] = data.site_xpos[site] if site >= 0 else data.xpos[body]
-        depths_m = {
-            geom: -_RADIUS_M - mujoco.mj_geomDistance(model, data, probe.id, geom, 0.0, None)
-            for geom in _solid(model)
-            if model.body_weldid[model.geom_bodyid[geom]] == model.body_weldid[body]
-        }
-        deepest = max(depths_m, key=lambda geom: depths_m[geom], default=None)
-        if deepest is not None and depths_m[deepest] > 0.0:
-            label = name_of_shape(model, deepest)
-            movable = bool(model.body_weldid[body])
-            found.append(Buried(point=name, geom=label, depth_m=float(depths_m[deepest]), movable=movable))
-    return tuple(found)
+    return model, data, probe.id
+
+
+def _deepest(model: mujoco.MjModel, data: mujoco.MjData, probe: int, point: str, weld: int) -> Buried | None:
+    """Return how deep the sphere lies in what is fixed to a body (0 is the world); None where it lies in nothing."""
+    depths_m = {
+        geom: -_RADIUS_M - mujoco.mj_geomDistance(model, data, probe, geom, 0.0, None)
+        for geom in _solid(model)
+        if model.body_weldid[model.geom_bodyid[geom]] == weld
+    }
+    deepest = max(depths_m, key=lambda geom: depths_m[geom], default=None)
+    if deepest is None or depths_m[deepest] <= 0.0:
+        return None
+    label = name_of_shape(model, deepest)
+    return Buried(point=point, geom=label, depth_m=float(depths_m[deepest]), movable=bool(weld))
 
 
 def _solid(model: mujoco.MjModel) -> list[int]:

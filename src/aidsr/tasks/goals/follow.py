@@ -90,6 +90,10 @@ class Follow(Goal):
         return bool(self.target)
 
     @property
+    def corners_m(self) -> tuple[tuple[tuple[float, ...], float], ...]:
+        return () if self.target else tuple((point, self.within_m) for point in self.path_m)
+
+    @property
     def ways(self) -> tuple[tuple[str, float], ...]:
         return ((self.target or "functional_part", float(self._lengths_m.sum())),)
 

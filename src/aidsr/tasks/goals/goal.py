@@ -118,6 +118,11 @@ class Goal(Artifact):
         return ()
 
     @property
+    def corners_m(self) -> tuple[tuple[tuple[float, ...], float], ...]:
+        """Points in world coordinates to be reached by the functional part, with how near is near enough [m]."""
+        return ()
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """Bodies that are to be touched or moved."""
         return self.places

@@ -16,7 +16,7 @@ from aidsr.sim.environment_summary import summarize_environment
 from aidsr.sim.ownership import ROBOT_PREFIX
 from aidsr.sim.task_sensors import TaskSensor
 from aidsr.tasks.goals.alone import Alone, play_alone, refuse
-from aidsr.tasks.goals.buried import refuse_buried
+from aidsr.tasks.goals.buried import refuse_buried, refuse_buried_corners
 from aidsr.tasks.goals.goal import Goal, check_speed
 from aidsr.tasks.goals.limits import TOLERATED_S, AnyLimit
 from aidsr.tasks.goals.reading import AnyGoal
@@ -225,6 +225,7 @@ def goal_task(goal: AnyGoal, mjcf: str) -> GoalTask:
     alone = play_alone(mjcf, bodies, found.sweeps(around), ((), *varied))
     refuse(alone[0])
     refuse_buried(mjcf, found.reached)
+    refuse_buried_corners(mjcf, found.corners_m)
     return replace(task, alone=alone)
 
 

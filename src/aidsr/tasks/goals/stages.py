@@ -93,6 +93,10 @@ class Stages(Goal):
         return tuple(point for stage in self.stages for point in stage.reached)
 
     @property
+    def corners_m(self) -> tuple[tuple[tuple[float, ...], float], ...]:
+        return tuple(corner for stage in self.stages for corner in stage.corners_m)
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         return _all(stage.bodies for stage in self.stages)
 

@@ -35,7 +35,7 @@ class FittingJudge:
     goal: AnyGoal
 
     def judge(self, brief: Brief, concept: Concept, robot: Robot, scene: Scene, report: ValidationReport) -> Critique:
-        """Return a pass for a sound scene in which every search finds a blind motion that wins, else what is wrong, or why none does."""
+        """Return a pass for a sound scene in which every search finds a motion that wins, else what is wrong."""
         task, view = task_of(self.goal, brief), View.of(concept)
         read = as_the_rules_read(brief, task.goal, view)
         critique = RuleJudge().judge(read, concept, robot, scene, report)
